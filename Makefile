@@ -1,0 +1,99 @@
+# `make` sets up .venv and runs the workflow. Snakemake stays in the open: everything beyond the
+# default run is `.venv/bin/snakemake ...`. Written for GNU make 3.81 (the one of macOS) and newer.
+
+VENV := .venv
+BIN := $(VENV)/bin
+
+# One stamp for the locked packages, one for oilfilm itself: a change of pyproject.toml alone
+# installs nothing twice. Each is touched last, so that a half-made .venv never counts as done.
+# A .venv knows its own path, hence the checksum of the folder: a moved clone is set up again.
+PLACE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
+LOCKED := $(VENV)/locked-$(PLACE)
+READY := $(VENV)/ready-$(PLACE)
+
+# Choose another one with `make PYTHON=...`. 3.14 comes late because one package behind Snakemake
+# has no wheel for it and needs a C compiler; nothing newer has wheels of NumPy in the lock.
+PYTHON ?=
+PYTHONS = $(or $(PYTHON),python3.13 python3.12 python3.11 python3.14 python3)
+
+# A name on PATH may be a shim that starts nothing, so each is asked. In an activated .venv the
+# answer is the Python behind it, because that .venv is about to be made anew.
+FIND_PYTHON = for name in $(PYTHONS); do \
+	python=$$("$$name" -c 'import sys; \
+	(3, 11) <= sys.version_info[:2] <= (3, 14) or sys.exit(1); \
+	print(sys._base_executable)' 2>/dev/null) && break; python=; done
+
+# uv where the user has one; not the one inside .venv, for the same reason.
+UV = $(shell case "$$(command -v uv)" in (""|*/$(BIN)/uv) ;; (*) uv --version >/dev/null 2>&1 && echo uv ;; esac)
+# PIP_USE_PEP517 spares old releases of pip a way of building that setuptools has given up.
+INSTALL = $(if $(UV),uv pip install --quiet --python $(BIN)/python,\
+	PIP_USE_PEP517=1 $(BIN)/python -m pip install --quiet --disable-pip-version-check)
+
+# What Snakemake starts must find the same environment first.
+IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
+# Packages of another installation must not shadow the locked ones.
+unexport PYTHONPATH PYTHONHOME
+
+.PHONY: all setup test lint lock upgrade clean help
+.DELETE_ON_ERROR:
+
+all: $(READY) ## set up .venv, then run the default campaign (snakemake)
+	@$(IN_VENV) $(BIN)/snakemake
+
+setup: $(READY) ## set up .venv only
+
+test: lint ## every static check, then the tests with coverage
+	$(IN_VENV) $(BIN)/pytest --numprocesses logical --maxprocesses 4 --dist loadgroup --cov
+
+lint: $(READY) ## every static check: style, format, types, workflow
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/snakefmt --check Snakefile workflow/rules
+	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+
+$(LOCKED): requirements.lock
+	@$(FIND_PYTHON); \
+	if [ -z "$$python" ]; then \
+		echo "No Python 3.11 to 3.14 was found (tried: $(PYTHONS))." >&2; \
+		echo "Install one, or say where it is: make PYTHON=/path/to/python3" >&2; exit 1; \
+	fi; \
+	if [ -z "$(UV)" ] && ! "$$python" -c 'import ensurepip, venv' 2>/dev/null; then \
+		echo "$$python cannot make a virtual environment: its venv module is missing." >&2; \
+		echo "Debian and Ubuntu: sudo apt install python3-venv; or put uv on PATH." >&2; exit 1; \
+	fi; \
+	echo "Setting up $(VENV) from requirements.lock: $$python, $(if $(UV),uv,pip (a minute or two))"; \
+	rm -rf $(VENV) && \
+	$(if $(UV),uv venv --quiet --python "$$python" $(VENV),"$$python" -m venv $(VENV))
+# Some packages come as source only. They are built with the setuptools of the lock, not with
+# whatever is newest today in a build environment that no hash covers.
+	@awk '/^[^ ]/ {keep = /^setuptools==/} keep' requirements.lock > $(VENV)/setuptools.lock
+	@$(INSTALL) --require-hashes --requirement $(VENV)/setuptools.lock
+	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements.lock || { \
+		echo "The packages of requirements.lock could not all be installed; the lines above say why." >&2; \
+		echo "On Python 3.14 a C compiler and Python's headers are needed (Debian, Ubuntu: sudo apt" >&2; \
+		echo "install build-essential python3-dev; macOS: xcode-select --install); 3.11 to 3.13 need none." >&2; \
+		exit 1; }
+	@touch $@
+
+$(READY): $(LOCKED) pyproject.toml
+	@$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
+# for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
+lock: ## renew requirements.lock after a change of pyproject.toml
+	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) setup)
+	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
+		--generate-hashes --no-emit-index-url --all-extras --python-version 3.11 \
+		--custom-compile-command "make lock" pyproject.toml --output-file requirements.lock
+
+upgrade: ## the same, with the newest release of everything
+	@$(MAKE) lock UPGRADE=--upgrade
+
+clean: ## remove .venv and caches; data/, results/ and .snakemake/ stay
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis htmlcov .coverage .coverage.*
+	find workflow tests -type d -name __pycache__ -prune -exec rm -rf {} +
+
+help: ## this list
+	@awk 'BEGIN {FS = ":.*## "} /^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' Makefile

@@ -1,0 +1,24 @@
+"""Raw traction-rig logs to validated tables, fitted constants and figures.
+
+`snakemake` runs the campaign of config/config.yaml; `snakemake --config campaign=NAME` another.
+"""
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/ingest.smk"
+include: "workflow/rules/curate.smk"
+include: "workflow/rules/fit.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/summary.smk"
+
+
+rule all:
+    "Everything of one campaign: tables, fits, figures and the summary."
+    default_target: True
+    input:
+        rules.summary.output,
+        rules.figures.input,
+
+
+onsuccess:
+    print_summary()

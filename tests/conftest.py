@@ -1,0 +1,45 @@
+"""Fixtures that several tests share: configuration, demonstration campaign, real logs."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from campaigns import REAL_PCS, ROOT, Campaign, carry_through, printed
+from oilfilm import tables
+from oilfilm.config import resolve
+from oilfilm.rig_twin.campaign import simulate_campaign
+
+
+@pytest.fixture(scope="session")
+def config() -> dict[str, Any]:
+    return resolve(ROOT / "config", {"campaign": "demo"})
+
+
+@pytest.fixture(scope="session")
+def demo(config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+    """The whole demonstration campaign, simulated and curated."""
+    folder = tmp_path_factory.mktemp("demo")
+    truth = []
+    for run, content, row in simulate_campaign(config, printed()):
+        (folder / run.name).write_bytes(content)
+        truth.append(row)
+    files = sorted(path.name for path in folder.iterdir())
+    campaign = carry_through(config, folder, files)
+    return Campaign(
+        config, folder, tables.from_rows(truth, "truth"), campaign.ingested, campaign.curated
+    )
+
+
+@pytest.fixture(scope="session")
+def real_pcs() -> Path:
+    if not REAL_PCS.is_dir():
+        pytest.skip("the real PCS logs (../shared/real/pcs) are not here")
+    return REAL_PCS
+
+
+@pytest.fixture(scope="session")
+def etm(real_pcs: Path) -> Campaign:
+    """The real ETM log, curated."""
+    config = resolve(ROOT / "config", {"campaign": "etm-slim"})
+    return carry_through(config, real_pcs, ["ETM_slim_mapper.txt"])

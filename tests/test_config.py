@@ -1,0 +1,113 @@
+"""Configuration: every mistake is told with file, line, key, what was found and expected."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from oilfilm.config import load_checked, load_yaml, merge, resolve
+from oilfilm.errors import OilfilmError
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    return tmp_path / "config"
+
+
+def test_every_shipped_campaign_resolves() -> None:
+    names = [path.stem for path in (ROOT / "config/campaigns").glob("*.yaml")]
+    assert {"demo", "etm-slim", "template"} <= set(names)
+    for name in names:
+        assert resolve(ROOT / "config", {"campaign": name})["campaign"]["name"] == name
+
+
+def test_the_paper_matrix_has_72_conditions(config: dict) -> None:
+    levels = config["campaign"]["matrix"].values()
+    product = 1
+    for values in levels:
+        product *= len(values)
+    assert product == 72  # curves an oil, Deng et al. 2026, section 2.4
+
+
+def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(folder: Path) -> None:
+    path = folder / "campaigns/etm-slim.yaml"
+    default = load_yaml(folder / "config.yaml")["gates"]["temperature_tolerance_c"]
+    of_campaign = resolve(folder, {"campaign": "etm-slim"})["gates"]["temperature_tolerance_c"]
+    given = resolve(folder, {"campaign": "etm-slim", "gates": {"temperature_tolerance_c": 9.0}})[
+        "gates"
+    ]["temperature_tolerance_c"]
+    assert (default, of_campaign, given) == (2.0, 2.5, 9.0), path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("data: measured", "data: mesured", ["line", "`data`", "'mesured'", "'measured'"]),
+        ("oils: []", "oils: 4102", ["`oils`", "4102", "a list"]),
+        ("figures:", "figurs:", ["unknown key 'figurs'", "Did you mean 'figures'?"]),
+        ("description:", "# description:", ["the key 'description' is missing"]),
+        ("inlet_temperature_c: 40", "inlet_temperature_c: hot", ["'hot'", "a number"]),
+        (
+            "entrainment_speed_m_s: 0.025",
+            "entrainment_speed_m_s: -1",
+            ["set_points.entrainment_speed_m_s", "-1", "more than 0"],
+        ),
+        ("rigs: [pcs-etm]", "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
+        ("rigs: [pcs-etm]", "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
+        ("rigs: [pcs-etm]", "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "stands already at line"]),
+        ("rigs: [pcs-etm]", "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
+        ("rigs: [pcs-etm]", "rigs: [", ["not valid YAML", "line"]),
+        ("rigs: [pcs-etm]", "rigs: !!python/object:os.system x", ["not valid YAML"]),
+    ],
+)
+def test_mistake_is_told_in_a_sentence(
+    folder: Path, old: str, new: str, expected: list[str]
+) -> None:
+    path = folder / "campaigns/etm-slim.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(OilfilmError) as mistake:
+        resolve(folder, {"campaign": "etm-slim"})
+    for words in (*expected, "etm-slim.yaml"):
+        assert words in str(mistake.value)
+
+
+def test_mistake_names_the_line_of_the_key(folder: Path) -> None:
+    path = folder / "config.yaml"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    number = next(i for i, line in enumerate(lines) if "lambda_limit" in line)
+    lines[number] = "  lambda_limit: three"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=rf"line {number + 1}: `gates.lambda_limit`.*'three'"):
+        load_checked(path, "config")
+
+
+def test_wrong_value_on_the_command_line_is_refused(folder: Path) -> None:
+    with pytest.raises(OilfilmError, match=r"fit\.searches.*found 0, expected 2 or more"):
+        resolve(folder, {"fit": {"searches": 0}})
+
+
+def test_unknown_campaign_names_the_known_ones(folder: Path) -> None:
+    with pytest.raises(OilfilmError, match=r"no such campaign file.*demo.*template"):
+        resolve(folder, {"campaign": "june"})
+
+
+def test_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(OilfilmError, match="cannot be read as UTF-8"):
+        load_yaml(path)
+    path.write_text("just words", encoding="utf-8")
+    with pytest.raises(OilfilmError, match="found no keys"):
+        load_yaml(path)
+
+
+def test_merge_goes_group_by_group() -> None:
+    assert merge({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 9}, "d": {"e": 4}}) == {
+        "a": {"b": 9, "c": 2},
+        "d": {"e": 4},
+    }

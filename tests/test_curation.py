@@ -1,0 +1,323 @@
+"""Curation against what was planted, and against worlds whose answer is known in closed form."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from campaigns import ROOT, Campaign, printed
+from oilfilm.config import resolve
+from oilfilm.curation import statistics
+from oilfilm.curation.curate import collect, curate, gate_limits
+from oilfilm.curation.gates import POINT_GATES, RUN_GATES, advice_for, judge_points
+from oilfilm.curation.plateaus import find_steps, sampling_interval, settled_parts
+from oilfilm.curation.points import measure_continuous
+from oilfilm.curation.signals import Signals
+from oilfilm.ingest import read_log
+from oilfilm.traction.deng2026 import traction_coefficient
+
+PLATEAUS = {
+    "window_s": 0.8,
+    "noise_factor": 6.0,
+    "min_step": 0.004,
+    "settle_s": 0.8,
+    "guard_s": 0.1,
+    "min_duration_s": 1.0,
+}
+
+
+# --- the demonstration campaign ---------------------------------------------------------------
+
+
+def test_every_planted_defect_is_refused_by_the_gate_meant_for_it(demo: Campaign) -> None:
+    planted = demo.truth[demo.truth["defect"] != ""].merge(demo.curated.runs, on="run_id")
+    assert sorted(planted["defect"]) == [
+        "duplicate", "stuck_sensor", "swapped_sign", "thin_film", "truncated", "wrong_units",
+    ]  # fmt: skip
+    assert (planted["verdict"] == "refused").all()
+    assert (planted["reason"].str.partition(":")[0] == planted["gate"]).all()
+    assert set(planted["run_id"]) <= set(demo.curated.quarantine["run_id"])
+
+
+def test_load_logged_in_kgf_is_called_so(demo: Campaign) -> None:
+    (reason,) = demo.curated.runs.loc[
+        demo.curated.runs["reason"].str.startswith("load_off_nominal"), "reason"
+    ]
+    assert "the load may be in kgf" in reason
+
+
+def test_no_clean_run_loses_a_plateau(demo: Campaign) -> None:
+    clean = demo.truth.loc[demo.truth["defect"] == "", "run_id"]
+    runs = demo.curated.runs.set_index("run_id").loc[clean]
+    assert len(runs) == 212
+    assert (runs["verdict"] == "accepted").all()
+    assert (runs["accepted_points"] == 31).all()  # 31 slip steps each
+
+
+def test_nothing_is_lost_between_log_and_points(demo: Campaign) -> None:
+    rows = sum(
+        path.read_bytes().count(b"\n") - 6 + (not path.read_bytes().endswith(b"\n"))
+        for path in demo.folder.iterdir()
+    )  # 5 header lines and the line of names
+    samples = sum(len(frame) for frame in demo.ingested.samples.values())
+    assert samples + demo.curated.quarantine["refused_rows"].sum() == rows
+    points, runs = demo.curated.points, demo.curated.runs
+    assert len(points) == runs["plateaus"].sum()
+    assert (points["accepted"] == (points["reasons"] == "")).all()
+    refused = runs[runs["verdict"] == "refused"]
+    assert (refused["reason"] != "").all()
+
+
+def test_plateau_traction_is_the_true_one_within_its_errors(demo: Campaign) -> None:
+
+    points = demo.curated.points.merge(demo.truth, on="run_id", suffixes=("", "_true"))
+    points = points[points["accepted"]]
+    for oil, group in points.groupby("oil"):
+        mu = traction_coefficient(
+            printed()[oil],
+            group["max_hertz_pressure_gpa_true"].to_numpy(),
+            group["entrainment_speed_m_s_true"].to_numpy(),
+            group["inlet_temperature_c_true"].to_numpy(),
+            group["slide_roll_ratio"].abs().to_numpy(),
+        ) * np.sign(group["slide_roll_ratio"])
+        error = group["traction_coefficient"] - mu
+        # 0.5 % of load is shared by a run; slip is known to 3e-4, at slopes up to 1.5
+        allowed = 4 * np.hypot(0.005 * mu, 1.5 * group["slide_roll_ratio_se"])
+        assert (error.abs() <= allowed + 4 * group["traction_coefficient_se"]).mean() > 0.999
+
+
+def test_film_is_full_over_the_whole_matrix_as_the_paper_says(demo: Campaign) -> None:
+    points = demo.curated.points
+    good = points[points["accepted"]]
+    assert good["lambda_ratio"].min() > 3  # Deng et al. 2026, section 2.4
+    # physics.md, lambda at the worst corner: 3.9 for the 3 cSt oil at 1.5 GPa, 25 m/s, 120 degC
+    corner = good[good["run_id"] == "4010_P1.50_U25_T120.csv"]
+    at_rest = corner.loc[corner["slide_roll_ratio"].abs().idxmin(), "lambda_ratio"]
+    assert at_rest == pytest.approx(3.9, abs=0.1)
+
+
+def test_later_of_two_runs_at_one_condition_is_kept_only_where_repeats_are_declared(
+    demo: Campaign,
+) -> None:
+    share = curate(pd.concat(demo.ingested.samples.values()), demo.ingested.runs, demo.config)
+    campaign = {**demo.config["campaign"], "repeated_conditions": "accept"}
+    lenient = collect([share], [], {**demo.config, "campaign": campaign})
+    again = lenient.runs.set_index("run_id").loc["4050_P1.25_U30_T070_again.csv"]
+    assert (again["verdict"], again["reason"]) == ("accepted", "")
+    strict = demo.curated.runs.set_index("run_id")
+    assert strict.loc["4050_P1.25_U30_T070.csv", "verdict"] == "accepted"
+
+
+def test_shares_together_give_what_one_share_gives(demo: Campaign) -> None:
+    runs = demo.ingested.runs
+    samples = pd.concat(demo.ingested.samples.values(), ignore_index=True)
+    halves = []
+    for half in (runs.iloc[::2], runs.iloc[1::2]):
+        mine = samples[samples["run_id"].isin(half["run_id"])]
+        halves.append(curate(mine, half, demo.config))
+    together = collect(halves, [demo.ingested.quarantine], demo.config)
+    pd.testing.assert_frame_equal(together.points, demo.curated.points)
+    pd.testing.assert_frame_equal(together.runs, demo.curated.runs)
+
+
+def test_run_without_any_readable_row_is_refused_not_lost(config: dict[str, Any]) -> None:
+
+    names = b"time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
+    _, reading = read_log(b"# oil: 4102\n" + names + b"a,b,c,d,e,f\n", "log.csv", config)
+    (run,) = reading.runs
+    assert len(run.samples) == 0
+    assert reading.refusals[0].refused_rows == 1
+
+
+# --- signals of known shape --------------------------------------------------------------------
+
+
+def staircase(levels: list[float], seconds: float, noise: float, seed: int) -> tuple:
+    time_s = np.arange(round(len(levels) * seconds * 50)) / 50
+    slip = np.repeat(levels, round(seconds * 50)).astype(float)
+    return time_s, slip + noise * np.random.default_rng(seed).standard_normal(len(slip))
+
+
+@given(
+    steps=st.lists(st.sampled_from([-0.02, -0.01, 0.01, 0.015, 0.05]), min_size=1, max_size=12),
+    seconds=st.floats(2.2, 6.0),
+    seed=st.integers(0, 1000),
+)
+@settings(max_examples=60, deadline=None)
+def test_steps_are_found_where_they_are_and_nowhere_else(
+    steps: list[float], seconds: float, seed: int
+) -> None:
+    levels = list(np.cumsum([0.0, *steps]))
+    time_s, slip = staircase(levels, seconds, 0.002, seed)
+    found = find_steps(time_s, slip, PLATEAUS)
+    expected = np.arange(1, len(levels)) * round(seconds * 50)
+    assert len(found) == len(expected)
+    assert np.abs(found - expected).max() <= 12  # 0.24 s, the noise of the location
+    starts, stops = settled_parts(time_s, found, PLATEAUS)
+    for start, stop, level in zip(starts, stops, levels, strict=True):
+        assert slip[start:stop].mean() == pytest.approx(level, abs=0.002)
+
+
+def test_steady_slip_has_no_steps_and_a_short_log_none_either() -> None:
+    time_s, slip = staircase([0.1], 60, 0.003, 1)
+    assert len(find_steps(time_s, slip, PLATEAUS)) == 0
+    assert len(find_steps(time_s[:20], slip[:20], PLATEAUS)) == 0
+    assert sampling_interval(np.array([0.0])) == 1.0
+
+
+def windows(length: int, count: int) -> statistics.Windows:
+    starts = np.arange(count) * length
+    return statistics.Windows.between(starts, starts + length)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.8])
+def test_standard_error_knows_autocorrelation(memory: float) -> None:
+    """First-order noise of memory r: var(mean) -> s^2/n (1+r)/(1-r), a closed form."""
+    random = np.random.default_rng(7)
+    count, length = 400, 400
+    noise = np.zeros(count * length)
+    pushes = random.standard_normal(count * length)
+    for i in range(1, len(noise)):
+        noise[i] = memory * noise[i - 1] + pushes[i]
+    expected = np.sqrt((1 / (1 - memory**2)) / length * (1 + memory) / (1 - memory))
+    found = statistics.standard_errors(noise, windows(length, count))
+    # the mean of 400 estimates, each biased by a few percent by cutting the sum
+    assert found.mean() == pytest.approx(expected, rel=0.10)
+    assert statistics.means(noise, windows(length, count)).std() == pytest.approx(
+        expected, rel=0.15
+    )
+
+
+def test_mean_of_unequal_stretches_and_of_none() -> None:
+    values = np.arange(10.0)
+    stretches = statistics.Windows.between(np.array([0, 5]), np.array([4, 7]))
+    np.testing.assert_allclose(statistics.means(values, stretches), [1.5, 5.5])
+    early, late = stretches.halves()
+    np.testing.assert_allclose(statistics.means(values, early), [0.5, 5.0])
+    np.testing.assert_allclose(statistics.means(values, late), [2.5, 6.0])
+    assert np.isnan(statistics.means(values, stretches.without(stretches.inside))).all()
+
+
+def test_spikes_are_flagged_and_gaussian_noise_is_not() -> None:
+    values = np.random.default_rng(3).standard_normal(2000)
+    values[[50, 777, 1999]] = [15, -15, 12]
+    flagged = statistics.spikes(values, windows(100, 20), 8.0)
+    assert np.flatnonzero(flagged.ravel()).tolist() == [50, 777, 1999]
+    assert not statistics.spikes(np.ones(100), windows(100, 1), 8.0).any()
+
+
+def rig_log(force_of_time: Any, slip: np.ndarray, time_s: np.ndarray) -> Signals:
+    nothing = np.full(len(time_s), np.nan)
+    return Signals(
+        row=np.arange(1, len(time_s) + 1),
+        time_s=time_s,
+        load_n=np.full(len(time_s), 100.0),
+        traction_force_n=force_of_time,
+        traction_force_1_n=nothing,
+        traction_force_2_n=nothing,
+        ball_speed_m_s=30 * (1 - slip / 2),
+        disc_speed_m_s=30 * (1 + slip / 2),
+        inlet_temperature_c=np.full(len(time_s), 70.0),
+    )
+
+
+@given(zero=st.floats(-5, 5), drift=st.floats(-1, 1), mu=st.floats(0.001, 0.1))
+@settings(max_examples=30, deadline=None)
+def test_linear_drift_of_the_zero_leaves_no_trace(
+    config_curation: dict[str, Any], zero: float, drift: float, mu: float
+) -> None:
+    levels = [0.0, 0.0, 0.05, 0.1, 0.0]
+    time_s, slip = staircase(levels, 4.0, 0.0, 0)
+    true_mu = np.where(slip > 0.01, mu, 0.0)
+    force = zero + drift * time_s / time_s[-1] + true_mu * 100.0
+    measured = measure_continuous(rig_log(force, slip, time_s), config_curation)
+    assert measured.flaw == ""
+    sliding = measured.points[measured.points["slide_roll_ratio"] > 0.01]
+    np.testing.assert_allclose(sliding["traction_coefficient"], mu, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def config_curation() -> dict[str, Any]:
+
+    return resolve(ROOT / "config", {"campaign": "demo"})["curation"]
+
+
+@pytest.mark.parametrize(
+    ("levels", "words"),
+    [([0.0, 0.05, 0.1], "closing phase"), ([0.05, 0.1, 0.0], "opening phase"), ([0.1], "no")],
+)
+def test_log_without_pure_rolling_at_both_ends_has_no_zero(
+    config_curation: dict[str, Any], levels: list[float], words: str
+) -> None:
+    time_s, slip = staircase(levels, 4.0, 0.0, 0)
+    measured = measure_continuous(rig_log(slip * 10, slip, time_s), config_curation)
+    assert measured.flaw.startswith("zero_missing")
+    assert words in measured.flaw
+    assert measured.points["traction_coefficient"].isna().all()
+
+
+# --- gates, one by one ---------------------------------------------------------------------------
+
+GOOD_POINT = {
+    "slide_roll_ratio": 0.15,
+    "entrainment_speed_m_s": 30.0,
+    "nominal_entrainment_speed_m_s": 30.0,
+    "load_n": 82.2,
+    "nominal_load_n": 82.2,
+    "inlet_temperature_c": 70.0,
+    "nominal_inlet_temperature_c": 70.0,
+    "traction_coefficient": 0.02,
+    "traction_force_n": 1.6,
+    "slip_change": 0.0,
+    "traction_change": 0.0,
+    "force_asymmetry": np.nan,
+    "film_judgement": "full film",
+    "lambda_ratio": 5.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "gate"),
+    [
+        ({}, None),
+        ({"load_n": 82.2 * 1.029}, None),
+        ({"load_n": 82.2 * 1.031}, "load_off_nominal"),
+        ({"load_n": 82.2 * 0.969}, "load_off_nominal"),
+        ({"entrainment_speed_m_s": 30.7}, "speed_off_nominal"),
+        ({"entrainment_speed_m_s": 30.5}, None),
+        ({"inlet_temperature_c": 72.1}, "temperature_off_nominal"),
+        ({"inlet_temperature_c": 71.9}, None),
+        ({"nominal_load_n": np.nan, "load_n": 1.0}, None),
+        ({"slide_roll_ratio": 0.32}, "slip_out_of_range"),
+        ({"slide_roll_ratio": -0.006}, "slip_out_of_range"),
+        ({"traction_coefficient": 0.16}, "traction_unphysical"),
+        ({"traction_coefficient": -0.003}, "traction_unphysical"),
+        ({"traction_coefficient": np.nan}, "traction_missing"),
+        ({"slip_change": -0.0031}, "not_steady"),
+        ({"traction_change": 0.0016}, "not_steady"),
+        ({"force_asymmetry": 0.26}, "force_not_reversed"),
+        ({"force_asymmetry": 0.24}, None),
+        ({"force_asymmetry": 0.9, "slide_roll_ratio": 0.05}, None),
+        ({"film_judgement": "below limit", "lambda_ratio": 2.9}, "thin_film"),
+        ({"film_judgement": "cannot be judged"}, "film_not_judged"),
+    ],
+)
+def test_gate_acts_just_beyond_its_limit(
+    config: dict[str, Any], change: dict[str, Any], gate: str | None
+) -> None:
+
+    limits = gate_limits(config)
+    point = pd.DataFrame([{**GOOD_POINT, **change}])
+    failed = judge_points(point, limits).iloc[0]
+    assert failed[failed].index.tolist() == ([gate] if gate else [])
+    if gate:
+        described = next(one for one in POINT_GATES if one.name == gate)
+        assert len(described.describe(point, limits)) > 20
+
+
+def test_every_gate_says_what_to_do() -> None:
+    for gate in (*RUN_GATES, *POINT_GATES):
+        assert len(advice_for(gate.name)) > 20

@@ -1,0 +1,110 @@
+"""Figures draw what they keep, say what is simulated, and come out in the same bytes."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.colors import to_hex
+
+from campaigns import Campaign, printed
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
+from oilfilm.figures import FIGURES, Results, style
+from oilfilm.traction.deng2026 import traction_coefficient
+
+
+@pytest.fixture(scope="module")
+def results(demo: Campaign) -> Results:
+    fits = [demo.fit(oil, bootstrap=20, searches=2)[0] for oil in demo.config["oils"]]
+    return Results(demo.curated.points, demo.curated.runs, pd.concat(fits))
+
+
+@pytest.mark.parametrize("name", ["fig02", "fig03", "eqs11-13"])
+def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
+    results: Results, config: dict[str, Any], name: str
+) -> None:
+    figure, drawn = FIGURES[name].draw(results, config)
+    words = " ".join(text.get_text() for text in figure.texts)
+    assert "SIMULATED" in words
+    tables.conform(drawn, FIGURES[name].table, name)
+
+
+def test_fig02_has_six_panels_by_pressure_and_by_speed(
+    results: Results, config: dict[str, Any]
+) -> None:
+    figure, drawn = FIGURES["fig02"].draw(results, config)
+    assert sorted(drawn["panel"].unique()) == list("abcdef")
+    assert drawn.query("panel == 'a'")["series"].nunique() == 3  # pressures of the matrix
+    assert drawn.query("panel == 'b'")["series"].nunique() == 4  # speeds
+    assert set(drawn["oil"]) == {"4102"}
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    assert ["T = 25", "T = 25", "T = 70", "T = 70", "T = 120", "T = 120"] == [
+        title.split(") ")[1].split(" \N{DEGREE SIGN}")[0] for title in titles
+    ]
+
+
+def test_drawn_numbers_are_those_on_the_axes(results: Results, config: dict[str, Any]) -> None:
+    figure, drawn = FIGURES["fig03"].draw(results, config)
+    measured = drawn.query("panel == 'a' and oil == '4050' and kind == 'measured'")
+    on_axis = [container.lines[0].get_xydata() for container in figure.axes[0].containers]
+    expected = measured[["slide_roll_ratio", "traction_coefficient"]].to_numpy()
+    assert any(len(xy) == len(expected) and np.array_equal(xy, expected) for xy in on_axis)
+
+
+def test_fitted_lines_lie_on_the_truth_of_the_twin(
+    results: Results, config: dict[str, Any]
+) -> None:
+    _, drawn = FIGURES["fig03"].draw(results, config)
+    line = drawn.query("panel == 'b' and oil == '4010' and kind == 'fit'")
+    true = traction_coefficient(
+        printed()["4010"], 1.25, 30.0, 100.0, line["slide_roll_ratio"].to_numpy()
+    )
+    # conditions of a run are off nominal by the twin's control errors (0.3 % of load, 0.2 K)
+    np.testing.assert_allclose(line["traction_coefficient"], true, rtol=0.03, atol=1e-5)
+
+
+def test_an_oil_has_one_colour_in_every_figure(results: Results, config: dict[str, Any]) -> None:
+    colours = [style.oil_colour(oil, list(config["oils"])) for oil in config["oils"]]
+    assert len(set(colours)) == 3
+    figure, _ = FIGURES["fig03"].draw(results, config)
+    for axis in figure.axes:
+        drawn = {to_hex(line.get_color()).upper() for line in axis.get_lines()}
+        assert drawn == set(colours)
+
+
+def test_files_are_the_same_bytes_each_time(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        figure, _ = FIGURES["fig03"].draw(results, config)
+        style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def test_figure_of_conditions_that_were_not_tested_is_refused_in_words(
+    results: Results, config: dict[str, Any]
+) -> None:
+    figures = {**config["figures"], "fig03": {**config["figures"]["fig03"]}}
+    figures["fig03"]["inlet_temperature_c"] = 33
+    with pytest.raises(OilfilmError, match="no accepted point lies at the conditions"):
+        FIGURES["fig03"].draw(results, {**config, "figures": figures})
+
+
+def test_real_curves_are_called_measured(etm: Campaign) -> None:
+    coefficients, _ = etm.fit("unrecorded-oil", bootstrap=20, searches=2)
+    results = Results(etm.curated.points, etm.curated.runs, coefficients)
+    figure, drawn = FIGURES["curves"].draw(results, etm.config)
+    assert "Measured data" in figure.texts[-1].get_text()
+    assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
+    figure, drawn = FIGURES["eqs11-13"].draw(results, etm.config)
+    assert drawn["value"].notna().sum() == 3
+
+
+def test_shades_run_from_dark_to_light() -> None:
+    lightness = [sum(colour) for colour in style.shades("#0072B2", 4)]
+    assert lightness == sorted(lightness)
+    assert len(style.shades("#0072B2", 1)) == 1

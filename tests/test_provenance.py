@@ -1,0 +1,42 @@
+"""Digests change with what they stand for, and with nothing else."""
+
+from pathlib import Path
+
+from oilfilm import provenance
+
+SCRIPTS = Path(__file__).parents[1] / "workflow/scripts"
+
+
+def modules_behind(script: str) -> set[str]:
+    found = provenance._with_imports([SCRIPTS / script])
+    return {path.stem for path in found}
+
+
+def test_digest_follows_imports_to_the_formulas() -> None:
+    assert {"film", "contact", "gates", "tables"} <= modules_behind("curate.py")
+
+
+def test_digest_of_a_fit_does_not_depend_on_figures_or_readers() -> None:
+    assert not {"style", "pcs", "csv", "simulate"} & modules_behind("fit.py")
+
+
+def test_nothing_but_the_twin_rule_imports_the_twin() -> None:
+    for script in SCRIPTS.glob("*.py"):
+        if script.name != "twin.py":
+            assert "simulate" not in modules_behind(script.name), script.name
+
+
+def test_settings_digest_does_not_depend_on_order() -> None:
+    one = provenance.settings_digest({"a": 1, "b": {"c": 2, "d": 3}})
+    assert one == provenance.settings_digest({"b": {"d": 3, "c": 2}, "a": 1})
+    assert one != provenance.settings_digest({"a": 1, "b": {"c": 2, "d": 4}})
+
+
+def test_digest_of_a_folder_knows_names_and_contents(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("1")
+    first = provenance.input_digest(tmp_path)
+    (tmp_path / "a").rename(tmp_path / "b")
+    assert provenance.input_digest(tmp_path) != first
+    # sha256 of the empty message: FIPS 180-4 test vector
+    (tmp_path / "empty").touch()
+    assert provenance.file_digest(tmp_path / "empty").startswith("e3b0c44298fc1c14")

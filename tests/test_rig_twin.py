@@ -1,0 +1,74 @@
+"""The simulated campaign: the same bytes each time, and honest about what it is."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from campaigns import ROOT, Campaign, printed
+from oilfilm.config import resolve
+from oilfilm.errors import OilfilmError
+from oilfilm.randomness import generator
+from oilfilm.rig_twin.campaign import simulate_campaign
+from oilfilm.rig_twin.plan import PlannedRun, planned_runs
+from oilfilm.rig_twin.simulate import simulate_log, slip_programme
+
+
+def test_campaign_has_72_runs_an_oil_and_its_extra_defects(config: dict[str, Any]) -> None:
+    runs = planned_runs(config["campaign"])
+    assert len(runs) == 3 * 72 + 2
+    assert sum(run.defect != "" for run in runs) == 6
+    assert len({run.name for run in runs}) == len(runs)
+
+
+def test_fixed_seed_gives_the_same_bytes_and_another_seed_others(
+    config: dict[str, Any], demo: Campaign
+) -> None:
+    again = next(simulate_campaign(config, printed()))
+    assert again[1] == (demo.folder / again[0].name).read_bytes()
+    other = next(simulate_campaign({**config, "seed": 1}, printed()))
+    assert other[1] != again[1]
+
+
+def test_run_does_not_depend_on_which_others_are_simulated(
+    config: dict[str, Any], demo: Campaign
+) -> None:
+    campaign = {**config["campaign"], "oils": ["4010"]}
+    run, content, _ = next(simulate_campaign({**config, "campaign": campaign}, printed()))
+    assert content == (demo.folder / run.name).read_bytes()
+
+
+def test_every_log_says_that_it_is_simulated(demo: Campaign) -> None:
+    for path in demo.folder.iterdir():
+        assert path.read_bytes().startswith(b"# simulated: yes")
+
+
+def test_slip_programme_visits_31_steps_between_two_rolling_phases(
+    config: dict[str, Any],
+) -> None:
+    twin = config["campaign"]["twin"]
+    time_s, slip = slip_programme(twin)
+    assert len(time_s) == round((2 * 3.0 + 31 * 2.4) * 50)
+    assert np.abs(slip[:150]).max() == 0
+    assert abs(slip[-1]) < 1e-6
+    ends = slip[150 + 119 : 150 + 31 * 120 : 120]
+    np.testing.assert_allclose(ends, np.linspace(0, 0.3, 31), atol=1e-6)
+    assert slip.max() > 0.3  # it overshoots
+
+
+def test_twin_without_geometry_is_refused(config: dict[str, Any]) -> None:
+    rig = resolve(ROOT / "config", {"campaign": "etm-slim"})["rigs"]
+    with pytest.raises(OilfilmError, match="known geometry"):
+        simulate_log(
+            PlannedRun("4102", 1.0, 25.0, 70.0),
+            printed()["4102"],
+            config["campaign"]["twin"],
+            rig["pcs-etm"],
+            generator(1, "x"),
+        )
+
+
+def test_random_streams_of_different_purposes_differ() -> None:
+    assert generator(1, "a").random() == generator(1, "a").random()
+    assert generator(1, "a").random() != generator(1, "b").random()
+    assert generator(1, "a", "b").random() != generator(1, "ab").random()

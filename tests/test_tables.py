@@ -1,0 +1,123 @@
+"""The contract of the tables: what is forbidden cannot be written, and footers tell the story."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as parquet
+import pytest
+
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
+
+ABOUT = {"campaign": "test", "data": "simulated"}
+
+
+@pytest.fixture
+def quarantine() -> pd.DataFrame:
+    row = {name: "x" for name in tables.columns("quarantine")}
+    row |= {"stage": "ingest", "first_row": 1, "last_row": 2, "refused_rows": 2}
+    return tables.from_rows([row], "quarantine")
+
+
+def test_what_is_written_is_read_back(quarantine: pd.DataFrame, tmp_path: Path) -> None:
+    path = tmp_path / "deep" / "q.parquet"
+    tables.write(quarantine, "quarantine", path, ABOUT)
+    pd.testing.assert_frame_equal(tables.read("quarantine", path), quarantine)
+    assert [file.name for file in path.parent.iterdir()] == ["q.parquet"]
+
+
+def test_footer_says_units_version_and_that_data_are_simulated(tmp_path: Path) -> None:
+    path = tmp_path / "p.parquet"
+    tables.write(tables.empty("points"), "points", path, ABOUT)
+    footer = tables.read_footer(path)
+    assert footer["data"] == "simulated"
+    assert footer["schema_version"] == tables.SCHEMA_VERSION
+    field = parquet.read_schema(path).field("load_n")
+    assert field.metadata[b"unit"] == b"N"
+    assert b"load" in field.metadata[b"description"]
+    assert parquet.ParquetFile(path).metadata.created_by.startswith("parquet-cpp-arrow")
+
+
+def test_bytes_do_not_depend_on_when_they_are_written(
+    quarantine: pd.DataFrame, tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        tables.write(quarantine, "quarantine", tmp_path / name, ABOUT)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    assert b"pandas" not in parquet.read_schema(tmp_path / "a").metadata
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("load_n", np.inf, ["'load_n'", "mean normal load", "inf"]),
+        ("film_judgement", "thick", ["'film_judgement'", "thick"]),
+        ("lambda_ratio", -1.0, ["'lambda_ratio'", "-1"]),
+        ("slide_roll_ratio", np.nan, ["'slide_roll_ratio'", "nan"]),
+        ("n_samples", "many", ["'n_samples'", "many"]),
+    ],
+)
+def test_forbidden_value_is_told_with_column_and_meaning(
+    demo, column: str, value: object, words: list[str]
+) -> None:
+    frame = demo.curated.points.head(3).astype(object)
+    frame.loc[1, column] = value
+    with pytest.raises(OilfilmError) as mistake:
+        tables.conform(frame, "points", "here")
+    for word in words:
+        assert word.lower() in str(mistake.value).lower()
+
+
+def test_accepted_point_with_a_reason_is_a_contradiction(demo) -> None:
+    frame = demo.curated.points.head(3).copy()
+    frame.loc[0, "reasons"] = "thin_film"
+    with pytest.raises(OilfilmError, match="accepted with a reason"):
+        tables.conform(frame, "points", "here")
+
+
+def test_repeated_key_is_refused(demo) -> None:
+    frame = pd.concat([demo.curated.runs.head(2)] * 2)
+    with pytest.raises(OilfilmError, match="2 rows repeat run_id"):
+        tables.conform(frame, "runs", "here")
+
+
+def test_missing_and_unknown_columns_are_named() -> None:
+    frame = tables.empty("runs").drop(columns="oil").assign(colour="red")
+    with pytest.raises(OilfilmError, match=r"lacks \['oil'\].*unknown \['colour'\]"):
+        tables.conform(frame, "runs", "here")
+
+
+def test_other_table_other_version_and_damage_are_refused(
+    quarantine: pd.DataFrame, tmp_path: Path
+) -> None:
+    path = tmp_path / "q.parquet"
+    tables.write(quarantine, "quarantine", path, ABOUT)
+    with pytest.raises(OilfilmError, match="holds table 'quarantine'"):
+        tables.read("runs", path)
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(OilfilmError, match="cannot be read as Parquet"):
+        tables.read("quarantine", path)
+    pd.DataFrame({"a": [1]}).to_parquet(path)
+    with pytest.raises(OilfilmError, match="not a table of oilfilm"):
+        tables.read("quarantine", path)
+
+
+def test_every_quantity_has_a_unit_in_its_name_and_every_column_a_meaning() -> None:
+    assert tables.unit_of("entrainment_speed_m_s") == "m/s"
+    assert tables.unit_of("traction_coefficient_se") == "1"
+    assert tables.unit_of("nominal_load_n") == "N"
+    for model in tables.TABLES.values():
+        for column in model.to_schema().columns.values():
+            assert column.description
+
+
+def test_dictionary_columns_survive(demo, tmp_path: Path) -> None:
+    samples = next(iter(demo.ingested.samples.values())).head(1000)
+    path = tmp_path / "s.parquet"
+    tables.write(samples, "samples", path, ABOUT)
+    schema = parquet.read_schema(path)
+    assert str(schema.field("run_id").type).startswith("dictionary")
+    assert json.loads(schema.metadata[b"oilfilm"])["table"] == "samples"
+    assert tables.read("samples", path)["run_id"].tolist() == samples["run_id"].tolist()

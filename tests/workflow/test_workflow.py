@@ -1,0 +1,177 @@
+"""The workflow as a user runs it: small campaigns from raw logs to figures, in a folder apart."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+from campaigns import ROOT
+from oilfilm import tables
+
+pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the project with a small simulated campaign: one oil, 8 runs, two defects."""
+    place = tmp_path_factory.mktemp("project")
+    for name in ("config", "profiles", "workflow"):
+        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "data/reference", place / "data/reference")
+    shutil.copy(ROOT / "Snakefile", place)
+    demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
+    demo["oils"] = ["4102"]
+    demo["figures"] = ["eqs11-13", "curves"]
+    demo["matrix"] = {
+        "max_hertz_pressure_gpa": [1.0, 1.5],
+        "entrainment_speed_m_s": [25, 40],
+        "inlet_temperature_c": [50, 120],
+    }
+    demo["twin"]["defects"] = [
+        {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
+        {"oil": "4102", "condition": [1.5, 6, 120], "kind": "thin_film"},
+    ]
+    demo["settings"] = {"fit": {"bootstrap": 20, "searches": 2}, "shards": 2}
+    small = yaml.safe_dump(demo, allow_unicode=True)
+    (place / "config/campaigns/small.yaml").write_text(small, encoding="utf-8")
+    return place
+
+
+@pytest.fixture(scope="module")
+def snakemake(place: Path) -> Run:
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "snakemake", *arguments]
+        environment = {**os.environ, "PYTHONPATH": str(place / "workflow")}
+        return subprocess.run(
+            command, cwd=place, env=environment, capture_output=True, text=True, check=False
+        )
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def finished(place: Path, snakemake: Run) -> str:
+    done = snakemake("--config", "campaign=small")
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def test_run_ends_with_a_summary_of_what_was_made(place: Path, finished: str) -> None:
+    assert "Campaign small (SIMULATED by the rig twin)" in finished
+    assert "certified: 2 of 2 searches agree" in finished
+    assert "Traceback" not in finished
+    for name in ("eqs11-13", "curves"):
+        for ending in ("png", "svg", "parquet"):
+            assert (place / f"results/small/figures/{name}.{ending}").stat().st_size > 1000
+
+
+def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
+    place: Path, finished: str
+) -> None:
+    folder = place / "results/small/tables"
+    for name in ("runs", "points", "quarantine", "coefficients", "fit_quality"):
+        path = folder / f"{name}.parquet"
+        frame = tables.read(name, path)
+        assert len(frame) > 0
+        footer = tables.read_footer(path)
+        assert (footer["data"], footer["campaign"]) == ("simulated", "small")
+        assert str(place) not in str(footer)
+    runs = tables.read("runs", folder / "runs.parquet")
+    refused = runs.loc[runs["verdict"] == "refused", "reason"].str.partition(":")[0]
+    assert sorted(refused) == ["thin_film", "truncated"]
+
+
+def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:
+    again = snakemake("--config", "campaign=small")
+    assert again.returncode == 0
+    assert "Nothing to be done" in again.stdout + again.stderr
+
+
+def planned(output: subprocess.CompletedProcess[str]) -> set[str]:
+    """Rules that a dry run would run."""
+    text = output.stdout + output.stderr
+    table = text.partition("Job stats:")[2].partition("\n\n")[0]
+    return {line.split()[0] for line in table.splitlines()[3:] if line.strip()}
+
+
+def test_changed_gate_judges_again_but_reads_nothing_again(snakemake: Run, finished: str) -> None:
+    dry = snakemake("-n", "--config", "campaign=small", "gates={'load_tolerance': 0.05}")
+    assert {"curate", "collect"} <= planned(dry)
+    assert not {"twin", "ingest"} & planned(dry)
+
+
+def test_changed_code_runs_what_it_affects_and_nothing_else(
+    place: Path, snakemake: Run, finished: str
+) -> None:
+    module = place / "workflow/oilfilm/figures/style.py"
+    before = module.read_text(encoding="utf-8")
+    try:
+        module.write_text(before + "\n# touched\n", encoding="utf-8")
+        assert planned(snakemake("-n", "--config", "campaign=small")) == {"figure", "all", "total"}
+    finally:
+        module.write_text(before, encoding="utf-8")
+
+
+def test_mistake_in_a_campaign_file_ends_in_a_sentence(place: Path, snakemake: Run) -> None:
+    text = (place / "config/campaigns/small.yaml").read_text(encoding="utf-8")
+    wrong = text.replace("data: simulated", "data: imagined")
+    (place / "config/campaigns/wrong.yaml").write_text(wrong, encoding="utf-8")
+    failed = snakemake("--config", "campaign=wrong")
+    said = failed.stdout + failed.stderr
+    assert failed.returncode != 0
+    assert "wrong.yaml, line" in said
+    assert "`data`: found 'imagined', expected one of 'measured', 'simulated'" in said
+    assert "Traceback" not in said
+
+
+def test_campaign_without_logs_is_told_where_to_put_them(place: Path, snakemake: Run) -> None:
+    failed = snakemake("--config", "campaign=template")
+    assert "data/raw/template: there is no such folder" in failed.stdout + failed.stderr
+
+
+def test_changed_log_redoes_only_its_own_share(place: Path, snakemake: Run, finished: str) -> None:
+    """The simulated logs become a user's own; then one of them changes."""
+    own = place / "data/raw/own"
+    shutil.copytree(place / "data/raw/small", own)
+    campaign = yaml.safe_load((place / "config/campaigns/small.yaml").read_text(encoding="utf-8"))
+    del campaign["twin"]
+    path = place / "config/campaigns/own.yaml"
+    path.write_text(yaml.safe_dump(campaign, allow_unicode=True), encoding="utf-8")
+    done = snakemake("--config", "campaign=own")
+    assert done.returncode == 0, done.stdout + done.stderr
+    points = "tables/points.parquet"
+    simulated = tables.read("points", place / "results/small" / points)
+    assert simulated.equals(tables.read("points", place / "results/own" / points))
+    log = own / "4102_P1.50_U40_T120.csv"
+    log.write_bytes(log.read_bytes() + b"99.0,142.0,0.1,30000,7500,120.0\n")
+    dry = snakemake("-n", "--config", "campaign=own")
+    text = dry.stdout + dry.stderr
+    assert "ingest            1" in text or "\ningest" in text
+    counts = dict(
+        line.split()
+        for line in text.partition("Job stats:")[2].partition("\n\n")[0].splitlines()[3:]
+    )
+    assert (counts["ingest"], counts["curate"]) == ("1", "1")
+
+
+def test_real_etm_log_goes_through(place: Path, snakemake: Run, real_pcs: Path) -> None:
+    raw = place / "data/raw/etm-slim"
+    raw.mkdir()
+    shutil.copy(real_pcs / "ETM_slim_mapper.txt", raw)
+    path = place / "config/campaigns/etm-slim.yaml"
+    text = path.read_text(encoding="utf-8")
+    quick = text.replace("settings:\n", "settings:\n  fit: {bootstrap: 20, searches: 2}\n")
+    path.write_text(quick, encoding="utf-8")
+    done = snakemake("--config", "campaign=etm-slim")
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    assert "FILM NOT JUDGED" in said
+    assert "points  20482 accepted of 20500" in said
+    assert (place / "results/etm-slim/figures/curves.png").stat().st_size > 10_000

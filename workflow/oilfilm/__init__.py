@@ -1,0 +1,1 @@
+"""Traction-rig logs to validated datasets, traction-law constants and figures."""

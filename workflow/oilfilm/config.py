@@ -1,0 +1,265 @@
+"""Configuration: safe YAML, checked against a schema, every mistake told with file and line.
+
+Only the standard library, PyYAML and jsonschema are imported here, because the Snakefile reads
+the configuration each time it is parsed.
+"""
+
+import difflib
+import json
+from collections.abc import Hashable, Mapping
+from functools import cache
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import jsonschema
+import yaml
+
+from oilfilm.errors import OilfilmError
+
+_TYPE_NAMES = {
+    "object": "a group of keys",
+    "array": "a list",
+    "string": "text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "null": "nothing",
+}
+_SCHEMAS = Path(__file__).parents[1] / "schemas"
+
+
+def load_yaml(path: Path) -> dict[str, Any]:
+    """Read one YAML file as plain values.
+
+    Raises:
+        OilfilmError: The file is missing, is not valid YAML, repeats a key, uses an alias or a
+            tag, or does not hold a group of keys.
+    """
+    node = _compose(path)
+    if not isinstance(node, yaml.MappingNode):
+        raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
+    _refuse_repeated_keys(node, path)
+    try:
+        # construct from the composed node with the safe constructors only
+        loaded = yaml.constructor.SafeConstructor().construct_document(node)
+    except yaml.YAMLError as error:
+        raise _yaml_error(path, error) from error
+    return dict(loaded)
+
+
+def load_checked(path: Path, schema_name: str) -> dict[str, Any]:
+    """Read one YAML file and check it against `workflow/schemas/<schema_name>.schema.json`.
+
+    Raises:
+        OilfilmError: As `load_yaml`, or a key or value is not as the schema says.
+    """
+    values = load_yaml(path)
+    problem = _first_problem(values, schema_name)
+    if problem is not None:
+        where = f"{path}, line {_line_of(path, problem)}"
+        raise OilfilmError(f"{where}: {_explain(problem)}")
+    return values
+
+
+def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Everything that one campaign's run is told: settings, campaign, rigs and oils in one tree.
+
+    Args:
+        folder: The configuration folder (`config`).
+        overrides: Keys given on the command line; they win over `config.yaml`. A campaign's own
+            `settings` stand between the two.
+
+    Returns:
+        The settings of `config.yaml` with the keys `campaign` (the campaign file, with its name
+        under `name`), `rigs` and `oils` (by id; None where an oil has no known properties) added.
+
+    Raises:
+        OilfilmError: A file is missing or has a mistake.
+    """
+    settings = load_checked(folder / "config.yaml", "config")
+    name = _safe_name(overrides.get("campaign", settings["campaign"]), folder / "config.yaml")
+    path = folder / "campaigns" / f"{name}.yaml"
+    if not path.is_file():
+        known = ", ".join(sorted(found.stem for found in path.parent.glob("*.yaml")))
+        raise OilfilmError(
+            f"{path}: there is no such campaign file. Campaigns here: {known}. Copy "
+            f"{folder / 'campaigns' / 'template.yaml'} to that name and fill it in."
+        )
+    campaign = load_checked(path, "campaign")
+    merged = merge(settings, campaign.pop("settings", {}))
+    merged = merge(merged, {key: value for key, value in overrides.items() if key != "campaign"})
+    problem = _first_problem({**merged, "campaign": name}, "config")
+    if problem is not None:
+        raise OilfilmError(f"{path} (settings) or the command line's --config: {_explain(problem)}")
+    merged["campaign"] = {"name": name, **campaign}
+    merged["rigs"] = {
+        rig: _load_named(folder / "rigs", rig, "rig", path) for rig in campaign["rigs"]
+    }
+    merged["oils"] = {
+        oil: _load_named(folder / "oils", oil, "oil", path) for oil in campaign["oils"]
+    }
+    merged["oils"] |= {oil: None for oil in campaign.get("oils_without_properties", [])}
+    return merged
+
+
+def merge(base: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """`base` with the values of `above` laid over it, group by group."""
+    merged = dict(base)
+    for key, value in above.items():
+        if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
+            merged[key] = merge(merged[key], value)
+        else:
+            merged[key] = value
+    return merged
+
+
+def _load_named(folder: Path, name: str, schema_name: str, asked_by: Path) -> dict[str, Any]:
+    path = folder / f"{_safe_name(name, asked_by)}.yaml"
+    if not path.is_file():
+        known = ", ".join(sorted(found.stem for found in folder.glob("*.yaml")))
+        raise OilfilmError(
+            f"{asked_by}: names the {schema_name} {name!r}, but {path} does not exist. "
+            f"Known: {known}. Write that file, or correct the name."
+        )
+    return load_checked(path, schema_name)
+
+
+def _safe_name(name: object, asked_by: Path) -> str:
+    """A name that becomes part of a path: one plain word, so that no path can leave its folder."""
+    text = str(name)
+    plain = all(letter.isalnum() or letter in "-_." for letter in text)
+    if not text or not plain or PurePosixPath(text).name != text or text.startswith("."):
+        raise OilfilmError(
+            f"{asked_by}: {text!r} cannot be a name: use letters, digits, '-', '_' and '.', "
+            "not starting with '.'."
+        )
+    return text
+
+
+def _compose(path: Path) -> yaml.Node | None:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise OilfilmError(f"{path}: cannot be read as UTF-8 text ({error}).") from error
+    try:
+        for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            # an alias can unfold one small file into gigabytes
+            if isinstance(event, yaml.AliasEvent):
+                line = _line(event.start_mark)
+                raise OilfilmError(
+                    f"{path}, line {line}: found the alias *{event.anchor}; write the value out."
+                )
+        return yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError as error:
+        raise _yaml_error(path, error) from error
+
+
+def _line(mark: Any) -> int:
+    """Line of a mark of PyYAML, counted from 1."""
+    return int(mark.line) + 1
+
+
+def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
+    mark = getattr(error, "problem_mark", None)
+    where = f"{path}, line {_line(mark)}" if mark is not None else str(path)
+    reason = getattr(error, "problem", None) or str(error)
+    return OilfilmError(f"{where}: not valid YAML: {reason}.")
+
+
+def _refuse_repeated_keys(node: yaml.Node, path: Path) -> None:
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            _refuse_repeated_keys(item, path)
+    if not isinstance(node, yaml.MappingNode):
+        return
+    seen: dict[Hashable, int] = {}
+    for key, value in node.value:
+        line = _line(key.start_mark)
+        if key.value in seen:
+            raise OilfilmError(
+                f"{path}, line {line}: the key {key.value!r} stands already at line "
+                f"{seen[key.value]}; keep one of them."
+            )
+        seen[key.value] = line
+        _refuse_repeated_keys(value, path)
+
+
+@cache
+def _validator(schema_name: str) -> jsonschema.Draft202012Validator:
+    schemas = {
+        file.name: json.loads(file.read_text(encoding="utf-8"))
+        for file in sorted(_SCHEMAS.glob("*.schema.json"))
+    }
+    schema = schemas[f"{schema_name}.schema.json"]
+    return jsonschema.Draft202012Validator(schema)
+
+
+def _first_problem(values: Mapping[str, Any], schema_name: str) -> Any:
+    """The first jsonschema.ValidationError in the order of keys, None where there is none.
+
+    Typed loosely, here and below: upstream types its fields as "perhaps not set".
+    """
+    problems = _validator(schema_name).iter_errors(values)
+    return min(problems, key=lambda found: [str(part) for part in found.path], default=None)
+
+
+def _explain(problem: Any) -> str:
+    """The schema's complaint as: key, what was found, what was expected."""
+    key = ".".join(str(part) for part in problem.absolute_path)
+    under = f" under `{key}`" if key else ""
+    if problem.validator == "additionalProperties":
+        known = list(problem.schema.get("properties", {}))
+        unknown = next(name for name in problem.instance if name not in known)
+        near = difflib.get_close_matches(str(unknown), known, n=1)
+        hint = f" Did you mean {near[0]!r}?" if near else ""
+        return (
+            f"found the unknown key {unknown!r}{under}; expected one of "
+            f"{', '.join(sorted(known))}.{hint}"
+        )
+    if problem.validator == "required":
+        missing = next(name for name in problem.validator_value if name not in problem.instance)
+        meaning = problem.schema.get("properties", {}).get(missing, {}).get("description", "")
+        return f"the key {missing!r} is missing{under}. {meaning}".rstrip()
+    meaning = problem.schema.get("description", "")
+    expected = _expected(problem)
+    return f"`{key}`: found {problem.instance!r}, expected {expected}. {meaning}".rstrip()
+
+
+def _expected(problem: Any) -> str:
+    wanted = problem.validator_value
+    match problem.validator:
+        case "type":
+            names = wanted if isinstance(wanted, list) else [wanted]
+            return " or ".join(_TYPE_NAMES[name] for name in names)
+        case "enum":
+            return "one of " + ", ".join(repr(value) for value in wanted)
+        case "minimum":
+            return f"{wanted} or more"
+        case "exclusiveMinimum":
+            return f"more than {wanted}"
+        case "maximum":
+            return f"{wanted} or less"
+        case "exclusiveMaximum":
+            return f"less than {wanted}"
+        case "pattern":
+            return f"text of the form {wanted}"
+        case _:
+            return str(problem.message)
+
+
+def _line_of(path: Path, problem: Any) -> int:
+    """The line of the key that the problem is about (of its group where the key is missing)."""
+    node = _compose(path)
+    steps: list[object] = list(problem.absolute_path)
+    if problem.validator == "additionalProperties":
+        known = problem.schema.get("properties", {})
+        steps.append(next(name for name in problem.instance if name not in known))
+    line = 1
+    for step in steps:
+        if isinstance(node, yaml.MappingNode):
+            key, node = next(pair for pair in node.value if str(pair[0].value) == str(step))
+            line = _line(key.start_mark)
+        elif isinstance(node, yaml.SequenceNode):
+            node = node.value[int(str(step))]
+            line = _line(node.start_mark)
+    return line

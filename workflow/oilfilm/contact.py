@@ -1,0 +1,258 @@
+"""Hertz contact of two smooth, elastic bodies: load, pressure, size and approach.
+
+All quantities are in SI units. Arguments are floats or arrays that broadcast against each other.
+The theory holds while the contact is small against the radii, the bodies stay elastic and
+friction is low.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import elementwise
+from scipy.special import elliprd, elliprf
+
+from oilfilm.units import FloatArray
+
+Floats = FloatArray | float
+
+
+@dataclass(frozen=True)
+class EllipticalContact:
+    """What `elliptical_contact` returns; x is the rolling direction, y lies across it.
+
+    Attributes:
+        semi_axis_x_m: Half the contact's length along x, in m.
+        semi_axis_y_m: Half its width along y, in m.
+        ellipticity: semi_axis_y_m / semi_axis_x_m.
+        max_hertz_pressure_pa: Pressure in the centre, in Pa.
+        approach_m: By how much distant points of the two bodies come closer, in m.
+    """
+
+    semi_axis_x_m: FloatArray
+    semi_axis_y_m: FloatArray
+    ellipticity: FloatArray
+    max_hertz_pressure_pa: FloatArray
+    approach_m: FloatArray
+
+
+def reduced_modulus(e1_pa: Floats, nu1: Floats, e2_pa: Floats, nu2: Floats) -> FloatArray:
+    """Reduced elastic modulus E' of two bodies, as lubrication theory writes it.
+
+        1/E' = 1/2 [(1 - nu1^2)/E1 + (1 - nu2^2)/E2]
+
+    E' is twice the contact modulus E* of Johnson. This library passes E' around everywhere.
+
+    Args:
+        e1_pa: Young's modulus of the first body, in Pa.
+        nu1: Poisson's ratio of the first body.
+        e2_pa: Young's modulus of the second body, in Pa.
+        nu2: Poisson's ratio of the second body.
+
+    Returns:
+        E', in Pa.
+
+    Reference: B. J. Hamrock and D. Dowson, J. Lubr. Technol. 99 (1977) 264, nomenclature.
+
+    Examples:
+        For two equal bodies E' = E/(1 - nu^2), here 203 GPa/0.9159 by hand:
+
+        >>> print(f"{reduced_modulus(203e9, 0.29, 203e9, 0.29) / 1e9:.1f} GPa")
+        221.6 GPa
+    """
+    return np.asarray(2 / ((1 - nu1**2) / e1_pa + (1 - nu2**2) / e2_pa))
+
+
+def reduced_radius(radius_1_m: Floats, radius_2_m: Floats) -> FloatArray:
+    """Effective radius of two curved surfaces in one plane.
+
+        1/R = 1/R1 + 1/R2
+
+    Args:
+        radius_1_m: Radius of the first surface, in m; negative where concave, inf where flat.
+        radius_2_m: The same of the second surface.
+
+    Returns:
+        R, in m; negative where the concave surface is the more curved one (no point contact).
+
+    Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), section 4.1.
+
+    Examples:
+        A ball of 12.7 mm in a groove of 6.604 mm radius, by hand 6.35 * 6.604/(6.604 - 6.35) mm:
+
+        >>> print(f"{reduced_radius(6.35e-3, -6.604e-3) * 1e3:.1f} mm")
+        165.1 mm
+    """
+    return np.asarray(1 / (1 / radius_1_m + 1 / radius_2_m))
+
+
+def max_hertz_pressure(load_n: Floats, radius_m: Floats, reduced_modulus_pa: Floats) -> FloatArray:
+    """Maximum pressure of a circular contact.
+
+        p0 = (6 W E*^2 / (pi^3 R^2))^(1/3),   E* = E'/2
+
+    Args:
+        load_n: Normal load W, in N.
+        radius_m: Reduced radius R, the same in both planes, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
+
+    Returns:
+        p0, in Pa: 3/2 of the mean pressure.
+
+    Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eq. 4.24.
+
+    Examples:
+        A 20 mm steel ball on a flat reaches 1.0 GPa under 42.1 N (physics.md and rig page, [C]):
+
+        >>> steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
+        >>> print(f"{max_hertz_pressure(42.1, 0.010, steel) / 1e9:.3f} GPa")
+        1.000 GPa
+    """
+    contact_modulus = reduced_modulus_pa / 2
+    return np.cbrt(6 * load_n * contact_modulus**2 / (np.pi**3 * radius_m**2))
+
+
+def load_for_max_hertz_pressure(
+    max_hertz_pressure_pa: Floats, radius_m: Floats, reduced_modulus_pa: Floats
+) -> FloatArray:
+    """Load that gives a circular contact its maximum pressure; inverse of `max_hertz_pressure`.
+
+        W = pi^3 R^2 p0^3 / (6 E*^2),   E* = E'/2
+
+    Args:
+        max_hertz_pressure_pa: Maximum pressure p0, in Pa.
+        radius_m: Reduced radius R, the same in both planes, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
+
+    Returns:
+        W, in N.
+
+    Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eq. 4.24 solved for the load.
+
+    Examples:
+        A 20 mm steel ball on a flat at 1.5 GPa (physics.md, check 1, [C]):
+
+        >>> steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
+        >>> print(f"{load_for_max_hertz_pressure(1.5e9, 0.010, steel):.0f} N")
+        142 N
+    """
+    contact_modulus = reduced_modulus_pa / 2
+    return np.asarray(np.pi**3 * radius_m**2 * max_hertz_pressure_pa**3 / (6 * contact_modulus**2))
+
+
+def contact_radius(load_n: Floats, radius_m: Floats, reduced_modulus_pa: Floats) -> FloatArray:
+    """Radius of a circular contact.
+
+        a = (3 W R / (4 E*))^(1/3),   E* = E'/2
+
+    Args:
+        load_n: Normal load W, in N.
+        radius_m: Reduced radius R, the same in both planes, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
+
+    Returns:
+        a, in m.
+
+    Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eq. 4.22.
+
+    Examples:
+        Load over area is the mean pressure, two thirds of the 1.5 GPa that 142 N give:
+
+        >>> steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
+        >>> area = np.pi * contact_radius(142, 0.010, steel) ** 2
+        >>> print(f"{142 / area / 1e9:.3f} GPa")
+        1.000 GPa
+    """
+    contact_modulus = reduced_modulus_pa / 2
+    return np.cbrt(3 * load_n * radius_m / (4 * contact_modulus))
+
+
+def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
+    """Ratio k = a_y/a_x of the semi-axes of an elliptical contact, exactly.
+
+        Ry/Rx = R_D(0, k^2, 1) / R_D(0, 1, k^2)
+
+    with Carlson's complete elliptic integral R_D. For k > 1 and e^2 = 1 - 1/k^2 this is the
+    textbook equation Ry/Rx = [k^2 E(e) - K(e)] / [K(e) - E(e)], but it needs no exchange of the
+    axes for k < 1 and loses no digits near k = 1.
+
+    Args:
+        radius_x_m: Reduced radius in the rolling direction, in m.
+        radius_y_m: Reduced radius across it, in m.
+
+    Returns:
+        k; above 1 where the contact is wider than long. NaN where a radius is NaN or infinite.
+
+    Raises:
+        ValueError: A radius is zero or negative: the surfaces do not meet in one point.
+
+    References: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eq. 4.28; NIST Digital Library
+        of Mathematical Functions, section 19.25(i), for K and E in terms of R_D.
+
+    Examples:
+        Near k = 1 k grows as (Ry/Rx)^(2/3) (Greenwood, J. Tribol. 107 (1985) 501, abstract):
+
+        >>> print(f"{np.log(ellipticity(1.0, 1.001)) / np.log(1.001):.4f}")
+        0.6667
+    """
+    if np.any(np.less_equal(radius_x_m, 0)) or np.any(np.less_equal(radius_y_m, 0)):
+        raise ValueError("reduced radii of an elliptical contact must be positive")
+    log_ratio = np.log(np.divide(radius_y_m, radius_x_m))
+    # |ln k| stays below |ln(Ry/Rx)|; the 1 keeps rounding from deciding the signs where both vanish
+    bound = np.abs(log_ratio) + 1
+    found = elementwise.find_root(_ellipticity_error, (-bound, bound), args=(log_ratio,))
+    return np.exp(found.x)
+
+
+def _ellipticity_error(log_k: FloatArray, log_ratio: FloatArray) -> FloatArray:
+    k_squared = np.exp(2 * log_k)
+    return np.log(elliprd(0, k_squared, 1) / elliprd(0, 1, k_squared)) - log_ratio
+
+
+def elliptical_contact(
+    load_n: Floats, radius_x_m: Floats, radius_y_m: Floats, reduced_modulus_pa: Floats
+) -> EllipticalContact:
+    """Semi-axes, maximum pressure and approach of an elliptical contact, exactly.
+
+        a_x^3 = 2 W Rx R_D(0, k^2, 1) / (pi E'),   a_y = k a_x
+        p0    = 3 W / (2 pi a_x a_y)
+        delta = 3 W R_F(0, 1, k^2) / (pi E' a_x)
+
+    with k from `ellipticity` and Carlson's complete elliptic integrals R_D and R_F; for k > 1
+    R_D(0, k^2, 1) = 3 [k^2 E(e) - K(e)]/(k^3 e^2) and R_F(0, 1, k^2) = K(e)/k.
+
+    Args:
+        load_n: Normal load W, in N.
+        radius_x_m: Reduced radius Rx in the rolling direction, in m.
+        radius_y_m: Reduced radius Ry across it, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
+
+    Returns:
+        The contact, each attribute of the arguments' broadcast shape.
+
+    Raises:
+        ValueError: A radius is zero or negative: the surfaces do not meet in one point.
+
+    Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eqs 4.26 to 4.28.
+
+    Examples:
+        Inner ring of a 218 angular-contact bearing, 1679 N at 41.50 degrees (physics.md, [C]):
+
+        >>> ball, cosine = 22.23e-3 / 2, np.cos(np.radians(41.50))
+        >>> steel = reduced_modulus(207.5e9, 0.3, 207.5e9, 0.3)
+        >>> along = reduced_radius(ball, 125.26e-3 / (2 * cosine) - ball)
+        >>> across = reduced_radius(ball, -11.63e-3)
+        >>> contact = elliptical_contact(1679, along, across, steel)
+        >>> print(f"{contact.max_hertz_pressure_pa / 1e9:.3f} GPa")
+        1.526 GPa
+    """
+    k = ellipticity(radius_x_m, radius_y_m)
+    integral = elliprd(0, k**2, 1)
+    a_x = np.cbrt(2 * load_n * radius_x_m * integral / (np.pi * reduced_modulus_pa))
+    a_y = k * a_x
+    return EllipticalContact(
+        semi_axis_x_m=a_x,
+        semi_axis_y_m=a_y,
+        ellipticity=k + np.zeros_like(a_x),
+        max_hertz_pressure_pa=3 * load_n / (2 * np.pi * a_x * a_y),
+        approach_m=3 * load_n * elliprf(0, 1, k**2) / (np.pi * reduced_modulus_pa * a_x),
+    )

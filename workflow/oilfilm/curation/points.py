@@ -1,0 +1,130 @@
+"""From one run's signals to its plateaus: means, standard errors, traction coefficient."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.curation import statistics
+from oilfilm.curation.plateaus import find_steps, sampling_interval, settled_parts
+from oilfilm.curation.signals import FloatArray, IndexArray, Signals
+from oilfilm.curation.zero import zero_reference
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Plateaus of one run, before the gates. `flaw` says why the run as a whole fails, if so."""
+
+    points: pd.DataFrame
+    flaw: str = ""
+
+
+def measure_continuous(signals: Signals, settings: Mapping[str, Any]) -> Measured:
+    """Plateaus of a continuously logged run, its zero taken from the rolling phases."""
+    slip = signals.slide_roll_ratio
+    interval = sampling_interval(signals.time_s)
+    steps = find_steps(signals.time_s, slip, settings["plateaus"])
+    starts, stops = settled_parts(signals.time_s, steps, settings["plateaus"])
+    # the opening phase gives the zero first; what is left of it is a plateau at no slip
+    zero_length = round(settings["zero_reference"]["duration_s"] / interval)
+    opening = slice(0, min(zero_length, int(stops[0])) if len(steps) else 0)
+    closing = slice(int(starts[-1]), int(stops[-1])) if len(steps) else slice(0, 0)
+    zero = zero_reference(
+        signals, opening, closing, settings["zero_reference"], settings["spikes"]["threshold"]
+    )
+    starts[0] = opening.stop
+    if not isinstance(zero, str):
+        starts, stops = starts[:-1], stops[:-1]
+    long_enough = (stops - starts) * interval >= settings["plateaus"]["min_duration_s"]
+    starts, stops = starts[long_enough], stops[long_enough]
+    points = _average(signals, starts, stops, settings["spikes"]["threshold"])
+    if isinstance(zero, str):
+        return Measured(_with_traction(points, math.nan, math.nan), f"zero_missing: {zero}")
+    time_s = points["time_s"].to_numpy()
+    return Measured(_with_traction(points, zero.at(time_s), zero.standard_error_at(time_s)))
+
+
+def measure_readings(signals: Signals) -> Measured:
+    """Points of a run whose rows are settled readings already, the zero taken by the rig."""
+    nothing = np.full(len(signals), np.nan)
+    first, second = signals.traction_force_1_n, signals.traction_force_2_n
+    both = np.abs(first) + np.abs(second)
+    asymmetry = np.divide(np.abs(first + second), both, out=nothing.copy(), where=both > 0)
+    points = pd.DataFrame(
+        {
+            "first_row": signals.row,
+            "last_row": signals.row,
+            "n_samples": 1,
+            "n_spikes": 0,
+            "time_s": signals.time_s,
+            "slide_roll_ratio": signals.slide_roll_ratio,
+            "slide_roll_ratio_se": nothing,
+            "entrainment_speed_m_s": signals.entrainment_speed_m_s,
+            "load_n": signals.load_n,
+            "load_se_n": nothing,
+            "inlet_temperature_c": signals.inlet_temperature_c,
+            "sensor_force_n": signals.traction_force_n,
+            "sensor_force_se_n": nothing,
+            "slip_change": nothing,
+            "force_change_n": nothing,
+            "force_asymmetry": asymmetry,
+        }
+    )
+    return Measured(_with_traction(points, 0.0, 0.0))
+
+
+def _average(
+    signals: Signals, starts: IndexArray, stops: IndexArray, spike_threshold: float
+) -> pd.DataFrame:
+    windows = statistics.Windows.between(starts, stops)
+    force, slip = signals.traction_force_n, signals.slide_roll_ratio
+    wild = statistics.spikes(force, windows, spike_threshold) if len(starts) else windows.inside
+    windows = windows.without(wild)
+    early, late = windows.halves()
+
+    def mean(values: FloatArray) -> FloatArray:
+        return statistics.means(values, windows)
+
+    def change(values: FloatArray) -> FloatArray:
+        return statistics.means(values, late) - statistics.means(values, early)
+
+    return pd.DataFrame(
+        {
+            "first_row": signals.row[starts],
+            "last_row": signals.row[stops - 1],
+            "n_samples": windows.counts,
+            "n_spikes": wild.sum(axis=1),
+            "time_s": mean(signals.time_s),
+            "slide_roll_ratio": mean(slip),
+            "slide_roll_ratio_se": statistics.standard_errors(slip, windows),
+            "entrainment_speed_m_s": mean(signals.entrainment_speed_m_s),
+            "load_n": mean(signals.load_n),
+            "load_se_n": statistics.standard_errors(signals.load_n, windows),
+            "inlet_temperature_c": mean(signals.inlet_temperature_c),
+            "sensor_force_n": mean(force),
+            "sensor_force_se_n": statistics.standard_errors(force, windows),
+            "slip_change": change(slip),
+            "force_change_n": change(force),
+            "force_asymmetry": np.nan,
+        }
+    )
+
+
+def _with_traction(
+    averages: pd.DataFrame, zero_n: FloatArray | float, zero_se_n: FloatArray | float
+) -> pd.DataFrame:
+    """Traction force above the zero, mu = F/W and its standard error."""
+    load = averages["load_n"].where(averages["load_n"] > 0)
+    force = averages["sensor_force_n"] - zero_n
+    mu = force / load
+    force_se = np.hypot(averages["sensor_force_se_n"], zero_se_n)
+    mu_se = np.hypot(force_se, mu * averages["load_se_n"]) / load
+    return averages.assign(
+        traction_force_n=force,
+        traction_coefficient=mu,
+        traction_coefficient_se=mu_se,
+        traction_change=averages["force_change_n"] / load,
+    ).drop(columns=["sensor_force_n", "sensor_force_se_n", "load_se_n", "force_change_n"])

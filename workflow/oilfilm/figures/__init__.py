@@ -1,0 +1,27 @@
+"""One function a figure: finished tables in, a matplotlib Figure and exactly what it draws out."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from oilfilm.figures.coefficients import eqs11_13
+from oilfilm.figures.traction_curves import Results, curves, fig02, fig03
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """How a figure is drawn, and the table model of what it draws."""
+
+    draw: Callable[[Results, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
+    table: str
+
+
+FIGURES = {
+    "fig02": Drawing(fig02, "curves"),
+    "fig03": Drawing(fig03, "curves"),
+    "curves": Drawing(curves, "curves"),
+    "eqs11-13": Drawing(eqs11_13, "coefficient_table"),
+}

@@ -1,0 +1,102 @@
+"""How every figure looks: sizes of a journal, one colour an oil, one marker a level."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+
+mpl.use("agg")
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+SINGLE_COLUMN_IN = 85 / 25.4
+DOUBLE_COLUMN_IN = 170 / 25.4
+
+# Okabe and Ito's colours, which stay apart for every kind of colour vision.
+_PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+
+_SETTINGS: Any = {
+    "font.size": 8,
+    "font.family": "DejaVu Sans",
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "grid.color": "#e5e5e5",
+    "grid.linewidth": 0.5,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 2.8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "savefig.dpi": 300,
+    "svg.hashsalt": "oilfilm",
+    "svg.fonttype": "none",
+    "figure.constrained_layout.use": True,
+}
+mpl.rcParams.update(_SETTINGS)
+
+
+def oil_colour(oil: str, oils: Sequence[str]) -> str:
+    """The colour of an oil: its place in the campaign decides, in every figure alike."""
+    return _PALETTE[list(oils).index(oil) % len(_PALETTE)]
+
+
+def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
+    """`count` shades of one colour, from the colour itself darkened to a light tint of it."""
+    red, green, blue = to_rgb(colour)
+    steps = [0.45 + 1.0 * place / max(count - 1, 1) for place in range(count)]
+    return [
+        (red * s, green * s, blue * s)
+        if s <= 1
+        else tuple(1 - (1 - part) * (2 - s) for part in (red, green, blue))  # type: ignore[misc]
+        for s in steps
+    ]
+
+
+def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
+    """A figure with a grid of panels that share their axes; panels in reading order."""
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(width_in, height_in), sharex=True, sharey=True, squeeze=False
+    )
+    return figure, list(axes.flat)
+
+
+def label_traction_axes(figure: Figure) -> None:
+    """Names of the two axes of mu against slip."""
+    figure.supxlabel("Slide-roll ratio S (1)", fontsize=8)
+    figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
+
+
+def say_source(figure: Figure, campaign: Mapping[str, Any]) -> None:
+    """Say on the figure itself whether its data were simulated or measured."""
+    words = (
+        f"SIMULATED data (rig twin, campaign {campaign['name']!r}), not a measurement"
+        if campaign["data"] == "simulated"
+        else f"Measured data, campaign {campaign['name']!r}"
+    )
+    figure.text(0.995, 1.002, words, ha="right", va="bottom", fontsize=6, color="#555555")
+
+
+def say_key(figure: Figure, words: str) -> None:
+    """What symbols and lines mean, above the panels, where it covers no data."""
+    figure.text(0.005, 1.002, words, ha="left", va="bottom", fontsize=6, color="#555555")
+
+
+def save(figure: Figure, png: Path, svg: Path) -> None:
+    """Write a figure as PNG and SVG, the same bytes each time, whole or not at all."""
+    for path, metadata in ((png, {"Software": None}), (svg, {"Date": None})):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        aside = path.with_name(f".{path.name}.part{path.suffix}")
+        figure.savefig(aside, metadata=metadata, bbox_inches="tight", pad_inches=0.04)
+        aside.replace(path)
+    plt.close(figure)

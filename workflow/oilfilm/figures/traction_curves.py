@@ -1,0 +1,261 @@
+"""mu against slip: measured points with their errors, and the fit as lines (figs 2 and 3)."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm.errors import OilfilmError
+from oilfilm.figures import style
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.traction.law import CONDITIONS
+
+_SE_DRAWN = 1.96  # error bars are 95 % intervals
+
+
+@dataclass(frozen=True)
+class Results:
+    """The finished tables that figures are drawn from."""
+
+    points: pd.DataFrame
+    runs: pd.DataFrame
+    coefficients: pd.DataFrame
+
+
+@dataclass(frozen=True)
+class _Series:
+    """One curve of a panel: the points of some runs and the fit at their mean conditions."""
+
+    label: str
+    oil: str
+    points: pd.DataFrame
+    law: FittedLaw
+    colour: Any
+    marker: str
+
+
+def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
+    choice = config["figures"]["fig02"]
+    oil, temperatures = choice["oil"], choice["inlet_temperature_c"]
+    matrix = config["campaign"]["matrix"]
+    law = FittedLaw.of(results.coefficients, oil)
+    base = style.oil_colour(oil, list(config["oils"]))
+    figure, axes = style.panels(
+        len(temperatures), 2, style.DOUBLE_COLUMN_IN, 2.1 * len(temperatures)
+    )
+    rows = []
+    for row, temperature in enumerate(temperatures):
+        columns = (
+            ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "P = {:g} GPa", "U = {:g} m/s"),
+            ("entrainment_speed_m_s", "max_hertz_pressure_gpa", "U = {:g} m/s", "P = {:g} GPa"),
+        )
+        for column, (varied, fixed, label, fixed_label) in enumerate(columns):
+            levels = matrix[varied]
+            series = [
+                _Series(
+                    label.format(level),
+                    oil,
+                    _select(
+                        results,
+                        oil,
+                        {varied: level, fixed: choice[fixed], "inlet_temperature_c": temperature},
+                    ),
+                    law,
+                    colour,
+                    marker,
+                )
+                for level, colour, marker in zip(
+                    levels, style.shades(base, len(levels)), style.MARKERS, strict=False
+                )
+            ]
+            panel = "abcdefghij"[2 * row + column]
+            title = f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, " + fixed_label.format(
+                choice[fixed]
+            )
+            axis = axes[2 * row + column]
+            rows.append(_draw_panel(axis, panel, title, series))
+    drawn = _together(rows, config)
+    for axis in axes[:2]:
+        axis.legend(loc="upper left", ncols=2, handletextpad=0.2, columnspacing=0.8)
+    _leave_room_for_legend(axes)
+    return _finish(figure, config), drawn
+
+
+def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """All oils at one temperature, mu against slip, a panel a pressure."""
+    choice = config["figures"]["fig03"]
+    oils = list(config["oils"])
+    pressures = config["campaign"]["matrix"]["max_hertz_pressure_gpa"]
+    figure, axes = style.panels(1, len(pressures), style.DOUBLE_COLUMN_IN, 2.6)
+    rows = []
+    for number, (axis, pressure) in enumerate(zip(axes, pressures, strict=True)):
+        where = {
+            "max_hertz_pressure_gpa": pressure,
+            "entrainment_speed_m_s": choice["entrainment_speed_m_s"],
+            "inlet_temperature_c": choice["inlet_temperature_c"],
+        }
+        series = [
+            _Series(
+                oil,
+                oil,
+                _select(results, oil, where),
+                FittedLaw.of(results.coefficients, oil),
+                style.oil_colour(oil, oils),
+                style.MARKERS[place],
+            )
+            for place, oil in enumerate(oils)
+        ]
+        panel = "abcdefghij"[number]
+        title = f"({panel}) P = {pressure:g} GPa"
+        rows.append(_draw_panel(axis, panel, title, series))
+    drawn = _together(rows, config)
+    axes[0].legend(loc="upper left", title=_fixed_words(choice), title_fontsize=7, alignment="left")
+    _leave_room_for_legend(axes)
+    return _finish(figure, config), drawn
+
+
+def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Every accepted point of every oil, and the fit at each of its conditions."""
+    oils = list(config["oils"])
+    figure, axes = style.panels(1, len(oils), style.SINGLE_COLUMN_IN * min(len(oils), 2), 2.8)
+    rows = []
+    for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
+        of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        panel = "abcdefghij"[number]
+        colour = style.oil_colour(oil, oils)
+        axis.plot(
+            of_oil["slide_roll_ratio"],
+            of_oil["traction_coefficient"],
+            ".",
+            color=colour,
+            markersize=1.6,
+            alpha=0.15,
+            rasterized=True,
+            label=f"points ({len(of_oil)})",
+        )
+        law = FittedLaw.of(results.coefficients, oil)
+        rows.append(_measured_rows(panel, oil, oil, of_oil))
+        for name, condition in _conditions(results, of_oil):
+            line = _fit_rows(panel, name, oil, law, condition, of_oil)
+            axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color="black")
+            rows.append(line)
+        axis.plot([], [], color="black", label="fit")
+        axis.set_title(f"({panel}) {oil}")
+        axis.legend(loc="lower right")
+    return _finish(figure, config), _together(rows, config)
+
+
+def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
+    """Accepted points of the runs of an oil at given set points."""
+    runs = results.runs[results.runs["oil"] == oil]
+    for name, level in where.items():
+        runs = runs[np.isclose(runs[f"nominal_{name}"], level)]
+    points = results.points
+    return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
+
+
+def _conditions(results: Results, points: pd.DataFrame) -> Iterable[tuple[str, "pd.Series[float]"]]:
+    """Mean measured conditions of the points of each set of set points."""
+    names = [f"nominal_{name}" for name in CONDITIONS]
+    joined = points.merge(results.runs[["run_id", *names]], on="run_id")
+    for _, group in joined.groupby(names, dropna=False):
+        levels = group[names].iloc[0].dropna()
+        yield ", ".join(f"{level:g}" for level in levels), group[list(CONDITIONS)].mean()
+
+
+def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -> pd.DataFrame:
+    """Draw the series of one panel and return exactly what was drawn."""
+    rows = []
+    for one in series:
+        if one.points.empty:
+            continue
+        measured = _measured_rows(panel, one.label, one.oil, one.points)
+        condition = one.points[list(CONDITIONS)].mean()
+        line = _fit_rows(panel, one.label, one.oil, one.law, condition, one.points)
+        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=one.colour)
+        axis.errorbar(
+            measured["slide_roll_ratio"],
+            measured["traction_coefficient"],
+            yerr=measured["traction_coefficient_se"],
+            fmt=one.marker,
+            color=one.colour,
+            markerfacecolor="white",
+            markeredgewidth=0.7,
+            elinewidth=0.7,
+            label=one.label,
+        )
+        rows += [measured, line]
+    axis.set_title(title)
+    return pd.concat(rows) if rows else pd.DataFrame()
+
+
+def _measured_rows(panel: str, label: str, oil: str, points: pd.DataFrame) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "panel": panel,
+            "series": label,
+            "kind": "measured",
+            "oil": oil,
+            "slide_roll_ratio": points["slide_roll_ratio"],
+            "traction_coefficient": points["traction_coefficient"],
+            "traction_coefficient_se": _SE_DRAWN * points["traction_coefficient_se"],
+        }
+    )
+
+
+def _fit_rows(
+    panel: str,
+    label: str,
+    oil: str,
+    law: FittedLaw,
+    condition: "pd.Series[float]",
+    points: pd.DataFrame,
+) -> pd.DataFrame:
+    slip = np.linspace(0, float(points["slide_roll_ratio"].abs().max()), 151)
+    return pd.DataFrame(
+        {
+            "panel": panel,
+            "series": label,
+            "kind": "fit",
+            "oil": oil,
+            "slide_roll_ratio": slip,
+            "traction_coefficient": law.traction(np.asarray(condition, dtype=np.float64), slip),
+            "traction_coefficient_se": np.nan,
+        }
+    )
+
+
+def _fixed_words(choice: Mapping[str, Any]) -> str:
+    return (
+        f"U = {choice['entrainment_speed_m_s']:g} m/s, "
+        f"T = {choice['inlet_temperature_c']:g} \N{DEGREE SIGN}C"
+    )
+
+
+def _leave_room_for_legend(axes: list[Axes]) -> None:
+    axes[0].set_ylim(0, axes[0].get_ylim()[1] * 1.22)
+    axes[0].set_xlim(left=-0.005)
+
+
+def _together(rows: list[pd.DataFrame], config: Mapping[str, Any]) -> pd.DataFrame:
+    """All that was drawn, as one table."""
+    drawn = pd.concat(rows, ignore_index=True)
+    if drawn.empty:
+        raise OilfilmError(
+            f"campaign {config['campaign']['name']!r}: no accepted point lies at the conditions "
+            "that the figure shows; choose others under `figures` or drop the figure from the "
+            "campaign file."
+        )
+    return drawn
+
+
+def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
+    style.label_traction_axes(figure)
+    style.say_source(figure, config["campaign"])
+    style.say_key(figure, "symbols: measured, with 95 % interval (random part); lines: fit")
+    return figure

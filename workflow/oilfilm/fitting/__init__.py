@@ -1,0 +1,1 @@
+"""Fits of any traction law: global search, polish, certificate, uncertainty, identifiability."""

@@ -1,0 +1,255 @@
+"""One law fitted to one oil: searches, certificate, errors, and both tables of the result."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fitting.certificate import Certificate, certify
+from oilfilm.fitting.engine import Optimum, search
+from oilfilm.fitting.problem import (
+    BoolArray,
+    CurveData,
+    Problem,
+    build_problem,
+    curve_data,
+    varied_conditions,
+)
+from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.randomness import generator
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import CONDITIONS, FloatArray, Law, to_constants
+
+_UNITS = dict(zip(CONDITIONS, ("GPa", "m/s", "degC"), strict=True))
+_FEWEST_CURVES_TO_RESAMPLE = 5
+
+
+def fit_oil(
+    points: pd.DataFrame, oil: str, printed: FloatArray | None, config: Mapping[str, Any]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Fit the configured law to one oil's accepted points.
+
+    Args:
+        points: Table of points of the campaign.
+        oil: Oil to fit.
+        printed: The constants printed for that oil, None where there are none.
+        config: The resolved configuration.
+
+    Returns:
+        The oil's rows of the tables `coefficients` and `fit_quality`. Data that cannot be fitted
+        give rows without values and a verdict that says why.
+    """
+    settings = config["fit"]
+    law = LAWS[settings["law"]]
+    data = curve_data(points[points["oil"] == oil])
+    varied = varied_conditions(data.conditions, settings["min_relative_range"])
+    fixed = _fixed_conditions(data, varied)
+    try:
+        problem = build_problem(law, data, varied)
+    except ValueError as error:
+        return _unfitted(law, oil, printed, data, fixed, f"not fitted: {error}")
+    needed = int(problem.free.sum()) + 1
+    if len(data.mu) < needed:
+        why = f"not fitted: {len(data.mu)} accepted points, at least {needed} are needed"
+        return _unfitted(law, oil, printed, data, fixed, why)
+    return _fitted(problem, data, oil, printed, fixed, config)
+
+
+def _fitted(
+    problem: Problem,
+    data: CurveData,
+    oil: str,
+    printed: FloatArray | None,
+    fixed: str,
+    config: Mapping[str, Any],
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    settings, seed = config["fit"], config["seed"]
+    optima = [
+        search(problem, settings, generator(seed, "search", oil, number))
+        for number in range(settings["searches"])
+    ]
+    best = min(optima, key=lambda optimum: optimum.sse)
+    naive = naive_covariance(problem, best)
+    certificate = certify(problem, data, optima, np.sqrt(np.diag(naive)), settings)
+    refits = np.empty((0, len(best.values)))
+    if len(data.runs) >= _FEWEST_CURVES_TO_RESAMPLE:
+        random = generator(seed, "bootstrap", oil)
+        refits = curve_bootstrap(problem, best, settings["bootstrap"], random)
+    coefficients = _coefficients(problem, best, naive, refits, oil, printed)
+    return coefficients, _quality(problem, data, best, certificate, oil, fixed)
+
+
+def _fixed_conditions(data: CurveData, varied: BoolArray) -> str:
+    """The conditions that give no exponent, with their level, in words."""
+    levels = data.conditions.mean(axis=0) if len(data.conditions) else np.full(3, np.nan)
+    return "; ".join(
+        f"{name} unknown" if np.isnan(level) else f"{name} {level:.4g} {_UNITS[name]}"
+        for name, level, varies in zip(CONDITIONS, levels, varied, strict=True)
+        if not varies
+    )
+
+
+def _coefficients(
+    problem: Problem,
+    best: Optimum,
+    naive: FloatArray,
+    refits: FloatArray,
+    oil: str,
+    printed: FloatArray | None,
+) -> pd.DataFrame:
+    law, free = problem.law, problem.free
+    rows = []
+    if free.all():
+        rows = _constant_rows(
+            [constant.name for constant in law.constants],
+            to_constants(law, best.values),
+            np.sqrt(np.diag(naive)) * _slopes(law, best.values),
+            np.array([to_constants(law, refit) for refit in refits]),
+        )
+    else:
+        # the level of a condition that did not vary is inside X0: neither can be told apart
+        for constant in law.constants:
+            known = constant.condition is not None and free[law.constants.index(constant)]
+            rows += (
+                _known_exponent(problem, best, naive, refits, constant.name)
+                if known
+                else [_constant_row(constant.name)]
+            )
+        rows += _local_rows(problem, best, naive, refits)
+    frame = pd.DataFrame(rows).assign(oil=oil, law=law.name)
+    names = [constant.name for constant in law.constants]
+    values = dict(zip(names, printed, strict=True)) if printed is not None else {}
+    frame["printed_value"] = frame["constant"].map(values).astype(float)
+    return tables.conform(frame, "coefficients", f"fit of {oil}")
+
+
+def _slopes(law: Law, internal: FloatArray) -> FloatArray:
+    """|d constant / d internal|: the constant itself where the search uses its logarithm."""
+    signed = np.array([constant.sign != 0 for constant in law.constants])
+    return np.where(signed, np.abs(to_constants(law, internal)), 1.0)
+
+
+def _known_exponent(
+    problem: Problem, best: Optimum, naive: FloatArray, refits: FloatArray, name: str
+) -> list[dict[str, Any]]:
+    names = [constant.name for constant in problem.law.constants]
+    place = int(problem.free[: names.index(name)].sum())
+    return _constant_rows(
+        [name],
+        best.values[[place]],
+        np.sqrt(np.diag(naive))[[place]],
+        refits[:, [place]],
+    )
+
+
+def _local_rows(
+    problem: Problem, best: Optimum, naive: FloatArray, refits: FloatArray
+) -> list[dict[str, Any]]:
+    """A, B and C at the centre of the tested conditions, for data of too few conditions."""
+    design = problem.at.design.mean(axis=0, keepdims=True)
+
+    def local(values: FloatArray) -> FloatArray:
+        return problem.law.local_values(problem.expand(values), design)[0]
+
+    step = 1e-6
+    slopes = np.column_stack(
+        [
+            (local(best.values + shift) - local(best.values - shift)) / (2 * step)
+            for shift in step * np.eye(len(best.values))
+        ]
+    )
+    errors = np.sqrt(np.einsum("ij,jk,ik->i", slopes, naive, slopes))
+    return _constant_rows(
+        list(problem.law.local_constants),
+        local(best.values),
+        errors,
+        np.array([local(refit) for refit in refits]),
+    )
+
+
+def _constant_rows(
+    names: list[str], values: FloatArray, naive_errors: FloatArray, refits: FloatArray
+) -> list[dict[str, Any]]:
+    rows = []
+    for place, name in enumerate(names):
+        row = _constant_row(name, float(values[place]), float(naive_errors[place]))
+        if len(refits):
+            drawn = refits[:, place]
+            lower, upper = np.quantile(drawn, [0.025, 0.975])
+            row |= {"standard_error": drawn.std(ddof=1), "lower": lower, "upper": upper}
+        rows.append(row)
+    return rows
+
+
+def _constant_row(name: str, value: float = np.nan, naive_error: float = np.nan) -> dict[str, Any]:
+    return {
+        "constant": name,
+        "value": value,
+        "standard_error": np.nan,
+        "lower": np.nan,
+        "upper": np.nan,
+        "naive_standard_error": naive_error,
+        "identifiable": not np.isnan(value),
+    }
+
+
+def _quality(
+    problem: Problem,
+    data: CurveData,
+    best: Optimum,
+    certificate: Certificate,
+    oil: str,
+    fixed: str,
+) -> pd.DataFrame:
+    residual = problem.residual(best.values)
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    row = {
+        "oil": oil,
+        "law": problem.law.name,
+        "n_points": len(data.mu),
+        "n_curves": len(data.runs),
+        "sse": best.sse,
+        "rmse": rmse,
+        "relative_rms": rmse / float(np.sqrt(np.mean(data.mu**2))),
+        "max_error": float(np.abs(residual).max()),
+        "fixed_conditions": fixed,
+        **asdict(certificate),
+    }
+    return tables.from_rows([row], "fit_quality")
+
+
+def _unfitted(
+    law: Law, oil: str, printed: FloatArray | None, data: CurveData, fixed: str, why: str
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    rows = [_constant_row(constant.name) for constant in law.constants]
+    values = printed if printed is not None else np.full(len(law.constants), np.nan)
+    coefficients = pd.DataFrame(rows).assign(oil=oil, law=law.name, printed_value=values)
+    numbers = (
+        "sse",
+        "rmse",
+        "relative_rms",
+        "max_error",
+        "sse_spread",
+        "constant_spread",
+        "gradient_cosine",
+        "min_traction",
+    )
+    quality = {
+        "oil": oil,
+        "law": law.name,
+        "n_points": len(data.mu),
+        "n_curves": len(data.runs),
+        "searches": 0,
+        "searches_agreeing": 0,
+        "certified": False,
+        "verdict": why,
+        "fixed_conditions": fixed,
+        **dict.fromkeys(numbers, np.nan),
+    }
+    return (
+        tables.conform(coefficients, "coefficients", f"fit of {oil}"),
+        tables.from_rows([quality], "fit_quality"),
+    )

@@ -1,0 +1,45 @@
+"""How sure the constants are: the Jacobian's errors, and those of whole curves drawn again."""
+
+import numpy as np
+
+from oilfilm.fitting.engine import Optimum, polish
+from oilfilm.fitting.problem import Problem
+from oilfilm.traction.law import FloatArray
+
+# A refit is one draw of a spread: digits beyond these are never seen.
+_REFIT_TOLERANCE = 1e-9
+
+
+def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
+    """Covariance of the free internal constants as if every point had an error of its own.
+
+        s^2 (J^T J)^-1,  s^2 = SSE / (points - constants)
+
+    It is too small wherever a run's points share an error (load, temperature). NaN where the data
+    leave no degree of freedom or the Jacobian is singular.
+    """
+    jacobian = problem.jacobian(optimum.values)
+    degrees = len(problem.mu) - jacobian.shape[1]
+    if degrees <= 0 or np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
+        return np.full((jacobian.shape[1],) * 2, np.nan)
+    _, upper = np.linalg.qr(jacobian)
+    inverse = np.linalg.inv(upper)
+    return np.asarray(optimum.sse / degrees * inverse @ inverse.T)
+
+
+def curve_bootstrap(
+    problem: Problem, optimum: Optimum, refits: int, random: np.random.Generator
+) -> FloatArray:
+    """Refits to as many whole curves drawn with replacement: shape (refits, free constants).
+
+    Points of a run share its calibration and control errors; drawing runs, not points, keeps
+    those errors together.
+
+    Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
+    """
+    curves = len(problem.at.design)
+    draws = random.multinomial(curves, np.full(curves, 1 / curves), size=refits)
+    weights = (np.sqrt(draw)[problem.at.curve] for draw in draws)
+    return np.array(
+        [polish(problem, optimum.values, weight, _REFIT_TOLERANCE).values for weight in weights]
+    )

@@ -1,0 +1,127 @@
+"""Raw logs to samples: every row of every file ends in samples or in quarantine."""
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.contact import load_for_max_hertz_pressure
+from oilfilm.readers import READERS, find_reader
+from oilfilm.readers.base import LoggedRun, Nominal, Reading, refused_file
+from oilfilm.rigs import contact_of
+from oilfilm.units import PA_PER_GPA
+
+
+@dataclass(frozen=True)
+class Ingested:
+    """What a share of a campaign's raw files holds; `samples` by oil."""
+
+    samples: dict[str, pd.DataFrame]
+    runs: pd.DataFrame
+    quarantine: pd.DataFrame
+
+
+def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ingested:
+    """Read raw files into samples, runs and quarantine.
+
+    Args:
+        folder: The campaign's raw folder.
+        files: Paths of the logs, relative to `folder`.
+        config: The resolved configuration.
+
+    Raises:
+        AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
+    """
+    samples: dict[str, list[pd.DataFrame]] = {oil: [] for oil in config["oils"]}
+    runs: list[dict[str, Any]] = []
+    refused: list[dict[str, Any]] = []
+    name = config["campaign"]["name"]
+    for file in files:
+        content = (folder / file).read_bytes()
+        reader_name, reading = read_log(content, file, config)
+        about = {"campaign": name, "file": file}
+        digest = hashlib.sha256(content).hexdigest()
+        for run in reading.runs:
+            rows_refused = sum(r.refused_rows for r in reading.refusals if r.run_id == run.run_id)
+            runs.append(
+                {**about, **_about_run(run, config), "sha256": digest, "reader": reader_name}
+                | {"refused_rows": rows_refused}
+            )
+            samples[run.oil].append(run.samples.assign(run_id=run.run_id))
+        refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
+    return Ingested(
+        {oil: _together(frames) for oil, frames in samples.items()},
+        tables.from_rows(runs, "runs"),
+        tables.from_rows(refused, "quarantine"),
+    )
+
+
+def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str, Reading]:
+    """The reader's name and what it found in one file's bytes.
+
+    Raises:
+        AssertionError: The reader lost a row.
+    """
+    reader = find_reader(content)
+    if reader is None:
+        return "none", _unknown(content)
+    reading = reader.read(content, file, config)
+    kept = sum(len(run.samples) for run in reading.runs)
+    refused = sum(refusal.refused_rows for refusal in reading.refusals)
+    assert kept + refused == reading.rows, (
+        f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
+    )
+    return reader.name, reading
+
+
+def _unknown(content: bytes) -> Reading:
+    known = ", ".join(reader.name for reader in READERS)
+    seen = content[:40].decode("utf-8", "backslashreplace")
+    return refused_file(
+        0,
+        "unknown_format",
+        f"no reader knows this content, which begins {seen!r}" if content else "the file is empty",
+        f"Formats read: {known}. data/raw/README.md describes them.",
+    )
+
+
+def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
+    set_points = asdict(_with_load(run.nominal, config["rigs"][run.rig]))
+    return {
+        "run_id": run.run_id,
+        "oil": run.oil,
+        "rig": run.rig,
+        "kind": run.kind,
+        **{
+            f"nominal_{name}": math.nan if value is None else value
+            for name, value in set_points.items()
+        },
+        "samples": len(run.samples),
+        "plateaus": 0,
+        "accepted_points": 0,
+        "verdict": "refused",
+        "reason": run.flaw,
+    }
+
+
+def _with_load(nominal: Nominal, rig: Mapping[str, Any]) -> Nominal:
+    """Set points with the load that gives the nominal pressure, where only that is given."""
+    contact = contact_of(rig)
+    pressure_gpa = nominal.max_hertz_pressure_gpa
+    if nominal.load_n is not None or pressure_gpa is None or contact is None:
+        return nominal
+    load_n = load_for_max_hertz_pressure(
+        pressure_gpa * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
+    )
+    return Nominal(
+        pressure_gpa, float(load_n), nominal.entrainment_speed_m_s, nominal.inlet_temperature_c
+    )
+
+
+def _together(frames: list[pd.DataFrame]) -> pd.DataFrame:
+    return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")

@@ -1,0 +1,35 @@
+"""What every script of the workflow does around its one call of the library."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from oilfilm.errors import OilfilmError
+from oilfilm.provenance import input_digest, settings_digest
+
+
+@contextmanager
+def job(snakemake: Any) -> Iterator[dict[str, Any]]:
+    """Give a script the provenance of its tables, and end a user's mistake in a sentence.
+
+    The provenance says which campaign, whether its data are simulated, and digests of code,
+    settings and inputs: no clock, no host, no path outside the project.
+    """
+    log = Path(snakemake.log[0])
+    params = snakemake.params
+    try:
+        yield {
+            "campaign": params.config["campaign"]["name"],
+            "data": params.config["campaign"]["data"],
+            "rule": snakemake.rule,
+            "code": params.code,
+            "settings": settings_digest(params.config)[:16],
+            "inputs": {str(path): input_digest(Path(path))[:16] for path in snakemake.input},
+        }
+    except OilfilmError as mistake:
+        log.write_text(f"{mistake}\n", encoding="utf-8")
+        print(mistake, file=sys.stderr)
+        sys.exit(1)
+    log.write_text("done\n", encoding="utf-8")

@@ -1,0 +1,79 @@
+"""Digests that tell which code, settings and inputs a table was made from."""
+
+import ast
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+_PACKAGE = Path(__file__).parent
+
+
+def file_digest(path: Path) -> str:
+    """sha256 of a file's bytes, in hex."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def input_digest(path: Path) -> str:
+    """sha256 of a file, or of the names and contents of all files below a folder."""
+    if path.is_file():
+        return file_digest(path)
+    digest = hashlib.sha256()
+    for file in sorted(path.rglob("*")):
+        if file.is_file():
+            digest.update(f"{file.relative_to(path).as_posix()} {file_digest(file)}\n".encode())
+    return digest.hexdigest()
+
+
+def settings_digest(settings: Mapping[str, Any]) -> str:
+    """sha256 of plain settings, whatever the order of their keys, in hex."""
+    text = json.dumps(settings, sort_keys=True, ensure_ascii=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def code_digest(script: Path) -> str:
+    """sha256 over a script and every module of oilfilm that it imports, directly or not.
+
+    Snakemake does not see that a module behind a script has changed; a rule that carries this
+    digest among its params is run again when, and only when, its own code changes.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(_with_imports([script])):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _with_imports(paths: Iterable[Path]) -> set[Path]:
+    found: set[Path] = set()
+    waiting = list(paths)
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting.extend(_imported(path))
+    return found
+
+
+def _imported(path: Path) -> Iterable[Path]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        for name in names:
+            yield from _module_files(name)
+
+
+def _module_files(name: str) -> Iterable[Path]:
+    parts = name.split(".")
+    if parts[0] != _PACKAGE.name:
+        return
+    # importing a module runs the __init__ of each package above it
+    for depth in range(1, len(parts) + 1):
+        place = _PACKAGE.joinpath(*parts[1:depth])
+        for candidate in (place.with_suffix(".py"), place / "__init__.py"):
+            if candidate.is_file():
+                yield candidate

@@ -1,0 +1,16 @@
+"""Raw formats: one module a format, listed here. Adding a format touches its module and this list.
+
+A file's format is recognised by its content, never by its name.
+"""
+
+from oilfilm.readers.base import Reader
+from oilfilm.readers.csv import CsvReader
+from oilfilm.readers.pcs import PcsReader
+
+READERS: tuple[Reader, ...] = (PcsReader(), CsvReader())
+
+
+def find_reader(content: bytes) -> Reader | None:
+    """The reader that recognises a file's bytes; None for an unknown format."""
+    head = content[:4096]
+    return next((reader for reader in READERS if reader.recognises(head)), None)

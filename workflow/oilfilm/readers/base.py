@@ -1,0 +1,105 @@
+"""What a reader gives: runs out of a raw file, and what it had to refuse."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+
+# A reading beyond this is no measurement of any rig, whatever its unit.
+LARGEST_READING = 1e9
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """Set points of a run; None where the log and the campaign do not say."""
+
+    max_hertz_pressure_gpa: float | None = None
+    load_n: float | None = None
+    entrainment_speed_m_s: float | None = None
+    inlet_temperature_c: float | None = None
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A file, a run or a range of rows that was refused, in words.
+
+    `first_row` and `last_row` count data rows from 1 (0: no row is meant); `refused_rows` says how
+    many rows are kept out of samples because of it.
+    """
+
+    rule: str
+    reason: str
+    advice: str
+    run_id: str = ""
+    first_row: int = 0
+    last_row: int = 0
+    refused_rows: int = 0
+
+
+@dataclass(frozen=True)
+class LoggedRun:
+    """One test run out of a raw file.
+
+    `samples` has the columns of the samples table but for `run_id`. `flaw` names a rule and what
+    it saw where the run as a whole cannot be used (its samples are kept all the same).
+    """
+
+    run_id: str
+    oil: str
+    rig: str
+    kind: str
+    nominal: Nominal
+    samples: pd.DataFrame
+    flaw: str = ""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Everything found in one raw file; `rows` counts its data rows, good and bad."""
+
+    rows: int
+    runs: list[LoggedRun] = field(default_factory=list)
+    refusals: list[Refusal] = field(default_factory=list)
+
+
+class Reader(Protocol):
+    """A raw format. It knows its format and nothing else."""
+
+    name: str
+
+    def recognises(self, head: bytes) -> bool:
+        """True where the first bytes of a file look like this format."""
+        ...
+
+    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+        """Runs and refusals of a file's bytes; runs are named after `file`, which is unique.
+
+        Raises nothing for a bad file: what cannot be used comes back among the refusals.
+        """
+        ...
+
+
+def samples_frame(**given: Any) -> pd.DataFrame:
+    """Samples of one run (without `run_id`); columns that are not given are empty."""
+    rows = len(given["row"])
+    names = [name for name in tables.columns("samples") if name != "run_id"]
+    return pd.DataFrame({name: given.get(name, np.full(rows, np.nan)) for name in names})
+
+
+def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:
+    """The reading of a file of which nothing can be used."""
+    whole = Refusal(rule, reason, advice, "", min(1, rows), rows, rows)
+    return Reading(rows, [], [whole])
+
+
+def as_ranges(rows: np.ndarray[Any, np.dtype[np.int64]]) -> list[tuple[int, int]]:
+    """Sorted row numbers as (first, last) pairs of unbroken ranges."""
+    if len(rows) == 0:
+        return []
+    starts = np.flatnonzero(np.diff(rows, prepend=rows[0] - 2) != 1)
+    ends = np.append(starts[1:] - 1, len(rows) - 1)
+    return [(int(rows[start]), int(rows[end])) for start, end in zip(starts, ends, strict=True)]

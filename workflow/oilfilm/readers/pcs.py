@@ -1,0 +1,310 @@
+"""Text exports of PCS Instruments rigs: MTM and ETM (traction), EHD (film thickness).
+
+An export is a sequence of steps, each with lines of its own and, for some, a table. Steps are
+found by their structure; the lines above the first one are not relied on. Traction steps measure
+each slip in both directions: index 1 with the disc faster, index 2 with the ball faster.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oilfilm.readers.base import (
+    LARGEST_READING,
+    LoggedRun,
+    Nominal,
+    Reading,
+    Refusal,
+    as_ranges,
+    refused_file,
+    samples_frame,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+_STEP = re.compile(r"^Step (\d+)\b.* started at (.+)$")
+_DATE_FORMATS = ("%d/%m/%Y %H:%M:%S", "%d/%m/%Y %H:%M")
+# Step types whose rows are settled readings; the others (warm-up, mapping) are no sweep.
+_SWEEPS = {"traction", "film"}
+# Our name -> the names that the programs of the different rigs give the column.
+_COLUMNS = {
+    "time_s": ("Step Time (s)",),
+    "load_n": ("Ball Load (N)",),
+    "ball_1": ("Ball Speed 1",),
+    "ball_2": ("Ball Speed 2",),
+    "disc_1": ("Disc Speed 1",),
+    "disc_2": ("Disc Speed 2",),
+    "rolling": ("Rolling Speed (mm/s)",),
+    "sliding": ("Sliding Speed (mm/s)",),
+    "srr": ("SRR (%)",),
+    "force_1": ("TF1 (N)", "Traction Force 1 (N)"),
+    "force_2": ("TF2 (N)", "Traction Force 2 (N)"),
+    "force": ("Traction Force (N)",),
+    "coefficient": ("Traction Coeff (-)",),
+    "inlet_temperature_c": ("Lube RTD Temp (degC)", "Lube Temp (°C)", "Lube Temp (degC)"),
+    "film_nm": ("Average Film (nm)",),
+}
+# Room for floating point where an identity holds to exactly half a printed digit.
+_FLOATING = 1e-9
+_REQUIRED = ("time_s", "load_n", "ball_1", "disc_1", "rolling", "sliding", "srr")
+
+
+@dataclass
+class _Step:
+    """One step as it stands in the file."""
+
+    number: int
+    started: str
+    type: str = "unknown"
+    names: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    first_row: int = 0
+
+    @property
+    def rows(self) -> npt.NDArray[np.int64]:
+        return np.arange(self.first_row, self.first_row + len(self.lines))
+
+
+class PcsReader:
+    """Exports of MTM, ETM and EHD rigs."""
+
+    name = "pcs"
+
+    def recognises(self, head: bytes) -> bool:
+        """True where a PCS step or the title of a PCS file stands in the first lines."""
+        text = head.decode("utf-8-sig", "replace")
+        return any(_STEP.match(line) or "Test Data File" in line for line in text.splitlines()[:40])
+
+    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+        """See `Reader.read`."""
+        text = content.decode("utf-8-sig", "replace")
+        steps = list(_steps(text.splitlines()))
+        rows = sum(len(step.lines) for step in steps)
+        oils = list(config["oils"])
+        if len(oils) != 1 or len(config["rigs"]) != 1:
+            return refused_file(
+                rows,
+                "unknown_oil",
+                f"a PCS export does not name its oil, and the campaign has {len(oils)} oils and "
+                f"{len(config['rigs'])} rigs",
+                "Put logs of one oil and one rig into a campaign of their own.",
+            )
+        runs: list[LoggedRun] = []
+        refusals = list(_misdated(steps))
+        cut = bool(text) and not text.endswith(("\n", "\r"))
+        for step in steps:
+            if step.lines:
+                run, refused = _read_step(step, file, config, cut and step is steps[-1])
+                runs += [run] if run is not None else []
+                refusals += refused
+        return Reading(rows, runs, refusals)
+
+
+def _steps(lines: Iterable[str]) -> Iterator[_Step]:
+    """Steps of a file; rows are counted through the file, from 1."""
+    step: _Step | None = None
+    row = 1
+    for line in lines:
+        start = _STEP.match(line)
+        if start:
+            if step is not None:
+                yield step
+            step = _Step(int(start[1]), start[2].strip())
+        elif step is None:
+            continue
+        elif line.startswith("Step type\t"):
+            step.type = line.split("\t")[1].strip()
+        elif "Step Time (s)" in line:
+            step.names = [name.strip() for name in line.split("\t")]
+            step.first_row = row
+        elif step.names and line.count("\t") > 2:
+            step.lines.append(line)
+            row += 1
+    if step is not None:
+        yield step
+
+
+def _misdated(steps: list[_Step]) -> Iterator[Refusal]:
+    """Steps dated after a later one: the clock or the file's order is not to be trusted."""
+    for step, following in pairwise(steps):
+        this, later = _date(step.started), _date(following.started)
+        if this is not None and later is not None and this > later:
+            yield Refusal(
+                "misdated_step",
+                f"step {step.number} is dated {step.started}, after step {following.number} "
+                f"({following.started})",
+                "No row is refused for it; do not rely on the dates of these steps.",
+            )
+
+
+def _date(text: str) -> datetime | None:
+    for form in _DATE_FORMATS:
+        try:
+            return datetime.strptime(text, form)
+        except ValueError:
+            continue
+    return None
+
+
+def _read_step(
+    step: _Step, file: str, config: Mapping[str, Any], cut: bool
+) -> tuple[LoggedRun | None, list[Refusal]]:
+    run_id = f"{file}:step{step.number:03d}"
+    first, last = int(step.rows[0]), int(step.rows[-1])
+    places = _column_places(step.names)
+    missing = [_COLUMNS[name][0] for name in _REQUIRED if name not in places]
+    if step.type.lower() not in _SWEEPS:
+        refusal = Refusal(
+            "not_a_sweep",
+            f"step {step.number} is of type {step.type!r}; expected a traction or film sweep",
+            "Nothing to do: such rows carry no traction curve.",
+            run_id,
+            first,
+            last,
+            len(step.lines),
+        )
+        return None, [refusal]
+    if missing:
+        refusal = Refusal(
+            "columns",
+            f"step {step.number} lacks the columns {', '.join(missing)}",
+            "Export the step again with all columns.",
+            run_id,
+            first,
+            last,
+            len(step.lines),
+        )
+        return None, [refusal]
+    values, readable = _cells(step, places)
+    if cut:
+        readable[-1] = False
+    sound = readable & _identities_hold(values)
+    refusals = [
+        *_refuse(
+            run_id,
+            step.rows[~readable],
+            "unreadable_row",
+            "cells are missing, cut or no numbers",
+            "Look at these rows of the raw file.",
+        ),
+        *_refuse(
+            run_id,
+            step.rows[readable & ~sound],
+            "identity_broken",
+            "the row contradicts itself: its speeds, slip, forces and coefficient do not agree",
+            "Look at these rows: a sensor or the export has failed there.",
+        ),
+    ]
+    return _run(
+        step, run_id, {key: array[sound] for key, array in values.items()}, step.rows[sound], config
+    ), refusals
+
+
+def _column_places(names: list[str]) -> dict[str, int]:
+    """Position of each known column; the first columns of a table repeat later ones."""
+    return {
+        ours: len(names) - 1 - names[::-1].index(theirs)
+        for ours, known in _COLUMNS.items()
+        for theirs in known
+        if theirs in names
+    }
+
+
+def _cells(
+    step: _Step, places: Mapping[str, int]
+) -> tuple[dict[str, FloatArray], npt.NDArray[np.bool_]]:
+    """Numbers of the known columns (blank: NaN) and whether each row can be read."""
+    cells = [line.split("\t") for line in step.lines]
+    values: dict[str, FloatArray] = {name: np.full(len(cells), np.nan) for name in _COLUMNS}
+    readable = np.ones(len(cells), dtype=bool)
+    for name, place in places.items():
+        for index, row in enumerate(cells):
+            text = row[place].strip() if place < len(row) else ""
+            try:
+                values[name][index] = float(text) if text else np.nan
+            except ValueError:
+                readable[index] = False
+    for name in places:
+        array = values[name]
+        readable &= ~(np.abs(array) > LARGEST_READING)
+        if name in _REQUIRED:
+            readable &= ~np.isnan(array)
+    return values, readable
+
+
+def _identities_hold(values: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
+    """Whether each row agrees with itself to the rounding of its cells.
+
+    TF = (TF1 - TF2)/2; coefficient = |TF|/W; rolling = mean surface speed; sliding = disc minus
+    ball, directions averaged; SRR = 100 sliding/rolling. Identities of cells that the rig leaves
+    blank are not asked.
+    """
+    ball, disc = _surface_speeds(values)
+    rolling, force, srr = values["rolling"], values["force"], values["srr"]
+    abs_load, abs_rolling = np.abs(values["load_n"]), np.abs(rolling)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # what rounding each cell of the identity to its printed digits can make of it
+        differences = (
+            (force - (values["force_1"] - values["force_2"]) / 2, 1e-4),
+            (np.abs(force) / values["load_n"] - values["coefficient"], 5e-5 + 1e-4 / abs_load),
+            (rolling - (ball + disc) / 2, 0.010),
+            (values["sliding"] - (disc - ball), 0.015),
+            (srr - 100 * values["sliding"] / rolling, _srr_rounding(srr, abs_rolling)),
+        )
+        broken = [np.abs(difference) > allowed + _FLOATING for difference, allowed in differences]
+    return np.asarray(~np.any(broken, axis=0))
+
+
+def _srr_rounding(srr: FloatArray, rolling: FloatArray) -> FloatArray:
+    """Error of 100 sliding/rolling with both speeds rounded to 0.01 mm/s, SRR to 0.001 %."""
+    return (0.5 + 0.005 * np.abs(srr)) / rolling + 0.0005
+
+
+def _surface_speeds(values: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Ball and disc speed as if the disc were the faster body in both directions, in mm/s."""
+    two_ways = ~np.isnan(values["ball_2"]) & ~np.isnan(values["disc_2"])
+    slower = np.where(two_ways, (values["ball_1"] + values["disc_2"]) / 2, values["ball_1"])
+    faster = np.where(two_ways, (values["disc_1"] + values["ball_2"]) / 2, values["disc_1"])
+    return slower, faster
+
+
+def _refuse(
+    run_id: str, rows: npt.NDArray[np.int64], rule: str, what: str, advice: str
+) -> list[Refusal]:
+    return [
+        Refusal(
+            rule, f"rows {first} to {last}: {what}", advice, run_id, first, last, last - first + 1
+        )
+        for first, last in as_ranges(rows)
+    ]
+
+
+def _run(
+    step: _Step,
+    run_id: str,
+    values: Mapping[str, FloatArray],
+    rows: npt.NDArray[np.int64],
+    config: Mapping[str, Any],
+) -> LoggedRun:
+    ball, disc = _surface_speeds(values)
+    samples = samples_frame(
+        row=rows,
+        time_s=values["time_s"],
+        load_n=values["load_n"],
+        traction_force_n=values["force"],
+        traction_force_1_n=values["force_1"],
+        traction_force_2_n=values["force_2"],
+        ball_speed_m_s=ball * 1e-3,
+        disc_speed_m_s=disc * 1e-3,
+        inlet_temperature_c=values["inlet_temperature_c"],
+        film_thickness_um=values["film_nm"] * 1e-3,
+    )
+    nominal = Nominal(**config["campaign"].get("set_points", {}))
+    (oil,), (rig,) = config["oils"], config["rigs"]
+    return LoggedRun(run_id, oil, rig, "steps", nominal, samples)

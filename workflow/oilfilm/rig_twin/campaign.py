@@ -1,0 +1,25 @@
+"""A whole simulated campaign: the logs of every planned run and the table of the truth."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from oilfilm.randomness import generator
+from oilfilm.rig_twin.plan import PlannedRun, planned_runs
+from oilfilm.rig_twin.simulate import simulate_log
+from oilfilm.traction.law import FloatArray
+
+
+def simulate_campaign(
+    config: Mapping[str, Any], constants: Mapping[str, FloatArray]
+) -> Iterator[tuple[PlannedRun, bytes, dict[str, Any]]]:
+    """Each planned run with the bytes of its log and its row of the truth table.
+
+    The random numbers of a run depend on the seed and the run's name alone, so that a run is the
+    same whichever others are simulated with it.
+    """
+    campaign = config["campaign"]
+    (rig,) = config["rigs"].values()
+    for run in planned_runs(campaign):
+        random = generator(config["seed"], "rig twin", run.name)
+        content, truth = simulate_log(run, constants[run.oil], campaign["twin"], rig, random)
+        yield run, content, truth

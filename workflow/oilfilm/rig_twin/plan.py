@@ -1,0 +1,63 @@
+"""Which runs a simulated campaign has. Standard library only: the Snakefile asks for the names."""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+# Planted defect -> the gate or rule that must catch it.
+GATES = {
+    "truncated": "truncated",
+    "swapped_sign": "swapped_sign",
+    "stuck_sensor": "stuck_sensor",
+    "wrong_units": "load_off_nominal",
+    "thin_film": "thin_film",
+    "duplicate": "duplicate_condition",
+}
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run of the simulated campaign: oil, set points and the defect planted in it, if any."""
+
+    oil: str
+    max_hertz_pressure_gpa: float
+    entrainment_speed_m_s: float
+    inlet_temperature_c: float
+    defect: str = ""
+
+    @property
+    def name(self) -> str:
+        """File name of the run's log, which is also the run's name."""
+        condition = (
+            f"P{self.max_hertz_pressure_gpa:.2f}_U{self.entrainment_speed_m_s:02.0f}"
+            f"_T{self.inlet_temperature_c:03.0f}"
+        )
+        again = "_again" if self.defect == "duplicate" else ""
+        return f"{self.oil}_{condition}{again}.csv"
+
+
+def planned_runs(campaign: Mapping[str, Any]) -> list[PlannedRun]:
+    """Runs of a campaign file with `matrix` and `twin`, in the order of their names.
+
+    A defect at a condition of the matrix replaces that run; a duplicate, and a defect at another
+    condition, is one run more.
+    """
+    levels = campaign["matrix"]
+    runs = {
+        run.name: run
+        for run in (
+            PlannedRun(oil, float(pressure), float(speed), float(temperature))
+            for oil, pressure, speed, temperature in itertools.product(
+                campaign["oils"],
+                levels["max_hertz_pressure_gpa"],
+                levels["entrainment_speed_m_s"],
+                levels["inlet_temperature_c"],
+            )
+        )
+    }
+    for defect in campaign["twin"]["defects"]:
+        pressure, speed, temperature = map(float, defect["condition"])
+        run = PlannedRun(defect["oil"], pressure, speed, temperature, defect["kind"])
+        runs[run.name] = run
+    return [runs[name] for name in sorted(runs)]

@@ -1,0 +1,204 @@
+"""The rig twin: traction-rig logs simulated from a traction law with the rig's own troubles.
+
+Truth is a law with known constants. On top come the sensors' noise, the drift of the traction
+sensor's zero, the control errors of load, speed and temperature, errors that a whole run shares,
+the overshoot of the slip control, wild readings and, in a few runs, planted defects.
+"""
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as arrow
+import pyarrow.csv as arrow_csv
+from scipy.signal import lfilter
+
+from oilfilm.contact import load_for_max_hertz_pressure, max_hertz_pressure
+from oilfilm.errors import OilfilmError
+from oilfilm.rig_twin.plan import GATES, PlannedRun
+from oilfilm.rigs import Contact, contact_of
+from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.units import PA_PER_GPA, surface_speed_to_rpm
+
+FloatArray = npt.NDArray[np.float64]
+
+_NEWTON_PER_KGF = 9.80665
+_DECIMALS = {
+    "time_s": 2,
+    "load_n": 3,
+    "traction_force_n": 5,
+    "ball_speed_rpm": 2,
+    "disc_speed_rpm": 2,
+    "inlet_temperature_c": 2,
+}
+
+
+@dataclass(frozen=True)
+class TrueRun:
+    """What really happened in a simulated run, instant by instant, before any sensor."""
+
+    time_s: FloatArray
+    slide_roll_ratio: FloatArray
+    entrainment_speed_m_s: FloatArray
+    load_n: FloatArray
+    max_hertz_pressure_gpa: FloatArray
+    inlet_temperature_c: FloatArray
+    traction_force_n: FloatArray
+
+
+def simulate_log(
+    run: PlannedRun,
+    constants: FloatArray,
+    twin: Mapping[str, Any],
+    rig: Mapping[str, Any],
+    random: np.random.Generator,
+) -> tuple[bytes, dict[str, Any]]:
+    """One simulated log as bytes of the csv format, and its row of the truth table.
+
+    Args:
+        run: What to simulate.
+        constants: The twelve constants of Eqs 7-9 that are true for the run's oil.
+        twin: The campaign file's `twin`.
+        rig: The rig file's values.
+        random: Source of every random number of this run.
+    """
+    contact = contact_of(rig)
+    if contact is None:
+        raise OilfilmError(f"the rig twin needs a rig of known geometry; {rig['name']!r} has none")
+    true = _true_run(run, constants, twin, contact, random)
+    logged = _logged(run, true, twin, rig, random)
+    content = _header(run).encode() + _table(logged)
+    if run.defect == "truncated":
+        content = _cut(content)
+    truth = {
+        "run_id": run.name,
+        "oil": run.oil,
+        "defect": run.defect,
+        "gate": GATES.get(run.defect, ""),
+        "max_hertz_pressure_gpa": true.max_hertz_pressure_gpa.mean(),
+        "entrainment_speed_m_s": true.entrainment_speed_m_s.mean(),
+        "inlet_temperature_c": true.inlet_temperature_c.mean(),
+    }
+    return content, truth
+
+
+def slip_programme(twin: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+    """Time and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
+    rate = twin["sampling_rate_hz"]
+    rolling = np.zeros(round(twin["baseline_s"] * rate))
+    steps = np.linspace(0, twin["slip_max"], twin["slip_steps"])
+    target = np.concatenate([rolling, np.repeat(steps, round(twin["step_s"] * rate)), rolling])
+    time_s = np.arange(len(target)) / rate
+    # a damped second-order answer to each change of the set point
+    decay = np.exp(-time_s / twin["response_s"])
+    answer = decay * np.cos(time_s / twin["response_s"])
+    changes = np.diff(target, prepend=0.0)
+    still_to_go = np.convolve(changes, answer)[: len(target)]
+    return time_s, target - still_to_go
+
+
+def _true_run(
+    run: PlannedRun,
+    constants: FloatArray,
+    twin: Mapping[str, Any],
+    contact: Contact,
+    random: np.random.Generator,
+) -> TrueRun:
+    time_s, slip = slip_programme(twin)
+    nominal_load_n = load_for_max_hertz_pressure(
+        run.max_hertz_pressure_gpa * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
+    )
+    load_error, speed_error, temperature_error = random.standard_normal(3)
+    load_n = nominal_load_n * (
+        1 + twin["control_load"] * load_error + _wander(time_s, twin, random)
+    )
+    speed_m_s = run.entrainment_speed_m_s * (
+        1 + twin["control_speed"] * speed_error + _wander(time_s, twin, random)
+    )
+    temperature_c = np.full_like(
+        time_s, run.inlet_temperature_c + twin["control_temperature_c"] * temperature_error
+    )
+    pressure_gpa = (
+        max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa) / PA_PER_GPA
+    )
+    mu = traction_coefficient(constants, pressure_gpa, speed_m_s, temperature_c, np.abs(slip))
+    force_n = np.sign(slip) * mu * load_n
+    return TrueRun(time_s, slip, speed_m_s, load_n, pressure_gpa, temperature_c, force_n)
+
+
+def _logged(
+    run: PlannedRun,
+    true: TrueRun,
+    twin: Mapping[str, Any],
+    rig: Mapping[str, Any],
+    random: np.random.Generator,
+) -> dict[str, FloatArray]:
+    """What the sensors make of it, planted defects included."""
+    load_gain, temperature_error, zero, drift = random.standard_normal(4)
+
+    def noise(sensor: str) -> FloatArray:
+        spread = twin["noise_of_full_scale"] * rig["full_scale"][sensor]
+        return spread * random.standard_normal(len(true.time_s))
+
+    share = true.time_s / true.time_s[-1]
+    force_n = true.traction_force_n + twin["zero_offset_n"] * zero
+    force_n = force_n + twin["zero_drift_n"] * drift * share + noise("traction_force_n")
+    wild = random.choice(len(force_n), twin["spikes"], replace=False)
+    force_n[wild] += twin["spike_n"] * random.choice([-1.0, 1.0], twin["spikes"])
+    load_n = true.load_n * (1 + twin["systematic_load"] * load_gain) + noise("load_n")
+    half_slip = true.slide_roll_ratio / 2
+    ball_m_s = true.entrainment_speed_m_s * (1 - half_slip) + noise("surface_speed_m_s")
+    disc_m_s = true.entrainment_speed_m_s * (1 + half_slip) + noise("surface_speed_m_s")
+    temperature_c = true.inlet_temperature_c + noise("temperature_c")
+    temperature_c = temperature_c + twin["systematic_temperature_c"] * temperature_error
+    if run.defect == "swapped_sign":
+        force_n = -force_n
+    if run.defect == "wrong_units":
+        load_n = load_n / _NEWTON_PER_KGF
+    if run.defect == "stuck_sensor":
+        start = int(0.4 * len(force_n))
+        force_n[start:] = force_n[start]
+    return {
+        "time_s": true.time_s,
+        "load_n": load_n,
+        "traction_force_n": force_n,
+        "ball_speed_rpm": surface_speed_to_rpm(ball_m_s, rig["ball_track_radius_m"]),
+        "disc_speed_rpm": surface_speed_to_rpm(disc_m_s, rig["disc_track_radius_m"]),
+        "inlet_temperature_c": temperature_c,
+    }
+
+
+def _wander(time_s: FloatArray, twin: Mapping[str, Any], random: np.random.Generator) -> FloatArray:
+    """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
+    memory = np.exp(-(time_s[1] - time_s[0]) / 1.0)
+    pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
+    return twin["wander"] * np.asarray(lfilter([1.0], [1.0, -memory], pushes))
+
+
+def _header(run: PlannedRun) -> str:
+    return (
+        "# simulated: yes - written by the oilfilm rig twin, not a measurement\n"
+        f"# oil: {run.oil}\n"
+        f"# max_hertz_pressure_gpa: {run.max_hertz_pressure_gpa:g}\n"
+        f"# entrainment_speed_m_s: {run.entrainment_speed_m_s:g}\n"
+        f"# inlet_temperature_c: {run.inlet_temperature_c:g}\n"
+    )
+
+
+def _table(columns: Mapping[str, FloatArray]) -> bytes:
+    # what a data logger writes: a fixed number of decimals
+    rounded = {name: np.round(values, _DECIMALS[name]) for name, values in columns.items()}
+    buffer = io.BytesIO()
+    arrow_csv.write_csv(arrow.table(rounded), buffer, arrow_csv.WriteOptions(quoting_style="none"))
+    # column names are quoted whatever the style
+    names, end, rows = buffer.getvalue().partition(b"\n")
+    return names.replace(b'"', b"") + end + rows
+
+
+def _cut(content: bytes) -> bytes:
+    """The bytes up to the middle of a row, as a full disk leaves them."""
+    end = content.index(b"\n", int(0.6 * len(content))) + 1
+    return content[: content.index(b",", content.index(b",", end) + 1) + 3]

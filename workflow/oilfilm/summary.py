@@ -1,0 +1,79 @@
+"""The one-screen summary that a run ends with."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+
+def summarise(
+    *,
+    runs: pd.DataFrame,
+    points: pd.DataFrame,
+    quarantine: pd.DataFrame,
+    coefficients: pd.DataFrame,
+    quality: pd.DataFrame,
+    campaign: Mapping[str, Any],
+) -> str:
+    """What was made, how good each fit is and where to look, as text."""
+    name = campaign["name"]
+    source = "SIMULATED by the rig twin" if campaign["data"] == "simulated" else "measured"
+    lines = [
+        f"Campaign {name} ({source}): {campaign['description']}",
+        f"  runs    {(runs['verdict'] == 'accepted').sum()} accepted of {len(runs)}",
+        f"  points  {points['accepted'].sum()} accepted of {len(points)}",
+        f"  samples {runs['samples'].sum()} rows; "
+        f"{quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
+        *_unjudged(points, campaign),
+        *_refusals(runs, points, quarantine),
+        "",
+        *_fits(coefficients, quality),
+        "",
+        f"Tables:  results/{name}/tables (start with quarantine.parquet and fit_quality.parquet)",
+        f"Figures: results/{name}/figures",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _unjudged(points: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
+    unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
+    if not unjudged.any():
+        return []
+    reason = campaign["film_unjudged"]["reason"]
+    return [f"  FILM NOT JUDGED for {unjudged.sum()} accepted points: {reason}"]
+
+
+def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> list[str]:
+    counts = quarantine["rule"].value_counts()
+    gates = points.loc[~points["accepted"], "reasons"].str.split(";").explode().value_counts()
+    lines = []
+    if len(counts):
+        lines.append(
+            "  quarantine: " + ", ".join(f"{rule} {count}" for rule, count in counts.items())
+        )
+    if len(gates):
+        lines.append(
+            "  points refused by: " + ", ".join(f"{gate} {count}" for gate, count in gates.items())
+        )
+    return lines
+
+
+def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
+    lines = []
+    for fit in quality.to_dict("records"):
+        if np.isnan(fit["rmse"]):
+            lines.append(f"  {fit['oil']}: {fit['verdict']}")
+            continue
+        lines.append(
+            f"  {fit['oil']}: {fit['n_points']} points of {fit['n_curves']} curves, "
+            f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['verdict']}"
+        )
+        rows = coefficients[coefficients["oil"] == fit["oil"]]
+        lost = rows.loc[~rows["identifiable"], "constant"]
+        if len(lost):
+            lines.append(
+                f"    not identifiable from these conditions ({fit['fixed_conditions']}): "
+                + ", ".join(lost)
+            )
+    return lines

@@ -1,0 +1,455 @@
+"""The contract: what every table holds, checked whenever one is written or read.
+
+One pandera model stands for one table. A column's unit is the end of its name (`load_n`,
+`entrainment_speed_m_s`), its meaning is its description here, and both travel in the Parquet
+file, beside the schema version and the provenance.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+import pandera.pandas as pa
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+from pandera.typing.pandas import Series
+
+from oilfilm.errors import OilfilmError
+
+SCHEMA_VERSION = 1
+
+# The end of a column's name -> its unit; the longest ending that fits counts.
+_UNITS = {
+    "_s": "s",
+    "_n": "N",
+    "_m_s": "m/s",
+    "_c": "degC",
+    "_gpa": "GPa",
+    "_um": "um",
+    "_ratio": "1",
+    "_coefficient": "1",
+}
+# Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
+_LARGEST = 1e12
+
+
+def _number(
+    description: str, *, at_least: float = -_LARGEST, at_most: float = _LARGEST, gaps: bool = False
+) -> Any:
+    return pa.Field(ge=at_least, le=at_most, nullable=gaps, coerce=True, description=description)
+
+
+def _count(description: str) -> Any:
+    return pa.Field(ge=0, coerce=True, description=description)
+
+
+def _text(description: str, *, one_of: tuple[str, ...] = (), gaps: bool = False) -> Any:
+    allowed: dict[str, Any] = {"isin": list(one_of)} if one_of else {}
+    return pa.Field(nullable=gaps, coerce=True, description=description, **allowed)
+
+
+def _flag(description: str) -> Any:
+    return pa.Field(coerce=True, description=description)
+
+
+class _Table(pa.DataFrameModel):
+    class Config:
+        strict = True
+        ordered = True
+
+
+class Samples(_Table):
+    """One logged instant of one run, in SI units, before any correction."""
+
+    run_id: Series[pd.CategoricalDtype] = pa.Field(
+        coerce=True, description="run the instant belongs to"
+    )
+    row: Series[np.int64] = _count("data row in the raw log, counted from 1")
+    time_s: Series[float] = _number("time since the log's own start")
+    load_n: Series[float] = _number("normal load as logged", gaps=True)
+    traction_force_n: Series[float] = _number(
+        "traction force as logged; the sensor's zero is still in it", gaps=True
+    )
+    traction_force_1_n: Series[float] = _number(
+        "force with the disc faster, on rigs that reverse the slip (PCS TF1)", gaps=True
+    )
+    traction_force_2_n: Series[float] = _number(
+        "force with the ball faster, on rigs that reverse the slip (PCS TF2)", gaps=True
+    )
+    ball_speed_m_s: Series[float] = _number("surface speed of the ball at the contact", gaps=True)
+    disc_speed_m_s: Series[float] = _number("surface speed of the disc at the contact", gaps=True)
+    inlet_temperature_c: Series[float] = _number("oil temperature at the inlet", gaps=True)
+    film_thickness_um: Series[float] = _number(
+        "film thickness measured by optical interferometry (EHD rigs only)", gaps=True
+    )
+
+
+class Runs(_Table):
+    """One test run: where it came from and what became of it."""
+
+    run_id: Series[str] = _text("unique name of the run in its campaign")
+    campaign: Series[str] = _text("campaign the run belongs to")
+    oil: Series[str] = _text("oil as named in config/oils")
+    rig: Series[str] = _text("rig as named in config/rigs")
+    kind: Series[str] = _text(
+        "continuous: a signal against time; steps: each row is already a settled reading",
+        one_of=("continuous", "steps"),
+    )
+    nominal_max_hertz_pressure_gpa: Series[float] = _number("set point", at_least=0, gaps=True)
+    nominal_load_n: Series[float] = _number("set point", at_least=0, gaps=True)
+    nominal_entrainment_speed_m_s: Series[float] = _number("set point", at_least=0, gaps=True)
+    nominal_inlet_temperature_c: Series[float] = _number("set point", at_least=-273.15, gaps=True)
+    file: Series[str] = _text("raw log, relative to the campaign's raw folder")
+    sha256: Series[str] = _text("of the raw log's bytes")
+    reader: Series[str] = _text("reader that understood the log")
+    samples: Series[np.int64] = _count("rows of the log that are in samples")
+    refused_rows: Series[np.int64] = _count("rows of this run that are in quarantine")
+    plateaus: Series[np.int64] = _count("steady plateaus found, each a row of points")
+    accepted_points: Series[np.int64] = _count("points that passed every gate")
+    verdict: Series[str] = _text(
+        "accepted: at least one point passed", one_of=("accepted", "refused")
+    )
+    reason: Series[str] = _text("gate that refused the whole run and what it saw; empty if none")
+
+
+class Points(_Table):
+    """One steady plateau: the operating point, the traction coefficient and every gate's verdict.
+
+    Standard errors are those of a plateau mean with autocorrelated noise. They hold the random
+    part only: calibration errors, the same for a whole run, are not in them.
+    """
+
+    run_id: Series[str] = _text("run the plateau belongs to")
+    oil: Series[str] = _text("oil as named in config/oils")
+    first_row: Series[np.int64] = _count("first row of the settled part, in the raw log")
+    last_row: Series[np.int64] = _count("last row of the settled part")
+    n_samples: Series[np.int64] = _count("rows averaged; flagged spikes are not among them")
+    n_spikes: Series[np.int64] = _count("rows left out of the mean as spikes of the force signal")
+    time_s: Series[float] = _number("middle of the settled part")
+    slide_roll_ratio: Series[float] = _number("(disc - ball) speed over entrainment speed")
+    slide_roll_ratio_se: Series[float] = _number("standard error of the mean", gaps=True)
+    entrainment_speed_m_s: Series[float] = _number("mean of the two surface speeds")
+    load_n: Series[float] = _number("mean normal load", gaps=True)
+    inlet_temperature_c: Series[float] = _number("mean inlet temperature", gaps=True)
+    max_hertz_pressure_gpa: Series[float] = _number(
+        "by Hertz from the measured load; null where geometry or material is unknown",
+        at_least=0,
+        gaps=True,
+    )
+    film_thickness_um: Series[float] = _number(
+        "calculated (Hamrock-Dowson, settings under film); null where it cannot be calculated",
+        at_least=0,
+        gaps=True,
+    )
+    lambda_ratio: Series[float] = _number(
+        "film thickness over combined roughness, as configured under film", at_least=0, gaps=True
+    )
+    film_judgement: Series[str] = _text(
+        "full film: lambda above its limit",
+        one_of=("full film", "below limit", "cannot be judged"),
+    )
+    traction_force_n: Series[float] = _number("mean force above the zero reference", gaps=True)
+    traction_coefficient: Series[float] = _number("traction force over load", gaps=True)
+    traction_coefficient_se: Series[float] = _number(
+        "random standard error, zero reference included; null for single readings",
+        at_least=0,
+        gaps=True,
+    )
+    slip_change: Series[float] = _number("second half minus first half of the plateau", gaps=True)
+    traction_change: Series[float] = _number("the same of the traction coefficient", gaps=True)
+    force_asymmetry: Series[float] = _number(
+        "|TF1 + TF2| / (|TF1| + |TF2|): 0 where both slip directions pull alike, 1 where one has "
+        "not reversed",
+        at_least=0,
+        at_most=1 + 1e-9,
+        gaps=True,
+    )
+    accepted: Series[bool] = _flag("true where no gate refused the point")
+    reasons: Series[str] = _text("names of the gates that refused it, joined by ';'; empty if none")
+
+
+class Quarantine(_Table):
+    """One thing that was refused - a file, a run or a range of rows - and why."""
+
+    campaign: Series[str] = _text("campaign")
+    file: Series[str] = _text("raw log, relative to the campaign's raw folder")
+    run_id: Series[str] = _text("run concerned; empty where the whole file is")
+    stage: Series[str] = _text("stage that refused", one_of=("ingest", "curate"))
+    rule: Series[str] = _text("name of the rule or gate")
+    first_row: Series[np.int64] = _count("first data row concerned; 0 where no row is meant")
+    last_row: Series[np.int64] = _count("last data row concerned")
+    refused_rows: Series[np.int64] = _count("rows that are not in samples because of this")
+    reason: Series[str] = _text("what was found and what was expected")
+    advice: Series[str] = _text("what to do about it")
+
+
+class Coefficients(_Table):
+    """One constant of one traction law for one oil."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    constant: Series[str] = _text("name as in the law's equation")
+    value: Series[float] = _number("fitted value; null where not identifiable", gaps=True)
+    standard_error: Series[float] = _number(
+        "from resampling whole curves, so that errors shared by a run are in it",
+        at_least=0,
+        gaps=True,
+    )
+    lower: Series[float] = _number("2.5 % quantile of the resampled fits", gaps=True)
+    upper: Series[float] = _number("97.5 % quantile", gaps=True)
+    naive_standard_error: Series[float] = _number(
+        "from the Jacobian, as if every point were independent: too small wherever a run has "
+        "errors of its own",
+        at_least=0,
+        gaps=True,
+    )
+    identifiable: Series[bool] = _flag("false where the tested conditions cannot give it")
+    printed_value: Series[float] = _number("value printed in the paper, signs restored", gaps=True)
+
+
+class FitQuality(_Table):
+    """How good one law's fit to one oil is, and the proof that it is the best one."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    n_points: Series[np.int64] = _count("accepted points fitted")
+    n_curves: Series[np.int64] = _count("runs they come from")
+    sse: Series[float] = _number("sum of squared errors of mu (Eq. 10)", at_least=0, gaps=True)
+    rmse: Series[float] = _number("root-mean-square error of mu", at_least=0, gaps=True)
+    relative_rms: Series[float] = _number(
+        "rmse over the root-mean-square of measured mu", at_least=0, gaps=True
+    )
+    max_error: Series[float] = _number("largest |fitted - measured| mu", at_least=0, gaps=True)
+    searches: Series[np.int64] = _count("independent global searches, each from its own seed")
+    searches_agreeing: Series[np.int64] = _count("of them, those that ended at the best optimum")
+    sse_spread: Series[float] = _number(
+        "(largest - best) / best SSE over the searches", at_least=0, gaps=True
+    )
+    constant_spread: Series[float] = _number(
+        "largest difference of a constant between searches, in naive standard errors",
+        at_least=0,
+        gaps=True,
+    )
+    gradient_cosine: Series[float] = _number(
+        "largest |cos| between the residual and a column of the Jacobian: 0 at an optimum",
+        at_least=0,
+        gaps=True,
+    )
+    min_traction: Series[float] = _number(
+        "smallest mu on a dense grid over the tested box", gaps=True
+    )
+    certified: Series[bool] = _flag("true where every part of the certificate holds")
+    verdict: Series[str] = _text("the certificate in a sentence")
+    fixed_conditions: Series[str] = _text(
+        "conditions that did not vary enough to give exponents, with their level"
+    )
+
+
+class Truth(_Table):
+    """What the rig twin planted in a simulated run. Only the twin and the tests read it."""
+
+    run_id: Series[str] = _text("run")
+    oil: Series[str] = _text("oil")
+    defect: Series[str] = _text("planted defect; empty for a clean run")
+    gate: Series[str] = _text("gate or rule that must catch it; empty for a clean run")
+    max_hertz_pressure_gpa: Series[float] = _number("true mean pressure")
+    entrainment_speed_m_s: Series[float] = _number("true mean speed")
+    inlet_temperature_c: Series[float] = _number("true mean temperature")
+
+
+class CoefficientTable(_Table):
+    """The constants beside the printed ones, as drawn (Eqs 11-13)."""
+
+    oil: Series[str] = _text("oil")
+    constant: Series[str] = _text("constant")
+    value: Series[float] = _number("fitted value", gaps=True)
+    standard_error: Series[float] = _number("standard error", at_least=0, gaps=True)
+    printed_value: Series[float] = _number("printed value", gaps=True)
+    distance: Series[float] = _number("(fitted - printed) in standard errors", gaps=True)
+
+
+class Curves(_Table):
+    """Exactly what a figure of mu against slip draws."""
+
+    panel: Series[str] = _text("panel letter")
+    series: Series[str] = _text("legend entry")
+    kind: Series[str] = _text("measured: points; fit: line", one_of=("measured", "fit"))
+    oil: Series[str] = _text("oil")
+    slide_roll_ratio: Series[float] = _number("abscissa")
+    traction_coefficient: Series[float] = _number("ordinate")
+    traction_coefficient_se: Series[float] = _number("half length of the error bar", gaps=True)
+
+
+TABLES: dict[str, type[_Table]] = {
+    "samples": Samples,
+    "runs": Runs,
+    "points": Points,
+    "quarantine": Quarantine,
+    "coefficients": Coefficients,
+    "fit_quality": FitQuality,
+    "truth": Truth,
+    "coefficient_table": CoefficientTable,
+    "curves": Curves,
+}
+
+
+def _curve_rows_are_unique(frame: pd.DataFrame) -> str:
+    return _repeated(frame, ["run_id", "first_row"])
+
+
+def _verdict_agrees_with_reasons(frame: pd.DataFrame) -> str:
+    wrong = frame["accepted"] != (frame["reasons"] == "")
+    return f"{wrong.sum()} points are accepted with a reason or refused without" * bool(wrong.any())
+
+
+def _repeated(frame: pd.DataFrame, key: list[str]) -> str:
+    repeated = frame[frame.duplicated(key)]
+    if repeated.empty:
+        return ""
+    first = ", ".join(f"{name} {repeated.iloc[0][name]}" for name in key)
+    return f"{len(repeated)} rows repeat {' + '.join(key)}, the first at {first}"
+
+
+# Checks over several columns; each returns a complaint or an empty text.
+_CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
+    "runs": (lambda frame: _repeated(frame, ["run_id"]),),
+    "points": (_curve_rows_are_unique, _verdict_agrees_with_reasons),
+    "coefficients": (lambda frame: _repeated(frame, ["oil", "law", "constant"]),),
+    "fit_quality": (lambda frame: _repeated(frame, ["oil", "law"]),),
+}
+
+
+def unit_of(column: str) -> str:
+    """The unit that a column's name ends in; empty for columns without one."""
+    name = column.removesuffix("_se")
+    endings = [ending for ending in _UNITS if name.endswith(ending)]
+    return _UNITS[max(endings, key=len)] if endings else ""
+
+
+def columns(table: str) -> list[str]:
+    """Names of a table's columns, in order."""
+    return list(TABLES[table].to_schema().columns)
+
+
+def empty(table: str) -> pd.DataFrame:
+    """The table with no rows and every column of its type."""
+    return conform(pd.DataFrame({name: [] for name in columns(table)}), table, "an empty table")
+
+
+def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
+    """A table from one mapping a row; no rows give the empty table."""
+    return conform(pd.DataFrame(rows), table, "new rows") if rows else empty(table)
+
+
+def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
+    """The frame with the table's columns in order and its types, every check passed.
+
+    Columns are checked one at a time: a whole frame of samples at once takes three times the
+    memory.
+
+    Raises:
+        OilfilmError: A column is missing, unknown, or holds what the contract forbids.
+    """
+    schema = TABLES[table].to_schema()
+    missing = [name for name in schema.columns if name not in frame.columns]
+    unknown = [name for name in frame.columns if name not in schema.columns]
+    if missing or unknown:
+        raise OilfilmError(
+            f"{where}: table {table!r} lacks {missing or 'no column'} and has the unknown "
+            f"{unknown or 'none'}. It was made by another version: rebuild it."
+        )
+    checked = {}
+    for name, column in schema.columns.items():
+        try:
+            checked[name] = column.validate(frame[[name]], lazy=True)[name].array
+        except (pa.errors.SchemaErrors, pa.errors.SchemaError) as error:
+            case = error.failure_cases.iloc[0]
+            expected = case.get("check", column.dtype)
+            raise OilfilmError(
+                f"{where}: table {table!r}, column {name!r} ({column.description}): found "
+                f"{case['failure_case']!r} at row {case['index']}, expected {expected}."
+            ) from error
+    conformed = pd.DataFrame(checked, columns=list(schema.columns))
+    for check in _CHECKS.get(table, ()):
+        complaint = check(conformed)
+        if complaint:
+            raise OilfilmError(f"{where}: table {table!r}: {complaint}.")
+    return conformed
+
+
+def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, Any]) -> None:
+    """Check a table and write it whole or not at all, with units and provenance in the footer.
+
+    Args:
+        frame: The rows.
+        table: Name of the table's model.
+        path: Parquet file to write.
+        provenance: At least `campaign` and `data` ("simulated" or "measured"); plain JSON values.
+
+    Raises:
+        OilfilmError: The frame breaks the contract.
+    """
+    content = arrow.Table.from_pandas(
+        conform(frame, table, str(path)), schema=_arrow_schema(table), preserve_index=False
+    )
+    footer = {"table": table, "schema_version": SCHEMA_VERSION, **provenance}
+    content = content.replace_schema_metadata(
+        {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(path.name + ".part")
+    parquet.write_table(content, aside, compression="zstd", row_group_size=1 << 18)
+    aside.replace(path)
+
+
+def read(table: str, path: Path) -> pd.DataFrame:
+    """Read a table and check it again.
+
+    Raises:
+        OilfilmError: The file is missing or damaged, holds another table or another schema
+            version, or breaks the contract.
+    """
+    footer = read_footer(path)
+    if footer.get("table") != table or footer.get("schema_version") != SCHEMA_VERSION:
+        raise OilfilmError(
+            f"{path}: holds table {footer.get('table')!r}, schema version "
+            f"{footer.get('schema_version')!r}; expected {table!r}, version {SCHEMA_VERSION}. "
+            "Delete it and run snakemake again."
+        )
+    return conform(parquet.read_table(path).to_pandas(), table, str(path))
+
+
+def read_footer(path: Path) -> dict[str, Any]:
+    """Provenance, table name and schema version of a Parquet file.
+
+    Raises:
+        OilfilmError: The file is missing, damaged or was not written by oilfilm.
+    """
+    try:
+        metadata = parquet.read_schema(path).metadata or {}
+    except (OSError, arrow.ArrowException) as error:
+        raise OilfilmError(
+            f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
+        ) from error
+    if b"oilfilm" not in metadata:
+        raise OilfilmError(f"{path}: is Parquet, but not a table of oilfilm.")
+    return cast(dict[str, Any], json.loads(metadata[b"oilfilm"]))
+
+
+def _arrow_schema(table: str) -> arrow.Schema:
+    types = {
+        "float64": arrow.float64(),
+        "int64": arrow.int64(),
+        "bool": arrow.bool_(),
+        "category": arrow.dictionary(arrow.int32(), arrow.string()),
+    }
+    fields = []
+    for name, column in TABLES[table].to_schema().columns.items():
+        about = {"unit": unit_of(name), "description": column.description}
+        fields.append(
+            arrow.field(name, types.get(str(column.dtype), arrow.string()), metadata=about)
+        )
+    return arrow.schema(fields)

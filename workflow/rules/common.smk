@@ -1,0 +1,62 @@
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+
+from oilfilm.config import resolve
+from oilfilm.errors import OilfilmError
+from oilfilm.provenance import code_digest
+from oilfilm.raw_files import raw_files, shard_of
+from oilfilm.rig_twin.plan import planned_runs
+
+try:
+    CONFIG = resolve(Path("config"), config)
+    CAMPAIGN = CONFIG["campaign"]
+    RAW = Path("data/raw", CAMPAIGN["name"])
+    SIMULATED = "twin" in CAMPAIGN
+    FILES = [run.name for run in planned_runs(CAMPAIGN)] if SIMULATED else raw_files(RAW)
+except OilfilmError as mistake:
+    raise WorkflowError(str(mistake)) from None
+
+OILS = list(CONFIG["oils"])
+SHARDS = sorted({shard_of(file, CONFIG["shards"]) for file in FILES})
+
+
+pathvars:
+    raw=RAW.as_posix(),
+    tables=f"results/{CAMPAIGN['name']}/tables",
+    parts=f"results/{CAMPAIGN['name']}/parts",
+    figures=f"results/{CAMPAIGN['name']}/figures",
+    logs=f"results/{CAMPAIGN['name']}/logs",
+    results=f"results/{CAMPAIGN['name']}",
+
+
+wildcard_constraints:
+    shard=r"\d+",
+    oil="|".join(OILS),
+
+
+def part(*keys):
+    """The parts of the configuration that a rule depends on, in a fixed order."""
+    return {key: CONFIG[key] for key in sorted(("campaign", *keys))}
+
+
+def code(script):
+    """Digest of a script and of every module behind it: changed code runs its rules again."""
+    return code_digest(Path(workflow.basedir, "workflow/scripts", script))
+
+
+def files_of_shard(wildcards):
+    return [file for file in FILES if shard_of(file, CONFIG["shards"]) == int(wildcards.shard)]
+
+
+def logs_of_shard(wildcards):
+    """The logs of one share; the twin's folder as a whole, because one job writes it."""
+    if SIMULATED:
+        return RAW.as_posix()
+    return [(RAW / file).as_posix() for file in files_of_shard(wildcards)]
+
+
+def print_summary():
+    summary = Path("results", CAMPAIGN["name"], "summary.txt")
+    if summary.is_file():
+        print(summary.read_text(encoding="utf-8"))

@@ -1,0 +1,36 @@
+rule curate:
+    "Steady plateaus of one share of the runs, with every gate's verdict."
+    input:
+        samples=rules.ingest.output.samples,
+        runs=rules.ingest.output.runs,
+    output:
+        points="<parts>/curate/{shard}/points.parquet",
+        runs="<parts>/curate/{shard}/runs.parquet",
+        quarantine="<parts>/curate/{shard}/quarantine.parquet",
+    log:
+        "<logs>/curate-{shard}.log",
+    params:
+        code=code("curate.py"),
+        config=part("rigs", "oils", "film", "curation", "gates"),
+    script:
+        "../scripts/curate.py"
+
+
+rule collect:
+    "All runs and points of the campaign, judged by the gates that compare runs."
+    input:
+        points=expand(rules.curate.output.points, shard=SHARDS),
+        runs=expand(rules.curate.output.runs, shard=SHARDS),
+        quarantine=expand(rules.curate.output.quarantine, shard=SHARDS),
+        unread=expand(rules.ingest.output.quarantine, shard=SHARDS),
+    output:
+        points="<tables>/points.parquet",
+        runs="<tables>/runs.parquet",
+        quarantine="<tables>/quarantine.parquet",
+    log:
+        "<logs>/collect.log",
+    params:
+        code=code("collect.py"),
+        config=part(),
+    script:
+        "../scripts/collect.py"

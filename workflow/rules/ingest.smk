@@ -1,0 +1,34 @@
+if SIMULATED:
+
+    rule twin:
+        "SIMULATED logs of the whole campaign, and the truth behind them."
+        input:
+            printed="data/reference/printed_coefficients.yaml",
+        output:
+            logs=directory("<raw>"),
+            truth="<results>/twin/truth.parquet",
+        log:
+            "<logs>/twin.log",
+        params:
+            code=code("twin.py"),
+            config=part("rigs", "seed"),
+        script:
+            "../scripts/twin.py"
+
+
+rule ingest:
+    "Samples of one share of the raw logs; what cannot be read goes to quarantine."
+    input:
+        logs=logs_of_shard,
+    output:
+        samples=[f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS],
+        runs="<parts>/ingest/{shard}/runs.parquet",
+        quarantine="<parts>/ingest/{shard}/quarantine.parquet",
+    log:
+        "<logs>/ingest-{shard}.log",
+    params:
+        code=code("ingest.py"),
+        files=files_of_shard,
+        config=part("rigs", "oils"),
+    script:
+        "../scripts/ingest.py"

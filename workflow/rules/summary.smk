@@ -1,0 +1,17 @@
+rule summary:
+    "What was made, how good each fit is and where to look, in one screen of text."
+    input:
+        runs=rules.collect.output.runs,
+        points=rules.collect.output.points,
+        quarantine=rules.collect.output.quarantine,
+        coefficients=rules.fits.output.coefficients,
+        quality=rules.fits.output.quality,
+    output:
+        "<results>/summary.txt",
+    log:
+        "<logs>/summary.log",
+    params:
+        code=code("summary.py"),
+        config=part(),
+    script:
+        "../scripts/summary.py"

@@ -1,0 +1,23 @@
+"""Bring all shares of a campaign together and compare its runs with each other."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.curation.curate import Curated, collect
+from oilfilm.job import job
+
+with job(snakemake) as provenance:
+    found = snakemake.input
+    shares = [
+        Curated(
+            tables.read("points", Path(points)),
+            tables.read("runs", Path(runs)),
+            tables.read("quarantine", Path(refused)),
+        )
+        for points, runs, refused in zip(found.points, found.runs, found.quarantine, strict=True)
+    ]
+    unread = [tables.read("quarantine", Path(path)) for path in found.unread]
+    campaign = collect(shares, unread, snakemake.params.config)
+    tables.write(campaign.points, "points", Path(snakemake.output.points), provenance)
+    tables.write(campaign.runs, "runs", Path(snakemake.output.runs), provenance)
+    tables.write(campaign.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

@@ -1,0 +1,16 @@
+"""Bring the fits of all oils together."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.job import job
+
+with job(snakemake) as provenance:
+    for table, parts, whole in (
+        ("coefficients", snakemake.input.coefficients, snakemake.output.coefficients),
+        ("fit_quality", snakemake.input.quality, snakemake.output.quality),
+    ):
+        together = pd.concat([tables.read(table, Path(path)) for path in parts], ignore_index=True)
+        tables.write(together, table, Path(whole), provenance)

@@ -1,0 +1,16 @@
+"""Read one share of the raw logs into samples, runs and quarantine."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.ingest import ingest
+from oilfilm.job import job
+
+with job(snakemake) as provenance:
+    config = snakemake.params.config
+    folder = Path("data/raw", config["campaign"]["name"])
+    found = ingest(folder, snakemake.params.files, config)
+    for frame, path in zip(found.samples.values(), snakemake.output.samples, strict=True):
+        tables.write(frame, "samples", Path(path), provenance)
+    tables.write(found.runs, "runs", Path(snakemake.output.runs), provenance)
+    tables.write(found.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

@@ -1,0 +1,19 @@
+"""Write the one-screen summary of a campaign."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.job import job
+from oilfilm.summary import summarise
+
+with job(snakemake) as provenance:
+    found = snakemake.input
+    text = summarise(
+        runs=tables.read("runs", Path(found.runs)),
+        points=tables.read("points", Path(found.points)),
+        quarantine=tables.read("quarantine", Path(found.quarantine)),
+        coefficients=tables.read("coefficients", Path(found.coefficients)),
+        quality=tables.read("fit_quality", Path(found.quality)),
+        campaign=snakemake.params.config["campaign"],
+    )
+    Path(snakemake.output[0]).write_text(text, encoding="utf-8")
