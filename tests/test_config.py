@@ -91,6 +91,14 @@ def test_wrong_value_on_the_command_line_is_refused(folder: Path) -> None:
         resolve(folder, {"fit": {"searches": 0}})
 
 
+def test_numbers_inside_groups_of_the_command_line_are_numbers(folder: Path) -> None:
+    # snakemake --config "gates={'load_tolerance': 0.05}" hands over the text '0.05'
+    resolved = resolve(folder, {"gates": {"load_tolerance": "0.05"}})
+    assert resolved["gates"]["load_tolerance"] == 0.05
+    with pytest.raises(OilfilmError, match="found 'much', expected a number"):
+        resolve(folder, {"gates": {"load_tolerance": "much"}})
+
+
 def test_unknown_campaign_names_the_known_ones(folder: Path) -> None:
     with pytest.raises(OilfilmError, match=r"no such campaign file.*demo.*template"):
         resolve(folder, {"campaign": "june"})

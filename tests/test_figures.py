@@ -98,7 +98,7 @@ def test_real_curves_are_called_measured(etm: Campaign) -> None:
     coefficients, _ = etm.fit("unrecorded-oil", bootstrap=20, searches=2)
     results = Results(etm.curated.points, etm.curated.runs, coefficients)
     figure, drawn = FIGURES["curves"].draw(results, etm.config)
-    assert "Measured data" in figure.texts[-1].get_text()
+    assert "Measured data" in " ".join(text.get_text() for text in figure.texts)
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
     figure, drawn = FIGURES["eqs11-13"].draw(results, etm.config)
     assert drawn["value"].notna().sum() == 3

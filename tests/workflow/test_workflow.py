@@ -13,14 +13,14 @@ import yaml
 from campaigns import ROOT
 from oilfilm import tables
 
-pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
+pytestmark = pytest.mark.workflow
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the project with a small simulated campaign: one oil, 8 runs, two defects."""
+    """A copy of the project with a small simulated campaign: one oil, 12 runs, two defects."""
     place = tmp_path_factory.mktemp("project")
     for name in ("config", "profiles", "workflow"):
         shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -30,13 +30,13 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     demo["oils"] = ["4102"]
     demo["figures"] = ["eqs11-13", "curves"]
     demo["matrix"] = {
-        "max_hertz_pressure_gpa": [1.0, 1.5],
+        "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
         "entrainment_speed_m_s": [25, 40],
         "inlet_temperature_c": [50, 120],
     }
     demo["twin"]["defects"] = [
         {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
-        {"oil": "4102", "condition": [1.5, 6, 120], "kind": "thin_film"},
+        {"oil": "4102", "condition": [1.0, 40, 50], "kind": "swapped_sign"},
     ]
     demo["settings"] = {"fit": {"bootstrap": 20, "searches": 2}, "shards": 2}
     small = yaml.safe_dump(demo, allow_unicode=True)
@@ -85,7 +85,7 @@ def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
         assert str(place) not in str(footer)
     runs = tables.read("runs", folder / "runs.parquet")
     refused = runs.loc[runs["verdict"] == "refused", "reason"].str.partition(":")[0]
-    assert sorted(refused) == ["thin_film", "truncated"]
+    assert sorted(refused) == ["swapped_sign", "truncated"]
 
 
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:

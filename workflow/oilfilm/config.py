@@ -87,7 +87,8 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
         )
     campaign = load_checked(path, "campaign")
     merged = merge(settings, campaign.pop("settings", {}))
-    merged = merge(merged, {key: value for key, value in overrides.items() if key != "campaign"})
+    given = {key: value for key, value in overrides.items() if key != "campaign"}
+    merged = merge(merged, _with_numbers(given))
     problem = _first_problem({**merged, "campaign": name}, "config")
     if problem is not None:
         raise OilfilmError(f"{path} (settings) or the command line's --config: {_explain(problem)}")
@@ -111,6 +112,16 @@ def merge(base: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
         else:
             merged[key] = value
     return merged
+
+
+def _with_numbers(given: Any) -> Any:
+    """Values of the command line, on which Snakemake leaves numbers inside groups as text."""
+    if isinstance(given, Mapping):
+        return {key: _with_numbers(value) for key, value in given.items()}
+    if not isinstance(given, str):
+        return given
+    value = yaml.safe_load(given)
+    return value if isinstance(value, int | float) else given
 
 
 def _load_named(folder: Path, name: str, schema_name: str, asked_by: Path) -> dict[str, Any]:

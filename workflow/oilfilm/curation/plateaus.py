@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.signal import find_peaks
+from scipy.ndimage import maximum_filter1d
 
 from oilfilm.curation.signals import FloatArray, IndexArray
 
@@ -34,9 +34,10 @@ def find_steps(time_s: FloatArray, slip: FloatArray, settings: Mapping[str, Any]
     change = np.abs(after - before) / window
     noise = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(slip)))) / np.sqrt(2)
     limit = max(settings["min_step"], settings["noise_factor"] * noise * np.sqrt(2 / window))
-    # two peaks within a window are one step seen twice through the noise
-    peaks, _ = find_peaks(change, height=limit, distance=window)
-    return middle[peaks]
+    # two peaks within a window are one step seen twice through the noise: the higher one counts
+    highest = maximum_filter1d(change, 2 * window + 1, mode="constant")
+    peaks = np.flatnonzero((change == highest) & (change > limit))
+    return middle[peaks[np.diff(peaks, prepend=-window - 1) > window]]
 
 
 def settled_parts(

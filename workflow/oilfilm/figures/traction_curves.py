@@ -257,5 +257,5 @@ def _together(rows: list[pd.DataFrame], config: Mapping[str, Any]) -> pd.DataFra
 def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
     style.label_traction_axes(figure)
     style.say_source(figure, config["campaign"])
-    style.say_key(figure, "symbols: measured, with 95 % interval (random part); lines: fit")
+    style.say_key(figure, "symbols: plateau means, 95 % interval (random part); lines: fit")
     return figure

@@ -24,7 +24,6 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law, to_constants
 
 _UNITS = dict(zip(CONDITIONS, ("GPa", "m/s", "degC"), strict=True))
-_FEWEST_CURVES_TO_RESAMPLE = 5
 
 
 def fit_oil(
@@ -75,7 +74,7 @@ def _fitted(
     naive = naive_covariance(problem, best)
     certificate = certify(problem, data, optima, np.sqrt(np.diag(naive)), settings)
     refits = np.empty((0, len(best.values)))
-    if len(data.runs) >= _FEWEST_CURVES_TO_RESAMPLE:
+    if len(data.runs) >= settings["min_curves_to_resample"]:
         random = generator(seed, "bootstrap", oil)
         refits = curve_bootstrap(problem, best, settings["bootstrap"], random)
     coefficients = _coefficients(problem, best, naive, refits, oil, printed)

@@ -4,7 +4,7 @@ import numpy as np
 
 from oilfilm.fitting.engine import Optimum, polish
 from oilfilm.fitting.problem import Problem
-from oilfilm.traction.law import FloatArray
+from oilfilm.traction.law import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
 _REFIT_TOLERANCE = 1e-9
@@ -33,13 +33,23 @@ def curve_bootstrap(
     """Refits to as many whole curves drawn with replacement: shape (refits, free constants).
 
     Points of a run share its calibration and control errors; drawing runs, not points, keeps
-    those errors together.
+    those errors together. A draw whose curves cannot tell the exponents apart is drawn again.
 
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
-    curves = len(problem.at.design)
-    draws = random.multinomial(curves, np.full(curves, 1 / curves), size=refits)
+    draws = _draws(problem.at.design, refits, random)
     weights = (np.sqrt(draw)[problem.at.curve] for draw in draws)
     return np.array(
         [polish(problem, optimum.values, weight, _REFIT_TOLERANCE).values for weight in weights]
     )
+
+
+def _draws(design: FloatArray, count: int, random: np.random.Generator) -> IndexArray:
+    """How often each curve is drawn, shape (count, curves); every draw identifies what all do."""
+    curves, rank = len(design), np.linalg.matrix_rank(design)
+    draws: list[IndexArray] = []
+    while len(draws) < count:
+        draw = random.multinomial(curves, np.full(curves, 1 / curves))
+        if np.linalg.matrix_rank(design[draw > 0]) == rank:
+            draws.append(draw)
+    return np.array(draws)
