@@ -4,6 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+
 from oilfilm.errors import OilfilmError
 from oilfilm.job import job
 
