@@ -93,9 +93,11 @@ def test_blank_lines_and_crlf_are_no_rows(read) -> None:
         (b"# oil: 9999\n" + NAMES + ROW, "unknown_oil", "'9999'; the campaign knows 4102"),
         (b"# oil: 4102\n# rig: moon\n" + NAMES + ROW, "unknown_rig", "'moon'"),
         (b"# oil: 4102\n# load_n: much\n" + NAMES + ROW, "header", "load_n: 'much'"),
-        (b"# oil: 4102\n" + NAMES.replace(b"load_n", b"load"), "columns", "lacks the columns"),
+        (b"# oil: 4102\n" + NAMES.replace(b"load_n", b"load"), "columns", "no unit"),
+        (b"# oil: 4102\n" + NAMES.replace(b"load_n", b"weight"), "columns", "lacks the columns"),
+        (b"# oil: 4102\n" + NAMES.replace(b"load_n", b"load [m]"), "columns", "'m' is none of N"),
         (b"# oil: 4102\n" + NAMES.replace(b"load_n", b"time_s,load_n"), "columns", "repeats"),
-        (b"# oil: 4102\n", "columns", "lacks the columns"),
+        (b"# oil: 4102\n", "columns", "no line names columns"),
     ],
 )
 def test_unusable_file_is_refused_whole(read, content: bytes, rule: str, words: str) -> None:

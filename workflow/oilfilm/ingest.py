@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.contact import load_for_max_hertz_pressure
@@ -15,6 +16,10 @@ from oilfilm.readers import READERS, find_reader
 from oilfilm.readers.base import LoggedRun, Nominal, Reading, refused_file
 from oilfilm.rigs import contact_of
 from oilfilm.units import PA_PER_GPA
+
+_COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
+# A day of 50 Hz logging is 0.3 GiB; a file that unfolds to more was made to fill the memory.
+_LARGEST_LOG = 1 << 29
 
 
 @dataclass(frozen=True)
@@ -67,6 +72,15 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
     Raises:
         AssertionError: The reader lost a row.
     """
+    try:
+        content = unpack(content)
+    except OSError as error:
+        return "none", refused_file(
+            0,
+            "damaged_archive",
+            f"the compressed file cannot be unpacked: {error}",
+            "Copy it again from the rig; what it held cannot be told.",
+        )
     reader = find_reader(content)
     if reader is None:
         return "none", _unknown(content)
@@ -77,6 +91,22 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
         f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
     )
     return reader.name, reading
+
+
+def unpack(content: bytes) -> bytes:
+    """The bytes inside a .gz or .zst file, known by their first bytes; others as they are.
+
+    Raises:
+        OSError: The compressed stream is cut or damaged, or unfolds beyond any log's size.
+    """
+    codec = next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+    if codec is None:
+        return content
+    with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
+        unpacked = stream.read(_LARGEST_LOG + 1)
+    if len(unpacked) > _LARGEST_LOG:
+        raise OSError(f"it unfolds to more than {_LARGEST_LOG >> 20} MiB")
+    return bytes(unpacked)
 
 
 def _unknown(content: bytes) -> Reading:

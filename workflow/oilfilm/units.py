@@ -1,5 +1,10 @@
 """The edges of the library: SI inside, GPa, um, degC and rpm outside; converted only here."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,3 +22,73 @@ def rpm_to_surface_speed(speed_rpm: FloatArray, radius_m: float) -> FloatArray:
 def surface_speed_to_rpm(speed_m_s: FloatArray, radius_m: float) -> FloatArray:
     """Rotational speed in rpm that gives `speed_m_s` at `radius_m` from the axis."""
     return np.asarray(speed_m_s) / radius_m * (60 / (2 * np.pi))
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """value in `unit` = scale * logged value + offset."""
+
+    unit: str
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+# What logs write and pint reads otherwise: 1/min would be a frequency, not revolutions.
+_SPELLINGS = {
+    "1/min": "rpm",
+    "min-1": "rpm",
+    "min^-1": "rpm",
+    "r/min": "rpm",
+    "rev/min": "rpm",
+    "u/min": "rpm",
+    "\N{DEGREE SIGN}c": "degC",
+    "\N{DEGREE CELSIUS}": "degC",
+    "c": "degC",
+    "\N{DEGREE SIGN}f": "degF",
+    "\N{DEGREE FAHRENHEIT}": "degF",
+    "k": "kelvin",
+    "kgf": "kilogram_force",
+    "gf": "gram_force",
+    "lbf": "pound_force",
+    "n": "newton",
+}
+
+
+@cache
+def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
+    """How a logged unit becomes the first of `targets` that it measures the same quantity as.
+
+    Args:
+        unit: Unit as a log writes it: N, kgf, lbf, rpm, rad/s, degC, K, degF, m/s, mm/s, GPa ...
+        targets: Units that the caller can use.
+
+    Raises:
+        ValueError: The unit is unknown or measures something else.
+    """
+    if unit in targets:
+        return Conversion(unit)
+    registry = _registry()
+    spelling = _SPELLINGS.get(unit.strip().lower(), unit.strip())
+    for target in targets:
+        try:
+            at_zero, at_one = (
+                registry.Quantity(value, spelling).to(target).magnitude for value in (0.0, 1.0)
+            )
+        except Exception:  # noqa: S112  (pint raises a dozen unrelated kinds)
+            continue
+        return Conversion(target, float(at_one - at_zero), float(at_zero))
+    raise ValueError(f"the unit {unit!r} is none of {_in_words(targets)}, nor converts to one")
+
+
+@cache
+def _registry() -> Any:
+    # imported where needed: logs in the project's own units do not pay for it
+    import pint  # noqa: PLC0415
+
+    registry: Any = pint.UnitRegistry()
+    registry.define("gram_force = kilogram_force / 1000")
+    return registry
+
+
+def _in_words(targets: Sequence[str]) -> str:
+    return " or ".join(targets)

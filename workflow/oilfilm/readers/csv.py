@@ -1,6 +1,6 @@
-"""Comma-separated logs: a `# key: value` header, one line of column names, then the rows.
+"""Text logs with one row an instant: a header, one line of column names, then the rows.
 
-data/raw/README.md describes the format for the person who writes such files.
+data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
 
 import io
@@ -13,6 +13,7 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
+from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.readers.base import (
     LARGEST_READING,
     LoggedRun,
@@ -23,92 +24,70 @@ from oilfilm.readers.base import (
     refused_file,
     samples_frame,
 )
-from oilfilm.units import rpm_to_surface_speed
-
-_COLUMNS = (
-    "time_s",
-    "load_n",
-    "traction_force_n",
-    "ball_speed_rpm",
-    "disc_speed_rpm",
-    "inlet_temperature_c",
+from oilfilm.readers.layout import (
+    QUANTITIES,
+    Layout,
+    LayoutError,
+    count_rows,
+    find_layout,
+    normalise,
 )
+from oilfilm.rigs import contact_of
+from oilfilm.units import PA_PER_GPA, rpm_to_surface_speed
+
+FloatArray = npt.NDArray[np.float64]
+IndexArray = npt.NDArray[np.int64]
+
 _SET_POINTS = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 _FORMAT = "data/raw/README.md describes the format."
 
 
 class CsvReader:
-    """The project's own csv format."""
+    """Text logs in columns, in any dialect."""
 
     name = "csv"
 
     def recognises(self, head: bytes) -> bool:
-        """True where the file starts with a `#` comment or with the first column's name."""
-        return head.lstrip().startswith((b"#", _COLUMNS[0].encode()))
+        """True for text with a `#` comment or a line of several cells near its top."""
+        text = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")
+        if not text or "\0" in text[:200]:
+            return False
+        return text.startswith("#") or any(
+            line.count(mark) >= 3 for line in text.splitlines()[:100] for mark in ",;\t|"
+        )
 
     def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
         """See `Reader.read`."""
-        keys, table = _split_header(content)
-        whole, _, tail = table.rpartition(b"\n")
-        names = whole.partition(b"\n")[0].decode("utf-8", "replace").strip().split(",")
-        rows = _count_rows(whole) + bool(tail.strip())
-        problem = _header_problem(keys, config) or _column_problem(names)
+        try:
+            layout = find_layout(content, config["campaign"].get("columns", {}))
+        except LayoutError as error:
+            return refused_file(error.rows, "columns", str(error), f"{_FORMAT}")
+        whole, _, tail = layout.table.rpartition(b"\n")
+        rows = count_rows(whole) + bool(tail.strip())
+        problem = _header_problem(layout, config)
         if problem:
             return refused_file(rows, *problem)
-        values, numbers, bad = _parse(whole)
+        values, numbers, bad = _parse(whole, layout)
         refusals = [_bad_range(file, first, last) for first, last in as_ranges(bad)]
-        cut = _cut_row(tail, len(names), rows, file)
+        cut = _cut_row(tail, layout, rows, file)
         if cut is not None:
             refusals.append(cut)
         flaw = f"{cut.rule}: {cut.reason}" if cut and cut.rule == "truncated" else ""
-        return Reading(rows, [_run(values, numbers, keys, file, config, flaw)], refusals)
+        return Reading(rows, [_run(values, numbers, layout, file, config, flaw)], refusals)
 
 
-def _split_header(content: bytes) -> tuple[dict[str, str], bytes]:
-    """The header's keys and the bytes from the line of column names on."""
-    keys: dict[str, str] = {}
-    start = 0
-    while start < len(content):
-        end = content.find(b"\n", start)
-        line = content[start : end if end >= 0 else len(content)].strip()
-        if line and not line.startswith(b"#"):
-            break
-        key, colon, value = line.lstrip(b"#").decode("utf-8", "replace").partition(":")
-        if colon:
-            keys[key.strip()] = value.strip()
-        start = end + 1 if end >= 0 else len(content)
-    return keys, content[start:]
-
-
-def _count_rows(table: bytes) -> int:
-    """Lines that hold something, but for the line of names."""
-    if b"\n\n" in table or b"\r" in table:
-        lines = sum(bool(line.strip()) for line in table.split(b"\n"))
-    else:
-        lines = table.count(b"\n") + bool(table)
-    return max(lines - 1, 0)
-
-
-def _header_problem(
-    keys: Mapping[str, str], config: Mapping[str, Any]
-) -> tuple[str, str, str] | None:
+def _header_problem(layout: Layout, config: Mapping[str, Any]) -> tuple[str, str, str] | None:
+    keys = layout.keys
     oil, rig = keys.get("oil"), keys.get("rig", next(iter(config["rigs"])))
     if oil is None:
         return ("header", "the header has no line `# oil: ...`", f"Add it. {_FORMAT}")
-    if oil not in config["oils"]:
-        known = ", ".join(config["oils"])
-        return (
-            "unknown_oil",
-            f"the header says oil {oil!r}; the campaign knows {known}",
-            "Correct the header, or add the oil to the campaign file.",
-        )
-    if rig not in config["rigs"]:
-        known = ", ".join(config["rigs"])
-        return (
-            "unknown_rig",
-            f"the header says rig {rig!r}; the campaign knows {known}",
-            "Correct the header, or add the rig to the campaign file.",
-        )
+    for kind, name, known in (("oil", oil, config["oils"]), ("rig", rig, config["rigs"])):
+        if name not in known:
+            return (
+                f"unknown_{kind}",
+                f"the header says {kind} {name!r}; the campaign knows {', '.join(known)}",
+                f"Correct the header, or add the {kind} to the campaign file.",
+            )
     if keys.get("simulated", "no") != "no" and config["campaign"]["data"] == "measured":
         return (
             "simulated_log",
@@ -124,60 +103,76 @@ def _header_problem(
                 f"the header says {name}: {keys[name]!r}; expected a number",
                 f"Correct the header. {_FORMAT}",
             )
-    return None
+    return _rig_problem(layout, rig, config["rigs"][rig])
 
 
-def _column_problem(names: list[str]) -> tuple[str, str, str] | None:
-    missing = [name for name in _COLUMNS if name not in names]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if not missing and not repeated:
+def _rig_problem(layout: Layout, name: str, rig: Mapping[str, Any]) -> tuple[str, str, str] | None:
+    """What the columns need of the rig and its file does not say."""
+    units = {column.quantity: column.to.unit for column in layout.columns}
+    needed = [
+        f"{body}_track_radius_m" for body in ("ball", "disc") if units[f"{body}_speed"] == "rpm"
+    ]
+    needed += ["ball_radius_m"] if units["load"] == "GPa" else []
+    missing = [key for key in needed if key not in rig]
+    if not missing:
         return None
-    found = f"lacks the columns {', '.join(missing)}" if missing else f"repeats {repeated[0]!r}"
     return (
-        "columns",
-        f"the line of column names {found}; it reads {','.join(names)[:200]!r}",
-        f"Name the columns as expected, once each. {_FORMAT}",
+        "rig",
+        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
+        f"Add it to config/rigs/{name}.yaml.",
     )
 
 
-def _parse(
-    table: bytes,
-) -> tuple[pd.DataFrame, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Values of the good rows, their row numbers, and the numbers of the bad rows."""
+def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:
+    """Values of the good rows by quantity, their row numbers, and those of the bad rows."""
     misfits: list[int] = []
+    names = [f"c{place}" for place in range(layout.width)]
+    wanted = [names[column.place] for column in layout.columns]
 
     def skip(row: arrow_csv.InvalidRow) -> str:
-        # rows are numbered from 1, the line of names included
-        misfits.append(row.number - 1)
+        misfits.append(row.number)
         return "skip"
 
-    def parse(as_type: arrow.DataType) -> pd.DataFrame:
+    def parse(as_type: arrow.DataType, decimal_mark: str) -> pd.DataFrame:
         misfits.clear()
         return arrow_csv.read_csv(
             io.BytesIO(table),
             # one thread: only then are the rows that do not fit numbered
-            read_options=arrow_csv.ReadOptions(use_threads=False),
-            parse_options=arrow_csv.ParseOptions(invalid_row_handler=skip),
+            read_options=arrow_csv.ReadOptions(use_threads=False, column_names=names),
+            parse_options=arrow_csv.ParseOptions(
+                delimiter=layout.delimiter, invalid_row_handler=skip
+            ),
             convert_options=arrow_csv.ConvertOptions(
-                include_columns=list(_COLUMNS), column_types=dict.fromkeys(_COLUMNS, as_type)
+                include_columns=wanted,
+                column_types=dict.fromkeys(wanted, as_type),
+                decimal_point=decimal_mark,
             ),
         ).to_pandas()
 
+    if not table.strip():
+        nothing = np.array([], dtype=np.int64)
+        return {quantity: np.array([]) for quantity in QUANTITIES}, nothing, nothing
     try:
-        values = parse(arrow.float64())
+        cells = parse(arrow.float64(), layout.decimal_mark)
     except arrow.ArrowInvalid:
-        values = parse(arrow.binary()).apply(_numbers)
-    numbers = np.delete(
-        np.arange(1, len(values) + len(misfits) + 1), np.array(misfits, dtype=np.int64) - 1
-    )
-    good = (values.abs() < LARGEST_READING).all(axis="columns").to_numpy()
-    bad = np.sort(np.concatenate([numbers[~good], np.array(misfits, dtype=np.int64)]))
-    return values[good], numbers[good], bad
+        cells = parse(arrow.binary(), ".").apply(_numbers, decimal_mark=layout.decimal_mark)
+    bad_shape = np.array(misfits, dtype=np.int64)
+    numbers = np.delete(np.arange(1, len(cells) + len(misfits) + 1), bad_shape - 1)
+    good = (cells.abs() < LARGEST_READING).all(axis="columns").to_numpy()
+    values = {
+        column.quantity: cells[names[column.place]].to_numpy()[good] * column.to.scale
+        + column.to.offset
+        for column in layout.columns
+    }
+    return values, numbers[good], np.sort(np.concatenate([numbers[~good], bad_shape]))
 
 
-def _numbers(cells: "pd.Series[Any]") -> "pd.Series[float]":
+def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> "pd.Series[float]":
     """Numbers of raw cells; NaN where a cell holds anything else."""
     text = cells.map(lambda cell: cell.decode("utf-8", "replace"), na_action="ignore")
+    if decimal_mark == ",":
+        # a point would be a second decimal mark: such a cell is no number
+        text = text.str.replace(".", "?", regex=False).str.replace(",", ".", regex=False)
     return pd.to_numeric(text, errors="coerce").astype(float)
 
 
@@ -193,11 +188,12 @@ def _bad_range(run_id: str, first: int, last: int) -> Refusal:
     )
 
 
-def _cut_row(tail: bytes, columns: int, row: int, run_id: str) -> Refusal | None:
+def _cut_row(tail: bytes, layout: Layout, row: int, run_id: str) -> Refusal | None:
     """What to make of a last line without a line end."""
     if not tail.strip():
         return None
-    cells = tail.count(b",") + 1
+    columns = layout.width
+    cells = tail.count(layout.delimiter.encode()) + 1
     if cells < columns:
         reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
         advice = "The disk may have been full or the program killed: repeat the run."
@@ -207,27 +203,44 @@ def _cut_row(tail: bytes, columns: int, row: int, run_id: str) -> Refusal | None
 
 
 def _run(
-    values: pd.DataFrame,
-    numbers: npt.NDArray[np.int64],
-    keys: Mapping[str, str],
+    values: Mapping[str, FloatArray],
+    numbers: IndexArray,
+    layout: Layout,
     run_id: str,
     config: Mapping[str, Any],
     flaw: str,
 ) -> LoggedRun:
+    keys = layout.keys
     rig_name = keys.get("rig", next(iter(config["rigs"])))
     rig = config["rigs"][rig_name]
+    units = {column.quantity: column.to.unit for column in layout.columns}
     samples = samples_frame(
         row=numbers,
-        time_s=values["time_s"].to_numpy(),
-        load_n=values["load_n"].to_numpy(),
-        traction_force_n=values["traction_force_n"].to_numpy(),
-        ball_speed_m_s=rpm_to_surface_speed(
-            values["ball_speed_rpm"].to_numpy(), rig["ball_track_radius_m"]
-        ),
-        disc_speed_m_s=rpm_to_surface_speed(
-            values["disc_speed_rpm"].to_numpy(), rig["disc_track_radius_m"]
-        ),
-        inlet_temperature_c=values["inlet_temperature_c"].to_numpy(),
+        time_s=values["time"],
+        load_n=_load_n(values["load"], units["load"], rig),
+        traction_force_n=config["campaign"].get("traction_sign", 1) * values["traction_force"],
+        ball_speed_m_s=_surface_speed(values, units, rig, "ball"),
+        disc_speed_m_s=_surface_speed(values, units, rig, "disc"),
+        inlet_temperature_c=values["inlet_temperature"],
     )
     nominal = Nominal(**{name: float(keys[name]) for name in _SET_POINTS if name in keys})
     return LoggedRun(run_id, keys["oil"], rig_name, "continuous", nominal, samples, flaw)
+
+
+def _load_n(values: FloatArray, unit: str, rig: Mapping[str, Any]) -> FloatArray:
+    """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
+    contact = contact_of(rig)
+    if unit == "N" or contact is None:
+        return values
+    return load_for_max_hertz_pressure(
+        values * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
+    )
+
+
+def _surface_speed(
+    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Mapping[str, Any], body: str
+) -> FloatArray:
+    speed = values[f"{body}_speed"]
+    if units[f"{body}_speed"] == "m/s":
+        return speed
+    return rpm_to_surface_speed(speed, rig[f"{body}_track_radius_m"])

@@ -1,0 +1,257 @@
+"""How a text log is written: encoding, line ends, header, delimiter, decimal mark, columns, units.
+
+Nothing is assumed of a log but that one line names its columns and the rows follow it.
+"""
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from oilfilm.units import Conversion, conversion
+
+# What a log may hold -> the units that the reader can use of it.
+QUANTITIES = {
+    "time": ("s",),
+    "load": ("N", "GPa"),
+    "traction_force": ("N",),
+    "ball_speed": ("rpm", "m/s"),
+    "disc_speed": ("rpm", "m/s"),
+    "inlet_temperature": ("degC",),
+}
+# Column names that carry their unit, as the project writes them.
+_OWN_NAMES = {
+    "time_s": ("time", "s"),
+    "load_n": ("load", "N"),
+    "max_hertz_pressure_gpa": ("load", "GPa"),
+    "traction_force_n": ("traction_force", "N"),
+    "ball_speed_rpm": ("ball_speed", "rpm"),
+    "ball_speed_m_s": ("ball_speed", "m/s"),
+    "disc_speed_rpm": ("disc_speed", "rpm"),
+    "disc_speed_m_s": ("disc_speed", "m/s"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+}
+_DELIMITERS = (",", ";", "\t", "|")
+_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+_UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
+_NUMBER = re.compile(r"^[+-]?\d*([.,]\d+)?([eE][+-]?\d+)?$")
+# The line of names stands near the top; beyond this a file is no log of ours.
+_LINES_SEARCHED = 200
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a quantity stands in a row and what makes the reader's unit of it."""
+
+    quantity: str
+    place: int
+    to: Conversion
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What was found of a log; `table` holds the rows alone, as UTF-8 with LF line ends."""
+
+    keys: dict[str, str]
+    delimiter: str
+    decimal_mark: str
+    width: int
+    columns: tuple[Column, ...]
+    table: bytes
+
+
+class LayoutError(Exception):
+    """A log whose columns cannot be understood; `rows` counts what may be its rows."""
+
+    def __init__(self, reason: str, rows: int) -> None:
+        super().__init__(reason)
+        self.rows = rows
+
+
+def find_layout(content: bytes, renamed: Mapping[str, Mapping[str, str]]) -> Layout:
+    """Find out how a log is written.
+
+    Args:
+        content: The file's bytes.
+        renamed: Quantity -> `name` (as the log writes it) and `unit`, for columns with other names.
+
+    Raises:
+        LayoutError: No line of column names was found, or the columns are not all there, or one
+            has no unit or an impossible one.
+    """
+    text = normalise(content)
+    lines = text.split(b"\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+    decoded = [line.decode("utf-8", "replace") for line in lines]
+    number, delimiter, names = _line_of_names(decoded, renamed)
+    start = sum(len(line) + 1 for line in lines[: number + 1])
+    first = decoded[number + 1].split(delimiter) if number + 1 < len(decoded) else []
+    units = None
+    if _is_unit_row(first, len(names)):
+        units = [cell.strip().strip('"') for cell in first]
+        start += len(lines[number + 1]) + 1
+        first = decoded[number + 2].split(delimiter) if number + 2 < len(decoded) else []
+    table = text[start:]
+    try:
+        columns = _columns(names, units, renamed)
+    except ValueError as error:
+        raise LayoutError(str(error), count_rows(table)) from error
+    decimal_mark = "," if delimiter != "," and any("," in cell for cell in first) else "."
+    return Layout(
+        _header_keys(decoded[:number], delimiter),
+        delimiter,
+        decimal_mark,
+        len(names),
+        columns,
+        table,
+    )
+
+
+def normalise(content: bytes) -> bytes:
+    """The text as UTF-8 with LF line ends, whatever it was written in.
+
+    Bytes that are valid in no known encoding stay as they are; rows that hold them are refused.
+    """
+    encoding = encoding_of(content)
+    if encoding.startswith("utf-16"):
+        content = content.decode(encoding, "replace").encode("utf-8")
+    elif encoding == "gb18030":
+        content = content.decode(encoding).encode("utf-8")
+    content = content.removeprefix(_UTF8_MARK)
+    if b"\r" in content:
+        content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return content
+
+
+def encoding_of(content: bytes) -> str:
+    """The encoding of a text: by its mark, else UTF-16 by its zeros, UTF-8 or GB18030 by trial."""
+    if content.startswith(_UTF16_MARKS):
+        return "utf-16"
+    head = content[:2000]
+    zeros = head[1::2].count(0), head[0::2].count(0)
+    if max(zeros) > len(head) / 4:
+        return "utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"
+    if content.isascii():
+        return "utf-8"
+    for encoding in ("utf-8", "gb18030"):
+        try:
+            content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        return encoding
+    return "utf-8"
+
+
+def count_rows(table: bytes) -> int:
+    """Lines that hold something."""
+    if b"\n\n" in table or table[:1] == b"\n" or b" \n" in table or b"\t\n" in table:
+        return sum(bool(line.strip()) for line in table.split(b"\n"))
+    return table.count(b"\n") + bool(table.rpartition(b"\n")[2].strip())
+
+
+def _line_of_names(
+    lines: Sequence[str], renamed: Mapping[str, Mapping[str, str]]
+) -> tuple[int, str, list[str]]:
+    for number, line in enumerate(lines):
+        if line.lstrip().startswith("#"):
+            continue
+        for delimiter in _DELIMITERS:
+            names = _split(line, delimiter)
+            if sum(_meaning(name, renamed) is not None for name in names) >= 2:
+                return number, delimiter, names
+    other = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    seen = f"; its first line is {other[0][:120]!r}" if other else ""
+    rows = max(len(other) - 1, 0)
+    raise LayoutError(f"no line names columns of a traction log{seen}", rows)
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    try:
+        cells = next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:
+        cells = line.split(delimiter)
+    return [cell.strip() for cell in cells]
+
+
+def _meaning(name: str, renamed: Mapping[str, Mapping[str, str]]) -> tuple[str, str | None] | None:
+    """Quantity and unit (None where another line must give it) of a column's name."""
+    for quantity, given in renamed.items():
+        if name == given["name"]:
+            return quantity, given.get("unit")
+    bracketed = _UNIT_IN_NAME.match(name)
+    bare, unit = (bracketed["name"], bracketed["unit"]) if bracketed else (name, None)
+    plain = "_".join(bare.lower().split())
+    if plain in _OWN_NAMES:
+        quantity, own_unit = _OWN_NAMES[plain]
+        return quantity, unit or own_unit
+    return (plain, unit) if plain in QUANTITIES else None
+
+
+def _is_unit_row(cells: Sequence[str], width: int) -> bool:
+    """A row right below the names that holds words and no number."""
+    filled = [cell.strip().strip('"') for cell in cells if cell.strip()]
+    return (
+        len(cells) == width
+        and len(filled) > 0
+        and not any(_NUMBER.match(cell) for cell in filled)
+        and not any(cell.lower() in {"nan", "inf", "-inf", "null", "na"} for cell in filled)
+        and all(len(cell) <= 12 for cell in filled)
+        and any(_known_unit(cell) for cell in filled)
+    )
+
+
+def _known_unit(text: str) -> bool:
+    unit = text.strip("[]() ")
+    for targets in set(QUANTITIES.values()):
+        try:
+            conversion(unit, targets)
+        except ValueError:
+            continue
+        return True
+    return False
+
+
+def _columns(
+    names: Sequence[str],
+    units: Sequence[str] | None,
+    renamed: Mapping[str, Mapping[str, str]],
+) -> tuple[Column, ...]:
+    found: dict[str, Column] = {}
+    for place, name in enumerate(names):
+        meaning = _meaning(name, renamed)
+        if meaning is None:
+            continue
+        quantity, unit = meaning
+        if units is not None and units[place]:
+            unit = units[place].strip("[]() ")
+        if quantity in found:
+            raise ValueError(f"the line of column names repeats {quantity!r}")
+        if not unit:
+            raise ValueError(
+                f"the column {name!r} has no unit; write it in brackets, in a row below the names "
+                "or under `columns` of the campaign file"
+            )
+        try:
+            found[quantity] = Column(quantity, place, conversion(unit, QUANTITIES[quantity]))
+        except ValueError as error:
+            raise ValueError(f"the column {name!r}: {error}") from error
+    missing = [quantity for quantity in QUANTITIES if quantity not in found]
+    if missing:
+        names_seen = ", ".join(names)[:200]
+        raise ValueError(
+            f"the line of column names lacks the columns {', '.join(missing)}; it reads "
+            f"{names_seen!r}"
+        )
+    return tuple(found[quantity] for quantity in QUANTITIES)
+
+
+def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
+    """`key: value` lines above the names, with or without `#`; `=` or the delimiter serve too."""
+    keys: dict[str, str] = {}
+    for line in lines:
+        plain = line.strip().lstrip("#").strip()
+        marks = [mark for mark in (":", "=", delimiter) if mark in plain]
+        if marks:
+            key, _, value = plain.partition(min(marks, key=plain.index))
+            keys["_".join(key.lower().split())] = value.strip().strip(delimiter).strip()
+    return keys
