@@ -34,7 +34,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint lock upgrade clean help
+.PHONY: all setup test lint bench-fuzz lock upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -51,6 +51,9 @@ lint: $(READY) ## every static check: style, format, types, workflow
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+
+bench-fuzz: $(READY) ## 20 000 damaged logs: a verdict for each (about half an hour)
+	$(BIN)/python benchmarks/fuzz.py 20000
 
 $(LOCKED): requirements.lock
 	@$(FIND_PYTHON); \
@@ -96,4 +99,4 @@ clean: ## remove .venv and caches; data/, results/ and .snakemake/ stay
 	find workflow tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
 help: ## this list
-	@awk 'BEGIN {FS = ":.*## "} /^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' Makefile
+	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile

@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.contact import load_for_max_hertz_pressure
+from oilfilm.errors import OilfilmError
 from oilfilm.readers import READERS, find_reader
 from oilfilm.readers.base import LoggedRun, Nominal, Reading, refused_file
 from oilfilm.rigs import contact_of
@@ -40,14 +41,19 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
         config: The resolved configuration.
 
     Raises:
+        OilfilmError: A file cannot be read at all.
         AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
     """
+    return ingest_logs(((file, _bytes_of(folder / file)) for file in files), config)
+
+
+def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) -> Ingested:
+    """The same for logs given by name and content."""
     samples: dict[str, list[pd.DataFrame]] = {oil: [] for oil in config["oils"]}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     name = config["campaign"]["name"]
-    for file in files:
-        content = (folder / file).read_bytes()
+    for file, content in logs:
         reader_name, reading = read_log(content, file, config)
         about = {"campaign": name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
@@ -64,6 +70,15 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
         tables.from_rows(runs, "runs"),
         tables.from_rows(refused, "quarantine"),
     )
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise OilfilmError(
+            f"{path}: cannot be read ({error.strerror}). Check its rights."
+        ) from error
 
 
 def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str, Reading]:
@@ -85,6 +100,13 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
     if reader is None:
         return "none", _unknown(content)
     reading = reader.read(content, file, config)
+    if not reading.runs and not reading.refusals:
+        return reader.name, refused_file(
+            reading.rows,
+            "no_rows",
+            f"the file looks like {reader.name}, but holds no row of data",
+            "Take it out, or export it again.",
+        )
     kept = sum(len(run.samples) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     assert kept + refused == reading.rows, (

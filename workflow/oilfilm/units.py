@@ -85,9 +85,7 @@ def _registry() -> Any:
     # imported where needed: logs in the project's own units do not pay for it
     import pint  # noqa: PLC0415
 
-    registry: Any = pint.UnitRegistry()
-    registry.define("gram_force = kilogram_force / 1000")
-    return registry
+    return pint.UnitRegistry()
 
 
 def _in_words(targets: Sequence[str]) -> str:

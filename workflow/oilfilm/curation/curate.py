@@ -1,6 +1,6 @@
 """Samples to points: the story of one share of a campaign's runs, and of all shares together."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -123,13 +123,23 @@ def _judge(
         run_id = str(key)
         if not reasons[run_id]:
             reasons[run_id] = _why_all_fail(of_run, failed.loc[of_run.index], limits)
-    run_flaw = points["run_id"].map(flaws).fillna("").str.partition(":")[0]
     names = np.array(failed.columns)
-    of_gates = pd.Series([";".join(names[row]) for row in failed.to_numpy()], points.index)
-    both = run_flaw + np.where((run_flaw != "") & (of_gates != ""), ";", "") + of_gates
-    points = points.assign(reasons=both.astype(str), accepted=both == "")
-    judged = runs.assign(reason=runs["run_id"].map(reasons))
+    of_gates = [";".join(names[row]) for row in failed.to_numpy()]
+    points = _with_reasons(points, flaws, of_gates)
+    judged = runs.assign(reason=[reasons[run] for run in runs["run_id"]])
     return points[tables.columns("points")], _count(points, judged)
+
+
+def _with_reasons(
+    points: pd.DataFrame, of_runs: Mapping[str, str], of_gates: Iterable[str]
+) -> pd.DataFrame:
+    """Points with the gate of their run, if one refused it, before their own gates."""
+    reasons = [
+        ";".join(filter(None, [of_runs.get(run, "").partition(":")[0], own]))
+        for run, own in zip(points["run_id"], of_gates, strict=True)
+    ]
+    whole = pd.Series(reasons, points.index, dtype=str)
+    return points.assign(reasons=whole, accepted=whole == "")
 
 
 def _why_all_fail(points: pd.DataFrame, failed: pd.DataFrame, limits: Mapping[str, Any]) -> str:
@@ -186,8 +196,11 @@ def _repeated_conditions(runs: pd.DataFrame) -> dict[str, str]:
 def _refuse_runs(
     points: pd.DataFrame, runs: pd.DataFrame, reasons: Mapping[str, str]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    name = points["run_id"].map(reasons).fillna("").str.partition(":")[0]
-    both = name + np.where((name != "") & (points["reasons"] != ""), ";", "") + points["reasons"]
-    points = points.assign(reasons=both, accepted=both == "")
-    runs = runs.assign(reason=runs["run_id"].map(reasons).fillna(runs["reason"]))
+    points = _with_reasons(points, reasons, points["reasons"])
+    runs = runs.assign(
+        reason=[
+            reasons.get(run, reason)
+            for run, reason in zip(runs["run_id"], runs["reason"], strict=True)
+        ]
+    )
     return points, _count(points, runs)

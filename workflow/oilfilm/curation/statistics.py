@@ -60,6 +60,8 @@ def standard_errors(values: FloatArray, windows: Windows) -> FloatArray:
     section 3.3 (the initial positive sequence, here over single lags).
     """
     counts = windows.counts
+    if windows.index.size == 0:
+        return np.full(len(counts), np.nan)
     residual = np.where(
         windows.inside, values[windows.index] - means(values, windows)[:, np.newaxis], 0.0
     )

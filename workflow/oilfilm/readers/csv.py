@@ -63,7 +63,7 @@ class CsvReader:
         except LayoutError as error:
             return refused_file(error.rows, "columns", str(error), f"{_FORMAT}")
         whole, _, tail = layout.table.rpartition(b"\n")
-        rows = count_rows(whole) + bool(tail.strip())
+        rows = count_rows(layout.table)
         problem = _header_problem(layout, config)
         if problem:
             return refused_file(rows, *problem)
@@ -140,7 +140,10 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
             # one thread: only then are the rows that do not fit numbered
             read_options=arrow_csv.ReadOptions(use_threads=False, column_names=names),
             parse_options=arrow_csv.ParseOptions(
-                delimiter=layout.delimiter, invalid_row_handler=skip
+                delimiter=layout.delimiter,
+                # a stray quote must not swallow the lines up to the next one
+                quote_char=False,
+                invalid_row_handler=skip,
             ),
             convert_options=arrow_csv.ConvertOptions(
                 include_columns=wanted,
@@ -149,7 +152,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
             ),
         ).to_pandas()
 
-    if not table.strip():
+    if not table:
         nothing = np.array([], dtype=np.int64)
         return {quantity: np.array([]) for quantity in QUANTITIES}, nothing, nothing
     try:
@@ -169,7 +172,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
 
 def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> "pd.Series[float]":
     """Numbers of raw cells; NaN where a cell holds anything else."""
-    text = cells.map(lambda cell: cell.decode("utf-8", "replace"), na_action="ignore")
+    text = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), na_action="ignore")
     if decimal_mark == ",":
         # a point would be a second decimal mark: such a cell is no number
         text = text.str.replace(".", "?", regex=False).str.replace(",", ".", regex=False)
@@ -190,7 +193,7 @@ def _bad_range(run_id: str, first: int, last: int) -> Refusal:
 
 def _cut_row(tail: bytes, layout: Layout, row: int, run_id: str) -> Refusal | None:
     """What to make of a last line without a line end."""
-    if not tail.strip():
+    if not tail:
         return None
     columns = layout.width
     cells = tail.count(layout.delimiter.encode()) + 1

@@ -32,10 +32,10 @@ _OWN_NAMES = {
     "inlet_temperature_c": ("inlet_temperature", "degC"),
 }
 _DELIMITERS = (",", ";", "\t", "|")
+_EMPTY_LINES = re.compile(rb"\n{2,}")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
-_NUMBER = re.compile(r"^[+-]?\d*([.,]\d+)?([eE][+-]?\d+)?$")
 # The line of names stands near the top; beyond this a file is no log of ours.
 _LINES_SEARCHED = 200
 
@@ -87,8 +87,8 @@ def find_layout(content: bytes, renamed: Mapping[str, Mapping[str, str]]) -> Lay
     start = sum(len(line) + 1 for line in lines[: number + 1])
     first = decoded[number + 1].split(delimiter) if number + 1 < len(decoded) else []
     units = None
-    if _is_unit_row(first, len(names)):
-        units = [cell.strip().strip('"') for cell in first]
+    if _is_unit_row(first, names, renamed):
+        units = [_bare(cell) for cell in first]
         start += len(lines[number + 1]) + 1
         first = decoded[number + 2].split(delimiter) if number + 2 < len(decoded) else []
     table = text[start:]
@@ -110,17 +110,18 @@ def find_layout(content: bytes, renamed: Mapping[str, Mapping[str, str]]) -> Lay
 def normalise(content: bytes) -> bytes:
     """The text as UTF-8 with LF line ends, whatever it was written in.
 
-    Bytes that are valid in no known encoding stay as they are; rows that hold them are refused.
+    Empty lines are left out. Bytes that are valid in no known encoding become the replacement
+    character, so that the rows that hold them are refused.
     """
     encoding = encoding_of(content)
     if encoding.startswith("utf-16"):
         content = content.decode(encoding, "replace").encode("utf-8")
-    elif encoding == "gb18030":
-        content = content.decode(encoding).encode("utf-8")
+    elif encoding != "ascii":
+        content = content.decode(encoding, "replace").encode("utf-8")
     content = content.removeprefix(_UTF8_MARK)
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return content
+    return _EMPTY_LINES.sub(b"\n", content).lstrip(b"\n")
 
 
 def encoding_of(content: bytes) -> str:
@@ -132,7 +133,7 @@ def encoding_of(content: bytes) -> str:
     if max(zeros) > len(head) / 4:
         return "utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"
     if content.isascii():
-        return "utf-8"
+        return "ascii"
     for encoding in ("utf-8", "gb18030"):
         try:
             content.decode(encoding)
@@ -143,10 +144,8 @@ def encoding_of(content: bytes) -> str:
 
 
 def count_rows(table: bytes) -> int:
-    """Lines that hold something."""
-    if b"\n\n" in table or table[:1] == b"\n" or b" \n" in table or b"\t\n" in table:
-        return sum(bool(line.strip()) for line in table.split(b"\n"))
-    return table.count(b"\n") + bool(table.rpartition(b"\n")[2].strip())
+    """Lines of a normalised table; the last one counts without a line end too."""
+    return table.count(b"\n") + (len(table) > 0 and not table.endswith(b"\n"))
 
 
 def _line_of_names(
@@ -187,28 +186,27 @@ def _meaning(name: str, renamed: Mapping[str, Mapping[str, str]]) -> tuple[str, 
     return (plain, unit) if plain in QUANTITIES else None
 
 
-def _is_unit_row(cells: Sequence[str], width: int) -> bool:
-    """A row right below the names that holds words and no number."""
-    filled = [cell.strip().strip('"') for cell in cells if cell.strip()]
-    return (
-        len(cells) == width
-        and len(filled) > 0
-        and not any(_NUMBER.match(cell) for cell in filled)
-        and not any(cell.lower() in {"nan", "inf", "-inf", "null", "na"} for cell in filled)
-        and all(len(cell) <= 12 for cell in filled)
-        and any(_known_unit(cell) for cell in filled)
-    )
+def _is_unit_row(
+    cells: Sequence[str], names: Sequence[str], renamed: Mapping[str, Mapping[str, str]]
+) -> bool:
+    """A row right below the names in which most known columns have a unit that fits them."""
+    if len(cells) != len(names):
+        return False
+    meanings = [(_meaning(name, renamed), cell) for name, cell in zip(names, cells, strict=True)]
+    fitting = [_fits(meaning[0], cell) for meaning, cell in meanings if meaning is not None]
+    return sum(fitting) > len(fitting) / 2
 
 
-def _known_unit(text: str) -> bool:
-    unit = text.strip("[]() ")
-    for targets in set(QUANTITIES.values()):
-        try:
-            conversion(unit, targets)
-        except ValueError:
-            continue
-        return True
-    return False
+def _fits(quantity: str, unit: str) -> bool:
+    try:
+        conversion(_bare(unit), QUANTITIES[quantity])
+    except ValueError:
+        return False
+    return True
+
+
+def _bare(unit: str) -> str:
+    return unit.strip('[]() "')
 
 
 def _columns(
@@ -223,7 +221,7 @@ def _columns(
             continue
         quantity, unit = meaning
         if units is not None and units[place]:
-            unit = units[place].strip("[]() ")
+            unit = units[place]
         if quantity in found:
             raise ValueError(f"the line of column names repeats {quantity!r}")
         if not unit:

@@ -6,6 +6,7 @@ each slip in both directions: index 1 with the disc faster, index 2 with the bal
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -65,6 +66,7 @@ class _Step:
     names: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     first_row: int = 0
+    label: str = ""
 
     @property
     def rows(self) -> npt.NDArray[np.int64]:
@@ -84,7 +86,7 @@ class PcsReader:
     def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
         """See `Reader.read`."""
         text = content.decode("utf-8-sig", "replace")
-        steps = list(_steps(text.splitlines()))
+        steps = _with_own_labels(_steps(text.splitlines()))
         rows = sum(len(step.lines) for step in steps)
         oils = list(config["oils"])
         if len(oils) != 1 or len(config["rigs"]) != 1:
@@ -130,6 +132,18 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         yield step
 
 
+def _with_own_labels(steps: Iterable[_Step]) -> list[_Step]:
+    """Steps labelled by their number; one that repeats a number says the how manieth it is."""
+    seen: Counter[int] = Counter()
+    labelled = []
+    for step in steps:
+        seen[step.number] += 1
+        again = f"-{seen[step.number]}" if seen[step.number] > 1 else ""
+        step.label = f"step{step.number:03d}{again}"
+        labelled.append(step)
+    return labelled
+
+
 def _misdated(steps: list[_Step]) -> Iterator[Refusal]:
     """Steps dated after a later one: the clock or the file's order is not to be trusted."""
     for step, following in pairwise(steps):
@@ -155,7 +169,7 @@ def _date(text: str) -> datetime | None:
 def _read_step(
     step: _Step, file: str, config: Mapping[str, Any], cut: bool
 ) -> tuple[LoggedRun | None, list[Refusal]]:
-    run_id = f"{file}:step{step.number:03d}"
+    run_id = f"{file}:{step.label}"
     first, last = int(step.rows[0]), int(step.rows[-1])
     places = _column_places(step.names)
     missing = [_COLUMNS[name][0] for name in _REQUIRED if name not in places]

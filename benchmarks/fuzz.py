@@ -1,0 +1,79 @@
+"""Many damaged logs: each must end in a verdict, within 5 s and 512 MiB, with no row lost.
+
+Run by `make bench-fuzz`; prints counts, the slowest file and the peak memory.
+"""
+
+import multiprocessing
+import resource
+import sys
+import time
+import traceback
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from campaigns import REAL_PCS, printed  # noqa: E402  (the tests' own helpers)
+from mutations import carry, mutate  # noqa: E402
+from oilfilm.config import resolve  # noqa: E402
+from oilfilm.randomness import generator  # noqa: E402
+from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
+
+SLOWEST_S = 5.0
+LARGEST_MIB = 512
+
+
+def seeds() -> list[tuple[bytes, dict]]:
+    """Good files of each format with the campaign they belong to."""
+    demo = resolve(ROOT / "config", {"campaign": "demo"})
+    log = next(content for run, content, _ in simulate_campaign(demo, printed()) if not run.defect)
+    good = [(log, demo), (b"".join(log.splitlines(True)[:600]), demo)]
+    if REAL_PCS.is_dir():
+        etm = resolve(ROOT / "config", {"campaign": "etm-slim"})
+        lines = (REAL_PCS / "ETM_slim_mapper.txt").read_bytes().splitlines(True)
+        good += [(b"".join(lines[:220]), etm), ((REAL_PCS / "demo_12.txt").read_bytes(), etm)]
+    else:
+        print("the real PCS logs are not here: csv only")
+    return good
+
+
+def worker(job: tuple[int, int]) -> tuple[Counter, list[str], float, int]:
+    """Verdicts, failures, slowest time and peak memory of one share."""
+    number, count = job
+    good, random = seeds(), generator(number, "bench fuzz")
+    verdicts: Counter = Counter()
+    failures, slowest = [], 0.0
+    for index in range(count):
+        content, config = good[index % len(good)]
+        start = time.perf_counter()
+        try:
+            verdicts[carry(mutate(content, random), config)] += 1
+        except Exception:  # any exception at all is what this looks for
+            failures.append(f"share {number}, file {index}:\n{traceback.format_exc()}")
+        slowest = max(slowest, time.perf_counter() - start)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return verdicts, failures, slowest, peak // (1 << 20 if sys.platform == "darwin" else 1 << 10)
+
+
+def main(total: int) -> int:
+    """Spread the files over two processes and report."""
+    jobs = [(number, 100) for number in range(total // 100)]
+    verdicts: Counter = Counter()
+    failures: list[str] = []
+    slowest, peak = 0.0, 0
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        for done, share in enumerate(pool.imap_unordered(worker, jobs), start=1):
+            verdicts += share[0]
+            failures += share[1]
+            slowest, peak = max(slowest, share[2]), max(peak, share[3])
+            if sys.stderr.isatty():
+                print(f"\r{100 * done} of {total}", end="", file=sys.stderr)
+    print(f"{sum(verdicts.values())} of {total} ended in a verdict: {dict(verdicts.most_common())}")
+    print(f"slowest {slowest:.2f} s (allowed {SLOWEST_S:g}), peak {peak} MiB ({LARGEST_MIB})")
+    print("\n".join(failures[:5]))
+    return int(bool(failures) or slowest > SLOWEST_S or peak > LARGEST_MIB)
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 20_000))
