@@ -1,5 +1,6 @@
 """Curation against what was planted, and against worlds whose answer is known in closed form."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from campaigns import ROOT, Campaign, printed
 from oilfilm.config import resolve
 from oilfilm.curation import statistics
 from oilfilm.curation.curate import collect, curate, gate_limits
-from oilfilm.curation.gates import POINT_GATES, RUN_GATES, advice_for, judge_points
+from oilfilm.curation.gates import POINT_GATES, RUN_GATES, advice_for, judge_points, judge_run
 from oilfilm.curation.plateaus import find_steps, sampling_interval, settled_parts
 from oilfilm.curation.points import measure_continuous
 from oilfilm.curation.signals import Signals
@@ -233,7 +234,9 @@ def test_linear_drift_of_the_zero_leaves_no_trace(
     time_s, slip = staircase(levels, 4.0, 0.0, 0)
     true_mu = np.where(slip > 0.01, mu, 0.0)
     force = zero + drift * time_s / time_s[-1] + true_mu * 100.0
-    measured = measure_continuous(rig_log(force, slip, time_s), config_curation)
+    zero_settings = {**config_curation["zero_reference"], "max_drift_n": 2.0}
+    lenient = {**config_curation, "zero_reference": zero_settings}
+    measured = measure_continuous(rig_log(force, slip, time_s), lenient)
     assert measured.flaw == ""
     sliding = measured.points[measured.points["slide_roll_ratio"] > 0.01]
     np.testing.assert_allclose(sliding["traction_coefficient"], mu, atol=1e-12)
@@ -257,6 +260,71 @@ def test_log_without_pure_rolling_at_both_ends_has_no_zero(
     assert measured.flaw.startswith("zero_missing")
     assert words in measured.flaw
     assert measured.points["traction_coefficient"].isna().all()
+
+
+def sound_log() -> tuple[np.ndarray, Signals]:
+    """A run that every run gate passes: rolling, three slips, rolling, with sensor noise."""
+    time_s, slip = staircase([0.0, 0.0, 0.05, 0.1, 0.2, 0.0], 4.0, 0.0, 0)
+    random = np.random.default_rng(4)
+    force = 20 * slip + 0.01 * random.standard_normal(len(slip))
+    log = rig_log(force, slip, time_s)
+    noisy = replace(log, load_n=log.load_n + 0.1 * random.standard_normal(len(slip)))
+    return slip, noisy
+
+
+def judged(signals: Signals, config: dict[str, Any]) -> str:
+    measured = measure_continuous(signals, config["curation"])
+    return judge_run(signals, measured.points, gate_limits(config)) or measured.flaw
+
+
+def test_sound_log_passes_every_run_gate(config: dict[str, Any]) -> None:
+    assert judged(sound_log()[1], config) == ""
+
+
+@pytest.mark.parametrize(
+    ("gate", "words", "spoil"),
+    [
+        ("time_disorder", "row 500", lambda s: {"time_s": shifted(s.time_s, 500, -1.0)}),
+        ("time_disorder", "1 rows", lambda s: {"time_s": shifted(s.time_s, 500, -0.02)}),
+        ("clock_jump", "row 500 and row 501", lambda s: {"time_s": shifted(s.time_s, 500, 5.0)}),
+        ("stuck_sensor", "stays at exactly", lambda s: {"traction_force_n": held(s, 700)}),
+        ("swapped_sign", "against", lambda s: {"traction_force_n": -s.traction_force_n}),
+        (
+            "saturated",
+            "traction force stands at its extreme of 4 N",
+            lambda s: {"traction_force_n": np.minimum(s.traction_force_n, 4.0)},
+        ),
+        (
+            "temperature_drift",
+            "70.0 to 7",
+            lambda s: {"inlet_temperature_c": 70 + np.maximum(s.time_s - 8, 0) / 4},
+        ),
+        (
+            "zero_drift",
+            "moves by 0.5",
+            lambda s: {"traction_force_n": s.traction_force_n + 0.6 * s.time_s / s.time_s[-1]},
+        ),
+    ],
+)
+def test_run_gate_catches_its_own_trouble(
+    config: dict[str, Any], gate: str, words: str, spoil: Any
+) -> None:
+    _, signals = sound_log()
+    verdict = judged(replace(signals, **spoil(signals)), config)
+    assert verdict.partition(":")[0] == gate
+    assert words in verdict
+    assert advice_for(gate)
+
+
+def shifted(time_s: np.ndarray, place: int, seconds: float) -> np.ndarray:
+    """The clock is set by some seconds after a sample."""
+    return time_s + np.where(np.arange(len(time_s)) >= place, seconds, 0.0)
+
+
+def held(signals: Signals, place: int) -> np.ndarray:
+    force = signals.traction_force_n.copy()
+    force[place : place + 150] = force[place]
+    return force
 
 
 # --- gates, one by one ---------------------------------------------------------------------------

@@ -68,7 +68,69 @@ def _swapped_sign(signals: Signals, points: pd.DataFrame, limits: Limits) -> str
     )
 
 
+def _time_disorder(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+    backward = np.flatnonzero(np.diff(signals.time_s) <= 0)
+    if len(backward) == 0:
+        return ""
+    place = int(backward[0])
+    return (
+        f"time does not go on at {len(backward)} rows, first from {signals.time_s[place]:g} s at "
+        f"row {signals.row[place]} to {signals.time_s[place + 1]:g} s at row "
+        f"{signals.row[place + 1]}; expected rising time stamps"
+    )
+
+
+def _clock_jump(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+    gaps = np.diff(signals.time_s)
+    longest = limits["clock_jump_intervals"] * sampling_interval(signals.time_s)
+    if len(gaps) == 0 or gaps.max() <= longest:
+        return ""
+    place = int(np.argmax(gaps))
+    return (
+        f"{gaps[place]:g} s pass between row {signals.row[place]} and row "
+        f"{signals.row[place + 1]}; expected no gap over {longest:g} s"
+    )
+
+
+def _saturated(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+    for name, values in (
+        ("traction force", signals.traction_force_n),
+        ("load", signals.load_n),
+    ):
+        for extreme in (np.max(values), np.min(values)):
+            # a sensor at its stop gives one value over and over, with noise on one side only
+            at_stop = np.flatnonzero(values == extreme)
+            share = len(at_stop) / len(values)
+            if len(at_stop) >= limits["stuck_samples"] and share > limits["saturated_share"]:
+                return (
+                    f"the {name} stands at its extreme of {extreme:g} N in {share:.1%} of the "
+                    f"rows, first at row {signals.row[at_stop[0]]}; allowed "
+                    f"{limits['saturated_share']:.1%}"
+                )
+    return ""
+
+
+def _temperature_drift(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+    levels = points["inlet_temperature_c"]
+    if len(points) == 0 or levels.max() - levels.min() <= limits["temperature_drift_max_c"]:
+        return ""
+    return (
+        f"the inlet temperature goes from {levels.min():.1f} to {levels.max():.1f} degC within "
+        f"the run; allowed {limits['temperature_drift_max_c']:g} degC"
+    )
+
+
 RUN_GATES = (
+    RunGate(
+        "time_disorder",
+        "Check the logger's clock, and whether two logs were joined.",
+        _time_disorder,
+    ),
+    RunGate(
+        "clock_jump",
+        "The logger paused or its clock was set: repeat the run.",
+        _clock_jump,
+    ),
     RunGate(
         "stuck_sensor",
         "Check the force sensor, its cable and amplifier, and repeat the run.",
@@ -78,6 +140,16 @@ RUN_GATES = (
         "swapped_sign",
         "Check the polarity of the force sensor and which body is slowed.",
         _swapped_sign,
+    ),
+    RunGate(
+        "saturated",
+        "Choose a wider range of the sensor or its amplifier.",
+        _saturated,
+    ),
+    RunGate(
+        "temperature_drift",
+        "Let rig and oil warm through before the sweep.",
+        _temperature_drift,
     ),
 )
 
@@ -245,6 +317,7 @@ def advice_for(name: str) -> str:
         **advices,
         "truncated": "Repeat the run; the disk may have been full or the program killed.",
         "zero_missing": "Begin and end every run with a few seconds of pure rolling.",
+        "zero_drift": "Let the sensor warm up, check its mounting, and repeat the run.",
         "no_plateau": "Hold each slip longer than settle_s + min_duration_s of config.yaml.",
         "no_point_left": "Look at the gates that are named, one by one.",
         "duplicate_condition": "Take one of the logs out, or say repeated_conditions: accept.",

@@ -43,8 +43,15 @@ def measure_continuous(signals: Signals, settings: Mapping[str, Any]) -> Measure
     points = _average(signals, starts, stops, settings["spikes"]["threshold"])
     if isinstance(zero, str):
         return Measured(_with_traction(points, math.nan, math.nan), f"zero_missing: {zero}")
+    drift_n, allowed_n = zero.drift_n, settings["zero_reference"]["max_drift_n"]
+    flaw = (
+        f"zero_drift: the zero of the force moves by {drift_n:.3g} N during the run; allowed "
+        f"{allowed_n:g} N"
+        if abs(drift_n) > allowed_n
+        else ""
+    )
     time_s = points["time_s"].to_numpy()
-    return Measured(_with_traction(points, zero.at(time_s), zero.standard_error_at(time_s)))
+    return Measured(_with_traction(points, zero.at(time_s), zero.standard_error_at(time_s)), flaw)
 
 
 def measure_readings(signals: Signals) -> Measured:

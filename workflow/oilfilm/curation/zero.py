@@ -18,6 +18,11 @@ class ZeroReference:
     force_n: FloatArray
     force_se_n: FloatArray
 
+    @property
+    def drift_n(self) -> float:
+        """Change of the zero from the opening to the closing phase, in N."""
+        return float(self.force_n[1] - self.force_n[0])
+
     def at(self, time_s: FloatArray) -> FloatArray:
         """The zero at any time: a straight line through the two (the drift)."""
         early, late = self.force_n
