@@ -47,7 +47,7 @@ def test_columns_may_come_in_any_order_with_others_between(read) -> None:
 
 def test_log_cut_in_mid_row_is_flawed_and_tells_its_last_good_row(read) -> None:
     reading = read(HEADER + NAMES + 2 * ROW + b"0.04,82.")
-    assert rules(reading) == ["truncated"]
+    assert rules(reading) == ["cut_row"]
     assert "last good row is 2" in reading.refusals[0].reason
     assert reading.runs[0].flaw.startswith("truncated: ")
     assert len(reading.runs[0].samples) == 2

@@ -44,7 +44,7 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
         OilfilmError: A file cannot be read at all.
         AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
     """
-    return ingest_logs(((file, _bytes_of(folder / file)) for file in files), config)
+    return ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
 
 
 def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) -> Ingested:
@@ -72,7 +72,12 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
     )
 
 
-def _bytes_of(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
+    """A file's bytes.
+
+    Raises:
+        OilfilmError: The file cannot be read.
+    """
     try:
         return path.read_bytes()
     except OSError as error:

@@ -72,7 +72,7 @@ class CsvReader:
         cut = _cut_row(tail, layout, rows, file)
         if cut is not None:
             refusals.append(cut)
-        flaw = f"{cut.rule}: {cut.reason}" if cut and cut.rule == "truncated" else ""
+        flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
         return Reading(rows, [_run(values, numbers, layout, file, config, flaw)], refusals)
 
 
@@ -199,8 +199,8 @@ def _cut_row(tail: bytes, layout: Layout, row: int, run_id: str) -> Refusal | No
     cells = tail.count(layout.delimiter.encode()) + 1
     if cells < columns:
         reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
-        advice = "The disk may have been full or the program killed: repeat the run."
-        return Refusal("truncated", reason, advice, run_id, row, row, 1)
+        advice = "Nothing can be made of half a row; see what became of the run."
+        return Refusal("cut_row", reason, advice, run_id, row, row, 1)
     reason = f"row {row}, the last, has no line end, so that its last number may be cut"
     return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
 
