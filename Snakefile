@@ -22,3 +22,7 @@ rule all:
 
 onsuccess:
     print_summary()
+
+
+onerror:
+    print_summary()

@@ -47,6 +47,7 @@ def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(fold
     [
         ("data: measured", "data: mesured", ["line", "`data`", "'mesured'", "'measured'"]),
         ("oils: []", "oils: 4102", ["`oils`", "4102", "a list"]),
+        ("oils_without_properties: [unrecorded-oil]\n", "", ["names no oil", "`oils`"]),
         ("figures:", "figurs:", ["unknown key 'figurs'", "Did you mean 'figures'?"]),
         ("description:", "# description:", ["the key 'description' is missing"]),
         ("inlet_temperature_c: 40", "inlet_temperature_c: hot", ["'hot'", "a number"]),

@@ -100,6 +100,8 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
         oil: _load_named(folder / "oils", oil, "oil", path) for oil in campaign["oils"]
     }
     merged["oils"] |= {oil: None for oil in campaign.get("oils_without_properties", [])}
+    if not merged["oils"]:
+        raise OilfilmError(f"{path}: names no oil; list at least one under `oils`.")
     return merged
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from oilfilm.errors import OilfilmError
+from oilfilm import tables
 from oilfilm.figures import style
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.traction.law import CONDITIONS
@@ -79,10 +79,13 @@ def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
             )
             axis = axes[2 * row + column]
             rows.append(_draw_panel(axis, panel, title, series))
-    drawn = _together(rows, config)
-    for axis in axes[:2]:
-        axis.legend(loc="upper left", ncols=2, handletextpad=0.2, columnspacing=0.8)
-    _leave_room_for_legend(axes)
+    drawn = _together(rows)
+    if drawn.empty:
+        _say_nothing_is_there(axes)
+    else:
+        for axis in axes[:2]:
+            axis.legend(loc="upper left", ncols=2, handletextpad=0.2, columnspacing=0.8)
+        _leave_room_for_legend(axes)
     return _finish(figure, config), drawn
 
 
@@ -113,9 +116,14 @@ def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
         panel = "abcdefghij"[number]
         title = f"({panel}) P = {pressure:g} GPa"
         rows.append(_draw_panel(axis, panel, title, series))
-    drawn = _together(rows, config)
-    axes[0].legend(loc="upper left", title=_fixed_words(choice), title_fontsize=7, alignment="left")
-    _leave_room_for_legend(axes)
+    drawn = _together(rows)
+    if drawn.empty:
+        _say_nothing_is_there(axes)
+    else:
+        axes[0].legend(
+            loc="upper left", title=_fixed_words(choice), title_fontsize=7, alignment="left"
+        )
+        _leave_room_for_legend(axes)
     return _finish(figure, config), drawn
 
 
@@ -127,6 +135,10 @@ def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Data
     for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         panel = "abcdefghij"[number]
+        axis.set_title(f"({panel}) {oil}")
+        if of_oil.empty:
+            _say_nothing_is_there([axis])
+            continue
         colour = style.oil_colour(oil, oils)
         axis.plot(
             of_oil["slide_roll_ratio"],
@@ -145,9 +157,8 @@ def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Data
             axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color="black")
             rows.append(line)
         axis.plot([], [], color="black", label="fit")
-        axis.set_title(f"({panel}) {oil}")
         axis.legend(loc="lower right")
-    return _finish(figure, config), _together(rows, config)
+    return _finish(figure, config), _together(rows)
 
 
 def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
@@ -242,16 +253,15 @@ def _leave_room_for_legend(axes: list[Axes]) -> None:
     axes[0].set_xlim(left=-0.005)
 
 
-def _together(rows: list[pd.DataFrame], config: Mapping[str, Any]) -> pd.DataFrame:
-    """All that was drawn, as one table."""
-    drawn = pd.concat(rows, ignore_index=True)
-    if drawn.empty:
-        raise OilfilmError(
-            f"campaign {config['campaign']['name']!r}: no accepted point lies at the conditions "
-            "that the figure shows; choose others under `figures` or drop the figure from the "
-            "campaign file."
-        )
-    return drawn
+def _together(rows: list[pd.DataFrame]) -> pd.DataFrame:
+    """All that was drawn, as one table; the empty table where there was nothing to draw."""
+    drawn = pd.concat(rows, ignore_index=True) if rows else pd.DataFrame()
+    return tables.empty("curves") if drawn.empty else drawn
+
+
+def _say_nothing_is_there(axes: list[Axes]) -> None:
+    words = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
+    axes[0].text(0.5, 0.5, words, ha="center", va="center", transform=axes[0].transAxes)
 
 
 def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
