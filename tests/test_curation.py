@@ -196,7 +196,7 @@ def test_mean_of_unequal_stretches_and_of_none() -> None:
     values = np.arange(10.0)
     stretches = statistics.Windows.between(np.array([0, 5]), np.array([4, 7]))
     np.testing.assert_allclose(statistics.means(values, stretches), [1.5, 5.5])
-    early, late = stretches.halves()
+    early, late = stretches.split(1 / 2)
     np.testing.assert_allclose(statistics.means(values, early), [0.5, 5.0])
     np.testing.assert_allclose(statistics.means(values, late), [2.5, 6.0])
     assert np.isnan(statistics.means(values, stretches.without(stretches.inside))).all()

@@ -128,7 +128,7 @@ def test_renamed_columns_are_found_by_the_campaign_file_and_a_wrong_sign_is_turn
         "load": {"name": "\u8f7d\u8377", "unit": "kgf"},
         "traction_force": {"name": "F_x", "unit": "N"},
     }
-    campaign = {**CONFIG["campaign"], "columns": columns, "traction_sign": -1}
+    campaign = {**CONFIG["campaign"], "columns": columns, "semantics": {"traction_sign": -1}}
     text = (
         "# oil: 4102\ntime_s,\u8f7d\u8377,F_x,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
     )

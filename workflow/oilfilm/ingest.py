@@ -154,6 +154,7 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
         "oil": run.oil,
         "rig": run.rig,
         "kind": run.kind,
+        "label": run.label,
         **{
             f"nominal_{name}": math.nan if value is None else value
             for name, value in set_points.items()

@@ -18,8 +18,9 @@ import pyarrow.parquet as parquet
 from pandera.typing.pandas import Series
 
 from oilfilm.errors import OilfilmError
+from oilfilm.units import ABSOLUTE_ZERO_C
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 # The end of a column's name -> its unit; the longest ending that fits counts.
 _UNITS = {
@@ -101,9 +102,12 @@ class Runs(_Table):
     nominal_max_hertz_pressure_gpa: Series[float] = _number("set point", at_least=0, gaps=True)
     nominal_load_n: Series[float] = _number("set point", at_least=0, gaps=True)
     nominal_entrainment_speed_m_s: Series[float] = _number("set point", at_least=0, gaps=True)
-    nominal_inlet_temperature_c: Series[float] = _number("set point", at_least=-273.15, gaps=True)
+    nominal_inlet_temperature_c: Series[float] = _number(
+        "set point", at_least=ABSOLUTE_ZERO_C, gaps=True
+    )
     file: Series[str] = _text("raw log, relative to the campaign's raw folder")
     sha256: Series[str] = _text("of the raw log's bytes")
+    label: Series[str] = _text("the log's own name of the run; empty where it has none")
     reader: Series[str] = _text("reader that understood the log")
     samples: Series[np.int64] = _count("rows of the log that are in samples")
     refused_rows: Series[np.int64] = _count("rows of this run that are in quarantine")
@@ -147,6 +151,9 @@ class Points(_Table):
     lambda_ratio: Series[float] = _number(
         "film thickness over combined roughness, as configured under film", at_least=0, gaps=True
     )
+    measured_film_thickness_um: Series[float] = _number(
+        "measured by optical interferometry (EHD rigs only)", gaps=True
+    )
     film_judgement: Series[str] = _text(
         "full film: lambda above its limit",
         one_of=("full film", "below limit", "cannot be judged"),
@@ -160,12 +167,29 @@ class Points(_Table):
     )
     slip_change: Series[float] = _number("second half minus first half of the plateau", gaps=True)
     traction_change: Series[float] = _number("the same of the traction coefficient", gaps=True)
+    slip_transient: Series[float] = _number("first fifth minus the rest of the plateau", gaps=True)
+    traction_transient: Series[float] = _number("the same of the traction coefficient", gaps=True)
     force_asymmetry: Series[float] = _number(
         "|TF1 + TF2| / (|TF1| + |TF2|): 0 where both slip directions pull alike, 1 where one has "
         "not reversed",
         at_least=0,
         at_most=1 + 1e-9,
         gaps=True,
+    )
+    load_systematic_n: Series[float] = _number(
+        "standard uncertainty of the load's calibration, shared by all points of the rig; null "
+        "where the rig file states none",
+        at_least=0,
+        gaps=True,
+    )
+    traction_force_systematic_n: Series[float] = _number(
+        "the same of the traction force", at_least=0, gaps=True
+    )
+    entrainment_speed_systematic_m_s: Series[float] = _number(
+        "the same of the entrainment speed", at_least=0, gaps=True
+    )
+    inlet_temperature_systematic_c: Series[float] = _number(
+        "the same of the inlet temperature", at_least=0, gaps=True
     )
     accepted: Series[bool] = _flag("true where no gate refused the point")
     reasons: Series[str] = _text("names of the gates that refused it, joined by ';'; empty if none")

@@ -12,6 +12,7 @@ FloatArray = npt.NDArray[np.float64]
 
 PA_PER_GPA = 1e9
 M_PER_UM = 1e-6
+ABSOLUTE_ZERO_C = -273.15
 
 
 def rpm_to_surface_speed(speed_rpm: FloatArray, radius_m: float) -> FloatArray:

@@ -1,17 +1,20 @@
 """Samples to points: the story of one share of a campaign's runs, and of all shares together."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.curation.calibration import with_calibration
 from oilfilm.curation.film_state import with_film
-from oilfilm.curation.gates import POINT_GATES, advice_for, judge_points, judge_run
+from oilfilm.curation.gates import POINT_GATES, Trouble, advice_for, judge_points, judge_run
 from oilfilm.curation.points import Measured, measure_continuous, measure_readings
 from oilfilm.curation.signals import Signals
+from oilfilm.semantics import Semantics, semantics_of
 
 _NOMINAL = (
     "nominal_load_n",
@@ -38,26 +41,24 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, config: Mapping[str, Any])
         config: The resolved configuration.
     """
     limits = gate_limits(config)
-    flaws: dict[str, str] = {}
+    troubles: dict[str, Trouble | None] = {}
     frames: list[pd.DataFrame] = []
     by_run = {run: rows for run, rows in samples.groupby("run_id", observed=True, sort=False)}
     for run in runs.to_dict("records"):
         run_id = run["run_id"]
-        signals = Signals.of(by_run[run_id]) if run_id in by_run else None
-        if signals is None:
-            flaws[run_id] = run["reason"] or "no_plateau: the run has no readable row"
+        known = _trouble_of_reading(run["reason"])
+        if run_id not in by_run:
+            troubles[run_id] = known or Trouble("no_plateau", "the run has no readable row")
             continue
-        measured = _measure(signals, run["kind"], config["curation"])
-        flaws[run_id] = (
-            run["reason"]
-            or judge_run(signals, measured.points, limits)
-            or measured.flaw
-            or ("" if len(measured.points) else "no_plateau: no steady part was found")
-        )
+        log = semantics_of(config["campaign"], run["rig"])
+        signals = Signals.of(by_run[run_id], log)
+        measured = _measure(signals, run["kind"], config["curation"], log)
+        troubles[run_id] = known or judge_run(signals, measured.points, limits) or measured.flaw
+        if troubles[run_id] is None and measured.points.empty:
+            troubles[run_id] = Trouble("no_plateau", "no steady part was found")
         frames.append(measured.points.assign(run_id=run_id))
     points = _derive(frames, runs, config)
-    points, verdicts = _judge(points, runs, flaws, limits)
-    return Curated(points, verdicts, _quarantine(verdicts))
+    return _judge(points, runs, troubles, limits)
 
 
 def collect(
@@ -73,12 +74,11 @@ def collect(
     points = pd.concat([share.points for share in shares], ignore_index=True)
     runs = pd.concat([share.runs for share in shares], ignore_index=True)
     refused = [*unread, *(share.quarantine for share in shares)]
-    quarantine = pd.concat(refused, ignore_index=True)
-    if config["campaign"].get("repeated_conditions", "refuse") == "refuse":
-        repeated = _repeated_conditions(runs)
+    for find_repeated in _repeats(config["campaign"]):
+        repeated = find_repeated(runs)
         points, runs = _refuse_runs(points, runs, repeated)
-        late = _quarantine(runs[runs["run_id"].isin(repeated)])
-        quarantine = pd.concat([quarantine, late], ignore_index=True)
+        refused.append(_quarantine(runs, repeated))
+    quarantine = pd.concat(refused, ignore_index=True)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         runs.sort_values("run_id", ignore_index=True),
@@ -94,11 +94,20 @@ def gate_limits(config: Mapping[str, Any]) -> dict[str, Any]:
         "stuck_duration_s": config["curation"]["stuck"]["duration_s"],
         "stuck_samples": config["curation"]["stuck"]["samples"],
         "accept_unjudged_film": unjudged["accept"],
+        "planned_slips": config["campaign"].get("set_points", {}).get("slide_roll_ratio", []),
     }
 
 
-def _measure(signals: Signals, kind: str, settings: Mapping[str, Any]) -> Measured:
-    return measure_readings(signals) if kind == "steps" else measure_continuous(signals, settings)
+def _trouble_of_reading(flaw: str) -> Trouble | None:
+    """What the reader found wrong with the run as a whole."""
+    rule, _, reason = flaw.partition(": ")
+    return Trouble(rule, reason) if flaw else None
+
+
+def _measure(signals: Signals, kind: str, settings: Mapping[str, Any], log: Semantics) -> Measured:
+    if kind == "steps":
+        return measure_readings(signals)
+    return measure_continuous(signals, settings, log.zero)
 
 
 def _derive(
@@ -110,47 +119,62 @@ def _derive(
     points = pd.concat(frames, ignore_index=True)
     about = runs[["run_id", "oil", "rig", *_NOMINAL]]
     points = points.merge(about, on="run_id", how="left", validate="many_to_one")
-    return with_film(points, config)
+    return with_calibration(with_film(points, config), config["rigs"])
 
 
 def _judge(
-    points: pd.DataFrame, runs: pd.DataFrame, flaws: Mapping[str, str], limits: Mapping[str, Any]
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Points with accepted and reasons, runs with verdict and reason."""
+    points: pd.DataFrame,
+    runs: pd.DataFrame,
+    troubles: Mapping[str, Trouble | None],
+    limits: Mapping[str, Any],
+) -> Curated:
+    """Points with accepted and reasons, runs with verdict and reason, and the runs refused."""
     failed = judge_points(points, limits)
-    reasons = dict(flaws)
+    found = dict(troubles)
     for key, of_run in points.groupby("run_id"):
         run_id = str(key)
-        if not reasons[run_id]:
-            reasons[run_id] = _why_all_fail(of_run, failed.loc[of_run.index], limits)
+        found[run_id] = found[run_id] or _why_all_fail(of_run, failed.loc[of_run.index], limits)
     names = np.array(failed.columns)
     of_gates = [";".join(names[row]) for row in failed.to_numpy()]
-    points = _with_reasons(points, flaws, of_gates)
-    judged = runs.assign(reason=[reasons[run] for run in runs["run_id"]])
-    return points[tables.columns("points")], _count(points, judged)
+    refused = {run_id: trouble for run_id, trouble in found.items() if trouble is not None}
+    of_runs = {run_id: trouble for run_id, trouble in troubles.items() if trouble is not None}
+    points = _with_reasons(points, of_runs, of_gates)
+    runs = _count(points, _with_run_reasons(runs, refused))
+    return Curated(points[tables.columns("points")], runs, _quarantine(runs, refused))
 
 
 def _with_reasons(
-    points: pd.DataFrame, of_runs: Mapping[str, str], of_gates: Iterable[str]
+    points: pd.DataFrame, of_runs: Mapping[str, Trouble], of_gates: Iterable[str]
 ) -> pd.DataFrame:
     """Points with the gate of their run, if one refused it, before their own gates."""
+    gate_of = {run_id: trouble.gate for run_id, trouble in of_runs.items()}
     reasons = [
-        ";".join(filter(None, [of_runs.get(run, "").partition(":")[0], own]))
+        ";".join(filter(None, [gate_of.get(run, ""), own]))
         for run, own in zip(points["run_id"], of_gates, strict=True)
     ]
     whole = pd.Series(reasons, points.index, dtype=str)
     return points.assign(reasons=whole, accepted=whole == "")
 
 
-def _why_all_fail(points: pd.DataFrame, failed: pd.DataFrame, limits: Mapping[str, Any]) -> str:
-    """Why no point of a run is left, as `name: sentence`; empty where one is."""
+def _with_run_reasons(runs: pd.DataFrame, refused: Mapping[str, Trouble]) -> pd.DataFrame:
+    reasons = [
+        f"{refused[run].gate}: {refused[run].reason}" if run in refused else reason
+        for run, reason in zip(runs["run_id"], runs["reason"], strict=True)
+    ]
+    return runs.assign(reason=pd.Series(reasons, runs.index, dtype=str))
+
+
+def _why_all_fail(
+    points: pd.DataFrame, failed: pd.DataFrame, limits: Mapping[str, Any]
+) -> Trouble | None:
+    """Why no point of a run is left; None where one is."""
     if not failed.any(axis=1).all():
-        return ""
+        return None
     for gate in POINT_GATES:
         if failed[gate.name].all():
-            return f"{gate.name}: {gate.describe(points, limits)}"
+            return Trouble(gate.name, gate.describe(points, limits))
     counts = ", ".join(f"{name} {count}" for name, count in failed.sum().items() if count)
-    return f"no_point_left: every one of {len(points)} points fails some gate ({counts})"
+    return Trouble("no_point_left", f"every one of {len(points)} points fails some gate ({counts})")
 
 
 def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
@@ -163,44 +187,65 @@ def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _quarantine(runs: pd.DataFrame) -> pd.DataFrame:
+def _quarantine(runs: pd.DataFrame, troubles: Mapping[str, Trouble]) -> pd.DataFrame:
     """One row a run refused as a whole."""
-    refused = runs[runs["reason"] != ""]
-    rule = refused["reason"].map(lambda text: text.partition(": ")[0]).astype(str)
-    reason = refused["reason"].map(lambda text: text.partition(": ")[2]).astype(str)
-    frame = refused[["campaign", "file", "run_id"]].assign(
-        stage="curate",
-        rule=rule,
-        first_row=0,
-        last_row=0,
-        refused_rows=0,
-        reason=reason,
-        advice=rule.map(advice_for),
-    )
-    return tables.conform(frame, "quarantine", "refused runs")
+    about = runs.set_index("run_id")
+    rows = [
+        {
+            "campaign": about.at[run_id, "campaign"],
+            "file": about.at[run_id, "file"],
+            "run_id": run_id,
+            "stage": "curate",
+            "rule": trouble.gate,
+            "first_row": trouble.first_row,
+            "last_row": trouble.last_row,
+            "refused_rows": 0,
+            "reason": trouble.reason,
+            "advice": advice_for(trouble.gate),
+        }
+        for run_id, trouble in troubles.items()
+    ]
+    return tables.from_rows(rows, "quarantine")
 
 
-def _repeated_conditions(runs: pd.DataFrame) -> dict[str, str]:
-    """Later accepted runs of an oil and condition that an earlier run has already, with why."""
-    condition = ["oil", "rig", *_NOMINAL]
-    candidates = runs[runs["verdict"] == "accepted"].dropna(subset=condition)
-    candidates = candidates.sort_values("file")
-    first = candidates.groupby(condition)["run_id"].transform("first")
+def _repeats(campaign: Mapping[str, Any]) -> list[Callable[[pd.DataFrame], dict[str, Trouble]]]:
+    """The checks for runs that an earlier one has already, in the order in which they act."""
+    copies = partial(_repeated, key=["sha256"], among_files=True, gate="duplicate_log")
+    labels = partial(_repeated, key=["label"], gate="repeated_label")
+    conditions = partial(_repeated, key=["oil", "rig", *_NOMINAL], gate="duplicate_condition")
+    accepted = campaign.get("repeated_conditions", "refuse") == "accept"
+    return [copies, labels] if accepted else [copies, labels, conditions]
+
+
+_WORDS = {
+    "duplicate_log": "the same bytes, one by one, as {earlier}, which is kept",
+    "repeated_label": "its header has the run's name of {earlier}, which is kept",
+    "duplicate_condition": "same oil and set points as {earlier}, which is kept",
+}
+
+
+def _repeated(
+    runs: pd.DataFrame, key: list[str], gate: str, among_files: bool = False
+) -> dict[str, Trouble]:
+    """Later accepted runs that an earlier accepted one equals in `key`, nulls aside.
+
+    With `among_files` the runs of one file are not compared with each other.
+    """
+    known = runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)
+    candidates = runs[known & (runs["verdict"] == "accepted")].sort_values(["file", "run_id"])
+    first = candidates.groupby(key)[["run_id", "file"]].transform("first")
+    later = candidates["file"] != first["file"]
+    if not among_files:
+        later |= candidates["run_id"] != first["run_id"]
+    words = _WORDS[gate]
     return {
-        run_id: f"duplicate_condition: same oil and set points as {earlier}, which is kept"
-        for run_id, earlier in zip(candidates["run_id"], first, strict=True)
-        if run_id != earlier
+        run_id: Trouble(gate, words.format(earlier=earlier))
+        for run_id, earlier in zip(candidates["run_id"][later], first["run_id"][later], strict=True)
     }
 
 
 def _refuse_runs(
-    points: pd.DataFrame, runs: pd.DataFrame, reasons: Mapping[str, str]
+    points: pd.DataFrame, runs: pd.DataFrame, troubles: Mapping[str, Trouble]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    points = _with_reasons(points, reasons, points["reasons"])
-    runs = runs.assign(
-        reason=[
-            reasons.get(run, reason)
-            for run, reason in zip(runs["run_id"], runs["reason"], strict=True)
-        ]
-    )
-    return points, _count(points, runs)
+    points = _with_reasons(points, troubles, points["reasons"])
+    return points, _count(points, _with_run_reasons(runs, troubles))

@@ -1,22 +1,24 @@
 """The gates: every reason for which a run or a point is refused, one small named function each.
 
-A run gate looks at one run's signals and says what is wrong, in a sentence, or nothing. A point
-gate looks at all points at once and says which fail; where it refuses every point of a run, its
-`describe` gives the sentence for the run.
+A run gate looks at one run's signals and says what is wrong, in a sentence, and where, or nothing.
+A point gate looks at all points at once and says which fail; where it refuses every point of a
+run, its `describe` gives the sentence for the run.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from scipy.stats import siegelslopes
 
 from oilfilm.curation.plateaus import sampling_interval
 from oilfilm.curation.signals import Signals
 
 BoolArray = npt.NDArray[np.bool_]
+FloatArray = npt.NDArray[np.float64]
 Limits = Mapping[str, Any]
 
 # What a load is multiplied by when its unit is mistaken for N.
@@ -24,12 +26,29 @@ _LOAD_UNITS = {"kgf": 1 / 9.80665, "lbf": 1 / 4.4482216, "gf": 1000 / 9.80665}
 
 
 @dataclass(frozen=True)
+class Trouble:
+    """Why a run is refused; the rows where it was seen, 0 where it is the run as a whole.
+
+    `gate` is the name of the gate or rule that found it.
+    """
+
+    gate: str
+    reason: str
+    first_row: int = 0
+    last_row: int = 0
+
+
+@dataclass(frozen=True)
 class RunGate:
-    """A check of one run's signals and plateaus: a sentence where it fails, else empty."""
+    """A check of one run's signals and plateaus.
+
+    `judge` gives the sentence and the first and last row concerned (0, 0: none in particular), or
+    None where the run passes.
+    """
 
     name: str
     advice: str
-    judge: Callable[[Signals, pd.DataFrame, Limits], str]
+    judge: Callable[[Signals, pd.DataFrame, Limits], tuple[str, int, int] | None]
 
 
 @dataclass(frozen=True)
@@ -42,7 +61,10 @@ class PointGate:
     describe: Callable[[pd.DataFrame, Limits], str]
 
 
-def _stuck_sensor(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+Finding = tuple[str, int, int] | None
+
+
+def _stuck_sensor(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
     force, duration_s = signals.traction_force_n, limits["stuck_duration_s"]
     changes = np.flatnonzero(np.diff(force) != 0) + 1
     edges = np.concatenate([[0], changes, [len(force)]])
@@ -50,49 +72,60 @@ def _stuck_sensor(signals: Signals, points: pd.DataFrame, limits: Limits) -> str
     start, stop = int(edges[longest]), int(edges[longest + 1])
     long_enough = (stop - start) * sampling_interval(signals.time_s) >= duration_s
     if not long_enough or stop - start < limits["stuck_samples"]:
-        return ""
+        return None
+    first, last = int(signals.row[start]), int(signals.row[stop - 1])
     return (
-        f"the traction force stays at exactly {force[start]:g} N from row {signals.row[start]} to "
-        f"row {signals.row[stop - 1]}; expected noise within {duration_s:g} s"
+        f"the traction force stays at exactly {force[start]:g} N from row {first} to row {last}; "
+        f"expected noise within {duration_s:g} s",
+        first,
+        last,
     )
 
 
-def _swapped_sign(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+def _swapped_sign(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
     sliding = points[points["slide_roll_ratio"].abs() > 0.02]
     along = sliding["traction_force_n"] * np.sign(sliding["slide_roll_ratio"])
     if sliding.empty or not along.median() < 0 or (along < 0).mean() < 0.9:
-        return ""
+        return None
     return (
         f"the traction force acts against the slip ({along.median():.3g} N in the middle); "
-        "expected the slower body to be dragged along"
+        "expected the slower body to be dragged along",
+        0,
+        0,
     )
 
 
-def _time_disorder(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+def _time_disorder(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
     backward = np.flatnonzero(np.diff(signals.time_s) <= 0)
     if len(backward) == 0:
-        return ""
+        return None
     place = int(backward[0])
+    before, after = int(signals.row[place]), int(signals.row[place + 1])
     return (
         f"time does not go on at {len(backward)} rows, first from {signals.time_s[place]:g} s at "
-        f"row {signals.row[place]} to {signals.time_s[place + 1]:g} s at row "
-        f"{signals.row[place + 1]}; expected rising time stamps"
+        f"row {before} to {signals.time_s[place + 1]:g} s at row {after}; expected rising time "
+        "stamps",
+        before,
+        after,
     )
 
 
-def _clock_jump(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+def _clock_jump(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
     gaps = np.diff(signals.time_s)
     longest = limits["clock_jump_intervals"] * sampling_interval(signals.time_s)
     if len(gaps) == 0 or gaps.max() <= longest:
-        return ""
+        return None
     place = int(np.argmax(gaps))
+    before, after = int(signals.row[place]), int(signals.row[place + 1])
     return (
-        f"{gaps[place]:g} s pass between row {signals.row[place]} and row "
-        f"{signals.row[place + 1]}; expected no gap over {longest:g} s"
+        f"{gaps[place]:g} s pass between row {before} and row {after}; expected no gap over "
+        f"{longest:g} s",
+        before,
+        after,
     )
 
 
-def _saturated(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+def _saturated(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
     for name, values in (
         ("traction force", signals.traction_force_n),
         ("load", signals.load_n),
@@ -102,22 +135,68 @@ def _saturated(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
             at_stop = np.flatnonzero(values == extreme)
             share = len(at_stop) / len(values)
             if len(at_stop) >= limits["stuck_samples"] and share > limits["saturated_share"]:
+                first, last = int(signals.row[at_stop[0]]), int(signals.row[at_stop[-1]])
                 return (
                     f"the {name} stands at its extreme of {extreme:g} N in {share:.1%} of the "
-                    f"rows, first at row {signals.row[at_stop[0]]}; allowed "
-                    f"{limits['saturated_share']:.1%}"
+                    f"rows, between row {first} and row {last}; allowed "
+                    f"{limits['saturated_share']:.1%}",
+                    first,
+                    last,
                 )
-    return ""
+    return None
 
 
-def _temperature_drift(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
+def _temperature_drift(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
     levels = points["inlet_temperature_c"]
     if len(points) == 0 or levels.max() - levels.min() <= limits["temperature_drift_max_c"]:
-        return ""
+        return None
     return (
         f"the inlet temperature goes from {levels.min():.1f} to {levels.max():.1f} degC within "
-        f"the run; allowed {limits['temperature_drift_max_c']:g} degC"
+        f"the run; allowed {limits['temperature_drift_max_c']:g} degC",
+        0,
+        0,
     )
+
+
+def _branches_differ(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
+    curve = points.dropna(subset=["slide_roll_ratio", "traction_coefficient"])
+    slip, mu = curve["slide_roll_ratio"].to_numpy(), curve["traction_coefficient"].to_numpy()
+    turn = _turning_point(slip)
+    if turn is None:
+        return None
+    # interpolation asks for rising slips
+    one, other = np.argsort(slip[: turn + 1]), turn + np.argsort(slip[turn:])
+    low = max(slip[one].min(), slip[other].min())
+    high = min(slip[one].max(), slip[other].max())
+    shared = one[(slip[one] >= low) & (slip[one] <= high)]
+    if len(shared) < _BRANCH_POINTS:
+        return None
+    # the middle one, because single wild points are the business of other gates
+    difference = float(
+        np.median(np.abs(mu[shared] - np.interp(slip[shared], slip[other], mu[other])))
+    )
+    if difference <= limits["branch_difference_max"]:
+        return None
+    return (
+        f"going up and down in slip the traction coefficients differ by {difference:.4f} (median "
+        f"over {len(shared)} points); allowed {limits['branch_difference_max']:g}",
+        0,
+        0,
+    )
+
+
+# Fewer points on either side of the turning point make no branch.
+_BRANCH_POINTS = 5
+
+
+def _turning_point(slip: FloatArray) -> int | None:
+    """Index at which a sweep turns back: its inner extreme; None where it goes one way only."""
+    if len(slip) < 2 * _BRANCH_POINTS:
+        return None
+    extremes = np.array([np.argmax(slip), np.argmin(slip)])
+    from_end = np.minimum(extremes, len(slip) - 1 - extremes)
+    turn = int(extremes[np.argmax(from_end)])
+    return turn if from_end.max() >= _BRANCH_POINTS else None
 
 
 RUN_GATES = (
@@ -151,6 +230,12 @@ RUN_GATES = (
         "Let rig and oil warm through before the sweep.",
         _temperature_drift,
     ),
+    RunGate(
+        "branches_differ",
+        "The contact or its temperature changed during the sweep: look at the specimens and repeat "
+        "the run.",
+        _branches_differ,
+    ),
 )
 
 
@@ -170,6 +255,34 @@ def _describe_load(points: pd.DataFrame, limits: Limits) -> str:
         f"the load is {load:.2f} N on average, nominal {nominal:.2f} N "
         f"(tolerance {limits['load_tolerance']:.0%}){''.join(hints)}"
     )
+
+
+def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatArray:
+    """Distance of each point's slip from the nearest planned one; 0 where none was planned."""
+    if not planned:
+        return np.zeros(len(points))
+    slip = points["slide_roll_ratio"].to_numpy()
+    return np.abs(slip[:, np.newaxis] - np.array(planned)).min(axis=1)
+
+
+def _film_off_trend(points: pd.DataFrame, factor: float) -> BoolArray:
+    """Measured films further than `factor` from the power law in speed that their run follows.
+
+    The law is the repeated-median line of ln h against ln U, which holds with up to half of the
+    readings wrong (A. F. Siegel, Biometrika 69 (1982) 242).
+    """
+    readings = points[
+        (points["measured_film_thickness_um"] > 0) & (points["entrainment_speed_m_s"] > 0)
+    ]
+    off = pd.Series(False, index=points.index)
+    for _, of_run in readings.groupby("run_id"):
+        film = np.log(of_run["measured_film_thickness_um"].to_numpy())
+        speed = np.log(of_run["entrainment_speed_m_s"].to_numpy())
+        if np.ptp(speed) > 0:
+            trend = siegelslopes(film, speed)
+            residual = film - trend.intercept - trend.slope * speed
+            off[of_run.index] = np.abs(residual) > np.log(factor)
+    return off.to_numpy()
 
 
 def _span(values: pd.Series, form: str) -> str:
@@ -230,6 +343,18 @@ POINT_GATES = (
         ),
     ),
     PointGate(
+        "slip_off_set_point",
+        "Check the control of the slip and the planned slips of the campaign file.",
+        lambda points, limits: (
+            _distance_to_plan(points, limits["planned_slips"]) > limits["slip_tolerance"]
+        ),
+        lambda points, limits: (
+            "the slide-roll ratio is up to "
+            f"{_distance_to_plan(points, limits['planned_slips']).max():.4f} away from every "
+            f"planned one (tolerance {limits['slip_tolerance']:g})"
+        ),
+    ),
+    PointGate(
         "not_steady",
         "Let the rig settle longer, or check its control.",
         lambda points, limits: (
@@ -241,6 +366,41 @@ POINT_GATES = (
             f"{points['slip_change'].abs().max():.4f} and "
             f"{points['traction_change'].abs().max():.4f}; allowed "
             f"{limits['slip_change_max']:g} and {limits['traction_change_max']:g}"
+        ),
+    ),
+    PointGate(
+        "transient_not_ended",
+        "Let the rig settle longer after each step, or raise settle_s of config.yaml.",
+        lambda points, limits: (
+            (points["slip_transient"].abs() > limits["slip_transient_max"])
+            | (points["traction_transient"].abs() > limits["traction_transient_max"])
+        ).to_numpy(),
+        lambda points, limits: (
+            f"the first fifth of the plateaus differs from the rest by up to "
+            f"{points['slip_transient'].abs().max():.4f} in slip and "
+            f"{points['traction_transient'].abs().max():.4f} in traction; allowed "
+            f"{limits['slip_transient_max']:g} and {limits['traction_transient_max']:g}"
+        ),
+    ),
+    PointGate(
+        "spiky",
+        "Look for a loose contact or a disturbance near the sensor's cable.",
+        lambda points, limits: (
+            points["n_spikes"]
+            > limits["spike_share_max"] * (points["n_samples"] + points["n_spikes"])
+        ).to_numpy(),
+        lambda points, limits: (
+            f"up to {points['n_spikes'].max()} spikes stand in a plateau; allowed "
+            f"{limits['spike_share_max']:.0%} of its rows"
+        ),
+    ),
+    PointGate(
+        "film_off_trend",
+        "Check the fringe order of these readings.",
+        lambda points, limits: _film_off_trend(points, limits["film_trend_factor"]),
+        lambda points, limits: (
+            "the measured film thickness does not follow a power of the entrainment speed within "
+            f"a factor of {limits['film_trend_factor']:g}"
         ),
     ),
     PointGate(
@@ -291,13 +451,13 @@ POINT_GATES = (
 )
 
 
-def judge_run(signals: Signals, points: pd.DataFrame, limits: Limits) -> str:
-    """The first run gate that refuses the run, as `name: sentence`; empty if none does."""
+def judge_run(signals: Signals, points: pd.DataFrame, limits: Limits) -> Trouble | None:
+    """What the first run gate that refuses the run found; None if all let it pass."""
     for gate in RUN_GATES:
-        sentence = gate.judge(signals, points, limits)
-        if sentence:
-            return f"{gate.name}: {sentence}"
-    return ""
+        finding = gate.judge(signals, points, limits)
+        if finding is not None:
+            return Trouble(gate.name, *finding)
+    return None
 
 
 def judge_points(points: pd.DataFrame, limits: Limits) -> pd.DataFrame:
@@ -320,5 +480,7 @@ def advice_for(name: str) -> str:
         "zero_drift": "Let the sensor warm up, check its mounting, and repeat the run.",
         "no_plateau": "Hold each slip longer than settle_s + min_duration_s of config.yaml.",
         "no_point_left": "Look at the gates that are named, one by one.",
+        "duplicate_log": "Take one of the files out; a copy adds nothing.",
+        "repeated_label": "Give each run a name of its own, or take one of the logs out.",
         "duplicate_condition": "Take one of the logs out, or say repeated_conditions: accept.",
     }[name]

@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.curation import statistics
+from oilfilm.curation.gates import Trouble
 from oilfilm.curation.plateaus import find_steps, sampling_interval, settled_parts
 from oilfilm.curation.signals import FloatArray, IndexArray, Signals
-from oilfilm.curation.zero import zero_reference
+from oilfilm.curation.zero import PHASES, zero_reference
 
 
 @dataclass(frozen=True)
@@ -19,37 +20,47 @@ class Measured:
     """Plateaus of one run, before the gates. `flaw` says why the run as a whole fails, if so."""
 
     points: pd.DataFrame
-    flaw: str = ""
+    flaw: Trouble | None = None
 
 
-def measure_continuous(signals: Signals, settings: Mapping[str, Any]) -> Measured:
-    """Plateaus of a continuously logged run, its zero taken from the rolling phases."""
+def measure_continuous(
+    signals: Signals, settings: Mapping[str, Any], procedure: str = "rolling_phases"
+) -> Measured:
+    """Plateaus of a continuously logged run, less the zero of the force.
+
+    Args:
+        signals: The run.
+        settings: Config's `curation`.
+        procedure: Where the zero comes from (`Semantics.zero`).
+    """
     slip = signals.slide_roll_ratio
     interval = sampling_interval(signals.time_s)
     steps = find_steps(signals.time_s, slip, settings["plateaus"])
     starts, stops = settled_parts(signals.time_s, steps, settings["plateaus"])
     # the opening phase gives the zero first; what is left of it is a plateau at no slip
     zero_length = round(settings["zero_reference"]["duration_s"] / interval)
-    opening = slice(0, min(zero_length, int(stops[0])) if len(steps) else 0)
-    closing = slice(int(starts[-1]), int(stops[-1])) if len(steps) else slice(0, 0)
+    places = {
+        "opening": slice(0, min(zero_length, int(stops[0])) if len(steps) else 0),
+        "closing": slice(int(starts[-1]), int(stops[-1])) if len(steps) else slice(0, 0),
+    }
+    phases = {name: places[name] for name in PHASES[procedure]}
     zero = zero_reference(
-        signals, opening, closing, settings["zero_reference"], settings["spikes"]["threshold"]
+        signals, phases, settings["zero_reference"], settings["spikes"]["threshold"]
     )
-    starts[0] = opening.stop
-    if not isinstance(zero, str):
+    if "opening" in phases:
+        starts[0] = phases["opening"].stop
+    if "closing" in phases and not isinstance(zero, str):
         starts, stops = starts[:-1], stops[:-1]
     long_enough = (stops - starts) * interval >= settings["plateaus"]["min_duration_s"]
     starts, stops = starts[long_enough], stops[long_enough]
     points = _average(signals, starts, stops, settings["spikes"]["threshold"])
     if isinstance(zero, str):
-        return Measured(_with_traction(points, math.nan, math.nan), f"zero_missing: {zero}")
+        return Measured(_with_traction(points, math.nan, math.nan), Trouble("zero_missing", zero))
     drift_n, allowed_n = zero.drift_n, settings["zero_reference"]["max_drift_n"]
-    flaw = (
-        f"zero_drift: the zero of the force moves by {drift_n:.3g} N during the run; allowed "
-        f"{allowed_n:g} N"
-        if abs(drift_n) > allowed_n
-        else ""
-    )
+    flaw = None
+    if abs(drift_n) > allowed_n:
+        moves = f"the zero of the force moves by {drift_n:.3g} N during the run"
+        flaw = Trouble("zero_drift", f"{moves}; allowed {allowed_n:g} N")
     time_s = points["time_s"].to_numpy()
     return Measured(_with_traction(points, zero.at(time_s), zero.standard_error_at(time_s)), flaw)
 
@@ -77,7 +88,10 @@ def measure_readings(signals: Signals) -> Measured:
             "sensor_force_se_n": nothing,
             "slip_change": nothing,
             "force_change_n": nothing,
+            "slip_transient": nothing,
+            "force_transient_n": nothing,
             "force_asymmetry": asymmetry,
+            "measured_film_thickness_um": signals.film_thickness_um,
         }
     )
     return Measured(_with_traction(points, 0.0, 0.0))
@@ -90,13 +104,17 @@ def _average(
     force, slip = signals.traction_force_n, signals.slide_roll_ratio
     wild = statistics.spikes(force, windows, spike_threshold) if len(starts) else windows.inside
     windows = windows.without(wild)
-    early, late = windows.halves()
+    early, late = windows.split(1 / 2)
+    first, rest = windows.split(1 / 5)
 
     def mean(values: FloatArray) -> FloatArray:
         return statistics.means(values, windows)
 
     def change(values: FloatArray) -> FloatArray:
         return statistics.means(values, late) - statistics.means(values, early)
+
+    def transient(values: FloatArray) -> FloatArray:
+        return statistics.means(values, first) - statistics.means(values, rest)
 
     return pd.DataFrame(
         {
@@ -115,7 +133,10 @@ def _average(
             "sensor_force_se_n": statistics.standard_errors(force, windows),
             "slip_change": change(slip),
             "force_change_n": change(force),
+            "slip_transient": transient(slip),
+            "force_transient_n": transient(force),
             "force_asymmetry": np.nan,
+            "measured_film_thickness_um": np.nan,
         }
     )
 
@@ -134,4 +155,13 @@ def _with_traction(
         traction_coefficient=mu,
         traction_coefficient_se=mu_se,
         traction_change=averages["force_change_n"] / load,
-    ).drop(columns=["sensor_force_n", "sensor_force_se_n", "load_se_n", "force_change_n"])
+        traction_transient=averages["force_transient_n"] / load,
+    ).drop(
+        columns=[
+            "sensor_force_n",
+            "sensor_force_se_n",
+            "load_se_n",
+            "force_change_n",
+            "force_transient_n",
+        ]
+    )

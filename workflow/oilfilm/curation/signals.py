@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from oilfilm.semantics import Semantics
+
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
 
@@ -23,11 +25,21 @@ class Signals:
     ball_speed_m_s: FloatArray
     disc_speed_m_s: FloatArray
     inlet_temperature_c: FloatArray
+    film_thickness_um: FloatArray
+    direction: int = 1
 
     @classmethod
-    def of(cls, samples: pd.DataFrame) -> "Signals":
-        """Signals of the samples of one run."""
-        return cls(**{name: samples[name].to_numpy() for name in cls.__dataclass_fields__})
+    def of(cls, samples: pd.DataFrame, log: Semantics) -> "Signals":
+        """Signals of the samples of one run, force and slip positive with the slower body slowed.
+
+        Args:
+            samples: Rows of the table of samples.
+            log: How the rig's logs are meant.
+        """
+        names = [name for name in cls.__dataclass_fields__ if name != "direction"]
+        arrays = {name: samples[name].to_numpy() for name in names}
+        arrays["traction_force_n"] = log.traction_sign * log.direction * arrays["traction_force_n"]
+        return cls(**arrays, direction=log.direction)
 
     @property
     def entrainment_speed_m_s(self) -> FloatArray:
@@ -36,9 +48,12 @@ class Signals:
 
     @property
     def slide_roll_ratio(self) -> FloatArray:
-        """S = (U_disc - U_ball)/U: positive with the ball slowed. NaN where nothing turns."""
+        """S = (faster - slower speed)/U, the slower body being the one that the rig slows.
+
+        NaN where nothing turns.
+        """
         speed = self.entrainment_speed_m_s
-        sliding = self.disc_speed_m_s - self.ball_speed_m_s
+        sliding = self.direction * (self.disc_speed_m_s - self.ball_speed_m_s)
         return np.divide(sliding, speed, out=np.full_like(speed, np.nan), where=speed != 0)
 
     def __len__(self) -> int:

@@ -35,10 +35,10 @@ class Windows:
         """Samples in each stretch."""
         return self.inside.sum(axis=1)
 
-    def halves(self) -> tuple["Windows", "Windows"]:
-        """The earlier and the later half of each stretch."""
+    def split(self, share: float) -> tuple["Windows", "Windows"]:
+        """The first `share` of the samples of each stretch, and the rest of them."""
         place = np.cumsum(self.inside, axis=1)
-        early = place <= self.counts[:, np.newaxis] / 2
+        early = place <= self.counts[:, np.newaxis] * share
         return self.without(~early), self.without(early)
 
 

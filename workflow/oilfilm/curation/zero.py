@@ -1,4 +1,7 @@
-"""The zero of the traction sensor: its output under pure rolling, before and after a sweep."""
+"""The zero of the traction sensor: its output under pure rolling, before and after a sweep.
+
+A rig may give both phases, the opening one alone, or a force whose zero it has removed itself.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,10 +12,17 @@ import numpy as np
 from oilfilm.curation import statistics
 from oilfilm.curation.signals import FloatArray, Signals
 
+# Phases of pure rolling that a zero procedure needs.
+PHASES = {
+    "rolling_phases": ("opening", "closing"),
+    "opening_phase": ("opening",),
+    "already_removed": (),
+}
+
 
 @dataclass(frozen=True)
 class ZeroReference:
-    """Sensor output under pure rolling at two times, with standard errors."""
+    """Sensor output under pure rolling at two times, one or none, with standard errors."""
 
     time_s: FloatArray
     force_n: FloatArray
@@ -20,50 +30,54 @@ class ZeroReference:
 
     @property
     def drift_n(self) -> float:
-        """Change of the zero from the opening to the closing phase, in N."""
-        return float(self.force_n[1] - self.force_n[0])
+        """Change of the zero from the first to the last phase, in N."""
+        return float(self.force_n[-1] - self.force_n[0]) if len(self.force_n) else 0.0
 
     def at(self, time_s: FloatArray) -> FloatArray:
-        """The zero at any time: a straight line through the two (the drift)."""
-        early, late = self.force_n
-        return early + (late - early) * self._share(time_s)
+        """The zero at any time: a straight line through two phases (the drift), else constant."""
+        return self._weights(time_s) @ self.force_n
 
     def standard_error_at(self, time_s: FloatArray) -> FloatArray:
-        """Standard error of `at`, from those of the two means."""
-        share = self._share(time_s)
-        return np.hypot((1 - share) * self.force_se_n[0], share * self.force_se_n[1])
+        """Standard error of `at`, from those of the means."""
+        return np.sqrt(self._weights(time_s) ** 2 @ self.force_se_n**2)
 
-    def _share(self, time_s: FloatArray) -> FloatArray:
-        return (time_s - self.time_s[0]) / (self.time_s[1] - self.time_s[0])
+    def _weights(self, time_s: FloatArray) -> FloatArray:
+        """Share of each phase in the zero at each time, shape (times, phases)."""
+        if len(self.time_s) < 2:
+            return np.ones((len(time_s), len(self.time_s)))
+        share = (time_s - self.time_s[0]) / (self.time_s[1] - self.time_s[0])
+        return np.stack([1 - share, share], axis=1)
 
 
 def zero_reference(
-    signals: Signals, opening: slice, closing: slice, settings: Mapping[str, Any], spike: float
+    signals: Signals, phases: Mapping[str, slice], settings: Mapping[str, Any], spike: float
 ) -> ZeroReference | str:
-    """The zero from the opening and the closing rolling phase, or a sentence why there is none.
+    """The zero from phases of pure rolling, or a sentence why there is none.
 
     Args:
         signals: The run.
-        opening: Samples of the opening phase that are averaged.
-        closing: Samples of the closing phase.
+        phases: Name of each phase -> its samples that are averaged; none where the rig has
+            removed the zero itself.
         settings: `max_slide_roll_ratio` of config's zero_reference.
         spike: Threshold of the spike test, in robust standard deviations.
     """
-    starts = np.array([opening.start, closing.start])
-    stops = np.array([opening.stop, closing.stop])
-    for name, start, stop in zip(("opening", "closing"), starts, stops, strict=True):
-        if stop <= start:
+    for name, part in phases.items():
+        if part.stop <= part.start:
             return f"the log has no {name} phase of pure rolling"
-        slip = float(np.mean(signals.slide_roll_ratio[start:stop]))
+        slip = float(np.mean(signals.slide_roll_ratio[part]))
         limit = settings["max_slide_roll_ratio"]
         if not abs(slip) <= limit:
             return (
                 f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; "
                 f"expected pure rolling, within {limit}"
             )
-    windows = statistics.Windows.between(starts, stops)
+    windows = statistics.Windows.between(
+        np.array([part.start for part in phases.values()], dtype=np.int64),
+        np.array([part.stop for part in phases.values()], dtype=np.int64),
+    )
     force = signals.traction_force_n
-    windows = windows.without(statistics.spikes(force, windows, spike))
+    if phases:
+        windows = windows.without(statistics.spikes(force, windows, spike))
     return ZeroReference(
         statistics.means(signals.time_s, windows),
         statistics.means(force, windows),

@@ -22,6 +22,23 @@ class Nominal:
     entrainment_speed_m_s: float | None = None
     inlet_temperature_c: float | None = None
 
+    @classmethod
+    def planned(
+        cls, campaign: Mapping[str, Any], header: Mapping[str, float] | None = None
+    ) -> "Nominal":
+        """Set points of a log: those of its header before those of the campaign file."""
+        header = header or {}
+        given = dict(campaign.get("set_points", {}))
+        if header.keys() & _LOADS:
+            # the load has one set point, as force or as pressure
+            given = {name: value for name, value in given.items() if name not in _LOADS}
+        given |= header
+        return cls(**{name: given[name] for name in SET_POINTS if name in given})
+
+
+SET_POINTS = tuple(Nominal.__dataclass_fields__)
+_LOADS = {"max_hertz_pressure_gpa", "load_n"}
+
 
 @dataclass(frozen=True)
 class Refusal:
@@ -45,7 +62,8 @@ class LoggedRun:
     """One test run out of a raw file.
 
     `samples` has the columns of the samples table but for `run_id`. `flaw` names a rule and what
-    it saw where the run as a whole cannot be used (its samples are kept all the same).
+    it saw where the run as a whole cannot be used (its samples are kept all the same); `label` is
+    the name that the log gives the run itself.
     """
 
     run_id: str
@@ -55,6 +73,7 @@ class LoggedRun:
     nominal: Nominal
     samples: pd.DataFrame
     flaw: str = ""
+    label: str = ""
 
 
 @dataclass(frozen=True)

@@ -13,33 +13,24 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.readers.base import (
     LARGEST_READING,
-    LoggedRun,
-    Nominal,
     Reading,
     Refusal,
     as_ranges,
     refused_file,
-    samples_frame,
 )
+from oilfilm.readers.columns import FORMAT_ADVICE, header_problem, logged_run
 from oilfilm.readers.layout import (
-    QUANTITIES,
     Layout,
     LayoutError,
     count_rows,
     find_layout,
     normalise,
 )
-from oilfilm.rigs import contact_of
-from oilfilm.units import PA_PER_GPA, rpm_to_surface_speed
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
-
-_SET_POINTS = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
-_FORMAT = "data/raw/README.md describes the format."
 
 
 class CsvReader:
@@ -61,10 +52,10 @@ class CsvReader:
         try:
             layout = find_layout(content, config["campaign"].get("columns", {}))
         except LayoutError as error:
-            return refused_file(error.rows, "columns", str(error), f"{_FORMAT}")
+            return refused_file(error.rows, "columns", str(error), FORMAT_ADVICE)
         whole, _, tail = layout.table.rpartition(b"\n")
         rows = count_rows(layout.table)
-        problem = _header_problem(layout, config)
+        problem = header_problem(layout.keys, layout.columns, config)
         if problem:
             return refused_file(rows, *problem)
         values, numbers, bad = _parse(whole, layout)
@@ -73,54 +64,8 @@ class CsvReader:
         if cut is not None:
             refusals.append(cut)
         flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
-        return Reading(rows, [_run(values, numbers, layout, file, config, flaw)], refusals)
-
-
-def _header_problem(layout: Layout, config: Mapping[str, Any]) -> tuple[str, str, str] | None:
-    keys = layout.keys
-    oil, rig = keys.get("oil"), keys.get("rig", next(iter(config["rigs"])))
-    if oil is None:
-        return ("header", "the header has no line `# oil: ...`", f"Add it. {_FORMAT}")
-    for kind, name, known in (("oil", oil, config["oils"]), ("rig", rig, config["rigs"])):
-        if name not in known:
-            return (
-                f"unknown_{kind}",
-                f"the header says {kind} {name!r}; the campaign knows {', '.join(known)}",
-                f"Correct the header, or add the {kind} to the campaign file.",
-            )
-    if keys.get("simulated", "no") != "no" and config["campaign"]["data"] == "measured":
-        return (
-            "simulated_log",
-            "the header says that the log is simulated; the campaign file says data: measured",
-            "Take the log out, or say data: simulated in the campaign file.",
-        )
-    for name in _SET_POINTS:
-        try:
-            float(keys.get(name, "0"))
-        except ValueError:
-            return (
-                "header",
-                f"the header says {name}: {keys[name]!r}; expected a number",
-                f"Correct the header. {_FORMAT}",
-            )
-    return _rig_problem(layout, rig, config["rigs"][rig])
-
-
-def _rig_problem(layout: Layout, name: str, rig: Mapping[str, Any]) -> tuple[str, str, str] | None:
-    """What the columns need of the rig and its file does not say."""
-    units = {column.quantity: column.to.unit for column in layout.columns}
-    needed = [
-        f"{body}_track_radius_m" for body in ("ball", "disc") if units[f"{body}_speed"] == "rpm"
-    ]
-    needed += ["ball_radius_m"] if units["load"] == "GPa" else []
-    missing = [key for key in needed if key not in rig]
-    if not missing:
-        return None
-    return (
-        "rig",
-        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
-        f"Add it to config/rigs/{name}.yaml.",
-    )
+        run = logged_run(file, numbers, values, layout.columns, layout.keys, config, flaw)
+        return Reading(rows, [run], refusals)
 
 
 def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:
@@ -154,7 +99,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
 
     if not table:
         nothing = np.array([], dtype=np.int64)
-        return {quantity: np.array([]) for quantity in QUANTITIES}, nothing, nothing
+        return {column.quantity: np.array([]) for column in layout.columns}, nothing, nothing
     try:
         cells = parse(arrow.float64(), layout.decimal_mark)
     except arrow.ArrowInvalid:
@@ -203,47 +148,3 @@ def _cut_row(tail: bytes, layout: Layout, row: int, run_id: str) -> Refusal | No
         return Refusal("cut_row", reason, advice, run_id, row, row, 1)
     reason = f"row {row}, the last, has no line end, so that its last number may be cut"
     return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
-
-
-def _run(
-    values: Mapping[str, FloatArray],
-    numbers: IndexArray,
-    layout: Layout,
-    run_id: str,
-    config: Mapping[str, Any],
-    flaw: str,
-) -> LoggedRun:
-    keys = layout.keys
-    rig_name = keys.get("rig", next(iter(config["rigs"])))
-    rig = config["rigs"][rig_name]
-    units = {column.quantity: column.to.unit for column in layout.columns}
-    samples = samples_frame(
-        row=numbers,
-        time_s=values["time"],
-        load_n=_load_n(values["load"], units["load"], rig),
-        traction_force_n=config["campaign"].get("traction_sign", 1) * values["traction_force"],
-        ball_speed_m_s=_surface_speed(values, units, rig, "ball"),
-        disc_speed_m_s=_surface_speed(values, units, rig, "disc"),
-        inlet_temperature_c=values["inlet_temperature"],
-    )
-    nominal = Nominal(**{name: float(keys[name]) for name in _SET_POINTS if name in keys})
-    return LoggedRun(run_id, keys["oil"], rig_name, "continuous", nominal, samples, flaw)
-
-
-def _load_n(values: FloatArray, unit: str, rig: Mapping[str, Any]) -> FloatArray:
-    """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
-    contact = contact_of(rig)
-    if unit == "N" or contact is None:
-        return values
-    return load_for_max_hertz_pressure(
-        values * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
-    )
-
-
-def _surface_speed(
-    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Mapping[str, Any], body: str
-) -> FloatArray:
-    speed = values[f"{body}_speed"]
-    if units[f"{body}_speed"] == "m/s":
-        return speed
-    return rpm_to_surface_speed(speed, rig[f"{body}_track_radius_m"])

@@ -5,48 +5,17 @@ Nothing is assumed of a log but that one line names its columns and the rows fol
 
 import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from oilfilm.units import Conversion, conversion
+from oilfilm.readers.columns import Column, Renamed, find_columns, fits, meaning, plain_key
 
-# What a log may hold -> the units that the reader can use of it.
-QUANTITIES = {
-    "time": ("s",),
-    "load": ("N", "GPa"),
-    "traction_force": ("N",),
-    "ball_speed": ("rpm", "m/s"),
-    "disc_speed": ("rpm", "m/s"),
-    "inlet_temperature": ("degC",),
-}
-# Column names that carry their unit, as the project writes them.
-_OWN_NAMES = {
-    "time_s": ("time", "s"),
-    "load_n": ("load", "N"),
-    "max_hertz_pressure_gpa": ("load", "GPa"),
-    "traction_force_n": ("traction_force", "N"),
-    "ball_speed_rpm": ("ball_speed", "rpm"),
-    "ball_speed_m_s": ("ball_speed", "m/s"),
-    "disc_speed_rpm": ("disc_speed", "rpm"),
-    "disc_speed_m_s": ("disc_speed", "m/s"),
-    "inlet_temperature_c": ("inlet_temperature", "degC"),
-}
 _DELIMITERS = (",", ";", "\t", "|")
 _EMPTY_LINES = re.compile(rb"\n{2,}")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
-_UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
 # The line of names stands near the top; beyond this a file is no log of ours.
 _LINES_SEARCHED = 200
-
-
-@dataclass(frozen=True)
-class Column:
-    """Where a quantity stands in a row and what makes the reader's unit of it."""
-
-    quantity: str
-    place: int
-    to: Conversion
 
 
 @dataclass(frozen=True)
@@ -69,7 +38,7 @@ class LayoutError(Exception):
         self.rows = rows
 
 
-def find_layout(content: bytes, renamed: Mapping[str, Mapping[str, str]]) -> Layout:
+def find_layout(content: bytes, renamed: Renamed) -> Layout:
     """Find out how a log is written.
 
     Args:
@@ -86,14 +55,14 @@ def find_layout(content: bytes, renamed: Mapping[str, Mapping[str, str]]) -> Lay
     number, delimiter, names = _line_of_names(decoded, renamed)
     start = sum(len(line) + 1 for line in lines[: number + 1])
     first = decoded[number + 1].split(delimiter) if number + 1 < len(decoded) else []
-    units = None
+    units: list[str] = [""] * len(names)
     if _is_unit_row(first, names, renamed):
         units = [_bare(cell) for cell in first]
         start += len(lines[number + 1]) + 1
         first = decoded[number + 2].split(delimiter) if number + 2 < len(decoded) else []
     table = text[start:]
     try:
-        columns = _columns(names, units, renamed)
+        columns = find_columns(names, units, renamed)
     except ValueError as error:
         raise LayoutError(str(error), count_rows(table)) from error
     decimal_mark = "," if delimiter != "," and any("," in cell for cell in first) else "."
@@ -148,15 +117,13 @@ def count_rows(table: bytes) -> int:
     return table.count(b"\n") + (len(table) > 0 and not table.endswith(b"\n"))
 
 
-def _line_of_names(
-    lines: Sequence[str], renamed: Mapping[str, Mapping[str, str]]
-) -> tuple[int, str, list[str]]:
+def _line_of_names(lines: Sequence[str], renamed: Renamed) -> tuple[int, str, list[str]]:
     for number, line in enumerate(lines):
         if line.lstrip().startswith("#"):
             continue
         for delimiter in _DELIMITERS:
             names = _split(line, delimiter)
-            if sum(_meaning(name, renamed) is not None for name in names) >= 2:
+            if sum(meaning(name, renamed) is not None for name in names) >= 2:
                 return number, delimiter, names
     other = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     seen = f"; its first line is {other[0][:120]!r}" if other else ""
@@ -172,75 +139,17 @@ def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _meaning(name: str, renamed: Mapping[str, Mapping[str, str]]) -> tuple[str, str | None] | None:
-    """Quantity and unit (None where another line must give it) of a column's name."""
-    for quantity, given in renamed.items():
-        if name == given["name"]:
-            return quantity, given.get("unit")
-    bracketed = _UNIT_IN_NAME.match(name)
-    bare, unit = (bracketed["name"], bracketed["unit"]) if bracketed else (name, None)
-    plain = "_".join(bare.lower().split())
-    if plain in _OWN_NAMES:
-        quantity, own_unit = _OWN_NAMES[plain]
-        return quantity, unit or own_unit
-    return (plain, unit) if plain in QUANTITIES else None
-
-
-def _is_unit_row(
-    cells: Sequence[str], names: Sequence[str], renamed: Mapping[str, Mapping[str, str]]
-) -> bool:
+def _is_unit_row(cells: Sequence[str], names: Sequence[str], renamed: Renamed) -> bool:
     """A row right below the names in which most known columns have a unit that fits them."""
     if len(cells) != len(names):
         return False
-    meanings = [(_meaning(name, renamed), cell) for name, cell in zip(names, cells, strict=True)]
-    fitting = [_fits(meaning[0], cell) for meaning, cell in meanings if meaning is not None]
+    meanings = [(meaning(name, renamed), cell) for name, cell in zip(names, cells, strict=True)]
+    fitting = [fits(known[0], _bare(cell)) for known, cell in meanings if known is not None]
     return sum(fitting) > len(fitting) / 2
-
-
-def _fits(quantity: str, unit: str) -> bool:
-    try:
-        conversion(_bare(unit), QUANTITIES[quantity])
-    except ValueError:
-        return False
-    return True
 
 
 def _bare(unit: str) -> str:
     return unit.strip('[]() "')
-
-
-def _columns(
-    names: Sequence[str],
-    units: Sequence[str] | None,
-    renamed: Mapping[str, Mapping[str, str]],
-) -> tuple[Column, ...]:
-    found: dict[str, Column] = {}
-    for place, name in enumerate(names):
-        meaning = _meaning(name, renamed)
-        if meaning is None:
-            continue
-        quantity, unit = meaning
-        if units is not None and units[place]:
-            unit = units[place]
-        if quantity in found:
-            raise ValueError(f"the line of column names repeats {quantity!r}")
-        if not unit:
-            raise ValueError(
-                f"the column {name!r} has no unit; write it in brackets, in a row below the names "
-                "or under `columns` of the campaign file"
-            )
-        try:
-            found[quantity] = Column(quantity, place, conversion(unit, QUANTITIES[quantity]))
-        except ValueError as error:
-            raise ValueError(f"the column {name!r}: {error}") from error
-    missing = [quantity for quantity in QUANTITIES if quantity not in found]
-    if missing:
-        names_seen = ", ".join(names)[:200]
-        raise ValueError(
-            f"the line of column names lacks the columns {', '.join(missing)}; it reads "
-            f"{names_seen!r}"
-        )
-    return tuple(found[quantity] for quantity in QUANTITIES)
 
 
 def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
@@ -251,5 +160,5 @@ def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
         marks = [mark for mark in (":", "=", delimiter) if mark in plain]
         if marks:
             key, _, value = plain.partition(min(marks, key=plain.index))
-            keys["_".join(key.lower().split())] = value.strip().strip(delimiter).strip()
+            keys[plain_key(key)] = value.strip().strip(delimiter).strip()
     return keys

@@ -319,6 +319,6 @@ def _run(
         inlet_temperature_c=values["inlet_temperature_c"],
         film_thickness_um=values["film_nm"] * 1e-3,
     )
-    nominal = Nominal(**config["campaign"].get("set_points", {}))
+    nominal = Nominal.planned(config["campaign"])
     (oil,), (rig,) = config["oils"], config["rigs"]
     return LoggedRun(run_id, oil, rig, "steps", nominal, samples)

@@ -1,0 +1,38 @@
+"""The part of the errors that no averaging lowers: the calibration of a rig's sensors."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+# Column -> the column and the key of the rig file it comes from; relative but for temperature.
+_RELATIVE = {
+    "load_systematic_n": ("load_n", "load_relative"),
+    "traction_force_systematic_n": ("traction_force_n", "traction_force_relative"),
+    "entrainment_speed_systematic_m_s": ("entrainment_speed_m_s", "speed_relative"),
+}
+
+
+def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFrame:
+    """Points with the standard uncertainty of each sensor's calibration.
+
+    All points of a rig share these errors, so they are kept apart from the random ones; null
+    where the rig file states none.
+
+    Args:
+        points: With `rig` and the quantities of the table of points.
+        rigs: Rig files by name.
+    """
+
+    def stated(key: str) -> pd.Series:
+        values = {name: rig.get("calibration", {}).get(key, np.nan) for name, rig in rigs.items()}
+        return points["rig"].map(values).astype(float)
+
+    return points.assign(
+        **{
+            column: points[quantity].abs() * stated(key)
+            for column, (quantity, key) in _RELATIVE.items()
+        },
+        inlet_temperature_systematic_c=stated("temperature_c"),
+    )

@@ -1,0 +1,275 @@
+"""What the columns of a log mean, and the run that they make: shared by all formats in columns.
+
+A format finds names, units, header keys and numbers; everything that follows from them is here.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oilfilm.contact import load_for_max_hertz_pressure
+from oilfilm.readers.base import LARGEST_READING, SET_POINTS, LoggedRun, Nominal, samples_frame
+from oilfilm.rigs import contact_of
+from oilfilm.semantics import Semantics, semantics_of
+from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA, Conversion, conversion, rpm_to_surface_speed
+
+FloatArray = npt.NDArray[np.float64]
+IndexArray = npt.NDArray[np.int64]
+Renamed = Mapping[str, Mapping[str, str]]
+
+# What a log may hold -> the units that can be used of it.
+QUANTITIES = {
+    "time": ("s",),
+    "load": ("N", "GPa"),
+    "traction_force": ("N",),
+    "inlet_temperature": ("degC",),
+    "ball_speed": ("rpm", "m/s"),
+    "disc_speed": ("rpm", "m/s"),
+    "entrainment_speed": ("m/s",),
+    "slide_roll_ratio": ("1",),
+}
+_ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
+# Either pair gives both surface speeds; the first is what a log is asked for.
+_SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
+# Column names that carry their unit, as the project writes them.
+_OWN_NAMES = {
+    "time_s": ("time", "s"),
+    "load_n": ("load", "N"),
+    "max_hertz_pressure_gpa": ("load", "GPa"),
+    "traction_force_n": ("traction_force", "N"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+    "ball_speed_rpm": ("ball_speed", "rpm"),
+    "ball_speed_m_s": ("ball_speed", "m/s"),
+    "disc_speed_rpm": ("disc_speed", "rpm"),
+    "disc_speed_m_s": ("disc_speed", "m/s"),
+    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
+    "slide_roll_ratio": ("slide_roll_ratio", "1"),
+}
+_UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
+FORMAT_ADVICE = "data/raw/README.md describes the format."
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a quantity stands in a row and what makes the reader's unit of it."""
+
+    quantity: str
+    place: int
+    to: Conversion
+
+
+def meaning(name: str, renamed: Renamed) -> tuple[str, str | None] | None:
+    """Quantity and unit (None where something else must give it) of a column's name.
+
+    Args:
+        name: Column name as the log writes it.
+        renamed: Quantity -> `name` and `unit`, for columns with names of their own.
+    """
+    for quantity, given in renamed.items():
+        if name == given["name"]:
+            return quantity, given.get("unit")
+    bracketed = _UNIT_IN_NAME.match(name)
+    bare, unit = (bracketed["name"], bracketed["unit"]) if bracketed else (name, None)
+    plain = plain_key(bare)
+    if plain in _OWN_NAMES:
+        quantity, own_unit = _OWN_NAMES[plain]
+        return quantity, unit or own_unit
+    return (plain, unit) if plain in QUANTITIES else None
+
+
+def plain_key(text: str) -> str:
+    """A key or name in lower case, its words joined by underscores."""
+    return "_".join(text.lower().split())
+
+
+def fits(quantity: str, unit: str) -> bool:
+    """True where a quantity can be given in that unit."""
+    try:
+        conversion(unit, QUANTITIES[quantity])
+    except ValueError:
+        return False
+    return True
+
+
+def find_columns(
+    names: Sequence[str], units: Sequence[str | None], renamed: Renamed
+) -> tuple[Column, ...]:
+    """The columns that make a run, each with its conversion.
+
+    Args:
+        names: All column names, in the order of the columns.
+        units: Unit that the log gives for each, beside its name; empty or None where none.
+        renamed: As for `meaning`.
+
+    Raises:
+        ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
+            message is a sentence for the user.
+    """
+    found: dict[str, Column] = {}
+    for place, (name, own_unit) in enumerate(zip(names, units, strict=True)):
+        known = meaning(name, renamed)
+        if known is None:
+            continue
+        quantity, unit = known[0], own_unit or known[1]
+        if quantity in found:
+            raise ValueError(f"the line of column names repeats {quantity!r}")
+        if not unit:
+            raise ValueError(
+                f"the column {name!r} has no unit; write it in brackets, in a row below the names "
+                "or under `columns` of the campaign file"
+            )
+        try:
+            found[quantity] = Column(quantity, place, conversion(unit, QUANTITIES[quantity]))
+        except ValueError as error:
+            raise ValueError(f"the column {name!r}: {error}") from error
+    speeds = next((pair for pair in _SPEEDS if all(name in found for name in pair)), _SPEEDS[0])
+    needed = [*_ALWAYS, *speeds]
+    missing = [quantity for quantity in needed if quantity not in found]
+    if missing:
+        raise ValueError(
+            f"the line of column names lacks the columns {', '.join(missing)}; it reads "
+            f"{', '.join(names)[:200]!r}"
+        )
+    return tuple(found[quantity] for quantity in needed)
+
+
+def header_problem(
+    keys: Mapping[str, str], columns: Sequence[Column], config: Mapping[str, Any]
+) -> tuple[str, str, str] | None:
+    """Why a log with these header keys and columns cannot be used: rule, reason, advice."""
+    oil, rig = keys.get("oil"), _rig_name(keys, config)
+    if oil is None:
+        return ("header", "the header has no line `# oil: ...`", f"Add it. {FORMAT_ADVICE}")
+    for kind, name, known in (("oil", oil, config["oils"]), ("rig", rig, config["rigs"])):
+        if name not in known:
+            return (
+                f"unknown_{kind}",
+                f"the header says {kind} {name!r}; the campaign knows {', '.join(known)}",
+                f"Correct the header, or add the {kind} to the campaign file.",
+            )
+    if keys.get("simulated", "no") != "no" and config["campaign"]["data"] == "measured":
+        return (
+            "simulated_log",
+            "the header says that the log is simulated; the campaign file says data: measured",
+            "Take the log out, or say data: simulated in the campaign file.",
+        )
+    for name in SET_POINTS:
+        if name in keys and not _is_set_point(name, keys[name]):
+            return (
+                "header",
+                f"the header says {name}: {keys[name][:60]!r}; expected a number above "
+                f"{_least(name):g}",
+                f"Correct the header. {FORMAT_ADVICE}",
+            )
+    return _rig_problem(columns, rig, config["rigs"][rig])
+
+
+def _is_set_point(name: str, text: str) -> bool:
+    try:
+        value = float(text)
+    except ValueError:
+        return False
+    return _least(name) < value < LARGEST_READING
+
+
+def _least(name: str) -> float:
+    return ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
+
+
+def _rig_problem(
+    columns: Sequence[Column], name: str, rig: Mapping[str, Any]
+) -> tuple[str, str, str] | None:
+    """What the columns need of the rig and its file does not say."""
+    units = {column.quantity: column.to.unit for column in columns}
+    needed = [
+        f"{body}_track_radius_m" for body in ("ball", "disc") if units.get(f"{body}_speed") == "rpm"
+    ]
+    needed += ["ball_radius_m"] if units["load"] == "GPa" else []
+    missing = [key for key in needed if key not in rig]
+    if not missing:
+        return None
+    return (
+        "rig",
+        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
+        f"Add it to config/rigs/{name}.yaml.",
+    )
+
+
+def logged_run(
+    run_id: str,
+    rows: IndexArray,
+    values: Mapping[str, FloatArray],
+    columns: Sequence[Column],
+    keys: Mapping[str, str],
+    config: Mapping[str, Any],
+    flaw: str = "",
+) -> LoggedRun:
+    """A continuous run out of the numbers of a log whose header has no problem.
+
+    Args:
+        run_id: Unique name of the run.
+        rows: Row numbers in the log, shape (n,).
+        values: Quantity -> numbers in the units of `columns`, each of shape (n,).
+        columns: As `find_columns` gave them.
+        keys: Header keys.
+        config: The resolved configuration.
+        flaw: What is wrong with the run as a whole, if anything.
+    """
+    rig_name = _rig_name(keys, config)
+    rig = config["rigs"][rig_name]
+    units = {column.quantity: column.to.unit for column in columns}
+    log = semantics_of(config["campaign"], rig_name)
+    ball, disc = _surface_speeds(values, units, rig, log)
+    samples = samples_frame(
+        row=rows,
+        time_s=values["time"],
+        load_n=_load_n(values["load"], units["load"], rig),
+        traction_force_n=values["traction_force"],
+        ball_speed_m_s=ball,
+        disc_speed_m_s=disc,
+        inlet_temperature_c=values["inlet_temperature"],
+    )
+    header = {name: float(keys[name]) for name in SET_POINTS if name in keys}
+    nominal = Nominal.planned(config["campaign"], header)
+    return LoggedRun(
+        run_id, keys["oil"], rig_name, "continuous", nominal, samples, flaw, keys.get("run", "")
+    )
+
+
+def _rig_name(keys: Mapping[str, str], config: Mapping[str, Any]) -> str:
+    return keys.get("rig", next(iter(config["rigs"])))
+
+
+def _load_n(values: FloatArray, unit: str, rig: Mapping[str, Any]) -> FloatArray:
+    """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
+    contact = contact_of(rig)
+    if unit == "N" or contact is None:
+        return values
+    return load_for_max_hertz_pressure(
+        values * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
+    )
+
+
+def _surface_speeds(
+    values: Mapping[str, FloatArray],
+    units: Mapping[str, str],
+    rig: Mapping[str, Any],
+    log: Semantics,
+) -> tuple[FloatArray, FloatArray]:
+    """Surface speeds of ball and disc in m/s, from theirs or from entrainment speed and slip."""
+    if "ball_speed" in values:
+        ball, disc = (
+            values[f"{body}_speed"]
+            if units[f"{body}_speed"] == "m/s"
+            else rpm_to_surface_speed(values[f"{body}_speed"], rig[f"{body}_track_radius_m"])
+            for body in ("ball", "disc")
+        )
+        return ball, disc
+    mean = values["entrainment_speed"]
+    # a logged ratio is positive with the slower body slowed
+    sliding = log.direction * log.over_mean(values["slide_roll_ratio"]) * mean
+    return mean - sliding / 2, mean + sliding / 2
