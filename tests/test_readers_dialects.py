@@ -123,19 +123,49 @@ def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
     assert run.samples["disc_speed_m_s"].tolist() == [26]
 
 
-def test_renamed_columns_are_found_by_the_campaign_file_and_a_wrong_sign_is_turned() -> None:
+def test_renamed_columns_are_found_by_the_campaign_file_() -> None:
     columns = {
         "load": {"name": "\u8f7d\u8377", "unit": "kgf"},
         "traction_force": {"name": "F_x", "unit": "N"},
     }
-    campaign = {**CONFIG["campaign"], "columns": columns, "semantics": {"traction_sign": -1}}
+    campaign = {**CONFIG["campaign"], "columns": columns}
     text = (
         "# oil: 4102\ntime_s,\u8f7d\u8377,F_x,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
     )
     content = (text + "0,10,-0.5,1,2,70\n").encode("gb18030")
     (run,) = read_log(content, "log", {**CONFIG, "campaign": campaign})[1].runs
     assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
-    assert run.samples["traction_force_n"].tolist() == [0.5]
+    assert run.samples["traction_force_n"].tolist() == [-0.5]
+
+
+@pytest.mark.parametrize(
+    ("unit", "definition", "logged"),
+    [
+        ("-", "over_mean", 0.2),
+        ("%", "over_mean", 20),
+        ("%", "over_sum", 10),
+        ("1", "over_sum", 0.1),
+    ],
+)
+def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
+    unit: str, definition: str, logged: float
+) -> None:
+    campaign = {**CONFIG["campaign"], "semantics": {"slide_roll_ratio": definition}}
+    names = "time_s,load_n,traction_force_n,inlet_temperature_c,"
+    names += f"entrainment speed [mm/s],slide_roll_ratio [{unit}]"
+    content = f"# oil: 4102\n{names}\n0,82,1,70,10000,{logged}\n".encode()
+    (run,) = read_log(content, "log", {**CONFIG, "campaign": campaign})[1].runs
+    assert run.samples["disc_speed_m_s"].tolist() == pytest.approx([11.0])
+    assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-1.25", "0", "1e12", "one"])
+def test_set_point_that_is_none_is_refused(value: str) -> None:
+    names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    content = f"# oil: 4102\n# max_hertz_pressure_gpa: {value}\n{names}\n0,1,2,3,4,5\n".encode()
+    (refusal,) = read_log(content, "log", CONFIG)[1].refusals
+    assert refusal.rule == "header"
+    assert repr(value) in refusal.reason
 
 
 def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:

@@ -52,6 +52,7 @@ _SPELLINGS = {
     "gf": "gram_force",
     "lbf": "pound_force",
     "n": "newton",
+    "-": "dimensionless",
 }
 
 

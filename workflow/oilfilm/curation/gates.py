@@ -125,16 +125,24 @@ def _clock_jump(signals: Signals, points: pd.DataFrame, limits: Limits) -> Findi
     )
 
 
+# A value is piled up when it stands this many times as often as the next one.
+_PILED_UP = 3
+
+
 def _saturated(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
     for name, values in (
         ("traction force", signals.traction_force_n),
         ("load", signals.load_n),
     ):
-        for extreme in (np.max(values), np.min(values)):
-            # a sensor at its stop gives one value over and over, with noise on one side only
-            at_stop = np.flatnonzero(values == extreme)
-            share = len(at_stop) / len(values)
-            if len(at_stop) >= limits["stuck_samples"] and share > limits["saturated_share"]:
+        levels, counts = np.unique(values, return_counts=True)
+        for end, neighbour in ((-1, -2), (0, 1)):
+            # a sensor at its stop gives one value over and over, with noise on one side only: not
+            # so where values are coarse (the neighbour is as frequent) or a dead weight is the load
+            if len(levels) < 2 or counts[end] <= _PILED_UP * counts[neighbour]:
+                continue
+            extreme, share = levels[end], counts[end] / len(values)
+            if counts[end] >= limits["stuck_samples"] and share > limits["saturated_share"]:
+                at_stop = np.flatnonzero(values == extreme)
                 first, last = int(signals.row[at_stop[0]]), int(signals.row[at_stop[-1]])
                 return (
                     f"the {name} stands at its extreme of {extreme:g} N in {share:.1%} of the "
