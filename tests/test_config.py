@@ -3,10 +3,13 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
 
 from oilfilm.config import load_checked, load_yaml, merge, resolve
 from oilfilm.errors import OilfilmError
+from oilfilm.oils import oil_from_config
 
 ROOT = Path(__file__).parents[1]
 
@@ -120,3 +123,19 @@ def test_merge_goes_group_by_group() -> None:
         "a": {"b": 9, "c": 2},
         "d": {"e": 4},
     }
+
+
+def test_every_key_of_the_settings_may_stand_in_a_campaign(folder: Path) -> None:
+    settings = load_yaml(folder / "config.yaml")
+    del settings["campaign"]
+    path = folder / "campaigns" / "etm-slim.yaml"
+    campaign = {**load_yaml(path), "settings": settings}
+    path.write_text(yaml.safe_dump(campaign), encoding="utf-8")
+    resolved = resolve(folder, {"campaign": "etm-slim"})
+    assert {key: resolved[key] for key in settings} == settings
+
+
+def test_template_of_an_oil_is_a_good_oil_file() -> None:
+    oil = oil_from_config(load_checked(ROOT / "config/oils/template.yaml", "oil"))
+    # the template says 5 cSt and 920 kg/m3 at 100 degC
+    assert oil.dynamic_viscosity_pa_s(np.array([100.0])) == pytest.approx(5e-6 * 920, rel=0.02)

@@ -42,6 +42,12 @@ def make_points(
                     "entrainment_speed_m_s": u,
                     "inlet_temperature_c": t,
                     "traction_coefficient": mu + noise * random.standard_normal(len(slip)),
+                    "load_n": 80.0,
+                    "traction_force_n": 80.0 * mu,
+                    "load_systematic_n": np.nan,
+                    "traction_force_systematic_n": np.nan,
+                    "entrainment_speed_systematic_m_s": np.nan,
+                    "inlet_temperature_systematic_c": np.nan,
                     "accepted": True,
                 }
             )
@@ -250,3 +256,35 @@ def test_real_etm_log_gives_one_curve_and_says_why_no_more(etm: Campaign) -> Non
     points = etm.curated.points.query("accepted and slide_roll_ratio > 0.10")
     plateau = law.traction(np.array([1.0, 0.025, 40.0]), np.array([0.15]))[0]
     assert plateau == pytest.approx(points["traction_coefficient"].mean(), abs=0.001)
+
+
+def test_calibration_errors_reach_the_constants_as_the_equation_says(demo: Campaign) -> None:
+    relative = {"load": 0.01, "force": 0.02, "speed": 0.03}
+    points = demo.curated.points[demo.curated.points["oil"] == "4102"]
+    points = points.assign(
+        load_systematic_n=relative["load"] * points["load_n"],
+        traction_force_systematic_n=relative["force"] * points["traction_force_n"].abs(),
+        entrainment_speed_systematic_m_s=relative["speed"] * points["entrainment_speed_m_s"],
+        inlet_temperature_systematic_c=0.0,
+    )
+    config = {**demo.config, "fit": {**demo.config["fit"], "bootstrap": 2, "searches": 1}}
+    table = fit_oil(points, "4102", None, config)[0].set_index("constant")
+    errors = table["systematic_standard_error"]
+    for letter in "ABC":
+        x0, x1, x2 = (table.at[f"{letter}{index}", "value"] for index in range(3))
+        # P ~ W^(1/3) and X = X0 P^X1 U^X2 must stay what it was; A and B are factors of mu = F/W
+        in_mu = 0.0 if letter == "C" else 1.0
+        load, speed = 1 + relative["load"], 1 + relative["speed"]
+        changes = (
+            x0 * (load ** (-in_mu - x1 / 3) - 1),
+            x0 * in_mu * relative["force"],
+            x0 * (speed**-x2 - 1),
+        )
+        assert errors[f"{letter}0"] == pytest.approx(np.linalg.norm(changes), rel=1e-4)
+        # power laws hide a factor in X0: their exponents feel nothing
+        assert (errors[[f"{letter}{index}" for index in (1, 2, 3)]] < 1e-6).all()
+
+
+def test_unknown_calibration_gives_no_systematic_error(etm: Campaign) -> None:
+    table = etm.fit("unrecorded-oil", bootstrap=2)[0]
+    assert table["systematic_standard_error"].isna().all()

@@ -25,6 +25,8 @@ _TYPE_NAMES = {
     "boolean": "true or false",
     "null": "nothing",
 }
+# Keys that are looked for one level too high.
+_GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 _SCHEMAS = Path(__file__).parents[1] / "schemas"
 
 
@@ -80,7 +82,7 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     name = _safe_name(overrides.get("campaign", settings["campaign"]), folder / "config.yaml")
     path = folder / "campaigns" / f"{name}.yaml"
     if not path.is_file():
-        known = ", ".join(sorted(found.stem for found in path.parent.glob("*.yaml")))
+        known = ", ".join(_names_in(path.parent))
         raise OilfilmError(
             f"{path}: there is no such campaign file. Campaigns here: {known}. Copy "
             f"{folder / 'campaigns' / 'template.yaml'} to that name and fill it in."
@@ -129,12 +131,16 @@ def _with_numbers(given: Any) -> Any:
 def _load_named(folder: Path, name: str, schema_name: str, asked_by: Path) -> dict[str, Any]:
     path = folder / f"{_safe_name(name, asked_by)}.yaml"
     if not path.is_file():
-        known = ", ".join(sorted(found.stem for found in folder.glob("*.yaml")))
+        known = ", ".join(_names_in(folder))
         raise OilfilmError(
-            f"{asked_by}: names the {schema_name} {name!r}, but {path} does not exist. "
+            f"{asked_by}, `{schema_name}s`: names {name!r}, but {path} does not exist. "
             f"Known: {known}. Write that file, or correct the name."
         )
     return load_checked(path, schema_name)
+
+
+def _names_in(folder: Path) -> list[str]:
+    return sorted(found.stem for found in folder.glob("*.yaml") if found.stem != "template")
 
 
 def _safe_name(name: object, asked_by: Path) -> str:
@@ -176,6 +182,8 @@ def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
     mark = getattr(error, "problem_mark", None)
     where = f"{path}, line {_line(mark)}" if mark is not None else str(path)
     reason = getattr(error, "problem", None) or str(error)
+    if "\\t" in reason:
+        reason += "; indent with spaces, not with tabs"
     return OilfilmError(f"{where}: not valid YAML: {reason}.")
 
 
@@ -204,7 +212,20 @@ def _validator(schema_name: str) -> jsonschema.Draft202012Validator:
         for file in sorted(_SCHEMAS.glob("*.schema.json"))
     }
     schema = schemas[f"{schema_name}.schema.json"]
+    if schema_name == "campaign":
+        settings = _all_optional(schemas["config.schema.json"])
+        del settings["properties"]["campaign"]
+        schema["properties"]["settings"] |= settings
     return jsonschema.Draft202012Validator(schema)
+
+
+def _all_optional(schema: Any) -> Any:
+    """A schema that asks for no key, at any depth."""
+    if isinstance(schema, list):
+        return [_all_optional(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {key: _all_optional(part) for key, part in schema.items() if key != "required"}
 
 
 def _first_problem(values: Mapping[str, Any], schema_name: str) -> Any:
@@ -225,6 +246,8 @@ def _explain(problem: Any) -> str:
         unknown = next(name for name in problem.instance if name not in known)
         near = difflib.get_close_matches(str(unknown), known, n=1)
         hint = f" Did you mean {near[0]!r}?" if near else ""
+        if unknown in _GROUP_OF:
+            hint = f" It stands under `{_GROUP_OF[unknown]}`."
         return (
             f"found the unknown key {unknown!r}{under}; expected one of "
             f"{', '.join(sorted(known))}.{hint}"
@@ -235,7 +258,18 @@ def _explain(problem: Any) -> str:
         return f"the key {missing!r} is missing{under}. {meaning}".rstrip()
     meaning = problem.schema.get("description", "")
     expected = _expected(problem)
-    return f"`{key}`: found {problem.instance!r}, expected {expected}. {meaning}".rstrip()
+    hint = _hint(problem)
+    return f"`{key}`: found {problem.instance!r}, expected {expected}.{hint} {meaning}".rstrip()
+
+
+def _hint(problem: Any) -> str:
+    """What to write where YAML took a number for text."""
+    if problem.validator == "type" and isinstance(problem.instance, str):
+        try:
+            return f" Write {float(problem.instance):#}, with a point and no quotes."
+        except ValueError:
+            pass
+    return ""
 
 
 def _expected(problem: Any) -> str:

@@ -1,5 +1,6 @@
 """Raw logs to samples: every row of every file ends in samples or in quarantine."""
 
+import errno
 import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -81,9 +82,11 @@ def read_bytes(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise OilfilmError(
-            f"{path}: cannot be read ({error.strerror}). Check its rights."
-        ) from error
+        advice = {
+            errno.ENOENT: "Check the path.",
+            errno.EISDIR: "Name the logs in it, one by one or by a pattern such as *.csv.",
+        }.get(error.errno or 0, "Check its rights.")
+        raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
 
 
 def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str, Reading]:

@@ -48,10 +48,12 @@ def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame
     counts = quarantine["rule"].value_counts()
     gates = points.loc[~points["accepted"], "reasons"].str.split(";").explode().value_counts()
     lines = []
-    if len(counts):
-        lines.append(
-            "  quarantine: " + ", ".join(f"{rule} {count}" for rule, count in counts.items())
-        )
+    for rule, count in counts.items():
+        case = quarantine[quarantine["rule"] == rule].iloc[0]
+        lines += [
+            f"  quarantine, {rule} {count}: {case['run_id'] or case['file']}: {case['reason']}",
+            f"    -> {case['advice']}",
+        ]
     if len(gates):
         lines.append(
             "  points refused by: " + ", ".join(f"{gate} {count}" for gate, count in gates.items())
@@ -70,6 +72,11 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
             f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['verdict']}"
         )
         rows = coefficients[coefficients["oil"] == fit["oil"]]
+        if rows.loc[rows["identifiable"], "standard_error"].isna().all():
+            lines.append(
+                f"    no honest errors: {fit['n_curves']} curves are too few to be drawn again "
+                "(fit.min_curves_to_resample of config.yaml)"
+            )
         lost = rows.loc[~rows["identifiable"], "constant"]
         if len(lost):
             lines.append(

@@ -230,6 +230,12 @@ class Coefficients(_Table):
         at_least=0,
         gaps=True,
     )
+    systematic_standard_error: Series[float] = _number(
+        "from the calibration of the rig's sensors, which no repetition lowers and which is not in "
+        "standard_error; null where the rig file states none",
+        at_least=0,
+        gaps=True,
+    )
     identifiable: Series[bool] = _flag("false where the tested conditions cannot give it")
     printed_value: Series[float] = _number("value printed in the paper, signs restored", gaps=True)
 

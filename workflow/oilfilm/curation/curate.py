@@ -48,7 +48,7 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, config: Mapping[str, Any])
         run_id = run["run_id"]
         known = _trouble_of_reading(run["reason"])
         if run_id not in by_run:
-            troubles[run_id] = known or Trouble("no_plateau", "the run has no readable row")
+            troubles[run_id] = known or Trouble("no_rows", "the log has no readable row of data")
             continue
         log = semantics_of(config["campaign"], run["rig"])
         signals = Signals.of(by_run[run_id], log)

@@ -225,7 +225,8 @@ RUN_GATES = (
     ),
     RunGate(
         "swapped_sign",
-        "Check the polarity of the force sensor and which body is slowed.",
+        "Check the polarity of the force sensor and which body is slowed; the campaign file says "
+        "both (semantics: traction_sign, slower_body).",
         _swapped_sign,
     ),
     RunGate(
@@ -486,6 +487,7 @@ def advice_for(name: str) -> str:
         "truncated": "Repeat the run; the disk may have been full or the program killed.",
         "zero_missing": "Begin and end every run with a few seconds of pure rolling.",
         "zero_drift": "Let the sensor warm up, check its mounting, and repeat the run.",
+        "no_rows": "Look whether the logger wrote anything, or repeat the run.",
         "no_plateau": "Hold each slip longer than settle_s + min_duration_s of config.yaml.",
         "no_point_left": "Look at the gates that are named, one by one.",
         "duplicate_log": "Take one of the files out; a copy adds nothing.",

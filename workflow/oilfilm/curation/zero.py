@@ -12,6 +12,8 @@ import numpy as np
 from oilfilm.curation import statistics
 from oilfilm.curation.signals import FloatArray, Signals
 
+# No rig that means to roll slides so much.
+_ABSURD_SLIP = 0.5
 # Phases of pure rolling that a zero procedure needs.
 PHASES = {
     "rolling_phases": ("opening", "closing"),
@@ -67,9 +69,14 @@ def zero_reference(
         slip = float(np.mean(signals.slide_roll_ratio[part]))
         limit = settings["max_slide_roll_ratio"]
         if not abs(slip) <= limit:
+            hint = (
+                "; so large a slip may come from swapped speed columns or wrong track radii"
+                if abs(slip) > _ABSURD_SLIP
+                else ""
+            )
             return (
                 f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; "
-                f"expected pure rolling, within {limit}"
+                f"expected pure rolling, within {limit}{hint}"
             )
     windows = statistics.Windows.between(
         np.array([part.start for part in phases.values()], dtype=np.int64),

@@ -20,7 +20,10 @@ def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Da
     drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]].assign(
         distance=(table["value"] - table["printed_value"]) / table["standard_error"]
     )
-    oils, constants = list(config["oils"]), list(dict.fromkeys(drawn["constant"]))
+    oils = list(config["oils"])
+    # a constant that no oil has, neither fitted nor printed, is no row
+    shown = drawn.dropna(subset=["value", "printed_value"], how="all")
+    constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]
     width = max(style.DOUBLE_COLUMN_IN * len(oils) / 3, style.SINGLE_COLUMN_IN)
     figure, (axis,) = style.panels(1, 1, width, _ROW_IN * (len(constants) + 4))
     axis.set_axis_off()
@@ -31,11 +34,15 @@ def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Da
     left = 0.06 if len(oils) > 1 else 0.12
     span = (1 - left) / len(oils)
     for place, oil in enumerate(oils):
-        rows = drawn[drawn["oil"] == oil].set_index("constant").reindex(constants)
+        rows = table[table["oil"] == oil].set_index("constant").reindex(constants)
         _draw_oil(axis, oil, style.oil_colour(oil, oils), rows, left + place * span, span)
     for line in (-1.8, 0.0, len(constants) + 0.1):
         axis.axhline(line, color="black", linewidth=0.6)
-    note = "s.e.: from resampling whole curves. Printed: Deng et al. 2026, signs reconstructed."
+    note = "s.e.: from resampling whole curves"
+    if shown["standard_error"].isna().any():
+        note += "; none where there are too few"
+    if shown["printed_value"].notna().any():
+        note += ". Printed: Deng et al. 2026, signs reconstructed"
     axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color="#555555")
     style.say_source(figure, config["campaign"])
     return figure, drawn.reset_index(drop=True)
@@ -53,9 +60,10 @@ def _draw_oil(
     for end, head in zip(ends, heads, strict=True):
         axis.text(end, -0.5, head, ha="right", va="center", color="#555555")
     columns = ("value", "standard_error", "printed_value")
+    naive = rows["naive_standard_error"].to_numpy()
     for height, row in enumerate(rows[list(columns)].to_numpy(dtype=float)):
         # digits beyond the second of the error say nothing
-        digits = _decimals(row[1])
+        digits = _decimals(row[1] if not np.isnan(row[1]) else naive[height])
         for end, number in zip(ends, row, strict=True):
             words = "\N{EN DASH}" if np.isnan(number) else f"{number:.{digits}f}"
             axis.text(end, height + 0.5, words, ha="right", va="center", fontsize=7)

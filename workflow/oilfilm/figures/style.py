@@ -63,6 +63,10 @@ def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
     ]
 
 
+# Height of a line of small print.
+_LINE_IN = 0.11
+
+
 def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
     """A figure with a grid of panels that share their axes; panels in reading order."""
     figure, axes = plt.subplots(
@@ -77,6 +81,10 @@ def label_traction_axes(figure: Figure) -> None:
     figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
 
 
+def _is_wide(figure: Figure) -> bool:
+    return figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
+
+
 def say_source(figure: Figure, campaign: Mapping[str, Any]) -> None:
     """Say on the figure itself whether its data were simulated or measured."""
     words = (
@@ -84,7 +92,11 @@ def say_source(figure: Figure, campaign: Mapping[str, Any]) -> None:
         if campaign["data"] == "simulated"
         else f"Measured data, campaign {campaign['name']!r}"
     )
-    figure.text(0.995, 1.002, words, ha="right", va="bottom", fontsize=6, color="#555555")
+    if campaign.get("film_unjudged", {}).get("accept"):
+        words += "; film thickness NOT JUDGED"
+    # above the key where the figure is too narrow for both in one line
+    height = 1.002 if _is_wide(figure) else 1.002 + _LINE_IN / figure.get_figheight()
+    figure.text(0.995, height, words, ha="right", va="bottom", fontsize=6, color="#555555")
 
 
 def say_key(figure: Figure, words: str) -> None:

@@ -38,6 +38,15 @@ class _Series:
     marker: str
 
 
+@dataclass(frozen=True)
+class _Condition:
+    """One set of set points in words, its mean measured levels and its points."""
+
+    name: str
+    levels: "pd.Series[float]"
+    points: pd.DataFrame
+
+
 def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
     choice = config["figures"]["fig02"]
@@ -139,26 +148,66 @@ def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Data
         if of_oil.empty:
             _say_nothing_is_there([axis])
             continue
-        colour = style.oil_colour(oil, oils)
-        axis.plot(
-            of_oil["slide_roll_ratio"],
-            of_oil["traction_coefficient"],
-            ".",
-            color=colour,
-            markersize=1.6,
-            alpha=0.15,
-            rasterized=True,
-            label=f"points ({len(of_oil)})",
-        )
         law = FittedLaw.of(results.coefficients, oil)
-        rows.append(_measured_rows(panel, oil, oil, of_oil))
-        for name, condition in _conditions(results, of_oil):
-            line = _fit_rows(panel, name, oil, law, condition, of_oil)
-            axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color="black")
-            rows.append(line)
-        axis.plot([], [], color="black", label="fit")
-        axis.legend(loc="lower right")
-    return _finish(figure, config), _together(rows)
+        conditions = list(_conditions(results, of_oil))
+        draw = _draw_each if 1 < len(conditions) <= _CONDITIONS_TOLD_APART else _draw_cloud
+        rows += draw(axis, panel, oil, style.oil_colour(oil, oils), conditions, law)
+        axis.legend(loc="best", fontsize=6)
+    _finish(figure, config, "points: plateau means; lines: fit")
+    return figure, _together(rows)
+
+
+# More conditions than this in one panel cannot be told apart by shade and symbol.
+_CONDITIONS_TOLD_APART = 6
+
+
+def _draw_each(
+    axis: Axes, panel: str, oil: str, colour: str, conditions: list[_Condition], law: FittedLaw
+) -> list[pd.DataFrame]:
+    """A few conditions, each with its own shade, symbol and name."""
+    shades = style.shades(colour, len(conditions))
+    drawn = []
+    for number, (condition, shade) in enumerate(zip(conditions, shades, strict=True)):
+        measured = _measured_rows(panel, condition.name, oil, condition.points)
+        line = _fit_rows(panel, condition.name, oil, law, condition.levels, condition.points)
+        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=shade)
+        axis.plot(
+            measured["slide_roll_ratio"],
+            measured["traction_coefficient"],
+            style.MARKERS[number],
+            color=shade,
+            markerfacecolor="white",
+            markeredgewidth=0.7,
+            label=condition.name,
+        )
+        drawn += [measured, line]
+    return drawn
+
+
+def _draw_cloud(
+    axis: Axes, panel: str, oil: str, colour: str, conditions: list[_Condition], law: FittedLaw
+) -> list[pd.DataFrame]:
+    """All points in one colour, with the fit of each condition through them."""
+    points = pd.concat([condition.points for condition in conditions])
+    many = len(points) > 2000
+    axis.plot(
+        points["slide_roll_ratio"],
+        points["traction_coefficient"],
+        ".",
+        color=colour,
+        markersize=1.6 if many else 3.5,
+        alpha=0.15 if many else 0.7,
+        rasterized=True,
+    )
+    # a sample in the legend that can be seen
+    axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
+    drawn = [_measured_rows(panel, oil, oil, points)]
+    for condition in conditions:
+        line = _fit_rows(panel, condition.name, oil, law, condition.levels, points)
+        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color="black", zorder=3)
+        drawn.append(line)
+    axis.plot([], [], color="black", label="fit")
+    return drawn
 
 
 def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
@@ -170,13 +219,14 @@ def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFr
     return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
 
 
-def _conditions(results: Results, points: pd.DataFrame) -> Iterable[tuple[str, "pd.Series[float]"]]:
-    """Mean measured conditions of the points of each set of set points."""
+def _conditions(results: Results, points: pd.DataFrame) -> Iterable[_Condition]:
+    """The points of each set of set points with their mean measured conditions."""
     names = [f"nominal_{name}" for name in CONDITIONS]
     joined = points.merge(results.runs[["run_id", *names]], on="run_id")
     for _, group in joined.groupby(names, dropna=False):
-        levels = group[names].iloc[0].dropna()
-        yield ", ".join(f"{level:g}" for level in levels), group[list(CONDITIONS)].mean()
+        known = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
+        name = ", ".join(f"{level:g} {unit}" for level, unit in known if not np.isnan(level))
+        yield _Condition(name, group[list(CONDITIONS)].mean(), group)
 
 
 def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -> pd.DataFrame:
@@ -264,8 +314,12 @@ def _say_nothing_is_there(axes: list[Axes]) -> None:
     axes[0].text(0.5, 0.5, words, ha="center", va="center", transform=axes[0].transAxes)
 
 
-def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
+def _finish(
+    figure: Figure,
+    config: Mapping[str, Any],
+    key: str = "symbols: plateau means, 95 % interval (random part); lines: fit",
+) -> Figure:
     style.label_traction_axes(figure)
     style.say_source(figure, config["campaign"])
-    style.say_key(figure, "symbols: plateau means, 95 % interval (random part); lines: fit")
+    style.say_key(figure, key)
     return figure

@@ -18,7 +18,8 @@ from oilfilm.fitting.problem import (
     curve_data,
     varied_conditions,
 )
-from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.fitting.systematic import calibration_refits
+from oilfilm.fitting.uncertainty import Estimates, curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law, to_constants
@@ -43,7 +44,8 @@ def fit_oil(
     """
     settings = config["fit"]
     law = LAWS[settings["law"]]
-    data = curve_data(points[points["oil"] == oil])
+    of_oil = points[points["oil"] == oil]
+    data = curve_data(of_oil)
     varied = varied_conditions(data.conditions, settings["min_relative_range"])
     fixed = _fixed_conditions(data, varied)
     try:
@@ -54,12 +56,14 @@ def fit_oil(
     if len(data.mu) < needed:
         why = f"not fitted: {len(data.mu)} accepted points, at least {needed} are needed"
         return _unfitted(law, oil, printed, data, fixed, why)
-    return _fitted(problem, data, oil, printed, fixed, config)
+    return _fitted(problem, data, of_oil, varied, oil, printed, fixed, config)
 
 
 def _fitted(
     problem: Problem,
     data: CurveData,
+    points: pd.DataFrame,
+    varied: BoolArray,
     oil: str,
     printed: FloatArray | None,
     fixed: str,
@@ -77,7 +81,9 @@ def _fitted(
     if len(data.runs) >= settings["min_curves_to_resample"]:
         random = generator(seed, "bootstrap", oil)
         refits = curve_bootstrap(problem, best, settings["bootstrap"], random)
-    coefficients = _coefficients(problem, best, naive, refits, oil, printed)
+    shifted = calibration_refits(problem, best, points, varied)
+    estimates = Estimates(best.values, naive, refits, shifted)
+    coefficients = _coefficients(problem, estimates, oil, printed)
     return coefficients, _quality(problem, data, best, certificate, oil, fixed)
 
 
@@ -93,9 +99,7 @@ def _fixed_conditions(data: CurveData, varied: BoolArray) -> str:
 
 def _coefficients(
     problem: Problem,
-    best: Optimum,
-    naive: FloatArray,
-    refits: FloatArray,
+    estimates: Estimates,
     oil: str,
     printed: FloatArray | None,
 ) -> pd.DataFrame:
@@ -104,20 +108,18 @@ def _coefficients(
     if free.all():
         rows = _constant_rows(
             [constant.name for constant in law.constants],
-            to_constants(law, best.values),
-            np.sqrt(np.diag(naive)) * _slopes(law, best.values),
-            np.array([to_constants(law, refit) for refit in refits]),
+            estimates.through(lambda values: to_constants(law, values)),
         )
     else:
         # the level of a condition that did not vary is inside X0: neither can be told apart
         for constant in law.constants:
             known = constant.condition is not None and free[law.constants.index(constant)]
             rows += (
-                _known_exponent(problem, best, naive, refits, constant.name)
+                _known_exponent(problem, estimates, constant.name)
                 if known
                 else [_constant_row(constant.name)]
             )
-        rows += _local_rows(problem, best, naive, refits)
+        rows += _local_rows(problem, estimates)
     frame = pd.DataFrame(rows).assign(oil=oil, law=law.name)
     names = [constant.name for constant in law.constants]
     values = dict(zip(names, printed, strict=True)) if printed is not None else {}
@@ -125,58 +127,30 @@ def _coefficients(
     return tables.conform(frame, "coefficients", f"fit of {oil}")
 
 
-def _slopes(law: Law, internal: FloatArray) -> FloatArray:
-    """|d constant / d internal|: the constant itself where the search uses its logarithm."""
-    signed = np.array([constant.sign != 0 for constant in law.constants])
-    return np.where(signed, np.abs(to_constants(law, internal)), 1.0)
-
-
-def _known_exponent(
-    problem: Problem, best: Optimum, naive: FloatArray, refits: FloatArray, name: str
-) -> list[dict[str, Any]]:
+def _known_exponent(problem: Problem, estimates: Estimates, name: str) -> list[dict[str, Any]]:
     names = [constant.name for constant in problem.law.constants]
     place = int(problem.free[: names.index(name)].sum())
-    return _constant_rows(
-        [name],
-        best.values[[place]],
-        np.sqrt(np.diag(naive))[[place]],
-        refits[:, [place]],
-    )
+    return _constant_rows([name], estimates.through(lambda values: values[[place]]))
 
 
-def _local_rows(
-    problem: Problem, best: Optimum, naive: FloatArray, refits: FloatArray
-) -> list[dict[str, Any]]:
+def _local_rows(problem: Problem, estimates: Estimates) -> list[dict[str, Any]]:
     """A, B and C at the centre of the tested conditions, for data of too few conditions."""
     design = problem.at.design.mean(axis=0, keepdims=True)
 
     def local(values: FloatArray) -> FloatArray:
         return problem.law.local_values(problem.expand(values), design)[0]
 
-    step = 1e-6
-    slopes = np.column_stack(
-        [
-            (local(best.values + shift) - local(best.values - shift)) / (2 * step)
-            for shift in step * np.eye(len(best.values))
-        ]
-    )
-    errors = np.sqrt(np.einsum("ij,jk,ik->i", slopes, naive, slopes))
-    return _constant_rows(
-        list(problem.law.local_constants),
-        local(best.values),
-        errors,
-        np.array([local(refit) for refit in refits]),
-    )
+    return _constant_rows(list(problem.law.local_constants), estimates.through(local))
 
 
-def _constant_rows(
-    names: list[str], values: FloatArray, naive_errors: FloatArray, refits: FloatArray
-) -> list[dict[str, Any]]:
+def _constant_rows(names: list[str], estimates: Estimates) -> list[dict[str, Any]]:
+    naive_errors, systematic = estimates.naive_errors, estimates.systematic_errors
     rows = []
     for place, name in enumerate(names):
-        row = _constant_row(name, float(values[place]), float(naive_errors[place]))
-        if len(refits):
-            drawn = refits[:, place]
+        row = _constant_row(name, float(estimates.values[place]), float(naive_errors[place]))
+        row["systematic_standard_error"] = float(systematic[place])
+        if len(estimates.refits):
+            drawn = estimates.refits[:, place]
             lower, upper = np.quantile(drawn, [0.025, 0.975])
             row |= {"standard_error": drawn.std(ddof=1), "lower": lower, "upper": upper}
         rows.append(row)
@@ -191,6 +165,7 @@ def _constant_row(name: str, value: float = np.nan, naive_error: float = np.nan)
         "lower": np.nan,
         "upper": np.nan,
         "naive_standard_error": naive_error,
+        "systematic_standard_error": np.nan,
         "identifiable": not np.isnan(value),
     }
 

@@ -1,5 +1,8 @@
 """How sure the constants are: the Jacobian's errors, and those of whole curves drawn again."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from oilfilm.fitting.engine import Optimum, polish
@@ -8,6 +11,55 @@ from oilfilm.traction.law import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
 _REFIT_TOLERANCE = 1e-9
+# Central difference: exact to about 1e-10 for quantities and constants of order one.
+_STEP = 1e-5
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Fitted quantities with all that says how sure they are.
+
+    Attributes:
+        values: The quantities at the optimum, shape (n,).
+        naive: Their covariance as if every point had an error of its own, shape (n, n).
+        refits: The quantities refitted to curves drawn again, shape (refits, n).
+        shifted: Refitted with one sensor each off by its calibration's standard uncertainty,
+            shape (sensors, n); no rows where that is not known.
+    """
+
+    values: FloatArray
+    naive: FloatArray
+    refits: FloatArray
+    shifted: FloatArray
+
+    @property
+    def naive_errors(self) -> FloatArray:
+        """Standard errors by `naive`."""
+        return np.sqrt(np.diag(self.naive))
+
+    @property
+    def systematic_errors(self) -> FloatArray:
+        """Standard errors from calibration; NaN where it is not known."""
+        if len(self.shifted) == 0:
+            return np.full(len(self.values), np.nan)
+        return np.sqrt(((self.shifted - self.values) ** 2).sum(axis=0))
+
+    def through(self, function: Callable[[FloatArray], FloatArray]) -> "Estimates":
+        """The same of quantities that are a function of these."""
+        values = function(self.values)
+        slopes = np.column_stack(
+            [
+                (function(self.values + step) - function(self.values - step)) / (2 * _STEP)
+                for step in _STEP * np.eye(len(self.values))
+            ]
+        )
+
+        def each(rows: FloatArray) -> FloatArray:
+            return np.array([function(row) for row in rows]).reshape(-1, len(values))
+
+        return Estimates(
+            values, slopes @ self.naive @ slopes.T, each(self.refits), each(self.shifted)
+        )
 
 
 def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:

@@ -158,7 +158,7 @@ def header_problem(
             "Take the log out, or say data: simulated in the campaign file.",
         )
     for name in SET_POINTS:
-        if name in keys and not _is_set_point(name, keys[name]):
+        if name in keys and _set_point(name, keys[name]) is None:
             return (
                 "header",
                 f"the header says {name}: {keys[name][:60]!r}; expected a number above "
@@ -168,12 +168,13 @@ def header_problem(
     return _rig_problem(columns, rig, config["rigs"][rig])
 
 
-def _is_set_point(name: str, text: str) -> bool:
+def _set_point(name: str, text: str) -> float | None:
+    """The number that a header gives, with a decimal point or comma; None where it gives none."""
     try:
-        value = float(text)
+        value = float(text if "." in text else text.replace(",", ".", 1))
     except ValueError:
-        return False
-    return _least(name) < value < LARGEST_READING
+        return None
+    return value if _least(name) < value < LARGEST_READING else None
 
 
 def _least(name: str) -> float:
@@ -233,7 +234,8 @@ def logged_run(
         disc_speed_m_s=disc,
         inlet_temperature_c=values["inlet_temperature"],
     )
-    header = {name: float(keys[name]) for name in SET_POINTS if name in keys}
+    given = {name: _set_point(name, keys[name]) for name in SET_POINTS if name in keys}
+    header = {name: value for name, value in given.items() if value is not None}
     nominal = Nominal.planned(config["campaign"], header)
     return LoggedRun(
         run_id, keys["oil"], rig_name, "continuous", nominal, samples, flaw, keys.get("run", "")

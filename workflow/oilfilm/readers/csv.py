@@ -52,14 +52,15 @@ class CsvReader:
         try:
             layout = find_layout(content, config["campaign"].get("columns", {}))
         except LayoutError as error:
-            return refused_file(error.rows, "columns", str(error), FORMAT_ADVICE)
+            advice = f"{FORMAT_ADVICE} Other names: see `columns` of the campaign file."
+            return refused_file(error.rows, "columns", str(error), advice)
         whole, _, tail = layout.table.rpartition(b"\n")
         rows = count_rows(layout.table)
         problem = header_problem(layout.keys, layout.columns, config)
         if problem:
             return refused_file(rows, *problem)
         values, numbers, bad = _parse(whole, layout)
-        refusals = [_bad_range(file, first, last) for first, last in as_ranges(bad)]
+        refusals = [_bad_range(file, first, last, layout) for first, last in as_ranges(bad)]
         cut = _cut_row(tail, layout, rows, file)
         if cut is not None:
             refusals.append(cut)
@@ -124,10 +125,13 @@ def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> "pd.Series[float]":
     return pd.to_numeric(text, errors="coerce").astype(float)
 
 
-def _bad_range(run_id: str, first: int, last: int) -> Refusal:
+def _bad_range(run_id: str, first: int, last: int, layout: Layout) -> Refusal:
+    seen = layout.table.split(b"\n", first)[first - 1].decode("utf-8", "replace")
+    line = f" (line {layout.first_line + first - 1} of the file)" if layout.first_line else ""
     return Refusal(
         "unreadable_row",
-        f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large",
+        f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
+        f"{first}{line} reads {seen[:80]!r}",
         "Look at these rows of the raw log; the rows around them are used.",
         run_id,
         first,

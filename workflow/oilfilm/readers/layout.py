@@ -20,7 +20,11 @@ _LINES_SEARCHED = 200
 
 @dataclass(frozen=True)
 class Layout:
-    """What was found of a log; `table` holds the rows alone, as UTF-8 with LF line ends."""
+    """What was found of a log; `table` holds the rows alone, as UTF-8 with LF line ends.
+
+    `first_line` is the line of the file that the first row stands in, counted from 1; 0 where
+    empty lines make the count uncertain.
+    """
 
     keys: dict[str, str]
     delimiter: str
@@ -28,6 +32,7 @@ class Layout:
     width: int
     columns: tuple[Column, ...]
     table: bytes
+    first_line: int
 
 
 class LayoutError(Exception):
@@ -50,6 +55,7 @@ def find_layout(content: bytes, renamed: Renamed) -> Layout:
             has no unit or an impossible one.
     """
     text = normalise(content)
+    emptied = b"\n\n" in content or b"\r\n\r\n" in content or b"\r\r" in content
     lines = text.split(b"\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     decoded = [line.decode("utf-8", "replace") for line in lines]
     number, delimiter, names = _line_of_names(decoded, renamed)
@@ -73,6 +79,7 @@ def find_layout(content: bytes, renamed: Renamed) -> Layout:
         len(names),
         columns,
         table,
+        0 if emptied else text[:start].count(b"\n") + 1,
     )
 
 
