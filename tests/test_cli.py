@@ -38,5 +38,5 @@ def test_file_that_is_no_log_is_told(tmp_path: Path, capsys: pytest.CaptureFixtu
 def test_mistakes_are_sentences(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(tmp_path / "nothing.csv"), *CONFIG]) == 2
     assert "nothing.csv: cannot be read" in capsys.readouterr().err
-    assert main(["check", "x", "--campaign", "june", *CONFIG]) == 2
+    assert main(["check", "x", "--campaign", "no-such-campaign", *CONFIG]) == 2
     assert "no such campaign file" in capsys.readouterr().err

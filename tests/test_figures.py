@@ -113,3 +113,24 @@ def test_shades_run_from_dark_to_light() -> None:
     lightness = [sum(colour) for colour in style.shades("#0072B2", 4)]
     assert lightness == sorted(lightness)
     assert len(style.shades("#0072B2", 1)) == 1
+
+
+@pytest.mark.parametrize("name", ["fig02", "fig03"])
+def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
+    results: Results, config: dict[str, Any], name: str
+) -> None:
+    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
+    drawn = FIGURES[name].draw(results, {**config, "campaign": campaign})[1]
+    expected = FIGURES[name].draw(results, config)[1]
+    pd.testing.assert_frame_equal(drawn, expected)
+
+
+def test_campaign_without_set_points_says_that_nothing_can_be_shown(
+    results: Results, config: dict[str, Any]
+) -> None:
+    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
+    unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan)
+    bare = Results(results.points, unset, results.coefficients)
+    figure, drawn = FIGURES["fig03"].draw(bare, {**config, "campaign": campaign})
+    assert drawn.empty
+    assert "no accepted point" in figure.axes[0].texts[0].get_text()

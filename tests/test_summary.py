@@ -13,6 +13,7 @@ def text_of(campaign: Campaign, oil: str) -> str:
         coefficients=coefficients,
         quality=quality,
         campaign=campaign.config["campaign"],
+        oils=campaign.config["oils"],
     )
 
 
@@ -22,6 +23,8 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
     assert "212 accepted of 218" in text
     assert "certified: 2 of 2 searches agree" in text
     assert "stuck_sensor 31" in text
+    assert "218 read of 218" in text
+    assert "STAND-IN properties for 4102, 4050" in text
 
 
 def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) -> None:

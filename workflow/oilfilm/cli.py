@@ -13,6 +13,7 @@ import pandas as pd
 
 from oilfilm.config import resolve
 from oilfilm.curation.curate import Curated, collect, curate
+from oilfilm.curation.gates import advice_for
 from oilfilm.errors import OilfilmError
 from oilfilm.ingest import ingest_logs, read_bytes
 
@@ -45,19 +46,35 @@ def check_logs(logs: Sequence[tuple[str, bytes]], config: Mapping[str, Any]) -> 
     return collect([curate(samples, found.runs, config)], [found.quarantine], config)
 
 
+# A file of more clean runs than this has them in one line.
+_RUNS_LISTED = 10
+
+
 def report(verdict: Curated) -> str:
     """A line a run, and what to do about everything that was refused."""
+    runs, points = verdict.runs, verdict.points
+    clean = runs["accepted_points"] == runs["plateaus"]
     lines = []
-    for run in verdict.runs.to_dict("records"):
-        points = verdict.points[verdict.points["run_id"] == run["run_id"]]
+    for file, in_file in runs[clean].groupby("file"):
+        if len(in_file) > _RUNS_LISTED:
+            lines.append(
+                f"{file}: {len(in_file)} runs ACCEPTED with all {in_file['plateaus'].sum()} "
+                "plateaus"
+            )
+            runs = runs.drop(in_file.index)
+    for run in runs.to_dict("records"):
         lines.append(
             f"{run['run_id']}: {run['verdict'].upper()}, {run['accepted_points']} of "
             f"{run['plateaus']} plateaus, {run['samples']} rows"
         )
-        if run["accepted_points"] == 0:
-            continue
-        gates = points.loc[~points["accepted"], "reasons"].str.split(";").explode()
-        lines += [f"  {gate}: {count} plateaus" for gate, count in gates.value_counts().items()]
+        of_run = points[(points["run_id"] == run["run_id"]) & ~points["accepted"]]
+        gates = of_run["reasons"].str.split(";").explode()
+        for gate, count in gates.value_counts().items():
+            rows = of_run.loc[gates.index[gates == gate], "first_row"]
+            lines += [
+                f"  {gate}: {count} plateaus, first at row {rows.min()}",
+                f"    -> {advice_for(str(gate))}",
+            ]
     for refused in verdict.quarantine.to_dict("records"):
         where = refused["run_id"] or refused["file"]
         lines += [

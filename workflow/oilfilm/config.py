@@ -104,6 +104,13 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     merged["oils"] |= {oil: None for oil in campaign.get("oils_without_properties", [])}
     if not merged["oils"]:
         raise OilfilmError(f"{path}: names no oil; list at least one under `oils`.")
+    drawn = merged["figures"]["fig02"]["oil"]
+    if "fig02" in campaign["figures"] and drawn not in merged["oils"]:
+        raise OilfilmError(
+            f"{path}, `figures`: fig02 shows the oil {drawn!r} (figures.fig02.oil of config.yaml), "
+            f"which is none of {', '.join(merged['oils'])}; name one under "
+            "`settings: {figures: {fig02: {oil: ...}}}`."
+        )
     return merged
 
 
@@ -158,6 +165,10 @@ def _safe_name(name: object, asked_by: Path) -> str:
 def _compose(path: Path) -> yaml.Node | None:
     try:
         text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise OilfilmError(
+            f"{path}: there is no such file. Run from the top folder of the project."
+        ) from error
     except (OSError, UnicodeDecodeError) as error:
         raise OilfilmError(f"{path}: cannot be read as UTF-8 text ({error}).") from error
     try:
@@ -184,6 +195,8 @@ def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
     reason = getattr(error, "problem", None) or str(error)
     if "\\t" in reason:
         reason += "; indent with spaces, not with tabs"
+    if "mapping values" in reason:
+        reason += "; put text that holds a colon in quotes"
     return OilfilmError(f"{where}: not valid YAML: {reason}.")
 
 

@@ -142,10 +142,12 @@ def unpack(content: bytes) -> bytes:
 def _unknown(content: bytes) -> Reading:
     known = ", ".join(reader.name for reader in READERS)
     seen = content[:40].decode("utf-8", "backslashreplace")
+    if content.startswith(b"PK"):
+        seen += " (an Excel workbook or a zip archive: export it as csv, or unpack it)"
     return refused_file(
         0,
         "unknown_format",
-        f"no reader knows this content, which begins {seen!r}" if content else "the file is empty",
+        f"no reader knows this content, which begins {seen}" if content else "the file is empty",
         f"Formats read: {known}. data/raw/README.md describes them.",
     )
 

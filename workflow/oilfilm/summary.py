@@ -15,17 +15,21 @@ def summarise(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     campaign: Mapping[str, Any],
+    oils: Mapping[str, Any],
 ) -> str:
     """What was made, how good each fit is and where to look, as text."""
     name = campaign["name"]
     source = "SIMULATED by the rig twin" if campaign["data"] == "simulated" else "measured"
     lines = [
         f"Campaign {name} ({source}): {campaign['description']}",
+        _logs(runs, quarantine),
         f"  runs    {(runs['verdict'] == 'accepted').sum()} accepted of {len(runs)}",
         f"  points  {points['accepted'].sum()} accepted of {len(points)}",
         f"  samples {runs['samples'].sum()} rows; "
         f"{quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
         *_unjudged(points, campaign),
+        *_stand_ins(oils),
+        *_without_set_points(runs),
         *_refusals(runs, points, quarantine),
         "",
         *_fits(coefficients, quality),
@@ -42,6 +46,30 @@ def _unjudged(points: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
         return []
     reason = campaign["film_unjudged"]["reason"]
     return [f"  FILM NOT JUDGED for {unjudged.sum()} accepted points: {reason}"]
+
+
+def _logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> str:
+    read = set(runs["file"])
+    unread = set(quarantine["file"]) - read
+    return f"  logs    {len(read)} read of {len(read | unread)}"
+
+
+def _stand_ins(oils: Mapping[str, Any]) -> list[str]:
+    names = [name for name, oil in oils.items() if oil is not None and oil["stand_in"]]
+    if not names:
+        return []
+    return [f"  film thickness from STAND-IN properties for {', '.join(names)} (config/oils)"]
+
+
+def _without_set_points(runs: pd.DataFrame) -> list[str]:
+    words = {
+        "nominal_load_n": "load",
+        "nominal_entrainment_speed_m_s": "speed",
+        "nominal_inlet_temperature_c": "temperature",
+    }
+    missing = {word: int(runs[name].isna().sum()) for name, word in words.items()}
+    told = [f"{word} {count}" for word, count in missing.items() if count]
+    return [f"  not held against a set point, runs without one: {', '.join(told)}"] if told else []
 
 
 def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> list[str]:

@@ -12,6 +12,6 @@ rule summary:
         "<logs>/summary.log",
     params:
         code=code("summary.py"),
-        config=part(),
+        config=part("oils"),
     script:
         "../scripts/summary.py"

@@ -15,5 +15,6 @@ with job(snakemake) as provenance:
         coefficients=tables.read("coefficients", Path(found.coefficients)),
         quality=tables.read("fit_quality", Path(found.quality)),
         campaign=snakemake.params.config["campaign"],
+        oils=snakemake.params.config["oils"],
     )
     Path(snakemake.output[0]).write_text(text, encoding="utf-8")

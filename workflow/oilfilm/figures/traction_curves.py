@@ -1,5 +1,6 @@
 """mu against slip: measured points with their errors, and the fit as lines (figs 2 and 3)."""
 
+import string
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -51,7 +52,6 @@ def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
     choice = config["figures"]["fig02"]
     oil, temperatures = choice["oil"], choice["inlet_temperature_c"]
-    matrix = config["campaign"]["matrix"]
     law = FittedLaw.of(results.coefficients, oil)
     base = style.oil_colour(oil, list(config["oils"]))
     figure, axes = style.panels(
@@ -64,7 +64,7 @@ def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
             ("entrainment_speed_m_s", "max_hertz_pressure_gpa", "U = {:g} m/s", "P = {:g} GPa"),
         )
         for column, (varied, fixed, label, fixed_label) in enumerate(columns):
-            levels = matrix[varied]
+            levels = _levels(results, config["campaign"], varied)
             series = [
                 _Series(
                     label.format(level),
@@ -82,7 +82,7 @@ def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
                     levels, style.shades(base, len(levels)), style.MARKERS, strict=False
                 )
             ]
-            panel = "abcdefghij"[2 * row + column]
+            panel = string.ascii_letters[2 * row + column]
             title = f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, " + fixed_label.format(
                 choice[fixed]
             )
@@ -102,10 +102,10 @@ def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
     """All oils at one temperature, mu against slip, a panel a pressure."""
     choice = config["figures"]["fig03"]
     oils = list(config["oils"])
-    pressures = config["campaign"]["matrix"]["max_hertz_pressure_gpa"]
-    figure, axes = style.panels(1, len(pressures), style.DOUBLE_COLUMN_IN, 2.6)
+    pressures = _levels(results, config["campaign"], "max_hertz_pressure_gpa")
+    figure, axes = style.panels(1, max(len(pressures), 1), style.DOUBLE_COLUMN_IN, 2.6)
     rows = []
-    for number, (axis, pressure) in enumerate(zip(axes, pressures, strict=True)):
+    for number, (axis, pressure) in enumerate(zip(axes, pressures, strict=False)):
         where = {
             "max_hertz_pressure_gpa": pressure,
             "entrainment_speed_m_s": choice["entrainment_speed_m_s"],
@@ -122,7 +122,7 @@ def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
             )
             for place, oil in enumerate(oils)
         ]
-        panel = "abcdefghij"[number]
+        panel = string.ascii_letters[number]
         title = f"({panel}) P = {pressure:g} GPa"
         rows.append(_draw_panel(axis, panel, title, series))
     drawn = _together(rows)
@@ -143,7 +143,7 @@ def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Data
     rows = []
     for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-        panel = "abcdefghij"[number]
+        panel = string.ascii_letters[number]
         axis.set_title(f"({panel}) {oil}")
         if of_oil.empty:
             _say_nothing_is_there([axis])
@@ -208,6 +208,13 @@ def _draw_cloud(
         drawn.append(line)
     axis.plot([], [], color="black", label="fit")
     return drawn
+
+
+def _levels(results: Results, campaign: Mapping[str, Any], name: str) -> list[float]:
+    """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
+    if "matrix" in campaign:
+        return list(campaign["matrix"][name])
+    return sorted(results.runs[f"nominal_{name}"].dropna().unique())
 
 
 def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
