@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pyarrow as arrow
 
@@ -50,7 +51,7 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
 
 def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) -> Ingested:
     """The same for logs given by name and content."""
-    samples: dict[str, list[pd.DataFrame]] = {oil: [] for oil in config["oils"]}
+    samples: dict[str, list[tuple[str, pd.DataFrame]]] = {oil: [] for oil in config["oils"]}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     name = config["campaign"]["name"]
@@ -64,10 +65,10 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
                 {**about, **_about_run(run, config), "sha256": digest, "reader": reader_name}
                 | {"refused_rows": rows_refused}
             )
-            samples[run.oil].append(run.samples.assign(run_id=run.run_id))
+            samples[run.oil].append((run.run_id, run.samples))
         refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
     return Ingested(
-        {oil: _together(frames) for oil, frames in samples.items()},
+        {oil: _together(of_runs) for oil, of_runs in samples.items()},
         tables.from_rows(runs, "runs"),
         tables.from_rows(refused, "quarantine"),
     )
@@ -186,5 +187,11 @@ def _with_load(nominal: Nominal, rig: Mapping[str, Any]) -> Nominal:
     )
 
 
-def _together(frames: list[pd.DataFrame]) -> pd.DataFrame:
-    return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
+def _together(runs: list[tuple[str, pd.DataFrame]]) -> pd.DataFrame:
+    """Samples of several runs under each other, with the run's id."""
+    if not runs:
+        return tables.empty("samples")
+    ids, frames = zip(*runs, strict=True)
+    codes = np.repeat(np.arange(len(ids)), [len(frame) for frame in frames])
+    together = pd.concat(frames, ignore_index=True)
+    return together.assign(run_id=pd.Categorical.from_codes(codes, categories=pd.Index(ids)))

@@ -33,6 +33,12 @@ class Conversion:
     scale: float = 1.0
     offset: float = 0.0
 
+    def of(self, values: FloatArray) -> FloatArray:
+        """Logged values in `unit`."""
+        if self.scale == 1 and self.offset == 0:
+            return values
+        return self.scale * values + self.offset
+
 
 # What logs write and pint reads otherwise: 1/min would be a frequency, not revolutions.
 _SPELLINGS = {

@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
-import pandas as pd
-
 from oilfilm import tables
 from oilfilm.curation.curate import curate
 from oilfilm.job import job
 
 with job(snakemake) as provenance:
-    samples = pd.concat([tables.read("samples", Path(path)) for path in snakemake.input.samples])
+    samples = tables.read("samples", *map(Path, snakemake.input.samples))
     runs = tables.read("runs", Path(snakemake.input.runs))
     curated = curate(samples, runs, snakemake.params.config)
     tables.write(curated.points, "points", Path(snakemake.output.points), provenance)

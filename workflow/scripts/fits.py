@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pandas as pd
-
 from oilfilm import tables
 from oilfilm.job import job
 
@@ -12,5 +10,5 @@ with job(snakemake) as provenance:
         ("coefficients", snakemake.input.coefficients, snakemake.output.coefficients),
         ("fit_quality", snakemake.input.quality, snakemake.output.quality),
     ):
-        together = pd.concat([tables.read(table, Path(path)) for path in parts], ignore_index=True)
+        together = tables.read(table, *map(Path, parts))
         tables.write(together, table, Path(whole), provenance)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,16 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.curation.calibration import with_calibration
 from oilfilm.curation.film_state import with_film
-from oilfilm.curation.gates import POINT_GATES, Trouble, advice_for, judge_points, judge_run
+from oilfilm.curation.gates import (
+    POINT_GATES,
+    Columns,
+    Trouble,
+    advice_for,
+    judge_points,
+    judge_run,
+)
 from oilfilm.curation.points import Measured, measure_continuous, measure_readings
-from oilfilm.curation.signals import Signals
+from oilfilm.curation.signals import SIGNALS, Signals
 from oilfilm.semantics import Semantics, semantics_of
 
 _NOMINAL = (
@@ -42,22 +50,24 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, config: Mapping[str, Any])
     """
     limits = gate_limits(config)
     troubles: dict[str, Trouble | None] = {}
-    frames: list[pd.DataFrame] = []
-    by_run = {run: rows for run, rows in samples.groupby("run_id", observed=True, sort=False)}
+    measured_of: dict[str, Columns] = {}
+    rows_of = _rows_by_run(samples)
+    arrays = {name: samples[name].to_numpy() for name in SIGNALS}
     for run in runs.to_dict("records"):
         run_id = run["run_id"]
         known = _trouble_of_reading(run["reason"])
-        if run_id not in by_run:
+        if run_id not in rows_of:
             troubles[run_id] = known or Trouble("no_rows", "the log has no readable row of data")
             continue
         log = semantics_of(config["campaign"], run["rig"])
-        signals = Signals.of(by_run[run_id], log)
+        rows = rows_of[run_id]
+        signals = Signals.of({name: array[rows] for name, array in arrays.items()}, log)
         measured = _measure(signals, run["kind"], config["curation"], log)
         troubles[run_id] = known or judge_run(signals, measured.points, limits) or measured.flaw
-        if troubles[run_id] is None and measured.points.empty:
+        if troubles[run_id] is None and len(measured.points["time_s"]) == 0:
             troubles[run_id] = Trouble("no_plateau", "no steady part was found")
-        frames.append(measured.points.assign(run_id=run_id))
-    points = _derive(frames, runs, config)
+        measured_of[run_id] = measured.points
+    points = _derive(measured_of, runs, config)
     return _judge(points, runs, troubles, limits)
 
 
@@ -98,6 +108,18 @@ def gate_limits(config: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def _rows_by_run(samples: pd.DataFrame) -> dict[str, slice]:
+    """Where the rows of each run stand, which lie together."""
+    run_ids = samples["run_id"].astype("category").cat
+    codes, names = run_ids.codes.to_numpy(), run_ids.categories
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]])
+    return {
+        str(names[codes[start]]): slice(int(start), int(stop))
+        for start, stop in pairwise(edges)
+        if stop > start
+    }
+
+
 def _trouble_of_reading(flaw: str) -> Trouble | None:
     """What the reader found wrong with the run as a whole."""
     rule, _, reason = flaw.partition(": ")
@@ -111,12 +133,17 @@ def _measure(signals: Signals, kind: str, settings: Mapping[str, Any], log: Sema
 
 
 def _derive(
-    frames: list[pd.DataFrame], runs: pd.DataFrame, config: Mapping[str, Any]
+    measured_of: Mapping[str, Columns], runs: pd.DataFrame, config: Mapping[str, Any]
 ) -> pd.DataFrame:
     """All points with their run's oil and set points, contact pressure and film."""
-    if not frames:
+    if not measured_of:
         return tables.empty("points").assign(**dict.fromkeys(_NOMINAL, np.nan))
-    points = pd.concat(frames, ignore_index=True)
+    all_measured = list(measured_of.values())
+    counts = [len(measured["time_s"]) for measured in all_measured]
+    points = pd.DataFrame(
+        {"run_id": np.repeat(np.array(list(measured_of), dtype=object), counts)}
+        | {name: np.concatenate([run[name] for run in all_measured]) for name in all_measured[0]}
+    )
     about = runs[["run_id", "oil", "rig", *_NOMINAL]]
     points = points.merge(about, on="run_id", how="left", validate="many_to_one")
     return with_calibration(with_film(points, config), config["rigs"])

@@ -20,6 +20,8 @@ from oilfilm.curation.signals import Signals
 BoolArray = npt.NDArray[np.bool_]
 FloatArray = npt.NDArray[np.float64]
 Limits = Mapping[str, Any]
+# Plateaus of one run: column -> array over them.
+Columns = dict[str, npt.NDArray[Any]]
 
 # What a load is multiplied by when its unit is mistaken for N.
 _LOAD_UNITS = {"kgf": 1 / 9.80665, "lbf": 1 / 4.4482216, "gf": 1000 / 9.80665}
@@ -48,7 +50,7 @@ class RunGate:
 
     name: str
     advice: str
-    judge: Callable[[Signals, pd.DataFrame, Limits], tuple[str, int, int] | None]
+    judge: Callable[[Signals, Columns, Limits], tuple[str, int, int] | None]
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class PointGate:
 Finding = tuple[str, int, int] | None
 
 
-def _stuck_sensor(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
+def _stuck_sensor(signals: Signals, points: Columns, limits: Limits) -> Finding:
     force, duration_s = signals.traction_force_n, limits["stuck_duration_s"]
     changes = np.flatnonzero(np.diff(force) != 0) + 1
     edges = np.concatenate([[0], changes, [len(force)]])
@@ -82,20 +84,22 @@ def _stuck_sensor(signals: Signals, points: pd.DataFrame, limits: Limits) -> Fin
     )
 
 
-def _swapped_sign(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
-    sliding = points[points["slide_roll_ratio"].abs() > 0.02]
-    along = sliding["traction_force_n"] * np.sign(sliding["slide_roll_ratio"])
-    if sliding.empty or not along.median() < 0 or (along < 0).mean() < 0.9:
+def _swapped_sign(signals: Signals, points: Columns, limits: Limits) -> Finding:
+    slip = points["slide_roll_ratio"]
+    sliding = np.abs(slip) > 0.02
+    along = points["traction_force_n"][sliding] * np.sign(slip[sliding])
+    middle = float(np.median(along)) if len(along) else 0.0
+    if not middle < 0 or (along < 0).mean() < 0.9:
         return None
     return (
-        f"the traction force acts against the slip ({along.median():.3g} N in the middle); "
+        f"the traction force acts against the slip ({middle:.3g} N in the middle); "
         "expected the slower body to be dragged along",
         0,
         0,
     )
 
 
-def _time_disorder(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
+def _time_disorder(signals: Signals, points: Columns, limits: Limits) -> Finding:
     backward = np.flatnonzero(np.diff(signals.time_s) <= 0)
     if len(backward) == 0:
         return None
@@ -110,7 +114,7 @@ def _time_disorder(signals: Signals, points: pd.DataFrame, limits: Limits) -> Fi
     )
 
 
-def _clock_jump(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
+def _clock_jump(signals: Signals, points: Columns, limits: Limits) -> Finding:
     gaps = np.diff(signals.time_s)
     longest = limits["clock_jump_intervals"] * sampling_interval(signals.time_s)
     if len(gaps) == 0 or gaps.max() <= longest:
@@ -125,24 +129,19 @@ def _clock_jump(signals: Signals, points: pd.DataFrame, limits: Limits) -> Findi
     )
 
 
-# A value is piled up when it stands this many times as often as the next one.
-_PILED_UP = 3
-
-
-def _saturated(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
+def _saturated(signals: Signals, points: Columns, limits: Limits) -> Finding:
     for name, values in (
         ("traction force", signals.traction_force_n),
         ("load", signals.load_n),
     ):
-        levels, counts = np.unique(values, return_counts=True)
-        for end, neighbour in ((-1, -2), (0, 1)):
-            # a sensor at its stop gives one value over and over, with noise on one side only: not
-            # so where values are coarse (the neighbour is as frequent) or a dead weight is the load
-            if len(levels) < 2 or counts[end] <= _PILED_UP * counts[neighbour]:
-                continue
-            extreme, share = levels[end], counts[end] / len(values)
-            if counts[end] >= limits["stuck_samples"] and share > limits["saturated_share"]:
-                at_stop = np.flatnonzero(values == extreme)
+        for extreme in (np.max(values), np.min(values)):
+            at_stop = np.flatnonzero(values == extreme)
+            share = len(at_stop) / len(values)
+            if (
+                len(at_stop) >= limits["stuck_samples"]
+                and share > limits["saturated_share"]
+                and _piled_up(values, extreme)
+            ):
                 first, last = int(signals.row[at_stop[0]]), int(signals.row[at_stop[-1]])
                 return (
                     f"the {name} stands at its extreme of {extreme:g} N in {share:.1%} of the "
@@ -154,9 +153,20 @@ def _saturated(signals: Signals, points: pd.DataFrame, limits: Limits) -> Findin
     return None
 
 
-def _temperature_drift(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
+def _piled_up(values: FloatArray, extreme: float) -> bool:
+    """True where an extreme value stands more often than the next one, several times over.
+
+    A sensor at its stop gives one value again and again, with noise on one side only. Values that
+    are coarse anyway are not piled up, nor is the load of a dead weight.
+    """
+    levels, counts = np.unique(values, return_counts=True)
+    place, neighbour = (-1, -2) if extreme == levels[-1] else (0, 1)
+    return len(levels) > 1 and bool(counts[place] > 3 * counts[neighbour])
+
+
+def _temperature_drift(signals: Signals, points: Columns, limits: Limits) -> Finding:
     levels = points["inlet_temperature_c"]
-    if len(points) == 0 or levels.max() - levels.min() <= limits["temperature_drift_max_c"]:
+    if len(levels) == 0 or levels.max() - levels.min() <= limits["temperature_drift_max_c"]:
         return None
     return (
         f"the inlet temperature goes from {levels.min():.1f} to {levels.max():.1f} degC within "
@@ -166,9 +176,10 @@ def _temperature_drift(signals: Signals, points: pd.DataFrame, limits: Limits) -
     )
 
 
-def _branches_differ(signals: Signals, points: pd.DataFrame, limits: Limits) -> Finding:
-    curve = points.dropna(subset=["slide_roll_ratio", "traction_coefficient"])
-    slip, mu = curve["slide_roll_ratio"].to_numpy(), curve["traction_coefficient"].to_numpy()
+def _branches_differ(signals: Signals, points: Columns, limits: Limits) -> Finding:
+    slip, mu = points["slide_roll_ratio"], points["traction_coefficient"]
+    known = ~np.isnan(slip) & ~np.isnan(mu)
+    slip, mu = slip[known], mu[known]
     turn = _turning_point(slip)
     if turn is None:
         return None
@@ -460,7 +471,7 @@ POINT_GATES = (
 )
 
 
-def judge_run(signals: Signals, points: pd.DataFrame, limits: Limits) -> Trouble | None:
+def judge_run(signals: Signals, points: Columns, limits: Limits) -> Trouble | None:
     """What the first run gate that refuses the run found; None if all let it pass."""
     for gate in RUN_GATES:
         finding = gate.judge(signals, points, limits)

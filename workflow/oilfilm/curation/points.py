@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gates import Trouble
+from oilfilm.curation.gates import Columns, Trouble
 from oilfilm.curation.plateaus import find_steps, sampling_interval, settled_parts
 from oilfilm.curation.signals import FloatArray, IndexArray, Signals
 from oilfilm.curation.zero import PHASES, zero_reference
@@ -17,9 +16,13 @@ from oilfilm.curation.zero import PHASES, zero_reference
 
 @dataclass(frozen=True)
 class Measured:
-    """Plateaus of one run, before the gates. `flaw` says why the run as a whole fails, if so."""
+    """Plateaus of one run, before the gates. `flaw` says why the run as a whole fails, if so.
 
-    points: pd.DataFrame
+    `points` has the measured columns of the table of points, each an array over the plateaus:
+    tables are made of all runs at once, because a small one costs as much as a large one.
+    """
+
+    points: Columns
     flaw: Trouble | None = None
 
 
@@ -61,7 +64,7 @@ def measure_continuous(
     if abs(drift_n) > allowed_n:
         moves = f"the zero of the force moves by {drift_n:.3g} N during the run"
         flaw = Trouble("zero_drift", f"{moves}; allowed {allowed_n:g} N")
-    time_s = points["time_s"].to_numpy()
+    time_s = points["time_s"]
     return Measured(_with_traction(points, zero.at(time_s), zero.standard_error_at(time_s)), flaw)
 
 
@@ -71,35 +74,33 @@ def measure_readings(signals: Signals) -> Measured:
     first, second = signals.traction_force_1_n, signals.traction_force_2_n
     both = np.abs(first) + np.abs(second)
     asymmetry = np.divide(np.abs(first + second), both, out=nothing.copy(), where=both > 0)
-    points = pd.DataFrame(
-        {
-            "first_row": signals.row,
-            "last_row": signals.row,
-            "n_samples": 1,
-            "n_spikes": 0,
-            "time_s": signals.time_s,
-            "slide_roll_ratio": signals.slide_roll_ratio,
-            "slide_roll_ratio_se": nothing,
-            "entrainment_speed_m_s": signals.entrainment_speed_m_s,
-            "load_n": signals.load_n,
-            "load_se_n": nothing,
-            "inlet_temperature_c": signals.inlet_temperature_c,
-            "sensor_force_n": signals.traction_force_n,
-            "sensor_force_se_n": nothing,
-            "slip_change": nothing,
-            "force_change_n": nothing,
-            "slip_transient": nothing,
-            "force_transient_n": nothing,
-            "force_asymmetry": asymmetry,
-            "measured_film_thickness_um": signals.film_thickness_um,
-        }
-    )
-    return Measured(_with_traction(points, 0.0, 0.0))
+    averages = {
+        "first_row": signals.row,
+        "last_row": signals.row,
+        "n_samples": np.ones(len(signals), dtype=np.int64),
+        "n_spikes": np.zeros(len(signals), dtype=np.int64),
+        "time_s": signals.time_s,
+        "slide_roll_ratio": signals.slide_roll_ratio,
+        "slide_roll_ratio_se": nothing,
+        "entrainment_speed_m_s": signals.entrainment_speed_m_s,
+        "load_n": signals.load_n,
+        "load_se_n": nothing,
+        "inlet_temperature_c": signals.inlet_temperature_c,
+        "sensor_force_n": signals.traction_force_n,
+        "sensor_force_se_n": nothing,
+        "slip_change": nothing,
+        "force_change_n": nothing,
+        "slip_transient": nothing,
+        "force_transient_n": nothing,
+        "force_asymmetry": asymmetry,
+        "measured_film_thickness_um": signals.film_thickness_um,
+    }
+    return Measured(_with_traction(averages, 0.0, 0.0))
 
 
 def _average(
     signals: Signals, starts: IndexArray, stops: IndexArray, spike_threshold: float
-) -> pd.DataFrame:
+) -> Columns:
     windows = statistics.Windows.between(starts, stops)
     force, slip = signals.traction_force_n, signals.slide_roll_ratio
     wild = statistics.spikes(force, windows, spike_threshold) if len(starts) else windows.inside
@@ -116,52 +117,55 @@ def _average(
     def transient(values: FloatArray) -> FloatArray:
         return statistics.means(values, first) - statistics.means(values, rest)
 
-    return pd.DataFrame(
-        {
-            "first_row": signals.row[starts],
-            "last_row": signals.row[stops - 1],
-            "n_samples": windows.counts,
-            "n_spikes": wild.sum(axis=1),
-            "time_s": mean(signals.time_s),
-            "slide_roll_ratio": mean(slip),
-            "slide_roll_ratio_se": statistics.standard_errors(slip, windows),
-            "entrainment_speed_m_s": mean(signals.entrainment_speed_m_s),
-            "load_n": mean(signals.load_n),
-            "load_se_n": statistics.standard_errors(signals.load_n, windows),
-            "inlet_temperature_c": mean(signals.inlet_temperature_c),
-            "sensor_force_n": mean(force),
-            "sensor_force_se_n": statistics.standard_errors(force, windows),
-            "slip_change": change(slip),
-            "force_change_n": change(force),
-            "slip_transient": transient(slip),
-            "force_transient_n": transient(force),
-            "force_asymmetry": np.nan,
-            "measured_film_thickness_um": np.nan,
-        }
-    )
+    nothing = np.full(len(starts), np.nan)
+    return {
+        "first_row": signals.row[starts],
+        "last_row": signals.row[stops - 1],
+        "n_samples": windows.counts,
+        "n_spikes": wild.sum(axis=1),
+        "time_s": mean(signals.time_s),
+        "slide_roll_ratio": mean(slip),
+        "slide_roll_ratio_se": statistics.standard_errors(slip, windows),
+        "entrainment_speed_m_s": mean(signals.entrainment_speed_m_s),
+        "load_n": mean(signals.load_n),
+        "load_se_n": statistics.standard_errors(signals.load_n, windows),
+        "inlet_temperature_c": mean(signals.inlet_temperature_c),
+        "sensor_force_n": mean(force),
+        "sensor_force_se_n": statistics.standard_errors(force, windows),
+        "slip_change": change(slip),
+        "force_change_n": change(force),
+        "slip_transient": transient(slip),
+        "force_transient_n": transient(force),
+        "force_asymmetry": nothing,
+        "measured_film_thickness_um": nothing,
+    }
+
+
+# Columns that serve the traction coefficient and are no part of the table.
+_BETWEEN = (
+    "sensor_force_n",
+    "sensor_force_se_n",
+    "load_se_n",
+    "force_change_n",
+    "force_transient_n",
+)
 
 
 def _with_traction(
-    averages: pd.DataFrame, zero_n: FloatArray | float, zero_se_n: FloatArray | float
-) -> pd.DataFrame:
+    averages: Columns, zero_n: FloatArray | float, zero_se_n: FloatArray | float
+) -> Columns:
     """Traction force above the zero, mu = F/W and its standard error."""
-    load = averages["load_n"].where(averages["load_n"] > 0)
+    load = np.where(averages["load_n"] > 0, averages["load_n"], np.nan)
     force = averages["sensor_force_n"] - zero_n
     mu = force / load
     force_se = np.hypot(averages["sensor_force_se_n"], zero_se_n)
     mu_se = np.hypot(force_se, mu * averages["load_se_n"]) / load
-    return averages.assign(
-        traction_force_n=force,
-        traction_coefficient=mu,
-        traction_coefficient_se=mu_se,
-        traction_change=averages["force_change_n"] / load,
-        traction_transient=averages["force_transient_n"] / load,
-    ).drop(
-        columns=[
-            "sensor_force_n",
-            "sensor_force_se_n",
-            "load_se_n",
-            "force_change_n",
-            "force_transient_n",
-        ]
-    )
+    kept = {name: values for name, values in averages.items() if name not in _BETWEEN}
+    return {
+        **kept,
+        "traction_force_n": force,
+        "traction_coefficient": mu,
+        "traction_coefficient_se": mu_se,
+        "traction_change": averages["force_change_n"] / load,
+        "traction_transient": averages["force_transient_n"] / load,
+    }

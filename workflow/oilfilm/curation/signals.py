@@ -1,10 +1,11 @@
 """The signals of one run, as arrays over its samples."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from oilfilm.semantics import Semantics
 
@@ -29,15 +30,14 @@ class Signals:
     direction: int = 1
 
     @classmethod
-    def of(cls, samples: pd.DataFrame, log: Semantics) -> "Signals":
+    def of(cls, samples: Mapping[str, npt.NDArray[Any]], log: Semantics) -> "Signals":
         """Signals of the samples of one run, force and slip positive with the slower body slowed.
 
         Args:
-            samples: Rows of the table of samples.
+            samples: Columns of the table of samples, `SIGNALS` at least, over one run.
             log: How the rig's logs are meant.
         """
-        names = [name for name in cls.__dataclass_fields__ if name != "direction"]
-        arrays = {name: samples[name].to_numpy() for name in names}
+        arrays: dict[str, Any] = {name: samples[name] for name in SIGNALS}
         arrays["traction_force_n"] = log.traction_sign * log.direction * arrays["traction_force_n"]
         return cls(**arrays, direction=log.direction)
 
@@ -58,3 +58,6 @@ class Signals:
 
     def __len__(self) -> int:
         return len(self.row)
+
+
+SIGNALS = tuple(field.name for field in fields(Signals) if field.name != "direction")

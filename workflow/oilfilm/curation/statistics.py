@@ -83,6 +83,18 @@ def spikes(values: FloatArray, windows: Windows, threshold: float) -> BoolArray:
     nothing is flagged.
     """
     inside = np.where(windows.inside, values[windows.index], np.nan)
-    deviation = np.abs(inside - np.nanmedian(inside, axis=1, keepdims=True))
-    spread = MAD_TO_SIGMA * np.nanmedian(deviation, axis=1, keepdims=True)
+    deviation = np.abs(inside - _medians(inside, windows.counts))
+    spread = MAD_TO_SIGMA * _medians(deviation, windows.counts)
     return np.asarray((deviation > threshold * spread) & (spread > 0))
+
+
+def _medians(padded: FloatArray, counts: IndexArray) -> FloatArray:
+    """Median of each row's first numbers, the others being NaN: shape (rows, 1).
+
+    NumPy's nanmedian takes many times as long on many short rows.
+    """
+    if padded.size == 0:
+        return np.full((len(padded), 1), np.nan)
+    ranked = np.sort(padded, axis=1)
+    rows, last = np.arange(len(padded)), np.maximum(counts - 1, 0)
+    return ((ranked[rows, last // 2] + ranked[rows, (last + 1) // 2]) / 2)[:, np.newaxis]

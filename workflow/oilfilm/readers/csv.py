@@ -79,7 +79,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         misfits.append(row.number)
         return "skip"
 
-    def parse(as_type: arrow.DataType, decimal_mark: str) -> pd.DataFrame:
+    def parse(as_type: arrow.DataType, decimal_mark: str) -> arrow.Table:
         misfits.clear()
         return arrow_csv.read_csv(
             io.BytesIO(table),
@@ -96,33 +96,35 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
                 column_types=dict.fromkeys(wanted, as_type),
                 decimal_point=decimal_mark,
             ),
-        ).to_pandas()
+        )
 
     if not table:
         nothing = np.array([], dtype=np.int64)
         return {column.quantity: np.array([]) for column in layout.columns}, nothing, nothing
     try:
-        cells = parse(arrow.float64(), layout.decimal_mark)
+        table_of_cells = parse(arrow.float64(), layout.decimal_mark)
+        cells = {name: table_of_cells[name].to_numpy() for name in wanted}
     except arrow.ArrowInvalid:
-        cells = parse(arrow.binary(), ".").apply(_numbers, decimal_mark=layout.decimal_mark)
+        texts = parse(arrow.binary(), ".").to_pandas()
+        cells = {name: _numbers(texts[name], layout.decimal_mark) for name in wanted}
     bad_shape = np.array(misfits, dtype=np.int64)
-    numbers = np.delete(np.arange(1, len(cells) + len(misfits) + 1), bad_shape - 1)
-    good = (cells.abs() < LARGEST_READING).all(axis="columns").to_numpy()
+    rows = len(cells[wanted[0]])
+    numbers = np.delete(np.arange(1, rows + len(misfits) + 1), bad_shape - 1)
+    # NaN, as an empty cell becomes, is not below either
+    good = np.all([np.abs(values) < LARGEST_READING for values in cells.values()], axis=0)
     values = {
-        column.quantity: cells[names[column.place]].to_numpy()[good] * column.to.scale
-        + column.to.offset
-        for column in layout.columns
+        column.quantity: column.to.of(cells[names[column.place]][good]) for column in layout.columns
     }
     return values, numbers[good], np.sort(np.concatenate([numbers[~good], bad_shape]))
 
 
-def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> "pd.Series[float]":
+def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> FloatArray:
     """Numbers of raw cells; NaN where a cell holds anything else."""
     text = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), na_action="ignore")
     if decimal_mark == ",":
         # a point would be a second decimal mark: such a cell is no number
         text = text.str.replace(".", "?", regex=False).str.replace(",", ".", regex=False)
-    return pd.to_numeric(text, errors="coerce").astype(float)
+    return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
 
 
 def _bad_range(run_id: str, first: int, last: int, layout: Layout) -> Refusal:

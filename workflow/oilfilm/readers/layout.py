@@ -97,7 +97,10 @@ def normalise(content: bytes) -> bytes:
     content = content.removeprefix(_UTF8_MARK)
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return _EMPTY_LINES.sub(b"\n", content).lstrip(b"\n")
+    # asked first, because replacing what is not there takes as long as reading the log
+    if b"\n\n" in content:
+        content = _EMPTY_LINES.sub(b"\n", content)
+    return content.lstrip(b"\n")
 
 
 def encoding_of(content: bytes) -> str:
@@ -148,11 +151,20 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 def _is_unit_row(cells: Sequence[str], names: Sequence[str], renamed: Renamed) -> bool:
     """A row right below the names in which most known columns have a unit that fits them."""
-    if len(cells) != len(names):
+    # a row of numbers is the first of the log, whatever units may be called
+    if len(cells) != len(names) or any(_is_number(cell) for cell in cells):
         return False
     meanings = [(meaning(name, renamed), cell) for name, cell in zip(names, cells, strict=True)]
     fitting = [fits(known[0], _bare(cell)) for known, cell in meanings if known is not None]
     return sum(fitting) > len(fitting) / 2
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(_bare(cell).replace(",", "."))
+    except ValueError:
+        return False
+    return True
 
 
 def _bare(unit: str) -> str:
