@@ -278,7 +278,9 @@ class RefusedPages(_Table):
         "where it names none, else the whole run; empty where there is no page",
         one_of=("rows", "plateaus", "whole run", ""),
     )
-    first_row: Series[np.int64] = _count("first data row marked; 0 where there is no page")
+    first_row: Series[np.int64] = _count(
+        "first data row marked; 0 where it is the whole run, or where there is no page"
+    )
     last_row: Series[np.int64] = _count("last data row marked")
     reason: Series[str] = _text("what was found and what was expected")
     advice: Series[str] = _text("what to do about it")

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
     return planned.drop_duplicates(["oil", *SET_POINTS]).sort_index()
 
 
-def describe_condition(condition: Mapping[Hashable, Any]) -> str:
+def describe_condition(condition: Mapping[Any, Any]) -> str:
     """A condition in words, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
     names = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
     values = [condition[name] for name in SET_POINTS]

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.transforms import blended_transform_factory
 
 from oilfilm import tables
+from oilfilm.curation.coverage import describe_condition
 from oilfilm.curation.gates import POINT_GATES
 from oilfilm.curation.signals import FloatArray, Signals
 from oilfilm.figures import style
@@ -65,7 +66,7 @@ def listing(
             named = quarantine[
                 (quarantine["run_id"] == run_id) & (quarantine["reason"] == one["reason"])
             ]
-            place = _place(named, of_run, int(samples[number]))
+            place = _place(named, of_run)
         rows.append(
             {
                 "run_id": run_id,
@@ -133,7 +134,7 @@ def draw_page(
     return figure
 
 
-def _place(named: pd.DataFrame, points: pd.DataFrame, samples: int) -> tuple[str, int, int]:
+def _place(named: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
     """What to mark: the rows that the refusal names, else failing plateaus, else everything."""
     with_rows = named[named["first_row"] > 0]
     if len(with_rows):
@@ -141,7 +142,7 @@ def _place(named: pd.DataFrame, points: pd.DataFrame, samples: int) -> tuple[str
     failing = points[_fail_alone(points)]
     if len(failing):
         return "plateaus", int(failing["first_row"].min()), int(failing["last_row"].max())
-    return "whole run", 1, samples
+    return "whole run", 0, 0
 
 
 def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
@@ -155,7 +156,10 @@ def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
 def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
     """Lines of the head, in plain characters; the first is the title."""
     file = "" if entry["file"] == entry["run_id"] else f"file {entry['file']}, "
-    about = f"{file}oil {run['oil']}, rig {run['rig']}, {run['samples']} rows"
+    about = (
+        f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
+        f"{run['samples']} rows"
+    )
     return [
         *_wrapped(f"REFUSED: {entry['run_id']}", 2, 90),
         *_wrapped(about, 2),
@@ -257,11 +261,13 @@ def _say_place(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
     )
     low, high = _span(signals.time_s)
     right = (start + stop) / 2 > (low + high) / 2
-    words = {"rows": "place of the trouble", "plateaus": "failing plateaus"}.get(
-        entry["place"], "whole run"
-    )
+    words = {
+        "rows": f"place of the trouble: {_range(entry)}",
+        "plateaus": f"failing plateaus: {_range(entry)}",
+        "whole run": "concerns the whole run",
+    }[entry["place"]]
     axis.annotate(
-        f"{words}: row {_range(entry['first_row'], entry['last_row'])}",
+        words,
         (stop if right else start, 1.06),
         xytext=(0, 4),
         xycoords=above,
@@ -273,12 +279,15 @@ def _say_place(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
     )
 
 
-def _range(first: int, last: int) -> str:
-    return f"{first}" if first == last else f"{first} to {last}"
+def _range(entry: Mapping[str, Any]) -> str:
+    first, last = entry["first_row"], entry["last_row"]
+    return f"row {first}" if first == last else f"rows {first} to {last}"
 
 
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
-    """Times between which rows lie; those of the nearest row where none of them was readable."""
+    """Times between which rows lie, 0 and 0 being all; the nearest where none was readable."""
+    if last_row == 0:
+        return float(signals.time_s.min()), float(signals.time_s.max())
     inside = (signals.row >= first_row) & (signals.row <= last_row)
     if not inside.any():
         nearest = float(signals.time_s[np.abs(signals.row - first_row).argmin()])
