@@ -5,10 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-
-mpl.use("agg")
-
-import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -69,9 +65,9 @@ def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
 
 def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
     """A figure with a grid of panels that share their axes; panels in reading order."""
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(width_in, height_in), sharex=True, sharey=True, squeeze=False
-    )
+    # not by pyplot, which would keep every figure open
+    figure = Figure(figsize=(width_in, height_in))
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     return figure, list(axes.flat)
 
 
@@ -124,4 +120,3 @@ def save(figure: Figure, *paths: Path) -> None:
         aside = path.with_name(f".{path.name}.part{path.suffix}")
         figure.savefig(aside, metadata=metadata[path.suffix], bbox_inches="tight", pad_inches=0.04)
         aside.replace(path)
-    plt.close(figure)
