@@ -7,6 +7,7 @@
 include: "workflow/rules/common.smk"
 include: "workflow/rules/ingest.smk"
 include: "workflow/rules/curate.smk"
+include: "workflow/rules/quality.smk"
 include: "workflow/rules/fit.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
@@ -17,6 +18,8 @@ rule all:
     default_target: True
     input:
         rules.summary.output,
+        rules.coverage.output,
+        rules.refused.output,
         rules.figures.input,
 
 

@@ -10,6 +10,7 @@ from matplotlib.colors import to_hex
 
 from campaigns import Campaign, printed
 from oilfilm import tables
+from oilfilm.curation.coverage import coverage
 from oilfilm.figures import FIGURES, Results, style
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.traction.deng2026 import traction_coefficient
@@ -18,10 +19,11 @@ from oilfilm.traction.deng2026 import traction_coefficient
 @pytest.fixture(scope="module")
 def results(demo: Campaign) -> Results:
     fits = [demo.fit(oil, bootstrap=20, searches=2)[0] for oil in demo.config["oils"]]
-    return Results(demo.curated.points, demo.curated.runs, pd.concat(fits))
+    covered = coverage(demo.curated.runs, demo.config)
+    return Results(demo.curated.points, demo.curated.runs, pd.concat(fits), covered)
 
 
-@pytest.mark.parametrize("name", ["fig02", "fig03", "eqs11-13"])
+@pytest.mark.parametrize("name", ["fig02", "fig03", "eqs11-13", "coverage"])
 def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
     results: Results, config: dict[str, Any], name: str
 ) -> None:
@@ -91,7 +93,7 @@ def test_figure_without_any_accepted_point_says_so(
 ) -> None:
     refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
     fits = [fit_oil(refused, oil, None, config)[0] for oil in config["oils"]]
-    results = Results(refused, demo.curated.runs, pd.concat(fits))
+    results = Results(refused, demo.curated.runs, pd.concat(fits), tables.empty("coverage"))
     figure, drawn = FIGURES[name].draw(results, config)
     tables.conform(drawn, FIGURES[name].table, name)
     if name != "eqs11-13":
@@ -101,7 +103,8 @@ def test_figure_without_any_accepted_point_says_so(
 
 def test_real_curves_are_called_measured(etm: Campaign) -> None:
     coefficients, _ = etm.fit("unrecorded-oil", bootstrap=20, searches=2)
-    results = Results(etm.curated.points, etm.curated.runs, coefficients)
+    covered = coverage(etm.curated.runs, etm.config)
+    results = Results(etm.curated.points, etm.curated.runs, coefficients, covered)
     figure, drawn = FIGURES["curves"].draw(results, etm.config)
     assert "Measured data" in " ".join(text.get_text() for text in figure.texts)
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
@@ -130,7 +133,7 @@ def test_campaign_without_set_points_says_that_nothing_can_be_shown(
 ) -> None:
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
     unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan)
-    bare = Results(results.points, unset, results.coefficients)
+    bare = Results(results.points, unset, results.coefficients, results.coverage)
     figure, drawn = FIGURES["fig03"].draw(bare, {**config, "campaign": campaign})
     assert drawn.empty
     assert "no accepted point" in figure.axes[0].texts[0].get_text()

@@ -125,5 +125,5 @@ def test_printed_magnitudes_are_the_papers() -> None:
 
 
 def test_missing_reference_file_is_told() -> None:
-    with pytest.raises(OilfilmError, match="cannot be read"):
+    with pytest.raises(OilfilmError, match="there is no such file"):
         printed_constants(ROOT / "data/reference/nothing.yaml")

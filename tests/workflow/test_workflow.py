@@ -76,7 +76,7 @@ def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
     place: Path, finished: str
 ) -> None:
     folder = place / "results/small/tables"
-    for name in ("runs", "points", "quarantine", "coefficients", "fit_quality"):
+    for name in ("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"):
         path = folder / f"{name}.parquet"
         frame = tables.read(name, path)
         assert len(frame) > 0
@@ -86,6 +86,10 @@ def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
     runs = tables.read("runs", folder / "runs.parquet")
     refused = runs.loc[runs["verdict"] == "refused", "reason"].str.partition(":")[0]
     assert sorted(refused) == ["swapped_sign", "truncated"]
+    pages = tables.read("refused_pages", place / "results/small/refused/index.parquet")
+    assert all(
+        (place / "results/small/refused" / page).stat().st_size > 1000 for page in pages["page"]
+    )
 
 
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:
@@ -114,7 +118,12 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
     before = module.read_text(encoding="utf-8")
     try:
         module.write_text(before + "\n# touched\n", encoding="utf-8")
-        assert planned(snakemake("-n", "--config", "campaign=small")) == {"figure", "all", "total"}
+        assert planned(snakemake("-n", "--config", "campaign=small")) == {
+            "figure",
+            "refused",
+            "all",
+            "total",
+        }
     finally:
         module.write_text(before, encoding="utf-8")
 

@@ -6,12 +6,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.curation.coverage import describe_condition, planned_states
+
+# Missing conditions that are named; the table coverage has them all.
+_NAMED = 3
+
 
 def summarise(
     *,
     runs: pd.DataFrame,
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
+    coverage: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     campaign: Mapping[str, Any],
@@ -27,6 +33,7 @@ def summarise(
         f"  points  {points['accepted'].sum()} accepted of {len(points)}",
         f"  samples {runs['samples'].sum()} rows; "
         f"{quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
+        *_covered(coverage),
         *_unjudged(points, campaign),
         *_stand_ins(oils),
         *_without_set_points(runs),
@@ -36,8 +43,35 @@ def summarise(
         "",
         f"Tables:  results/{name}/tables (start with quarantine.parquet and fit_quality.parquet)",
         f"Figures: results/{name}/figures",
+        *_pages(quarantine, name),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _covered(coverage: pd.DataFrame) -> list[str]:
+    """How much of the matrix is there, or of what was tested where none is given."""
+    matrix = coverage["planned"].any()
+    conditions = planned_states(coverage) if matrix else coverage
+    counts = conditions["state"].value_counts().reindex(["accepted", "refused", "missing"])
+    accepted, refused, lost = counts.fillna(0).astype(int)
+    line = f"  coverage {accepted} of {len(conditions)} conditions "
+    if not matrix:
+        return [line + "tested accepted (no matrix is given, so that none can be missing)"]
+    line += f"of the matrix accepted, {refused} refused; missing: {lost or 'none'}"
+    missing = conditions[conditions["state"] == "missing"].to_dict("records")
+    lines = [f"    {row['oil']}: {describe_condition(row)}" for row in missing[:_NAMED]]
+    if lost > _NAMED:
+        lines.append(f"    and {lost - _NAMED} more (coverage.parquet)")
+    outside = (~coverage["planned"]).sum()
+    if outside:
+        line += f"; outside it: {outside} tested"
+    return [line, *lines]
+
+
+def _pages(quarantine: pd.DataFrame, name: str) -> list[str]:
+    if not (quarantine["stage"] == "curate").any():
+        return []
+    return [f"Refused: results/{name}/refused (a page a run; index.parquet lists them)"]
 
 
 def _unjudged(points: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:

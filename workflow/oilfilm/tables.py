@@ -6,7 +6,7 @@ file, beside the schema version and the provenance.
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -210,6 +210,82 @@ class Quarantine(_Table):
     advice: Series[str] = _text("what to do about it")
 
 
+class Coverage(_Table):
+    """One operating condition of one oil on one rig: what was planned, and what came of it.
+
+    Files that cannot be read at all have no condition: they stand in `gate_counts` alone.
+    """
+
+    oil: Series[str] = _text("oil as named in config/oils")
+    rig: Series[str] = _text(
+        "rig; empty where the condition is missing and any of several would do"
+    )
+    nominal_max_hertz_pressure_gpa: Series[float] = _number(
+        "set point, by Hertz where the log gives a load; null where neither gives it",
+        at_least=0,
+        gaps=True,
+    )
+    nominal_load_n: Series[float] = _number(
+        "set point where no pressure can be given; else null", at_least=0, gaps=True
+    )
+    nominal_entrainment_speed_m_s: Series[float] = _number("set point", at_least=0, gaps=True)
+    nominal_inlet_temperature_c: Series[float] = _number(
+        "set point", at_least=ABSOLUTE_ZERO_C, gaps=True
+    )
+    runs_accepted: Series[np.int64] = _count("runs with at least one accepted point")
+    runs_refused: Series[np.int64] = _count("runs with none")
+    points_accepted: Series[np.int64] = _count("points that passed every gate")
+    points_refused: Series[np.int64] = _count("points that did not, those of refused runs included")
+    state: Series[str] = _text(
+        "accepted: at least one run is; refused: none of its runs is; missing: no run at all",
+        one_of=("accepted", "refused", "missing"),
+    )
+    planned: Series[bool] = _flag("true where the campaign's matrix has the condition")
+
+
+class GateCounts(_Table):
+    """One gate or rule and how much it refused. A point counts at each gate that refused it."""
+
+    stage: Series[str] = _text("stage that refused", one_of=("ingest", "curate"))
+    gate: Series[str] = _text("name of the rule or gate")
+    what: Series[str] = _text(
+        "what it judges: a whole file, a run, a point or rows",
+        one_of=("file", "run", "point", "rows"),
+    )
+    files: Series[np.int64] = _count("logs concerned")
+    runs: Series[np.int64] = _count("runs concerned, wholly or in part")
+    runs_refused: Series[np.int64] = _count("runs refused as a whole by it")
+    points: Series[np.int64] = _count("points that name it among their reasons")
+    rows: Series[np.int64] = _count("rows kept out of samples because of it")
+    advice: Series[str] = _text("what to do about it")
+
+
+class RefusedPages(_Table):
+    """One run, step or file that was refused, where its page is and which place is marked."""
+
+    run_id: Series[str] = _text(
+        "run, or step that gave none; empty where a whole file could not be read"
+    )
+    file: Series[str] = _text("raw log, relative to the campaign's raw folder")
+    oil: Series[str] = _text("oil; empty where there is no run")
+    page: Series[str] = _text(
+        "picture beside this table; empty where there is no signal to show, or where the page is "
+        "beyond refused_pages_max"
+    )
+    rule: Series[str] = _text("name of the rule or gate")
+    place: Series[str] = _text(
+        "what is marked: the rows that the rule names, the plateaus that fail gates of their own "
+        "where it names none, else the whole run; empty where there is no page",
+        one_of=("rows", "plateaus", "whole run", ""),
+    )
+    first_row: Series[np.int64] = _count(
+        "first data row marked; 0 where it is the whole run, or where there is no page"
+    )
+    last_row: Series[np.int64] = _count("last data row marked")
+    reason: Series[str] = _text("what was found and what was expected")
+    advice: Series[str] = _text("what to do about it")
+
+
 class Coefficients(_Table):
     """One constant of one traction law for one oil."""
 
@@ -313,16 +389,39 @@ class Curves(_Table):
     traction_coefficient_se: Series[float] = _number("half length of the error bar", gaps=True)
 
 
+class CoverageMap(_Table):
+    """Exactly what the coverage map draws: a row a cell, all rigs together."""
+
+    panel: Series[str] = _text("number of the panel, in reading order")
+    oil: Series[str] = _text("oil")
+    nominal_inlet_temperature_c: Series[float] = _number(
+        "set point of the panel", at_least=ABSOLUTE_ZERO_C, gaps=True
+    )
+    nominal_entrainment_speed_m_s: Series[float] = _number("abscissa", at_least=0, gaps=True)
+    nominal_max_hertz_pressure_gpa: Series[float] = _number("ordinate", at_least=0, gaps=True)
+    nominal_load_n: Series[float] = _number("ordinate without pressure", at_least=0, gaps=True)
+    runs_accepted: Series[np.int64] = _count("first number of the cell")
+    runs: Series[np.int64] = _count("second number of the cell: all runs")
+    state: Series[str] = _text(
+        "symbol and colour of the cell", one_of=("accepted", "refused", "missing")
+    )
+    planned: Series[bool] = _flag("false: drawn with a broken edge, if there is a matrix")
+
+
 TABLES: dict[str, type[_Table]] = {
     "samples": Samples,
     "runs": Runs,
     "points": Points,
     "quarantine": Quarantine,
+    "coverage": Coverage,
+    "gate_counts": GateCounts,
+    "refused_pages": RefusedPages,
     "coefficients": Coefficients,
     "fit_quality": FitQuality,
     "truth": Truth,
     "coefficient_table": CoefficientTable,
     "curves": Curves,
+    "coverage_map": CoverageMap,
 }
 
 
@@ -335,6 +434,10 @@ def _verdict_agrees_with_reasons(frame: pd.DataFrame) -> str:
     return f"{wrong.sum()} points are accepted with a reason or refused without" * bool(wrong.any())
 
 
+def _pages_are_unique(frame: pd.DataFrame) -> str:
+    return _repeated(frame[frame["page"] != ""], ["page"])
+
+
 def _repeated(frame: pd.DataFrame, key: list[str]) -> str:
     repeated = frame[frame.duplicated(key)]
     if repeated.empty:
@@ -343,10 +446,15 @@ def _repeated(frame: pd.DataFrame, key: list[str]) -> str:
     return f"{len(repeated)} rows repeat {' + '.join(key)}, the first at {first}"
 
 
+_SET_POINTS = tuple(name for name in Coverage.to_schema().columns if name.startswith("nominal_"))
+
 # Checks over several columns; each returns a complaint or an empty text.
 _CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
     "runs": (lambda frame: _repeated(frame, ["run_id"]),),
     "points": (_curve_rows_are_unique, _verdict_agrees_with_reasons),
+    "coverage": (lambda frame: _repeated(frame, ["oil", "rig", *_SET_POINTS]),),
+    "gate_counts": (lambda frame: _repeated(frame, ["stage", "gate", "what"]),),
+    "refused_pages": (_pages_are_unique,),
     "coefficients": (lambda frame: _repeated(frame, ["oil", "law", "constant"]),),
     "fit_quality": (lambda frame: _repeated(frame, ["oil", "law"]),),
 }
@@ -457,6 +565,28 @@ def read(table: str, *paths: Path) -> pd.DataFrame:
 
 
 def _read_part(table: str, path: Path) -> arrow.Table:
+    _check_footer(table, path)
+    # not as part of a partitioned set: the folder `oil=...` would add a column
+    return parquet.read_table(path, partitioning=None).replace_schema_metadata(None)
+
+
+def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
+    """Only the rows of one run, from the files among which they are.
+
+    Raises:
+        OilfilmError: As `read`.
+    """
+    for path in paths:
+        _check_footer(table, path)
+    # what is not of the run never leaves Arrow, and row groups without it are not even read
+    wanted = [("run_id", "==", run_id)]
+    content = arrow.concat_tables(
+        [parquet.read_table(path, filters=wanted, partitioning=None) for path in paths]
+    )
+    return conform(content.to_pandas(), table, f"run {run_id}")
+
+
+def _check_footer(table: str, path: Path) -> None:
     footer = read_footer(path)
     if footer.get("table") != table or footer.get("schema_version") != SCHEMA_VERSION:
         raise OilfilmError(
@@ -464,9 +594,6 @@ def _read_part(table: str, path: Path) -> arrow.Table:
             f"{footer.get('schema_version')!r}; expected {table!r}, version {SCHEMA_VERSION}. "
             "Delete it and run snakemake again."
         )
-    # by its file object: a path below `oil=...` would add a column
-    with path.open("rb") as file:
-        return parquet.read_table(file).replace_schema_metadata(None)
 
 
 def read_footer(path: Path) -> dict[str, Any]:

@@ -4,6 +4,7 @@ rule figure:
         points=rules.collect.output.points,
         runs=rules.collect.output.runs,
         coefficients=rules.fits.output.coefficients,
+        coverage=rules.coverage.output.coverage,
     output:
         png="<figures>/{figure}.png",
         svg="<figures>/{figure}.svg",

@@ -4,6 +4,7 @@ rule summary:
         runs=rules.collect.output.runs,
         points=rules.collect.output.points,
         quarantine=rules.collect.output.quarantine,
+        coverage=rules.coverage.output.coverage,
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.quality,
     output:

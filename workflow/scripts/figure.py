@@ -12,6 +12,7 @@ with job(snakemake) as provenance:
         tables.read("points", Path(found.points)),
         tables.read("runs", Path(found.runs)),
         tables.read("coefficients", Path(found.coefficients)),
+        tables.read("coverage", Path(found.coverage)),
     )
     drawing = FIGURES[snakemake.wildcards.figure]
     figure, drawn = drawing.draw(results, snakemake.params.config)

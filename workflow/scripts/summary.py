@@ -12,6 +12,7 @@ with job(snakemake) as provenance:
         runs=tables.read("runs", Path(found.runs)),
         points=tables.read("points", Path(found.points)),
         quarantine=tables.read("quarantine", Path(found.quarantine)),
+        coverage=tables.read("coverage", Path(found.coverage)),
         coefficients=tables.read("coefficients", Path(found.coefficients)),
         quality=tables.read("fit_quality", Path(found.quality)),
         campaign=snakemake.params.config["campaign"],

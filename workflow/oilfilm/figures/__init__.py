@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm.figures.coefficients import eqs11_13
+from oilfilm.figures.coverage_map import coverage_map
 from oilfilm.figures.traction_curves import Results, curves, fig02, fig03
 
 
@@ -24,4 +25,5 @@ FIGURES = {
     "fig03": Drawing(fig03, "curves"),
     "curves": Drawing(curves, "curves"),
     "eqs11-13": Drawing(eqs11_13, "coefficient_table"),
+    "coverage": Drawing(coverage_map, "coverage_map"),
 }

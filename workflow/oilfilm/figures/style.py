@@ -5,13 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-
-mpl.use("agg")
-
-import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, get_font
 
 SINGLE_COLUMN_IN = 85 / 25.4
 DOUBLE_COLUMN_IN = 170 / 25.4
@@ -19,6 +16,9 @@ DOUBLE_COLUMN_IN = 170 / 25.4
 # Okabe and Ito's colours, which stay apart for every kind of colour vision.
 _PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P")
+# What became of something: colour and symbol together, so that print in grey tells it as well.
+STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
+STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
 
 _SETTINGS: Any = {
     "font.size": 8,
@@ -69,9 +69,9 @@ _LINE_IN = 0.11
 
 def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
     """A figure with a grid of panels that share their axes; panels in reading order."""
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(width_in, height_in), sharex=True, sharey=True, squeeze=False
-    )
+    # not by pyplot, which would keep every figure open
+    figure = Figure(figsize=(width_in, height_in))
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     return figure, list(axes.flat)
 
 
@@ -104,11 +104,31 @@ def say_key(figure: Figure, words: str) -> None:
     figure.text(0.005, 1.002, words, ha="left", va="bottom", fontsize=6, color="#555555")
 
 
-def save(figure: Figure, png: Path, svg: Path) -> None:
-    """Write a figure as PNG and SVG, the same bytes each time, whole or not at all."""
-    for path, metadata in ((png, {"Software": None}), (svg, {"Date": None})):
+def tint(colour: str, share: float) -> tuple[float, float, float]:
+    """White with a share of a colour in it."""
+    red, green, blue = (1 - share * (1 - part) for part in to_rgb(colour))
+    return red, green, blue
+
+
+def plain(text: str) -> str:
+    """Text of a log that can be drawn as it stands: what the font lacks is written as its code.
+
+    To be drawn with `parse_math=False`, or `$` would begin a formula.
+    """
+    font = get_font(findfont(_SETTINGS["font.family"]))
+    return "".join(
+        letter
+        if letter.isprintable() and font.get_char_index(ord(letter))
+        else letter.encode("unicode_escape").decode("ascii")
+        for letter in text
+    )
+
+
+def save(figure: Figure, *paths: Path) -> None:
+    """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
+    metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
+    for path in paths:
         path.parent.mkdir(parents=True, exist_ok=True)
         aside = path.with_name(f".{path.name}.part{path.suffix}")
-        figure.savefig(aside, metadata=metadata, bbox_inches="tight", pad_inches=0.04)
+        figure.savefig(aside, metadata=metadata[path.suffix], bbox_inches="tight", pad_inches=0.04)
         aside.replace(path)
-    plt.close(figure)

@@ -25,6 +25,7 @@ class Results:
     points: pd.DataFrame
     runs: pd.DataFrame
     coefficients: pd.DataFrame
+    coverage: pd.DataFrame
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,212 @@
+"""What a campaign covers: each operating condition with what came of it, each gate's counts."""
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.contact import max_hertz_pressure
+from oilfilm.curation.gates import POINT_GATES, advice_for
+from oilfilm.rigs import contact_of
+from oilfilm.units import PA_PER_GPA
+
+SET_POINTS = (
+    "nominal_max_hertz_pressure_gpa",
+    "nominal_load_n",
+    "nominal_entrainment_speed_m_s",
+    "nominal_inlet_temperature_c",
+)
+# Set points are written with three digits or more, temperatures to a degree; so far may two notes
+# of one set point be apart: half a unit of the last digit, at most 0.5 % (of 1.00).
+_SAME_RELATIVE = 0.005
+_SAME_TEMPERATURE_C = 0.5
+
+_COUNTS = ("runs_accepted", "runs_refused", "points_accepted", "points_refused")
+
+
+def coverage(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+    """Table of coverage: every condition that was tested or is in the campaign's matrix.
+
+    The matrix is planned for each oil of the campaign, on whichever of its rigs. Without a matrix
+    nothing is planned and nothing can be missing. Runs that state no set points share rows with
+    null conditions.
+
+    Args:
+        runs: Table of runs with their verdicts.
+        config: The resolved configuration.
+    """
+    planned = _planned(config)
+    tested = _counted(_with_levels(_with_pressure(runs, config["rigs"]), planned))
+    known = set(_keys(tested))
+    rigs = config["campaign"]["rigs"]
+    missing = planned[[key not in known for key in _keys(planned)]].assign(
+        rig=rigs[0] if len(rigs) == 1 else "", **dict.fromkeys(_COUNTS, 0)
+    )
+    # an empty part would decide the types of the whole
+    parts = [part for part in (tested, missing) if len(part)]
+    if not parts:
+        return tables.empty("coverage")
+    whole = pd.concat(parts, ignore_index=True)
+    wanted = set(_keys(planned))
+    whole = whole.assign(
+        state=np.select(
+            [whole["runs_accepted"] > 0, whole["runs_refused"] > 0],
+            ["accepted", "refused"],
+            "missing",
+        ),
+        planned=[key in wanted for key in _keys(whole)],
+    ).sort_values(["oil", "rig", *SET_POINTS])
+    return tables.conform(whole[tables.columns("coverage")], "coverage", "coverage")
+
+
+def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
+    """One row a planned condition, all rigs together: oil, set points and the best state."""
+    best_first = {"accepted": 0, "refused": 1, "missing": 2}
+    planned = coverage[coverage["planned"]].sort_values(
+        "state", key=lambda states: states.map(best_first), kind="stable"
+    )
+    return planned.drop_duplicates(["oil", *SET_POINTS]).sort_index()
+
+
+def describe_condition(condition: Mapping[Any, Any]) -> str:
+    """A condition in words, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
+    names = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
+    values = [condition[name] for name in SET_POINTS]
+    words = [
+        name.format(value)
+        for name, value in zip(names, values, strict=True)
+        if not math.isnan(value)
+    ]
+    return ", ".join(words) or "no set points"
+
+
+def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
+    """Table of gate counts: how many files, runs, points and rows each gate or rule refused.
+
+    Args:
+        runs: Table of runs with their verdicts.
+        points: Table of points with their reasons.
+        quarantine: Table of what was refused.
+    """
+    found = pd.concat([_from_quarantine(quarantine), _from_points(points, runs)])
+    if found.empty:
+        return tables.empty("gate_counts")
+    rows = [
+        {
+            "stage": stage,
+            "gate": gate,
+            "what": what,
+            "files": of_gate["file"].nunique(),
+            "runs": of_gate.loc[of_gate["run_id"] != "", "run_id"].nunique(),
+            "runs_refused": of_gate["runs_refused"].sum(),
+            "points": of_gate["points"].sum(),
+            "rows": of_gate["refused_rows"].sum(),
+            "advice": of_gate["advice"].iloc[0],
+        }
+        for (stage, gate, what), of_gate in found.groupby(["stage", "rule", "what"])
+    ]
+    return tables.from_rows(rows, "gate_counts")
+
+
+def _planned(config: Mapping[str, Any]) -> pd.DataFrame:
+    """Conditions of the matrix, for each oil."""
+    matrix = config["campaign"].get("matrix")
+    levels = (
+        itertools.product(
+            config["oils"],
+            matrix["max_hertz_pressure_gpa"],
+            [math.nan],
+            matrix["entrainment_speed_m_s"],
+            matrix["inlet_temperature_c"],
+        )
+        if matrix
+        else []
+    )
+    planned = pd.DataFrame(levels, columns=["oil", *SET_POINTS])
+    return planned.astype(dict.fromkeys(SET_POINTS, float))
+
+
+def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFrame:
+    """Runs with a nominal pressure wherever set points and rig give one, else with the load."""
+    pressure = runs["nominal_max_hertz_pressure_gpa"].copy()
+    for name, rig in rigs.items():
+        contact = contact_of(rig)
+        rows = (runs["rig"] == name) & pressure.isna() & (runs["nominal_load_n"] > 0)
+        if contact is not None and rows.any():
+            load_n = runs.loc[rows, "nominal_load_n"].to_numpy()
+            pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
+            pressure[rows] = pressure_pa / PA_PER_GPA
+    load = runs["nominal_load_n"].where(pressure.isna())
+    return runs.assign(nominal_max_hertz_pressure_gpa=pressure, nominal_load_n=load)
+
+
+def _with_levels(runs: pd.DataFrame, planned: pd.DataFrame) -> pd.DataFrame:
+    """Runs with each set point moved to the level that it is a note of."""
+    return runs.assign(**{name: _levels(runs[name], planned[name].dropna()) for name in SET_POINTS})
+
+
+def _levels(values: "pd.Series[float]", planned: "pd.Series[float]") -> "pd.Series[float]":
+    """Each value's level: the nearest planned one, or else the first of those near each other."""
+    relative = values.name != "nominal_inlet_temperature_c"
+    levels = sorted(set(planned))
+    for value in sorted(set(values.dropna())):
+        allowed = _SAME_RELATIVE * value if relative else _SAME_TEMPERATURE_C
+        # a level that is met exactly is no less near for rounding in the last bit
+        if not levels or np.abs(np.array(levels) - value).min() > allowed * (1 + 1e-9):
+            levels.append(value)
+    known = np.array(levels)
+    return values.map(
+        {value: known[np.abs(known - value).argmin()] for value in set(values.dropna())}
+    ).astype(float)
+
+
+def _counted(runs: pd.DataFrame) -> pd.DataFrame:
+    accepted = runs["verdict"] == "accepted"
+    counts = runs.assign(
+        runs_accepted=accepted.astype(int),
+        runs_refused=(~accepted).astype(int),
+        points_accepted=runs["accepted_points"],
+        points_refused=runs["plateaus"] - runs["accepted_points"],
+    )
+    key = ["oil", "rig", *SET_POINTS]
+    return counts.groupby(key, dropna=False)[list(_COUNTS)].sum().reset_index()
+
+
+def _keys(frame: pd.DataFrame) -> Iterable[tuple[Any, ...]]:
+    """Oil and condition of each row, to be compared: NaN would differ from itself."""
+    names = ["oil", *SET_POINTS]
+    return [
+        tuple(None if pd.isna(value) else value for value in row)
+        for row in frame[names].itertuples(index=False, name=None)
+    ]
+
+
+def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:
+    names = {gate.name for gate in POINT_GATES}
+    whole_runs = quarantine["stage"] == "curate"
+    what = np.select(
+        [quarantine["rule"].isin(names), whole_runs, quarantine["run_id"] == ""],
+        ["point", "run", "file"],
+        "rows",
+    )
+    return quarantine.assign(what=what, runs_refused=whole_runs.astype(int), points=0)
+
+
+def _from_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """One row a gate and run whose points it refused."""
+    refused = points.loc[~points["accepted"], ["run_id", "reasons"]]
+    named = refused.assign(rule=refused["reasons"].str.split(";")).explode("rule")
+    counts = named.groupby(["run_id", "rule"], as_index=False).size()
+    names = {gate.name for gate in POINT_GATES}
+    return counts.rename(columns={"size": "points"}).assign(
+        file=counts["run_id"].map(runs.set_index("run_id")["file"]),
+        stage="curate",
+        what=np.where(counts["rule"].isin(names), "point", "run"),
+        refused_rows=0,
+        runs_refused=0,
+        advice=[advice_for(rule) for rule in counts["rule"]],
+    )
