@@ -28,4 +28,6 @@ onsuccess:
 
 
 onerror:
-    print_summary()
+    print(
+        f"The run did not end. What stopped it stands above and in results/{CAMPAIGN['name']}/logs."
+    )

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from campaigns import ROOT, Campaign, carry_through, printed
 from oilfilm import tables
+from oilfilm.cli import check_logs
 from oilfilm.config import resolve
 from oilfilm.curation import statistics
 from oilfilm.curation.curate import collect, curate, gate_limits
@@ -366,6 +367,7 @@ GOOD_POINT = {
     "run_id": "run",
     "n_samples": 50,
     "n_spikes": 0,
+    "duration_s": 1.2,
     "slip_change": 0.0,
     "traction_change": 0.0,
     "slip_transient": 0.0,
@@ -398,6 +400,8 @@ GOOD_POINT = {
         ({"traction_change": 0.0016}, "not_steady"),
         ({"slip_transient": 0.0031}, "transient_not_ended"),
         ({"traction_transient": -0.0016}, "transient_not_ended"),
+        ({"duration_s": 0.98}, "too_short"),
+        ({"duration_s": np.nan}, None),
         ({"n_spikes": 2}, None),
         ({"n_spikes": 3}, "spiky"),
         ({"force_asymmetry": 0.26}, "force_not_reversed"),
@@ -581,3 +585,73 @@ def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
 def test_every_gate_says_what_to_do() -> None:
     for gate in (*RUN_GATES, *POINT_GATES):
         assert len(advice_for(gate.name)) > 20
+
+
+# --- logs that once stopped a whole campaign -----------------------------------------------------
+
+
+def spoiled_log(demo: Campaign, spoil: Any) -> bytes:
+    """A clean log of the demonstration with some cells of its rows changed."""
+    head, names, *rows = (demo.folder / "4102_P1.25_U25_T070.csv").read_text().partition("time_s")
+    lines = "".join(rows).split("\n")
+    table = [line.split(",") for line in lines[1:-1]]
+    spoil(table)
+    text = "\n".join([head + names + lines[0], *(",".join(row) for row in table), ""])
+    return text.encode()
+
+
+def broken_thermocouple(table: list[list[str]]) -> None:
+    for row in table:
+        row[5] = "-200.0"
+
+
+def standstill(rows: slice) -> Any:
+    def spoil(table: list[list[str]]) -> None:
+        for row in table[rows]:
+            row[3] = row[4] = "0.0"
+
+    return spoil
+
+
+def without_load(table: list[list[str]]) -> None:
+    for row in table:
+        row[1] = "1e-320"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "verdict"),
+    [
+        (broken_thermocouple, "refused"),
+        (without_load, "refused"),
+        (standstill(slice(-1, None)), "accepted"),
+        (standstill(slice(0, 1)), "accepted"),
+        (standstill(slice(None)), "refused"),
+    ],
+)
+def test_absurd_log_is_one_refused_run_and_no_more(
+    demo: Campaign, config: dict[str, Any], spoil: Any, verdict: str
+) -> None:
+    judged = check_logs([("log.csv", spoiled_log(demo, spoil))], config)
+    assert judged.runs["verdict"].tolist() == [verdict]
+    tables.conform(judged.points, "points", "points")
+
+
+def test_level_that_ends_before_it_settled_is_a_refused_point(
+    demo: Campaign, config: dict[str, Any]
+) -> None:
+    def shorten(table: list[list[str]]) -> None:
+        # they lie within one level of 2.4 s at 50 Hz
+        del table[680:750]
+
+    points = check_logs([("log.csv", spoiled_log(demo, shorten))], config).points
+    assert len(points) == 31
+    assert points["reasons"].str.contains("too_short").sum() == 1
+
+
+@pytest.mark.parametrize("seconds", [0.9, 1.3])
+def test_short_rolling_phase_gives_no_zero(config_curation: dict[str, Any], seconds: float) -> None:
+    time_s, slip = staircase([0.0, 0.05, 0.1, 0.0], 4.0, 0.0, 0)
+    kept = time_s >= 4.0 - seconds
+    measured = measure_continuous(rig_log(slip[kept], slip[kept], time_s[kept]), config_curation)
+    short = measured.flaw is not None and "opening phase" in measured.flaw.reason
+    assert short == (seconds < config_curation["zero_reference"]["min_duration_s"])

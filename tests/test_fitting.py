@@ -288,3 +288,20 @@ def test_calibration_errors_reach_the_constants_as_the_equation_says(demo: Campa
 def test_unknown_calibration_gives_no_systematic_error(etm: Campaign) -> None:
     table = etm.fit("unrecorded-oil", bootstrap=2)[0]
     assert table["systematic_standard_error"].isna().all()
+
+
+@pytest.mark.parametrize(
+    "conditions",
+    [
+        [(1.0, 25, 25), (1.25, 30, 70), (1.5, 40, 120)],  # fewer curves than exponents + 1
+        [(p, u, 100 * p - 40) for p in (1.0, 1.1, 1.2, 1.3, 1.4, 1.5) for u in (25, 40)],
+    ],
+)
+def test_conditions_that_vary_together_give_no_exponents(
+    quick: dict[str, Any], conditions: list[tuple[float, float, float]]
+) -> None:
+    table = fit_oil(make_points("4102", conditions, 1e-5), "4102", None, quick)[0]
+    table = table.set_index("constant")
+    confounded = [f"{letter}{index}" for letter in "ABC" for index in (1, 3)]
+    assert not table.loc[confounded, "identifiable"].any()
+    assert table.loc[confounded, "value"].isna().all()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from oilfilm.errors import OilfilmError
-from oilfilm.raw_files import raw_files, shard_of
+from oilfilm.raw_files import raw_files, refuse_strangers, remove_others, shard_of
 
 
 def test_logs_are_found_in_subfolders_and_notes_are_not_logs(tmp_path: Path) -> None:
@@ -34,3 +34,30 @@ def test_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
 def test_share_of_a_log_does_not_depend_on_the_other_logs() -> None:
     # CRC-32 of "123456789" is 0xCBF43926, the check value of the standard
     assert shard_of("123456789", 1000) == 0xCBF43926 % 1000
+
+
+def test_link_to_a_folder_is_refused_not_skipped(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "a.csv").write_text("x")
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "raw" / "more").symlink_to(tmp_path / "logs")
+    with pytest.raises(OilfilmError, match="link to a folder"):
+        raw_files(tmp_path / "raw")
+
+
+def test_twin_refuses_a_folder_with_logs_of_somebody_else(tmp_path: Path) -> None:
+    refuse_strangers(tmp_path / "nothing", ["a.csv"])
+    (tmp_path / "a.csv").write_text("x")
+    refuse_strangers(tmp_path, ["a.csv", "b.csv"])
+    (tmp_path / "mine.csv").write_text("x")
+    with pytest.raises(OilfilmError, match=r"mine\.csv"):
+        refuse_strangers(tmp_path, ["a.csv"])
+
+
+def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
+    parts = [tmp_path / f"oil=x/part-{share}.parquet" for share in range(3)]
+    parts[0].parent.mkdir()
+    for part in parts:
+        part.write_text("")
+    remove_others(parts[:1])
+    assert [part.exists() for part in parts] == [True, False, False]

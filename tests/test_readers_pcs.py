@@ -165,3 +165,15 @@ def test_export_in_a_campaign_of_several_oils_is_refused(config: dict[str, Any])
     reading = read(export(GOOD), config)
     assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
     assert reading.refusals[0].refused_rows == 1
+
+
+def test_row_cut_in_the_middle_of_a_file_is_counted_and_refused(pcs_config: dict[str, Any]) -> None:
+    reading = read(export(GOOD, "\t".join(GOOD.split("\t")[:2]), GOOD), pcs_config)
+    assert reading.rows == 3
+    assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
+
+
+def test_degree_sign_of_western_windows_is_understood(pcs_config: dict[str, Any]) -> None:
+    content = export(GOOD).decode().replace("Lube RTD Temp (degC)", "Lube Temp (°C)")
+    (run,) = read(content.encode("cp1252"), pcs_config).runs
+    assert np.isfinite(run.samples["inlet_temperature_c"]).all()

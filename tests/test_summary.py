@@ -16,6 +16,8 @@ def text_of(campaign: Campaign, oil: str) -> str:
         quality=quality,
         campaign=campaign.config["campaign"],
         oils=campaign.config["oils"],
+        film=campaign.config["film"],
+        gates=campaign.config["gates"],
     )
 
 

@@ -55,7 +55,7 @@ def test_bytes_do_not_depend_on_when_they_are_written(
         ("load_n", np.inf, ["'load_n'", "mean normal load", "inf"]),
         ("film_judgement", "thick", ["'film_judgement'", "thick"]),
         ("lambda_ratio", -1.0, ["'lambda_ratio'", "-1"]),
-        ("slide_roll_ratio", np.nan, ["'slide_roll_ratio'", "nan"]),
+        ("entrainment_speed_m_s", np.nan, ["'entrainment_speed_m_s'", "nan"]),
         ("n_samples", "many", ["'n_samples'", "many"]),
     ],
 )

@@ -1,8 +1,9 @@
 """Conversions at the edges."""
 
 import numpy as np
+import pytest
 
-from oilfilm.units import rpm_to_surface_speed, surface_speed_to_rpm
+from oilfilm.units import conversion, rpm_to_surface_speed, surface_speed_to_rpm
 
 
 def test_paper_speeds_of_ball_and_disc_spindles() -> None:
@@ -14,3 +15,8 @@ def test_conversion_round_trips() -> None:
     speed = np.array([0.0, 0.025, 200.0])
     back = rpm_to_surface_speed(surface_speed_to_rpm(speed, 0.04), 0.04)
     np.testing.assert_allclose(back, speed, rtol=1e-15)
+
+
+@pytest.mark.parametrize("unit", ["Hz", "1/s", "s-1", "rps"])
+def test_frequency_of_a_spindle_is_revolutions_not_radians(unit: str) -> None:
+    assert conversion(unit, ("rpm", "m/s")).of(np.array([1.0])) == pytest.approx([60.0])

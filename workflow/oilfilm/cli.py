@@ -30,11 +30,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     overrides = {"campaign": given.campaign} if given.campaign else {}
     try:
         config = resolve(given.config, overrides)
-        logs = [(str(path), read_bytes(path)) for path in given.logs]
+        logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(given.logs)]
+        verdict = check_logs(logs, config)
     except OilfilmError as mistake:
         print(mistake, file=sys.stderr)
         return 2
-    verdict = check_logs(logs, config)
     print(report(verdict))
     return int(bool((verdict.runs["verdict"] == "refused").any() or verdict.runs.empty))
 

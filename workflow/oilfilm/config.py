@@ -6,7 +6,8 @@ the configuration each time it is parsed.
 
 import difflib
 import json
-from collections.abc import Hashable, Mapping
+import math
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -46,6 +47,7 @@ def load_yaml(path: Path) -> dict[str, Any]:
         loaded = yaml.constructor.SafeConstructor().construct_document(node)
     except yaml.YAMLError as error:
         raise _yaml_error(path, error) from error
+    _refuse_endless(loaded, path)
     return dict(loaded)
 
 
@@ -95,23 +97,56 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     if problem is not None:
         raise OilfilmError(f"{path} (settings) or the command line's --config: {_explain(problem)}")
     merged["campaign"] = {"name": name, **campaign}
-    merged["rigs"] = {
-        rig: _load_named(folder / "rigs", rig, "rig", path) for rig in campaign["rigs"]
-    }
-    merged["oils"] = {
-        oil: _load_named(folder / "oils", oil, "oil", path) for oil in campaign["oils"]
-    }
+    for steps, complaint in _contradictions(campaign, merged):
+        raise OilfilmError(f"{path}, line {_line_at(path, steps)}: {complaint}")
+    for kind in ("rig", "oil"):
+        line = f"{path}, line {_line_at(path, [f'{kind}s'])}"
+        merged[f"{kind}s"] = {
+            name: _load_named(folder / f"{kind}s", name, kind, line)
+            for name in campaign[f"{kind}s"]
+        }
     merged["oils"] |= {oil: None for oil in campaign.get("oils_without_properties", [])}
-    if not merged["oils"]:
-        raise OilfilmError(f"{path}: names no oil; list at least one under `oils`.")
-    drawn = merged["figures"]["fig02"]["oil"]
-    if "fig02" in campaign["figures"] and drawn not in merged["oils"]:
-        raise OilfilmError(
-            f"{path}, `figures`: fig02 shows the oil {drawn!r} (figures.fig02.oil of config.yaml), "
-            f"which is none of {', '.join(merged['oils'])}; name one under "
-            "`settings: {figures: {fig02: {oil: ...}}}`."
-        )
     return merged
+
+
+def _contradictions(
+    campaign: Mapping[str, Any], merged: Mapping[str, Any]
+) -> Iterator[tuple[list[object], str]]:
+    """What the keys of a campaign file say against each other: the key meant, and a sentence."""
+    known, unknown = campaign["oils"], campaign.get("oils_without_properties", [])
+    if not [*known, *unknown]:
+        yield ["oils"], "the campaign names no oil; list at least one under `oils`."
+    for oil in set(known) & set(unknown):
+        yield (
+            ["oils_without_properties"],
+            f"the oil {oil!r} stands under `oils` too; keep it in one of the two.",
+        )
+    drawn = merged["figures"]["fig02"]["oil"]
+    if "fig02" in campaign["figures"] and drawn not in [*known, *unknown]:
+        yield (
+            ["figures"],
+            f"fig02 shows the oil {drawn!r} (figures.fig02.oil of config.yaml), which the campaign "
+            "does not have; name one of its own under `settings: {figures: {fig02: {oil: ...}}}`.",
+        )
+    for rig in set(campaign.get("semantics_of_rig", {})) - set(campaign["rigs"]):
+        yield (
+            ["semantics_of_rig", rig],
+            f"{rig!r} is none of the campaign's rigs ({', '.join(campaign['rigs'])}).",
+        )
+    if "twin" in campaign and campaign["data"] != "simulated":
+        yield ["data"], "the rig twin makes these logs: say `data: simulated`, or drop `twin`."
+    if "twin" in campaign and "matrix" not in campaign:
+        yield ["twin"], "the rig twin needs a `matrix` of conditions."
+    gates = merged["gates"]
+    for low, high in (
+        ("slide_roll_ratio_min", "slide_roll_ratio_max"),
+        ("traction_min", "traction_max"),
+    ):
+        if gates[low] >= gates[high]:
+            yield (
+                ["settings"],
+                f"gates.{low} is {gates[low]:g}, {high} {gates[high]:g}; expected it below.",
+            )
 
 
 def merge(base: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
@@ -132,15 +167,18 @@ def _with_numbers(given: Any) -> Any:
     if not isinstance(given, str):
         return given
     value = yaml.safe_load(given)
-    return value if isinstance(value, int | float) else given
+    if not isinstance(value, int | float):
+        return given
+    _refuse_endless(value, Path("the command line's --config"))
+    return value
 
 
-def _load_named(folder: Path, name: str, schema_name: str, asked_by: Path) -> dict[str, Any]:
+def _load_named(folder: Path, name: str, schema_name: str, asked_by: str) -> dict[str, Any]:
     path = folder / f"{_safe_name(name, asked_by)}.yaml"
     if not path.is_file():
         known = ", ".join(_names_in(folder))
         raise OilfilmError(
-            f"{asked_by}, `{schema_name}s`: names {name!r}, but {path} does not exist. "
+            f"{asked_by}: `{schema_name}s` names {name!r}, but {path} does not exist. "
             f"Known: {known}. Write that file, or correct the name."
         )
     return load_checked(path, schema_name)
@@ -150,7 +188,7 @@ def _names_in(folder: Path) -> list[str]:
     return sorted(found.stem for found in folder.glob("*.yaml") if found.stem != "template")
 
 
-def _safe_name(name: object, asked_by: Path) -> str:
+def _safe_name(name: object, asked_by: object) -> str:
     """A name that becomes part of a path: one plain word, so that no path can leave its folder."""
     text = str(name)
     plain = all(letter.isalnum() or letter in "-_." for letter in text)
@@ -200,6 +238,15 @@ def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
     return OilfilmError(f"{where}: not valid YAML: {reason}.")
 
 
+def _refuse_endless(value: Any, path: Path) -> None:
+    """Numbers that compare with nothing would switch gates off."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise OilfilmError(f"{path}: found the number {value}; expected a finite one.")
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    for part in parts:
+        _refuse_endless(part, path)
+
+
 def _refuse_repeated_keys(node: yaml.Node, path: Path) -> None:
     if isinstance(node, yaml.SequenceNode):
         for item in node.value:
@@ -209,6 +256,8 @@ def _refuse_repeated_keys(node: yaml.Node, path: Path) -> None:
     seen: dict[Hashable, int] = {}
     for key, value in node.value:
         line = _line(key.start_mark)
+        if not isinstance(key, yaml.ScalarNode):
+            raise OilfilmError(f"{path}, line {line}: found a group as a key; expected one word.")
         if key.value in seen:
             raise OilfilmError(
                 f"{path}, line {line}: the key {key.value!r} stands already at line "
@@ -309,15 +358,22 @@ def _expected(problem: Any) -> str:
 
 def _line_of(path: Path, problem: Any) -> int:
     """The line of the key that the problem is about (of its group where the key is missing)."""
-    node = _compose(path)
     steps: list[object] = list(problem.absolute_path)
     if problem.validator == "additionalProperties":
         known = problem.schema.get("properties", {})
         steps.append(next(name for name in problem.instance if name not in known))
-    line = 1
+    return _line_at(path, steps)
+
+
+def _line_at(path: Path, steps: Sequence[object]) -> int:
+    """The line of a key or item of a YAML file, or of the last group on the way to it."""
+    node, line = _compose(path), 1
     for step in steps:
         if isinstance(node, yaml.MappingNode):
-            key, node = next(pair for pair in node.value if str(pair[0].value) == str(step))
+            found = [pair for pair in node.value if str(pair[0].value) == str(step)]
+            if not found:
+                return line
+            key, node = found[0]
             line = _line(key.start_mark)
         elif isinstance(node, yaml.SequenceNode):
             node = node.value[int(str(step))]

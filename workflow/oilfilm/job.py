@@ -26,6 +26,7 @@ def job(snakemake: Any) -> Iterator[dict[str, Any]]:
             "rule": snakemake.rule,
             "code": params.code,
             "settings": settings_digest(params.config)[:16],
+            **{key: params.config[key] for key in ("film", "gates") if key in params.config},
             "inputs": {str(path): input_digest(Path(path))[:16] for path in snakemake.input},
         }
     except OilfilmError as mistake:

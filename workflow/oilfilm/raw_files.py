@@ -1,6 +1,7 @@
 """Which raw logs a campaign has. Standard library only: the Snakefile asks."""
 
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
@@ -21,6 +22,8 @@ def raw_files(folder: Path) -> list[str]:
     for path in sorted(folder.rglob("*")):
         relative = path.relative_to(folder)
         hidden = any(part.startswith(".") for part in relative.parts)
+        if path.is_symlink() and path.is_dir() and not hidden:
+            raise OilfilmError(f"{path}: is a link to a folder. Copy the logs into {folder}.")
         if hidden or not path.is_file() or path.stem.upper() == "README":
             continue
         if not path.resolve().is_relative_to(inside):
@@ -31,6 +34,34 @@ def raw_files(folder: Path) -> list[str]:
     if not files:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
     return files
+
+
+def refuse_strangers(folder: Path, written: Iterable[str]) -> None:
+    """The folder that the rig twin writes anew each time must hold nothing but its logs.
+
+    Raises:
+        OilfilmError: A file there is none of those `written`.
+    """
+    strangers = {path.name for path in folder.glob("*")} - set(written)
+    strangers = {name for name in strangers if not name.startswith(".")}
+    if strangers:
+        raise OilfilmError(
+            f"{folder}: holds {sorted(strangers)[0]!r}, which the rig twin did not write and would "
+            "delete. Put logs of your own into a campaign of their own."
+        )
+
+
+def remove_others(parts: Iterable[Path]) -> None:
+    """Delete shares of the samples that no job writes any more, as after a change of `shards`.
+
+    Args:
+        parts: Every file `samples/oil=<oil>/part-<share>.parquet` that there should be.
+    """
+    wanted = set(parts)
+    for folder in {path.parent.parent for path in wanted}:
+        for path in sorted(folder.glob("oil=*/part-*.parquet")):
+            if path not in wanted:
+                path.unlink()
 
 
 def shard_of(file: str, shards: int) -> int:

@@ -22,6 +22,8 @@ def summarise(
     quality: pd.DataFrame,
     campaign: Mapping[str, Any],
     oils: Mapping[str, Any],
+    film: Mapping[str, Any],
+    gates: Mapping[str, Any],
 ) -> str:
     """What was made, how good each fit is and where to look, as text."""
     name = campaign["name"]
@@ -36,6 +38,7 @@ def summarise(
         *_covered(coverage),
         *_unjudged(points, campaign),
         *_stand_ins(oils),
+        f"  lambda  {_film(film)}; full film above {gates['lambda_limit']:g}",
         *_without_set_points(runs),
         *_refusals(runs, points, quarantine),
         "",
@@ -80,6 +83,11 @@ def _unjudged(points: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
         return []
     reason = campaign["film_unjudged"]["reason"]
     return [f"  FILM NOT JUDGED for {unjudged.sum()} accepted points: {reason}"]
+
+
+def _film(film: Mapping[str, Any]) -> str:
+    heat = "with" if film["thermal_reduction"] else "without"
+    return f"{film['thickness']} film {heat} thermal reduction over combined {film['roughness']}"
 
 
 def _logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> str:

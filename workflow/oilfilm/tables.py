@@ -28,17 +28,18 @@ _UNITS = {
     "_n": "N",
     "_m_s": "m/s",
     "_c": "degC",
+    "_systematic_c": "K",
     "_gpa": "GPa",
     "_um": "um",
     "_ratio": "1",
     "_coefficient": "1",
 }
 # Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
-_LARGEST = 1e12
+LARGEST = 1e12
 
 
 def _number(
-    description: str, *, at_least: float = -_LARGEST, at_most: float = _LARGEST, gaps: bool = False
+    description: str, *, at_least: float = -LARGEST, at_most: float = LARGEST, gaps: bool = False
 ) -> Any:
     return pa.Field(ge=at_least, le=at_most, nullable=gaps, coerce=True, description=description)
 
@@ -133,7 +134,14 @@ class Points(_Table):
     n_samples: Series[np.int64] = _count("rows averaged; flagged spikes are not among them")
     n_spikes: Series[np.int64] = _count("rows left out of the mean as spikes of the force signal")
     time_s: Series[float] = _number("middle of the settled part")
-    slide_roll_ratio: Series[float] = _number("(disc - ball) speed over entrainment speed")
+    duration_s: Series[float] = _number(
+        "length of the settled part; null for single readings", at_least=0, gaps=True
+    )
+    slide_roll_ratio: Series[float] = _number(
+        "sliding speed, positive with the slower body slowed, over entrainment speed; null at "
+        "standstill",
+        gaps=True,
+    )
     slide_roll_ratio_se: Series[float] = _number("standard error of the mean", gaps=True)
     entrainment_speed_m_s: Series[float] = _number("mean of the two surface speeds")
     load_n: Series[float] = _number("mean normal load", gaps=True)

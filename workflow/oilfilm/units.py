@@ -48,6 +48,12 @@ _SPELLINGS = {
     "r/min": "rpm",
     "rev/min": "rpm",
     "u/min": "rpm",
+    # of a spindle, never radians: pint takes a hertz for one radian a second
+    "hz": "revolution/second",
+    "1/s": "revolution/second",
+    "s-1": "revolution/second",
+    "s^-1": "revolution/second",
+    "rps": "revolution/second",
     "\N{DEGREE SIGN}c": "degC",
     "\N{DEGREE CELSIUS}": "degC",
     "c": "degC",

@@ -5,7 +5,7 @@ from snakemake.exceptions import WorkflowError
 from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.provenance import code_digest
-from oilfilm.raw_files import raw_files, shard_of
+from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
 from oilfilm.rig_twin.plan import planned_runs
 
 try:
@@ -13,7 +13,11 @@ try:
     CAMPAIGN = CONFIG["campaign"]
     RAW = Path("data/raw", CAMPAIGN["name"])
     SIMULATED = "twin" in CAMPAIGN
-    FILES = [run.name for run in planned_runs(CAMPAIGN)] if SIMULATED else raw_files(RAW)
+    if SIMULATED:
+        FILES = [run.name for run in planned_runs(CAMPAIGN)]
+        refuse_strangers(RAW, FILES)
+    else:
+        FILES = raw_files(RAW)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
@@ -35,9 +39,11 @@ wildcard_constraints:
     oil="|".join(OILS),
 
 
-def part(*keys):
-    """The parts of the configuration that a rule depends on, in a fixed order."""
-    return {key: CONFIG[key] for key in sorted(("campaign", *keys))}
+def part(*keys, campaign=()):
+    """The parts of the configuration and of the campaign file that a rule depends on."""
+    chosen = {key: CONFIG[key] for key in sorted(keys)}
+    of_campaign = sorted(key for key in ("name", "data", *campaign) if key in CAMPAIGN)
+    return {"campaign": {key: CAMPAIGN[key] for key in of_campaign}, **chosen}
 
 
 def code(script):

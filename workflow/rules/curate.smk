@@ -11,7 +11,14 @@ rule curate:
         "<logs>/curate-{shard}.log",
     params:
         code=code("curate.py"),
-        config=part("rigs", "oils", "film", "curation", "gates"),
+        config=part(
+            "rigs",
+            "oils",
+            "film",
+            "curation",
+            "gates",
+            campaign=("film_unjudged", "semantics", "semantics_of_rig", "set_points"),
+        ),
     script:
         "../scripts/curate.py"
 
@@ -23,6 +30,7 @@ rule collect:
         runs=expand(rules.curate.output.runs, shard=SHARDS),
         quarantine=expand(rules.curate.output.quarantine, shard=SHARDS),
         unread=expand(rules.ingest.output.quarantine, shard=SHARDS),
+        samples=expand(rules.ingest.output.samples, shard=SHARDS),
     output:
         points="<tables>/points.parquet",
         runs="<tables>/runs.parquet",
@@ -31,6 +39,6 @@ rule collect:
         "<logs>/collect.log",
     params:
         code=code("collect.py"),
-        config=part(),
+        config=part("film", "gates", campaign=("repeated_conditions",)),
     script:
         "../scripts/collect.py"

@@ -13,7 +13,7 @@ rule figure:
         "<logs>/figure-{figure}.log",
     params:
         code=code("figure.py"),
-        config=part("oils", "figures"),
+        config=part("oils", "figures", campaign=("matrix", "film_unjudged")),
     script:
         "../scripts/figure.py"
 

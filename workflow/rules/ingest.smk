@@ -11,7 +11,7 @@ if SIMULATED:
             "<logs>/twin.log",
         params:
             code=code("twin.py"),
-            config=part("rigs", "seed"),
+            config=part("rigs", "seed", campaign=("oils", "matrix", "twin")),
         script:
             "../scripts/twin.py"
 
@@ -29,6 +29,8 @@ rule ingest:
     params:
         code=code("ingest.py"),
         files=files_of_shard,
-        config=part("rigs", "oils"),
+        config=part(
+            "rigs", "oils", campaign=("columns", "semantics", "semantics_of_rig", "set_points")
+        ),
     script:
         "../scripts/ingest.py"

@@ -11,7 +11,7 @@ rule coverage:
         "<logs>/coverage.log",
     params:
         code=code("coverage.py"),
-        config=part("rigs", "oils"),
+        config=part("rigs", "oils", campaign=("rigs", "matrix")),
     script:
         "../scripts/coverage.py"
 
@@ -29,6 +29,9 @@ rule refused:
         "<logs>/refused.log",
     params:
         code=code("refused.py"),
-        config={**part(), "refused_pages_max": CONFIG["figures"]["refused_pages_max"]},
+        config={
+            **part(campaign=("film_unjudged", "semantics", "semantics_of_rig")),
+            "refused_pages_max": CONFIG["figures"]["refused_pages_max"],
+        },
     script:
         "../scripts/refused.py"

@@ -13,6 +13,6 @@ rule summary:
         "<logs>/summary.log",
     params:
         code=code("summary.py"),
-        config=part("oils"),
+        config=part("oils", "film", "gates", campaign=("description", "film_unjudged")),
     script:
         "../scripts/summary.py"

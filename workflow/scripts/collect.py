@@ -5,6 +5,7 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect
 from oilfilm.job import job
+from oilfilm.raw_files import remove_others
 
 with job(snakemake) as provenance:
     found = snakemake.input
@@ -17,6 +18,7 @@ with job(snakemake) as provenance:
         for points, runs, refused in zip(found.points, found.runs, found.quarantine, strict=True)
     ]
     unread = [tables.read("quarantine", Path(path)) for path in found.unread]
+    remove_others(map(Path, found.samples))
     campaign = collect(shares, unread, snakemake.params.config)
     tables.write(campaign.points, "points", Path(snakemake.output.points), provenance)
     tables.write(campaign.runs, "runs", Path(snakemake.output.runs), provenance)

@@ -17,5 +17,7 @@ with job(snakemake) as provenance:
         quality=tables.read("fit_quality", Path(found.quality)),
         campaign=snakemake.params.config["campaign"],
         oils=snakemake.params.config["oils"],
+        film=snakemake.params.config["film"],
+        gates=snakemake.params.config["gates"],
     )
     Path(snakemake.output[0]).write_text(text, encoding="utf-8")

@@ -103,6 +103,7 @@ def gate_limits(config: Mapping[str, Any]) -> dict[str, Any]:
         **config["gates"],
         "stuck_duration_s": config["curation"]["stuck"]["duration_s"],
         "stuck_samples": config["curation"]["stuck"]["samples"],
+        "min_duration_s": config["curation"]["plateaus"]["min_duration_s"],
         "accept_unjudged_film": unjudged["accept"],
         "planned_slips": config["campaign"].get("set_points", {}).get("slide_roll_ratio", []),
     }
@@ -146,7 +147,13 @@ def _derive(
     )
     about = runs[["run_id", "oil", "rig", *_NOMINAL]]
     points = points.merge(about, on="run_id", how="left", validate="many_to_one")
-    return with_calibration(with_film(points, config), config["rigs"])
+    return _without_absurd(with_calibration(with_film(points, config), config["rigs"]))
+
+
+def _without_absurd(points: pd.DataFrame) -> pd.DataFrame:
+    """Points with null for numbers that no table may hold, as mu has under no load at all."""
+    numbers = points.select_dtypes("float")
+    return points.assign(**numbers.where(numbers.abs() < tables.LARGEST))
 
 
 def _judge(
@@ -167,7 +174,8 @@ def _judge(
     of_runs = {run_id: trouble for run_id, trouble in troubles.items() if trouble is not None}
     points = _with_reasons(points, of_runs, of_gates)
     runs = _count(points, _with_run_reasons(runs, refused))
-    return Curated(points[tables.columns("points")], runs, _quarantine(runs, refused))
+    points = tables.conform(points[tables.columns("points")], "points", "curated points")
+    return Curated(points, runs, _quarantine(runs, refused))
 
 
 def _with_reasons(

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.contact import max_hertz_pressure
+from oilfilm.curation.points import LEAST_LOAD_N
 from oilfilm.film import (
     central_film_thickness,
     lambda_ratio,
@@ -47,7 +48,7 @@ def with_film(points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
 def _derived(
     points: pd.DataFrame, contact: Contact, oil: Oil | None, settings: Mapping[str, Any]
 ) -> pd.DataFrame:
-    load = points["load_n"].where(points["load_n"] > 0).to_numpy()
+    load = points["load_n"].where(points["load_n"] > LEAST_LOAD_N).to_numpy()
     pressure_pa = max_hertz_pressure(load, contact.radius_m, contact.reduced_modulus_pa)
     derived = pd.DataFrame({"max_hertz_pressure_gpa": pressure_pa / PA_PER_GPA}, points.index)
     if oil is None:
@@ -77,6 +78,8 @@ def _derived(
                 thermal_conductivity_w_mk=oil.thermal_conductivity_w_mk(temperature),
             ),
         )
+    # outside the formulas' range, as with a broken thermocouple, a film is no film
+    film_m = np.where(np.isfinite(film_m) & (film_m > 0), film_m, np.nan)
     roughness_m = contact.roughness_m(settings["roughness"])
     return derived.assign(
         film_thickness_um=film_m / M_PER_UM, lambda_ratio=lambda_ratio(film_m, roughness_m)

@@ -319,6 +319,15 @@ POINT_GATES = (
         lambda points, limits: "no traction force, load or slip was logged",
     ),
     PointGate(
+        "too_short",
+        "Hold each slip longer than settle_s + min_duration_s of config.yaml.",
+        lambda points, limits: (points["duration_s"] < limits["min_duration_s"]).to_numpy(),
+        lambda points, limits: (
+            f"{_span(points['duration_s'], '.2f')} s are left of each plateau once it has settled; "
+            f"expected {limits['min_duration_s']:g} s or more"
+        ),
+    ),
+    PointGate(
         "load_off_nominal",
         "Check the load's unit and calibration and the set point in the header.",
         lambda points, limits: _off_nominal(points, "load_n", limits["load_tolerance"]),

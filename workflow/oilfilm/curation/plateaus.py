@@ -53,7 +53,7 @@ def settled_parts(
     settle, guard = round(settings["settle_s"] / interval), round(settings["guard_s"] / interval)
     starts = np.concatenate([[0], steps + settle])
     stops = np.concatenate([steps - guard, [len(time_s)]])
-    return starts, np.maximum(stops, starts)
+    return np.minimum(starts, len(time_s)), stops
 
 
 def sampling_interval(time_s: FloatArray) -> float:

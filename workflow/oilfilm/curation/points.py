@@ -36,8 +36,9 @@ def measure_continuous(
         settings: Config's `curation`.
         procedure: Where the zero comes from (`Semantics.zero`).
     """
-    slip = signals.slide_roll_ratio
     interval = sampling_interval(signals.time_s)
+    signals = signals.turning()
+    slip = signals.slide_roll_ratio
     steps = find_steps(signals.time_s, slip, settings["plateaus"])
     starts, stops = settled_parts(signals.time_s, steps, settings["plateaus"])
     # the opening phase gives the zero first; what is left of it is a plateau at no slip
@@ -50,13 +51,17 @@ def measure_continuous(
     zero = zero_reference(
         signals, phases, settings["zero_reference"], settings["spikes"]["threshold"]
     )
-    if "opening" in phases:
-        starts[0] = phases["opening"].stop
     if "closing" in phases and not isinstance(zero, str):
         starts, stops = starts[:-1], stops[:-1]
-    long_enough = (stops - starts) * interval >= settings["plateaus"]["min_duration_s"]
-    starts, stops = starts[long_enough], stops[long_enough]
+    if "opening" in phases and len(starts):
+        starts[0] = phases["opening"].stop
+        if (stops[0] - starts[0]) * interval < settings["plateaus"]["min_duration_s"]:
+            # nothing is lost: the phase has served the zero
+            starts, stops = starts[1:], stops[1:]
+    # a level cut off before it settled is a plateau of its last row, for the gate to refuse
+    starts = np.minimum(starts, stops - 1)
     points = _average(signals, starts, stops, settings["spikes"]["threshold"])
+    points["duration_s"] = (stops - starts) * interval
     if isinstance(zero, str):
         return Measured(_with_traction(points, math.nan, math.nan), Trouble("zero_missing", zero))
     drift_n, allowed_n = zero.drift_n, settings["zero_reference"]["max_drift_n"]
@@ -94,6 +99,7 @@ def measure_readings(signals: Signals) -> Measured:
         "force_transient_n": nothing,
         "force_asymmetry": asymmetry,
         "measured_film_thickness_um": signals.film_thickness_um,
+        "duration_s": nothing,
     }
     return Measured(_with_traction(averages, 0.0, 0.0))
 
@@ -141,6 +147,8 @@ def _average(
     }
 
 
+# No traction rig loads a contact less; below it F/W is noise over nothing.
+LEAST_LOAD_N = 1e-6
 # Columns that serve the traction coefficient and are no part of the table.
 _BETWEEN = (
     "sensor_force_n",
@@ -155,7 +163,7 @@ def _with_traction(
     averages: Columns, zero_n: FloatArray | float, zero_se_n: FloatArray | float
 ) -> Columns:
     """Traction force above the zero, mu = F/W and its standard error."""
-    load = np.where(averages["load_n"] > 0, averages["load_n"], np.nan)
+    load = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
     force = averages["sensor_force_n"] - zero_n
     mu = force / load
     force_se = np.hypot(averages["sensor_force_se_n"], zero_se_n)

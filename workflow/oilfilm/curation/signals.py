@@ -1,7 +1,7 @@
 """The signals of one run, as arrays over its samples."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -55,6 +55,13 @@ class Signals:
         speed = self.entrainment_speed_m_s
         sliding = self.direction * (self.disc_speed_m_s - self.ball_speed_m_s)
         return np.divide(sliding, speed, out=np.full_like(speed, np.nan), where=speed != 0)
+
+    def turning(self) -> "Signals":
+        """The samples at which the rig turns; at the others S has no value."""
+        kept = np.isfinite(self.slide_roll_ratio)
+        if kept.all():
+            return self
+        return replace(self, **{name: getattr(self, name)[kept] for name in SIGNALS})
 
     def __len__(self) -> int:
         return len(self.row)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from oilfilm.curation import statistics
+from oilfilm.curation.plateaus import sampling_interval
 from oilfilm.curation.signals import FloatArray, Signals
 
 # No rig that means to roll slides so much.
@@ -60,12 +61,18 @@ def zero_reference(
         signals: The run.
         phases: Name of each phase -> its samples that are averaged; none where the rig has
             removed the zero itself.
-        settings: `max_slide_roll_ratio` of config's zero_reference.
+        settings: `max_slide_roll_ratio` and `min_duration_s` of config's zero_reference.
         spike: Threshold of the spike test, in robust standard deviations.
     """
     for name, part in phases.items():
         if part.stop <= part.start:
             return f"the log has no {name} phase of pure rolling"
+        lasts_s = (part.stop - part.start) * sampling_interval(signals.time_s)
+        if lasts_s < settings["min_duration_s"]:
+            return (
+                f"{lasts_s:.2f} s are left of the {name} phase of pure rolling; expected "
+                f"{settings['min_duration_s']:g} s or more"
+            )
         slip = float(np.mean(signals.slide_roll_ratio[part]))
         limit = settings["max_slide_roll_ratio"]
         if not abs(slip) <= limit:

@@ -155,7 +155,8 @@ def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Data
         rows += draw(axis, panel, oil, style.oil_colour(oil, oils), conditions, law)
         axis.legend(loc="best", fontsize=6)
     _finish(figure, config, "points: plateau means; lines: fit")
-    return figure, _together(rows)
+    # so many error bars would hide the points: none is drawn
+    return figure, _together(rows).assign(traction_coefficient_se=np.nan)
 
 
 # More conditions than this in one panel cannot be told apart by shade and symbol.

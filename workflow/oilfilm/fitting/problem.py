@@ -78,13 +78,40 @@ def varied_conditions(conditions: FloatArray, min_relative_range: float) -> Bool
     """Which conditions vary enough over the curves to give an exponent.
 
     A condition counts as varied when it is known for every curve and its range is at least
-    `min_relative_range` of its largest magnitude.
+    `min_relative_range` of its largest magnitude, and it does not vary in step with another one.
     """
     if len(conditions) == 0 or np.isnan(conditions).all():
         return np.zeros(len(CONDITIONS), dtype=bool)
     low, high = conditions.min(axis=0), conditions.max(axis=0)
     size = np.maximum(np.abs(low), np.abs(high))
-    return np.asarray((high > low) & (high - low >= min_relative_range * size))
+    alone = np.asarray((high > low) & (high - low >= min_relative_range * size))
+    return alone & ~_vary_together(conditions, alone)
+
+
+# Smallest singular value over the largest, of standardised conditions, at which their effects can
+# still be told apart: below it an exponent's error is more than 20 times that of a free one.
+_SMALLEST_SINGULAR_VALUE = 0.05
+# Share of a condition in a direction that is not known above which it is not known either.
+_LARGEST_SHARE = 0.1
+
+
+def _vary_together(conditions: FloatArray, among: BoolArray) -> BoolArray:
+    """Which of these conditions vary only together with others, so that no fit tells them apart.
+
+    Judged by the singular values of the standardised conditions over the curves; too few curves
+    are one case of it.
+    """
+    together = np.zeros(len(among), dtype=bool)
+    varied = conditions[:, among]
+    if varied.shape[1] < 2:
+        return together
+    standardised = (varied - varied.mean(axis=0)) / varied.std(axis=0)
+    _, sizes, directions = np.linalg.svd(standardised, full_matrices=True)
+    padded = np.zeros(varied.shape[1])
+    padded[: len(sizes)] = sizes
+    unknown = directions[padded <= _SMALLEST_SINGULAR_VALUE * padded[0]]
+    together[among] = (np.abs(unknown) > _LARGEST_SHARE).any(axis=0)
+    return together
 
 
 def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:

@@ -60,7 +60,11 @@ class CsvReader:
         if problem:
             return refused_file(rows, *problem)
         values, numbers, bad = _parse(whole, layout)
-        refusals = [_bad_range(file, first, last, layout) for first, last in as_ranges(bad)]
+        lines = layout.table.split(b"\n") if len(bad) else []
+        refusals = [
+            _bad_range(file, first, last, lines[first - 1], layout.first_line)
+            for first, last in as_ranges(bad)
+        ]
         cut = _cut_row(tail, layout, rows, file)
         if cut is not None:
             refusals.append(cut)
@@ -127,13 +131,13 @@ def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> FloatArray:
     return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
 
 
-def _bad_range(run_id: str, first: int, last: int, layout: Layout) -> Refusal:
-    seen = layout.table.split(b"\n", first)[first - 1].decode("utf-8", "replace")
-    line = f" (line {layout.first_line + first - 1} of the file)" if layout.first_line else ""
+def _bad_range(run_id: str, first: int, last: int, line: bytes, first_line: int) -> Refusal:
+    seen = line.decode("utf-8", "replace")
+    place = f" (line {first_line + first - 1} of the file)" if first_line else ""
     return Refusal(
         "unreadable_row",
         f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
-        f"{first}{line} reads {seen[:80]!r}",
+        f"{first}{place} reads {seen[:80]!r}",
         "Look at these rows of the raw log; the rows around them are used.",
         run_id,
         first,

@@ -31,6 +31,8 @@ FloatArray = npt.NDArray[np.float64]
 
 _STEP = re.compile(r"^Step (\d+)\b.* started at (.+)$")
 _DATE_FORMATS = ("%d/%m/%Y %H:%M:%S", "%d/%m/%Y %H:%M")
+# A row of a table, were it cut after its first cell.
+_ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
 # Step types whose rows are settled readings; the others (warm-up, mapping) are no sweep.
 _SWEEPS = {"traction", "film"}
 # Our name -> the names that the programs of the different rigs give the column.
@@ -85,7 +87,7 @@ class PcsReader:
 
     def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
         """See `Reader.read`."""
-        text = content.decode("utf-8-sig", "replace")
+        text = _decode(content)
         steps = _with_own_labels(_steps(text.splitlines()))
         rows = sum(len(step.lines) for step in steps)
         oils = list(config["oils"])
@@ -108,6 +110,14 @@ class PcsReader:
         return Reading(rows, runs, refusals)
 
 
+def _decode(content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # older programs write the degree sign in the encoding of western Windows
+        return content.decode("cp1252", "replace")
+
+
 def _steps(lines: Iterable[str]) -> Iterator[_Step]:
     """Steps of a file; rows are counted through the file, from 1."""
     step: _Step | None = None
@@ -125,7 +135,7 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         elif "Step Time (s)" in line:
             step.names = [name.strip() for name in line.split("\t")]
             step.first_row = row
-        elif step.names and line.count("\t") > 2:
+        elif step.names and _ROW.match(line):
             step.lines.append(line)
             row += 1
     if step is not None:

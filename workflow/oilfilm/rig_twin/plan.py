@@ -30,11 +30,16 @@ class PlannedRun:
     def name(self) -> str:
         """File name of the run's log, which is also the run's name."""
         condition = (
-            f"P{self.max_hertz_pressure_gpa:.2f}_U{self.entrainment_speed_m_s:02.0f}"
-            f"_T{self.inlet_temperature_c:03.0f}"
+            f"P{self.max_hertz_pressure_gpa:.2f}_U{_digits(self.entrainment_speed_m_s, 2)}"
+            f"_T{_digits(self.inlet_temperature_c, 3)}"
         )
         again = "_again" if self.defect == "duplicate" else ""
         return f"{self.oil}_{condition}{again}.csv"
+
+
+def _digits(level: float, width: int) -> str:
+    """A level with leading zeros, so that names sort, and with decimals where it has any."""
+    return f"{level:0{width}.0f}" if level == round(level) else f"{level:g}"
 
 
 def planned_runs(campaign: Mapping[str, Any]) -> list[PlannedRun]:
