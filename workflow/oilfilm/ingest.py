@@ -15,13 +15,11 @@ from oilfilm import tables
 from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.errors import OilfilmError
 from oilfilm.readers import READERS, find_reader
-from oilfilm.readers.base import LoggedRun, Nominal, Reading, refused_file
+from oilfilm.readers.base import LARGEST_LOG, LoggedRun, Nominal, Reading, refused_file
 from oilfilm.rigs import contact_of
 from oilfilm.units import PA_PER_GPA
 
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
-# A day of 50 Hz logging is 0.3 GiB; a file that unfolds to more was made to fill the memory.
-_LARGEST_LOG = 1 << 29
 
 
 @dataclass(frozen=True)
@@ -133,9 +131,9 @@ def unpack(content: bytes) -> bytes:
     if codec is None:
         return content
     with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-        unpacked = stream.read(_LARGEST_LOG + 1)
-    if len(unpacked) > _LARGEST_LOG:
-        raise OSError(f"it unfolds to more than {_LARGEST_LOG >> 20} MiB")
+        unpacked = stream.read(LARGEST_LOG + 1)
+    if len(unpacked) > LARGEST_LOG:
+        raise OSError(f"it unfolds to more than {LARGEST_LOG >> 20} MiB")
     return bytes(unpacked)
 
 

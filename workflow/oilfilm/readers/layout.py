@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from oilfilm.readers.base import Refusal
 from oilfilm.readers.columns import Column, Renamed, find_columns, fits, meaning, plain_key
 
 _DELIMITERS = (",", ";", "\t", "|")
@@ -122,6 +123,18 @@ def encoding_of(content: bytes) -> str:
 def count_rows(table: bytes) -> int:
     """Lines of a normalised table; the last one counts without a line end too."""
     return table.count(b"\n") + (len(table) > 0 and not table.endswith(b"\n"))
+
+
+def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
+    """What to make of a last line without a line end; 0 cells where there is none."""
+    if not cells:
+        return None
+    if cells < columns:
+        reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
+        advice = "Nothing can be made of half a row; see what became of the run."
+        return Refusal("cut_row", reason, advice, run_id, row, row, 1)
+    reason = f"row {row}, the last, has no line end, so that its last number may be cut"
+    return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
 
 
 def _line_of_names(lines: Sequence[str], renamed: Renamed) -> tuple[int, str, list[str]]:
