@@ -8,6 +8,7 @@ import pyarrow as arrow
 import pytest
 
 import formats
+from campaigns import ROOT
 from oilfilm.ingest import read_log
 from oilfilm.readers import READERS
 
@@ -111,7 +112,5 @@ def test_log_without_rows_says_so(config: dict[str, Any], name: str) -> None:
 
 
 def test_every_reader_has_its_section_in_the_guide() -> None:
-    from campaigns import ROOT  # noqa: PLC0415
-
     guide = (ROOT / "data/raw/README.md").read_text(encoding="utf-8")
     assert [reader.name for reader in READERS if f"## `{reader.name}`" not in guide] == []

@@ -96,9 +96,12 @@ def _read(
 def _split(lines: Sequence[str], separator: str) -> tuple[Cells, list[_Segment]]:
     """The file's header and its segments, each of which begins with a line `Channels`."""
     starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
-    bounds = zip(starts, [*starts[1:], len(lines)], strict=True)
+    stops = [*starts[1:], len(lines)][: len(starts)]
     header = _header(lines[: starts[0]] if starts else lines, separator)
-    return header, [_segment(lines[start:stop], separator) for start, stop in bounds]
+    segments = [
+        _segment(lines[start:stop], separator) for start, stop in zip(starts, stops, strict=True)
+    ]
+    return header, segments
 
 
 def _segment(lines: Sequence[str], separator: str) -> _Segment:
