@@ -54,7 +54,9 @@ def test_group_that_is_no_run_is_listed_and_the_others_are_used(read) -> None:
     content = formats.tdms_file(
         [
             RootObject(formats.KEYS),
+            GroupObject("run"),
             *formats.tdms_channels("run", formats.columns(30)),
+            GroupObject("notes"),
             ChannelObject("notes", "humidity", np.arange(4.0)),
         ]
     )

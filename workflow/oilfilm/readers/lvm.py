@@ -110,7 +110,8 @@ def _segment(lines: Sequence[str], separator: str) -> _Segment:
         if cells[0] == "X_Value":
             names = [cell.strip() for cell in cells]
             return _Segment(_header(lines[:number], separator), names, lines[number + 1 :])
-    end = lines.index(_END) + 1 if _END in lines else len(lines)
+    ends = [number for number, line in enumerate(lines, start=1) if line.startswith(_END)]
+    end = ends[0] if ends else len(lines)
     return _Segment(_header(lines[:end], separator), [], lines[end:])
 
 
