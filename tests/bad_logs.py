@@ -352,7 +352,7 @@ def _bad_pcs() -> Iterator[Bad]:
         return Bad(name, content, rule, words, used, PCS_CONFIG)
 
     broken = PCS_ROW.replace("50.0000\t0.0500", "60.0000\t0.0600")
-    yield bad("pcs_identity", pcs(PCS_ROW, broken, PCS_ROW), "identity_broken", "rows 2 to 2", True)
+    yield bad("pcs_identity", pcs(PCS_ROW, broken), "identity_broken", "rows 2 to 2", True)
     lacking = PCS_TABLE.replace("Ball Load (N)", "Ball Weight (N)")
     yield bad("pcs_missing_column", pcs(table=lacking), "columns", "lacks the columns Ball Load")
     yield bad("pcs_no_sweep", pcs(kind="BodTimed"), "not_a_sweep", "'BodTimed'")
