@@ -320,8 +320,7 @@ def _piecewise_linear(rows: Iterable[tuple[float, float]]) -> PiecewiseLinear:
 
 
 def _alpha_from_viscosity(eta_pa_s: FloatArray, exponent: float, offset: float) -> FloatArray:
-    with np.errstate(invalid="ignore"):  # no viscosity, at an absurd temperature: no coefficient
-        return np.exp(exponent * np.log(eta_pa_s) - offset) / eta_pa_s
+    return np.exp(exponent * np.log(eta_pa_s) - offset) / eta_pa_s
 
 
 def _kelvin(temperature_c: Floats) -> FloatArray:

@@ -4,7 +4,7 @@ A format finds names, units, header keys and numbers; everything that follows fr
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +58,8 @@ _OWN_NAMES = {
     "slide_roll_ratio": ("slide_roll_ratio", "1"),
 }
 _UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
+# No oil is liquid there; its properties have no meaning.
+_HOTTEST_C = 1000.0
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 COLUMNS_ADVICE = f"{FORMAT_ADVICE} Other names: see `columns` of the campaign file."
 
@@ -247,12 +249,9 @@ def read_table(
     problem = header_problem(table.keys, columns, config)
     if problem:
         return [], [refused_table(table, *problem)]
-    good = readable(logged)
+    every, good = converted(columns, logged)
     rows = np.arange(table.first_row, table.first_row + table.rows)
-    values = {
-        column.quantity: numbers[good] * column.to.scale + column.to.offset
-        for column, numbers in zip(columns, logged, strict=True)
-    }
+    values = {quantity: numbers[good] for quantity, numbers in every.items()}
     refusals = []
     for first, last in as_ranges(rows[~good]):
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
@@ -277,9 +276,20 @@ def _numbers(table: LoggedTable, place: int) -> FloatArray:
     return column.astype(np.float64)
 
 
-def readable(columns: Iterable[FloatArray]) -> npt.NDArray[np.bool_]:
-    """Rows in which every number is finite and below what any rig measures."""
-    return np.logical_and.reduce([np.abs(column) < LARGEST_READING for column in columns])
+def converted(
+    columns: Sequence[Column], logged: Sequence[FloatArray]
+) -> tuple[dict[str, FloatArray], npt.NDArray[np.bool_]]:
+    """Logged numbers in the units of `columns`, by quantity, and which rows can be used.
+
+    A row can be used where every number is finite and below what any rig measures.
+    """
+    good = np.logical_and.reduce([np.abs(numbers) < LARGEST_READING for numbers in logged])
+    values = {
+        column.quantity: np.where(good, numbers, np.nan) * column.to.scale + column.to.offset
+        for column, numbers in zip(columns, logged, strict=True)
+    }
+    temperature = values["inlet_temperature"]
+    return values, good & (temperature > ABSOLUTE_ZERO_C) & (temperature < _HOTTEST_C)
 
 
 def unreadable_rows(run_id: str, first: int, last: int, seen: str, where: str = "") -> Refusal:

@@ -16,9 +16,9 @@ import pyarrow.csv as arrow_csv
 from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
 from oilfilm.readers.columns import (
     COLUMNS_ADVICE,
+    converted,
     header_problem,
     logged_run,
-    readable,
     unreadable_rows,
 )
 from oilfilm.readers.layout import (
@@ -108,12 +108,8 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         cells = parse(arrow.binary(), ".").apply(_numbers, decimal_mark=layout.decimal_mark)
     bad_shape = np.array(misfits, dtype=np.int64)
     numbers = np.delete(np.arange(1, len(cells) + len(misfits) + 1), bad_shape - 1)
-    good = readable([cells[name].to_numpy() for name in wanted])
-    values = {
-        column.quantity: cells[names[column.place]].to_numpy()[good] * column.to.scale
-        + column.to.offset
-        for column in layout.columns
-    }
+    every, good = converted(layout.columns, [cells[name].to_numpy() for name in wanted])
+    values = {quantity: column[good] for quantity, column in every.items()}
     return values, numbers[good], np.sort(np.concatenate([numbers[~good], bad_shape]))
 
 
