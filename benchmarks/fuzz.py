@@ -14,8 +14,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from campaigns import REAL_PCS, printed  # noqa: E402  (the tests' own helpers)
-from mutations import carry, mutate  # noqa: E402
+import bad_logs  # noqa: E402  (the tests' own helpers)
+from campaigns import REAL_PCS, printed  # noqa: E402
+from mutations import carry, mutate, other_formats  # noqa: E402
 from oilfilm.config import resolve  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
@@ -29,12 +30,13 @@ def seeds() -> list[tuple[bytes, dict]]:
     demo = resolve(ROOT / "config", {"campaign": "demo"})
     log = next(content for run, content, _ in simulate_campaign(demo, printed()) if not run.defect)
     good = [(log, demo), (b"".join(log.splitlines(True)[:600]), demo)]
+    good += [(content, demo) for content in other_formats(bad_logs.good()).values()]
     if REAL_PCS.is_dir():
         etm = resolve(ROOT / "config", {"campaign": "etm-slim"})
         lines = (REAL_PCS / "ETM_slim_mapper.txt").read_bytes().splitlines(True)
         good += [(b"".join(lines[:220]), etm), ((REAL_PCS / "demo_12.txt").read_bytes(), etm)]
     else:
-        print("the real PCS logs are not here: csv only")
+        print("the real PCS logs are not here: no pcs")
     return good
 
 

@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 
+import bad_logs
+import formats
 from oilfilm.curation.curate import collect, curate
 from oilfilm.ingest import ingest_logs
 
@@ -24,7 +26,24 @@ _ABSURD = [
     b"=HYPERLINK(1)",
     b"-0",
     b"1,5",
+    b"\xff" * 8,
+    b"\xff\xff\xff\x7f",
+    b"\x00" * 7 + b"\xf0\x7f",
+    b"TDSm",
+    b"PAR1",
+    b"***End_of_Header***\n",
+    b"Channels\t99999999999999999999\n",
+    b"X_Value\t",
 ]
+
+
+def other_formats(values: formats.Columns) -> dict[str, bytes]:
+    """A good run in the formats that are no text in columns."""
+    return {
+        "tdms": formats.tdms(values, bad_logs.UNITS, bad_logs.KEYS, segments=4),
+        "lvm": formats.lvm(values, bad_logs.UNITS, bad_logs.KEYS),
+        "parquet": formats.as_parquet(values, bad_logs.UNITS, bad_logs.KEYS),
+    }
 
 
 def mutate(content: bytes, random: np.random.Generator) -> bytes:
@@ -38,7 +57,7 @@ def _damage(content: bytes, random: np.random.Generator) -> bytes:
     size = max(len(content), 1)
     start, stop = sorted(int(place) for place in random.integers(0, size + 1, 2))
     stop = min(stop, start + int(random.integers(1, 4000)))
-    kind = random.integers(0, 7)
+    kind = random.integers(0, 8)
     if kind == 0:  # bit flips
         changed = bytearray(content)
         for place in random.integers(0, size, random.integers(1, 20)):
@@ -51,9 +70,10 @@ def _damage(content: bytes, random: np.random.Generator) -> bytes:
         return content[:start] + content[stop:]
     if kind == 3:
         return content[:stop] + content[start:stop] + content[stop:]
-    if kind == 4:
+    if kind in {4, 7}:
         absurd = _ABSURD[int(random.integers(0, len(_ABSURD)))]
-        return content[:start] + absurd + content[start:]
+        # over what stands there: lengths and offsets of a binary file stay in step
+        return content[:start] + absurd + content[start + len(absurd) * (kind == 7) :]
     if kind == 5:  # a whole cell
         absurd = _ABSURD[int(random.integers(0, len(_ABSURD)))]
         cell = content.find(b",", start)

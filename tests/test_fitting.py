@@ -305,3 +305,15 @@ def test_conditions_that_vary_together_give_no_exponents(
     confounded = [f"{letter}{index}" for letter in "ABC" for index in (1, 3)]
     assert not table.loc[confounded, "identifiable"].any()
     assert table.loc[confounded, "value"].isna().all()
+
+
+def test_fit_without_one_exponent_follows_the_others(quick: dict[str, Any]) -> None:
+    # one temperature only: its exponents are unknown, those of pressure and speed are not
+    points = make_points("4102", matrix(ts=[70.0]))
+    table = fit_oil(points, "4102", None, quick)[0]
+    law = FittedLaw.of(table, "4102")
+    slip = np.linspace(0, 0.3, 31)
+    for pressure, speed in ((1.0, 25.0), (1.5, 25.0), (1.0, 40.0)):
+        true = traction_coefficient(printed()["4102"], pressure, speed, 70.0, slip)
+        found = law.traction(np.array([pressure, speed, 70.0]), slip)
+        np.testing.assert_allclose(found, true, atol=1e-9)

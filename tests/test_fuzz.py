@@ -5,12 +5,13 @@ from typing import Any
 
 import pytest
 
+import bad_logs
 from campaigns import ROOT, Campaign
-from mutations import carry, mutate
+from mutations import carry, mutate, other_formats
 from oilfilm.config import resolve
 from oilfilm.randomness import generator
 
-FILES = 250  # of each format; `make bench-fuzz` takes 20 000
+FILES = 100  # of each of five formats; `make bench-fuzz` takes 20 000
 
 
 def test_damaged_csv_logs_end_in_a_verdict(demo: Campaign, config: dict[str, Any]) -> None:
@@ -30,6 +31,13 @@ def test_damaged_pcs_logs_end_in_a_verdict(real_pcs: Any) -> None:
         carry(mutate(etm if number % 2 else ehd, random), config) for number in range(FILES)
     )
     assert len(verdicts) >= 4, verdicts
+
+
+@pytest.mark.parametrize("name", ["tdms", "lvm", "parquet"])
+def test_damaged_logs_of_other_formats_end_in_a_verdict(name: str) -> None:
+    whole, random = other_formats(bad_logs.good()), generator(1, f"fuzz {name}")
+    verdicts = Counter(carry(mutate(whole[name], random), bad_logs.CONFIG) for _ in range(FILES))
+    assert len(verdicts) >= 3, verdicts
 
 
 @pytest.mark.parametrize("content", [b"", b"\n", b"\0", b"#", b"# oil: 4102", b"\xef\xbb\xbf"])

@@ -126,3 +126,16 @@ def test_unknown_content_is_quarantined_with_what_was_seen(read) -> None:
 def test_ranges_join_neighbouring_rows() -> None:
     assert as_ranges(np.array([2, 3, 4, 7, 9, 10])) == [(2, 4), (7, 7), (9, 10)]
     assert as_ranges(np.array([], dtype=np.int64)) == []
+
+
+def test_line_longer_than_a_block_is_one_refused_row(config: dict[str, Any]) -> None:
+    names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    content = f"# oil: 4102\n{names}\n0,1,2,3,4,5\n{'9' * 3_000_000}\n1,1,2,3,4,5\n".encode()
+    reading = read_log(content, "log", config)[1]
+    assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
+    assert reading.runs[0].samples["row"].tolist() == [1, 3]
+
+
+def test_rows_of_a_log_without_names_are_all_counted(config: dict[str, Any]) -> None:
+    reading = read_log(b"# oil: 4102\n" + 5000 * b"0,1,2,3,4,5\n", "log", config)[1]
+    assert reading.rows == 5000

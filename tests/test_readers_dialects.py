@@ -89,7 +89,11 @@ def write(dialect: Dialect, values: dict[str, np.ndarray]) -> bytes:
 @given(
     dialect=dialects(),
     rows=st.lists(
-        st.tuples(*6 * [st.floats(-1e5, 1e5, allow_nan=False).map(lambda x: round(x, 6))]),
+        st.tuples(
+            *5 * [st.floats(-1e5, 1e5, allow_nan=False).map(lambda x: round(x, 6))],
+            # a temperature above absolute zero in every unit
+            st.floats(0.001, 900, allow_nan=False).map(lambda x: round(x, 6)),
+        ),
         min_size=1,
         max_size=5,
     ),

@@ -177,3 +177,22 @@ def test_degree_sign_of_western_windows_is_understood(pcs_config: dict[str, Any]
     content = export(GOOD).decode().replace("Lube RTD Temp (degC)", "Lube Temp (°C)")
     (run,) = read(content.encode("cp1252"), pcs_config).runs
     assert np.isfinite(run.samples["inlet_temperature_c"]).all()
+
+
+def test_table_without_its_line_of_names_is_refused_row_by_row(
+    real_pcs: Path, pcs_config: dict[str, Any]
+) -> None:
+    content = (real_pcs / "ETM_slim_mapper.txt").read_bytes()
+    lines = content.split(b"\n")
+    names = [number for number, line in enumerate(lines) if b"Step Time (s)" in line]
+    starts = [
+        number
+        for number, line in enumerate(lines)
+        if line.startswith(b"Step ") and b"started at" in line
+    ]
+    for damaged in (names[5], next(start for start in starts if start > names[5])):
+        spoiled = b"\n".join([*lines[:damaged], b"#?", *lines[damaged + 1 :]])
+        reading = read_log(spoiled, "log", pcs_config)[1]
+        assert reading.rows == 20_560  # shared/real/README.md
+        rows = np.concatenate([run.samples["row"] for run in reading.runs])
+        assert len(np.unique(rows)) == len(rows)

@@ -36,7 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(mistake, file=sys.stderr)
         return 2
     print(report(verdict))
-    return int(bool((verdict.runs["verdict"] == "refused").any() or verdict.runs.empty))
+    unread = set(verdict.quarantine["file"]) - set(verdict.runs["file"])
+    return int(bool((verdict.runs["verdict"] == "refused").any() or unread))
 
 
 def check_logs(logs: Sequence[tuple[str, bytes]], config: Mapping[str, Any]) -> Curated:

@@ -135,6 +135,8 @@ def _contradictions(
         )
     if "twin" in campaign and campaign["data"] != "simulated":
         yield ["data"], "the rig twin makes these logs: say `data: simulated`, or drop `twin`."
+    if "twin" in campaign and len(campaign["rigs"]) != 1:
+        yield ["rigs"], "the rig twin makes logs of one rig; name one."
     if "twin" in campaign and "matrix" not in campaign:
         yield ["twin"], "the rig twin needs a `matrix` of conditions."
     gates = merged["gates"]

@@ -16,13 +16,11 @@ from oilfilm import tables
 from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.errors import OilfilmError
 from oilfilm.readers import READERS, find_reader
-from oilfilm.readers.base import LoggedRun, Nominal, Reading, refused_file
+from oilfilm.readers.base import LARGEST_LOG, LoggedRun, Nominal, Reading, refused_file
 from oilfilm.rigs import contact_of
 from oilfilm.units import PA_PER_GPA
 
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
-# A day of 50 Hz logging is 0.3 GiB; a file that unfolds to more was made to fill the memory.
-_LARGEST_LOG = 1 << 29
 
 
 @dataclass(frozen=True)
@@ -134,21 +132,22 @@ def unpack(content: bytes) -> bytes:
     if codec is None:
         return content
     with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-        unpacked = stream.read(_LARGEST_LOG + 1)
-    if len(unpacked) > _LARGEST_LOG:
-        raise OSError(f"it unfolds to more than {_LARGEST_LOG >> 20} MiB")
+        unpacked = stream.read(LARGEST_LOG + 1)
+    if len(unpacked) > LARGEST_LOG:
+        raise OSError(f"it unfolds to more than {LARGEST_LOG >> 20} MiB")
     return bytes(unpacked)
 
 
 def _unknown(content: bytes) -> Reading:
     known = ", ".join(reader.name for reader in READERS)
     seen = content[:40].decode("utf-8", "backslashreplace")
-    if content.startswith(b"PK"):
-        seen += " (an Excel workbook or a zip archive: export it as csv, or unpack it)"
+    archive = content.startswith(b"PK")
+    hint = "; an Excel workbook or a zip archive: export it as csv, or unpack it" * archive
+    found = f"no reader knows this content, which begins {seen!r}{hint}"
     return refused_file(
         0,
         "unknown_format",
-        f"no reader knows this content, which begins {seen}" if content else "the file is empty",
+        found if content else "the file is empty",
         f"Formats read: {known}. data/raw/README.md describes them.",
     )
 

@@ -30,6 +30,8 @@ def raw_files(folder: Path) -> list[str]:
             raise OilfilmError(
                 f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
             )
+        if set("{}") & set(relative.as_posix()):
+            raise OilfilmError(f"{path}: braces cannot be in the name of a log. Rename it.")
         files.append(relative.as_posix())
     if not files:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")

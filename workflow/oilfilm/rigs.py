@@ -42,9 +42,13 @@ def contact_of(rig: Mapping[str, Any]) -> Contact | None:
         disc["poisson_ratio"],
     )
     ra_m = [rig[f"{body}_roughness_ra_um"] * M_PER_UM for body in ("ball", "disc")]
+    rq_m = [
+        rig[key] * M_PER_UM if (key := f"{body}_roughness_rq_um") in rig else float(rq_from_ra(ra))
+        for body, ra in zip(("ball", "disc"), ra_m, strict=True)
+    ]
     return Contact(
         rig["ball_radius_m"],
         float(modulus_pa),
-        float(combined_roughness(*(rq_from_ra(value) for value in ra_m))),
+        float(combined_roughness(*rq_m)),
         float(combined_roughness(*ra_m)),
     )

@@ -29,6 +29,16 @@ _UNITS = {
     "_m_s": "m/s",
     "_c": "degC",
     "_systematic_c": "K",
+    "_change": "1",
+    "_transient": "1",
+    "_asymmetry": "1",
+    "_rms": "1",
+    "rmse": "1",
+    "sse": "1",
+    "_error": "1",
+    "_spread": "1",
+    "_cosine": "1",
+    "_traction": "1",
     "_gpa": "GPa",
     "_um": "um",
     "_ratio": "1",
@@ -70,7 +80,7 @@ class Samples(_Table):
         coerce=True, description="run the instant belongs to"
     )
     row: Series[np.int64] = _count("data row in the raw log, counted from 1")
-    time_s: Series[float] = _number("time since the log's own start")
+    time_s: Series[float] = _number("time as logged")
     load_n: Series[float] = _number("normal load as logged", gaps=True)
     traction_force_n: Series[float] = _number(
         "traction force as logged; the sensor's zero is still in it", gaps=True
@@ -169,7 +179,8 @@ class Points(_Table):
     traction_force_n: Series[float] = _number("mean force above the zero reference", gaps=True)
     traction_coefficient: Series[float] = _number("traction force over load", gaps=True)
     traction_coefficient_se: Series[float] = _number(
-        "random standard error, zero reference included; null for single readings",
+        "random standard error, zero reference included, for noise whose memory is short against "
+        "the plateau; null for single readings",
         at_least=0,
         gaps=True,
     )
@@ -394,7 +405,10 @@ class Curves(_Table):
     oil: Series[str] = _text("oil")
     slide_roll_ratio: Series[float] = _number("abscissa")
     traction_coefficient: Series[float] = _number("ordinate")
-    traction_coefficient_se: Series[float] = _number("half length of the error bar", gaps=True)
+    traction_coefficient_se: Series[float] = _number(
+        "standard error; the bar drawn is 1.96 times as long to either side, none where null",
+        gaps=True,
+    )
 
 
 class CoverageMap(_Table):

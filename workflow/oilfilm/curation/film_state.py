@@ -19,6 +19,8 @@ from oilfilm.oils import Oil, oil_from_config
 from oilfilm.rigs import Contact, contact_of
 from oilfilm.units import M_PER_UM, PA_PER_GPA
 
+# Outside these no oil is a liquid lubricant, and the formulas of its properties overflow.
+_OIL_TEMPERATURES_C = (-100.0, 500.0)
 _THICKNESS = {"minimum": minimum_film_thickness, "central": central_film_thickness}
 
 
@@ -54,7 +56,8 @@ def _derived(
     if oil is None:
         return derived
     speed = points["entrainment_speed_m_s"].where(points["entrainment_speed_m_s"] > 0).to_numpy()
-    temperature = points["inlet_temperature_c"].to_numpy()
+    measured = points["inlet_temperature_c"]
+    temperature = measured.where(measured.between(*_OIL_TEMPERATURES_C)).to_numpy()
     viscosity = oil.dynamic_viscosity_pa_s(temperature)
     film_m = _THICKNESS[settings["thickness"]](
         load_n=load,

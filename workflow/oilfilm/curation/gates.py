@@ -316,7 +316,7 @@ POINT_GATES = (
         lambda points, limits: (
             points[["traction_coefficient", "slide_roll_ratio"]].isna().any(axis=1).to_numpy()
         ),
-        lambda points, limits: "no traction force, load or slip was logged",
+        lambda points, limits: "no traction force, load above zero or slip was logged",
     ),
     PointGate(
         "too_short",

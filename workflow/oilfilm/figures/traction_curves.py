@@ -1,5 +1,6 @@
 """mu against slip: measured points with their errors, and the fit as lines (figs 2 and 3)."""
 
+import itertools
 import string
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -80,7 +81,10 @@ def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
                     marker,
                 )
                 for level, colour, marker in zip(
-                    levels, style.shades(base, len(levels)), style.MARKERS, strict=False
+                    levels,
+                    style.shades(base, len(levels)),
+                    itertools.cycle(style.MARKERS),
+                    strict=False,
                 )
             ]
             panel = string.ascii_letters[2 * row + column]
@@ -119,7 +123,7 @@ def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
                 _select(results, oil, where),
                 FittedLaw.of(results.coefficients, oil),
                 style.oil_colour(oil, oils),
-                style.MARKERS[place],
+                style.MARKERS[place % len(style.MARKERS)],
             )
             for place, oil in enumerate(oils)
         ]
@@ -154,9 +158,8 @@ def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Data
         draw = _draw_each if 1 < len(conditions) <= _CONDITIONS_TOLD_APART else _draw_cloud
         rows += draw(axis, panel, oil, style.oil_colour(oil, oils), conditions, law)
         axis.legend(loc="best", fontsize=6)
-    _finish(figure, config, "points: plateau means; lines: fit")
-    # so many error bars would hide the points: none is drawn
-    return figure, _together(rows).assign(traction_coefficient_se=np.nan)
+    _finish(figure, config, "points: plateau means; bars: 95 % (random part); lines: fit")
+    return figure, _together(rows)
 
 
 # More conditions than this in one panel cannot be told apart by shade and symbol.
@@ -173,15 +176,7 @@ def _draw_each(
         measured = _measured_rows(panel, condition.name, oil, condition.points)
         line = _fit_rows(panel, condition.name, oil, law, condition.levels, condition.points)
         axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=shade)
-        axis.plot(
-            measured["slide_roll_ratio"],
-            measured["traction_coefficient"],
-            style.MARKERS[number],
-            color=shade,
-            markerfacecolor="white",
-            markeredgewidth=0.7,
-            label=condition.name,
-        )
+        _draw_points(axis, measured, shade, style.MARKERS[number], condition.name)
         drawn += [measured, line]
     return drawn
 
@@ -203,7 +198,8 @@ def _draw_cloud(
     )
     # a sample in the legend that can be seen
     axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
-    drawn = [_measured_rows(panel, oil, oil, points)]
+    # so many error bars would hide the points: none is drawn
+    drawn = [_measured_rows(panel, oil, oil, points).assign(traction_coefficient_se=np.nan)]
     for condition in conditions:
         line = _fit_rows(panel, condition.name, oil, law, condition.levels, points)
         axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color="black", zorder=3)
@@ -248,20 +244,24 @@ def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -
         condition = one.points[list(CONDITIONS)].mean()
         line = _fit_rows(panel, one.label, one.oil, one.law, condition, one.points)
         axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=one.colour)
-        axis.errorbar(
-            measured["slide_roll_ratio"],
-            measured["traction_coefficient"],
-            yerr=measured["traction_coefficient_se"],
-            fmt=one.marker,
-            color=one.colour,
-            markerfacecolor="white",
-            markeredgewidth=0.7,
-            elinewidth=0.7,
-            label=one.label,
-        )
+        _draw_points(axis, measured, one.colour, one.marker, one.label)
         rows += [measured, line]
     axis.set_title(title)
     return pd.concat(rows) if rows else pd.DataFrame()
+
+
+def _draw_points(axis: Axes, measured: pd.DataFrame, colour: Any, marker: str, label: str) -> None:
+    axis.errorbar(
+        measured["slide_roll_ratio"],
+        measured["traction_coefficient"],
+        yerr=_SE_DRAWN * measured["traction_coefficient_se"],
+        fmt=marker,
+        color=colour,
+        markerfacecolor="white",
+        markeredgewidth=0.7,
+        elinewidth=0.7,
+        label=label,
+    )
 
 
 def _measured_rows(panel: str, label: str, oil: str, points: pd.DataFrame) -> pd.DataFrame:
@@ -273,7 +273,7 @@ def _measured_rows(panel: str, label: str, oil: str, points: pd.DataFrame) -> pd
             "oil": oil,
             "slide_roll_ratio": points["slide_roll_ratio"],
             "traction_coefficient": points["traction_coefficient"],
-            "traction_coefficient_se": _SE_DRAWN * points["traction_coefficient_se"],
+            "traction_coefficient_se": points["traction_coefficient_se"],
         }
     )
 

@@ -134,8 +134,12 @@ def _known_exponent(problem: Problem, estimates: Estimates, name: str) -> list[d
 
 
 def _local_rows(problem: Problem, estimates: Estimates) -> list[dict[str, Any]]:
-    """A, B and C at the centre of the tested conditions, for data of too few conditions."""
-    design = problem.at.design.mean(axis=0, keepdims=True)
+    """A, B and C for data of too few conditions.
+
+    The conditions that gave exponents are taken at the law's reference, the others at the level
+    that was tested.
+    """
+    design = problem.law.design(problem.law.reference)
 
     def local(values: FloatArray) -> FloatArray:
         return problem.law.local_values(problem.expand(values), design)[0]

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import FloatArray, Law, Observations, to_internal
+from oilfilm.traction.law import CONDITIONS, FloatArray, Law, Observations, to_internal
 
 
 @dataclass(frozen=True)
@@ -32,10 +32,21 @@ class FittedLaw:
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """mu against slip at one (P in GPa, U in m/s, T in degC), shape of `slip`.
 
-        A fit without exponents knows the tested condition only and gives the curve there.
+        A fit that lacks the exponents of a condition knows its tested level only: whatever level
+        is asked for, the curve there is given.
         """
-        if np.isnan(self.constants).any():
-            return self.law.curve(self.local, slip)
+        constants, known = self.constants, np.ones(len(CONDITIONS), dtype=bool)
+        if np.isnan(self.local).all() and np.isnan(constants).any():
+            return np.full(len(slip), np.nan)
+        if np.isnan(constants).any():
+            heads = [constant.condition is None for constant in self.law.constants]
+            constants = np.where(np.isnan(constants), 0.0, constants)
+            constants[heads] = self.local
+            exponents = dict(
+                zip([one.condition for one in self.law.constants], self.constants, strict=True)
+            )
+            known = np.array([not np.isnan(exponents[name]) for name in CONDITIONS])
+        levels = np.where(known, conditions, self.law.reference)
         curve = np.zeros(len(slip), dtype=np.int64)
-        at = Observations(self.law.design(conditions), curve, slip)
-        return self.law.traction(to_internal(self.law, self.constants), at)
+        at = Observations(self.law.design(levels), curve, slip)
+        return self.law.traction(to_internal(self.law, constants), at)

@@ -5,9 +5,19 @@ A file's format is recognised by its content, never by its name.
 
 from oilfilm.readers.base import Reader
 from oilfilm.readers.csv import CsvReader
+from oilfilm.readers.lvm import LvmReader
+from oilfilm.readers.parquet import ParquetReader
 from oilfilm.readers.pcs import PcsReader
+from oilfilm.readers.tdms import TdmsReader
 
-READERS: tuple[Reader, ...] = (PcsReader(), CsvReader())
+# The first that recognises a file reads it: csv, which takes any text in columns, comes last.
+READERS: tuple[Reader, ...] = (
+    TdmsReader(),
+    ParquetReader(),
+    LvmReader(),
+    PcsReader(),
+    CsvReader(),
+)
 
 
 def find_reader(content: bytes) -> Reader | None:

@@ -1,6 +1,7 @@
 """What a reader gives: runs out of a raw file, and what it had to refuse."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -11,6 +12,8 @@ from oilfilm import tables
 
 # A reading beyond this is no measurement of any rig, whatever its unit.
 LARGEST_READING = 1e9
+# A day of 50 Hz logging is 0.3 GiB; a file that unfolds to more was made to fill the memory.
+LARGEST_LOG = 1 << 29
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,28 @@ def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:
     """The reading of a file of which nothing can be used."""
     whole = Refusal(rule, reason, advice, "", min(1, rows), rows, rows)
     return Reading(rows, [], [whole])
+
+
+def damaged_file(form: str, error: Exception) -> Reading:
+    """The reading of a file that its format's library stumbles over, whatever it raised."""
+    what = " ".join(str(error).split())[:200] or type(error).__name__
+    return refused_file(
+        0,
+        "damaged_file",
+        f"the file begins like {form}, but cannot be read: {what}",
+        "Copy it again from the rig, or export it again; what it held cannot be told.",
+    )
+
+
+def distinct(names: Iterable[str]) -> list[str]:
+    """Printable names, those that repeat an earlier one told apart by a number."""
+    seen: Counter[str] = Counter()
+    result = []
+    for name in names:
+        plain = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
+        seen[plain] += 1
+        result.append(f"{plain}-{seen[plain]}" if seen[plain] > 1 else plain)
+    return result
 
 
 def as_ranges(rows: np.ndarray[Any, np.dtype[np.int64]]) -> list[tuple[int, int]]:

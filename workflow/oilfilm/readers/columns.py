@@ -12,7 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.contact import load_for_max_hertz_pressure
-from oilfilm.readers.base import LARGEST_READING, SET_POINTS, LoggedRun, Nominal, samples_frame
+from oilfilm.readers.base import (
+    LARGEST_READING,
+    SET_POINTS,
+    LoggedRun,
+    Nominal,
+    Refusal,
+    as_ranges,
+    samples_frame,
+)
 from oilfilm.rigs import contact_of
 from oilfilm.semantics import Semantics, semantics_of
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA, Conversion, conversion, rpm_to_surface_speed
@@ -50,7 +58,10 @@ _OWN_NAMES = {
     "slide_roll_ratio": ("slide_roll_ratio", "1"),
 }
 _UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
+# No oil is liquid there; its properties have no meaning.
+_HOTTEST_C = 1000.0
 FORMAT_ADVICE = "data/raw/README.md describes the format."
+COLUMNS_ADVICE = f"{FORMAT_ADVICE} Other names: see `columns` of the campaign file."
 
 
 @dataclass(frozen=True)
@@ -116,7 +127,7 @@ def find_columns(
             continue
         quantity, unit = known[0], own_unit or known[1]
         if quantity in found:
-            raise ValueError(f"the line of column names repeats {quantity!r}")
+            raise ValueError(f"the log repeats the column {quantity!r}")
         if not unit:
             raise ValueError(
                 f"the column {name!r} has no unit; write it in brackets, in a row below the names "
@@ -131,7 +142,7 @@ def find_columns(
     missing = [quantity for quantity in needed if quantity not in found]
     if missing:
         raise ValueError(
-            f"the line of column names lacks the columns {', '.join(missing)}; it reads "
+            f"the log lacks the columns {', '.join(missing)}; its own are "
             f"{', '.join(names)[:200]!r}"
         )
     return tuple(found[quantity] for quantity in needed)
@@ -143,7 +154,8 @@ def header_problem(
     """Why a log with these header keys and columns cannot be used: rule, reason, advice."""
     oil, rig = keys.get("oil"), _rig_name(keys, config)
     if oil is None:
-        return ("header", "the header has no line `# oil: ...`", f"Add it. {FORMAT_ADVICE}")
+        reason = "the header has no line `# oil: ...` and no property `oil`"
+        return ("header", reason, f"Add it. {FORMAT_ADVICE}")
     for kind, name, known in (("oil", oil, config["oils"]), ("rig", rig, config["rigs"])):
         if name not in known:
             return (
@@ -198,6 +210,119 @@ def _rig_problem(
         f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
         f"Add it to config/rigs/{name}.yaml.",
     )
+
+
+@dataclass(frozen=True)
+class LoggedTable:
+    """One run as a format with typed columns found it.
+
+    Attributes:
+        run_id: Unique name of the run.
+        keys: Header keys, as `plain_key` makes them.
+        names: All column names.
+        units: Unit beside each name; empty where none.
+        values: A column each; those that mean something to a run have a number a row.
+        rows: How many rows there are, good and bad.
+        first_row: Number of the first row in the file.
+        flaw: What is wrong with the run as a whole, if anything.
+    """
+
+    run_id: str
+    keys: Mapping[str, str]
+    names: Sequence[str]
+    units: Sequence[str]
+    values: Sequence[npt.NDArray[Any]]
+    rows: int
+    first_row: int = 1
+    flaw: str = ""
+
+
+def read_table(
+    table: LoggedTable, config: Mapping[str, Any]
+) -> tuple[list[LoggedRun], list[Refusal]]:
+    """The run that a table makes, and what had to be refused of it."""
+    try:
+        columns = find_columns(table.names, table.units, config["campaign"].get("columns", {}))
+        logged = [_numbers(table, column.place) for column in columns]
+    except ValueError as error:
+        return [], [refused_table(table, "columns", str(error), COLUMNS_ADVICE)]
+    problem = header_problem(table.keys, columns, config)
+    if problem:
+        return [], [refused_table(table, *problem)]
+    every, good = converted(columns, logged)
+    rows = np.arange(table.first_row, table.first_row + table.rows)
+    values = {quantity: numbers[good] for quantity, numbers in every.items()}
+    refusals = []
+    for first, last in as_ranges(rows[~good]):
+        seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
+        refusals.append(unreadable_rows(table.run_id, first, last, seen))
+    run = logged_run(table.run_id, rows[good], values, columns, table.keys, config, table.flaw)
+    return [run], refusals
+
+
+def refused_table(table: LoggedTable, rule: str, reason: str, advice: str) -> Refusal:
+    """All rows of a table refused for one reason."""
+    last = table.first_row + table.rows - 1
+    first = min(table.first_row, last)
+    return Refusal(rule, reason, advice, table.run_id, first, last, table.rows)
+
+
+def _numbers(table: LoggedTable, place: int) -> FloatArray:
+    column = table.values[place]
+    if column.dtype.kind not in "iuf":
+        raise ValueError(f"the column {table.names[place]!r} does not hold numbers")
+    if len(column) != table.rows:
+        raise ValueError(f"the column {table.names[place]!r} has {len(column)} rows")
+    return column.astype(np.float64)
+
+
+# Time may be counted from 1970, in milliseconds too.
+_LARGEST_TIME = 1e13
+
+
+def converted(
+    columns: Sequence[Column], logged: Sequence[FloatArray]
+) -> tuple[dict[str, FloatArray], npt.NDArray[np.bool_]]:
+    """Logged numbers in the units of `columns`, by quantity, and which rows can be used.
+
+    A row can be used where every number is finite and below what any rig measures.
+    """
+    good = np.logical_and.reduce(
+        [
+            np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else LARGEST_READING)
+            for column, numbers in zip(columns, logged, strict=True)
+        ]
+    )
+    whole = bool(good.all())
+    values = {
+        column.quantity: column.to.of(numbers if whole else np.where(good, numbers, np.nan))
+        for column, numbers in zip(columns, logged, strict=True)
+    }
+    temperature = values["inlet_temperature"]
+    return values, good & (temperature > ABSOLUTE_ZERO_C) & (temperature < _HOTTEST_C)
+
+
+def unreadable_rows(run_id: str, first: int, last: int, seen: str, where: str = "") -> Refusal:
+    """Rows refused for a cell; `seen` is what the first of them holds, `where` its line."""
+    return Refusal(
+        "unreadable_row",
+        f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
+        f"{first}{where} reads {seen[:80]!r}",
+        "Look at these rows of the raw log; the rows around them are used.",
+        run_id,
+        first,
+        last,
+        last - first + 1,
+    )
+
+
+def header_text(value: object) -> str:
+    """A property of a binary format as a text log would write it."""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return str(value).strip()
 
 
 def logged_run(

@@ -13,18 +13,19 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.readers.base import (
-    LARGEST_READING,
-    Reading,
-    Refusal,
-    as_ranges,
-    refused_file,
+from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
+from oilfilm.readers.columns import (
+    COLUMNS_ADVICE,
+    converted,
+    header_problem,
+    logged_run,
+    unreadable_rows,
 )
-from oilfilm.readers.columns import FORMAT_ADVICE, header_problem, logged_run
 from oilfilm.readers.layout import (
     Layout,
     LayoutError,
     count_rows,
+    cut_row,
     find_layout,
     normalise,
 )
@@ -52,8 +53,7 @@ class CsvReader:
         try:
             layout = find_layout(content, config["campaign"].get("columns", {}))
         except LayoutError as error:
-            advice = f"{FORMAT_ADVICE} Other names: see `columns` of the campaign file."
-            return refused_file(error.rows, "columns", str(error), advice)
+            return refused_file(error.rows, "columns", str(error), COLUMNS_ADVICE)
         whole, _, tail = layout.table.rpartition(b"\n")
         rows = count_rows(layout.table)
         problem = header_problem(layout.keys, layout.columns, config)
@@ -65,7 +65,8 @@ class CsvReader:
             _bad_range(file, first, last, lines[first - 1], layout.first_line)
             for first, last in as_ranges(bad)
         ]
-        cut = _cut_row(tail, layout, rows, file)
+        cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
+        cut = cut_row(cells, layout.width, rows, file)
         if cut is not None:
             refusals.append(cut)
         flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
@@ -88,7 +89,12 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         return arrow_csv.read_csv(
             io.BytesIO(table),
             # one thread: only then are the rows that do not fit numbered
-            read_options=arrow_csv.ReadOptions(use_threads=False, column_names=names),
+            read_options=arrow_csv.ReadOptions(
+                use_threads=False,
+                column_names=names,
+                # one block: a line longer than a block could not be read
+                block_size=len(table) + 1,
+            ),
             parse_options=arrow_csv.ParseOptions(
                 delimiter=layout.delimiter,
                 # a stray quote must not swallow the lines up to the next one
@@ -114,11 +120,8 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
     bad_shape = np.array(misfits, dtype=np.int64)
     rows = len(cells[wanted[0]])
     numbers = np.delete(np.arange(1, rows + len(misfits) + 1), bad_shape - 1)
-    # NaN, as an empty cell becomes, is not below either
-    good = np.all([np.abs(values) < LARGEST_READING for values in cells.values()], axis=0)
-    values = {
-        column.quantity: column.to.of(cells[names[column.place]][good]) for column in layout.columns
-    }
+    every, good = converted(layout.columns, [cells[name] for name in wanted])
+    values = {quantity: column[good] for quantity, column in every.items()}
     return values, numbers[good], np.sort(np.concatenate([numbers[~good], bad_shape]))
 
 
@@ -133,28 +136,5 @@ def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> FloatArray:
 
 def _bad_range(run_id: str, first: int, last: int, line: bytes, first_line: int) -> Refusal:
     seen = line.decode("utf-8", "replace")
-    place = f" (line {first_line + first - 1} of the file)" if first_line else ""
-    return Refusal(
-        "unreadable_row",
-        f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
-        f"{first}{place} reads {seen[:80]!r}",
-        "Look at these rows of the raw log; the rows around them are used.",
-        run_id,
-        first,
-        last,
-        last - first + 1,
-    )
-
-
-def _cut_row(tail: bytes, layout: Layout, row: int, run_id: str) -> Refusal | None:
-    """What to make of a last line without a line end."""
-    if not tail:
-        return None
-    columns = layout.width
-    cells = tail.count(layout.delimiter.encode()) + 1
-    if cells < columns:
-        reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
-        advice = "Nothing can be made of half a row; see what became of the run."
-        return Refusal("cut_row", reason, advice, run_id, row, row, 1)
-    reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-    return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
+    where = f" (line {first_line + first - 1} of the file)" if first_line else ""
+    return unreadable_rows(run_id, first, last, seen, where)

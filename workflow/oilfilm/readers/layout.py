@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from oilfilm.readers.base import Refusal
 from oilfilm.readers.columns import Column, Renamed, find_columns, fits, meaning, plain_key
 
 _DELIMITERS = (",", ";", "\t", "|")
@@ -58,7 +59,11 @@ def find_layout(content: bytes, renamed: Renamed) -> Layout:
     emptied = b"\n\n" in content or b"\r\n\r\n" in content or b"\r\r" in content
     lines = text.split(b"\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     decoded = [line.decode("utf-8", "replace") for line in lines]
-    number, delimiter, names = _line_of_names(decoded, renamed)
+    try:
+        number, delimiter, names = _line_of_names(decoded, renamed)
+    except ValueError as error:
+        # one of the lines may be that of the names
+        raise LayoutError(str(error), max(count_rows(text) - 1, 0)) from error
     start = sum(len(line) + 1 for line in lines[: number + 1])
     first = decoded[number + 1].split(delimiter) if number + 1 < len(decoded) else []
     units: list[str] = [""] * len(names)
@@ -127,6 +132,18 @@ def count_rows(table: bytes) -> int:
     return table.count(b"\n") + (len(table) > 0 and not table.endswith(b"\n"))
 
 
+def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
+    """What to make of a last line without a line end; 0 cells where there is none."""
+    if not cells:
+        return None
+    if cells < columns:
+        reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
+        advice = "Nothing can be made of half a row; see what became of the run."
+        return Refusal("cut_row", reason, advice, run_id, row, row, 1)
+    reason = f"row {row}, the last, has no line end, so that its last number may be cut"
+    return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
+
+
 def _line_of_names(lines: Sequence[str], renamed: Renamed) -> tuple[int, str, list[str]]:
     for number, line in enumerate(lines):
         if line.lstrip().startswith("#"):
@@ -137,8 +154,7 @@ def _line_of_names(lines: Sequence[str], renamed: Renamed) -> tuple[int, str, li
                 return number, delimiter, names
     other = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     seen = f"; its first line is {other[0][:120]!r}" if other else ""
-    rows = max(len(other) - 1, 0)
-    raise LayoutError(f"no line names columns of a traction log{seen}", rows)
+    raise ValueError(f"no line names columns of a traction log{seen}")
 
 
 def _split(line: str, delimiter: str) -> list[str]:

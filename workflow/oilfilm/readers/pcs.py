@@ -33,6 +33,8 @@ _STEP = re.compile(r"^Step (\d+)\b.* started at (.+)$")
 _DATE_FORMATS = ("%d/%m/%Y %H:%M:%S", "%d/%m/%Y %H:%M")
 # A row of a table, were it cut after its first cell.
 _ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
+# So many cells are a row even where the line of names above them is damaged.
+_TABS_OF_A_ROW = 6
 # Step types whose rows are settled readings; the others (warm-up, mapping) are no sweep.
 _SWEEPS = {"traction", "film"}
 # Our name -> the names that the programs of the different rigs give the column.
@@ -133,9 +135,14 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         elif line.startswith("Step type\t"):
             step.type = line.split("\t")[1].strip()
         elif "Step Time (s)" in line:
+            if step.lines:
+                # a second table in one step: the line that began another step is damaged
+                yield step
+                step = _Step(step.number, step.started, step.type)
             step.names = [name.strip() for name in line.split("\t")]
             step.first_row = row
-        elif step.names and _ROW.match(line):
+        elif _ROW.match(line) and (step.names or line.count("\t") >= _TABS_OF_A_ROW):
+            step.first_row = step.first_row or row
             step.lines.append(line)
             row += 1
     if step is not None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import PlannedRun, planned_runs
 from oilfilm.rig_twin.simulate import simulate_log
@@ -18,8 +19,17 @@ def simulate_campaign(
     same whichever others are simulated with it.
     """
     campaign = config["campaign"]
-    (rig,) = config["rigs"].values()
+    ((name, rig),) = config["rigs"].items()
+    if "full_scale" not in rig:
+        raise OilfilmError(
+            f"config/rigs/{name}.yaml: the rig twin needs the key `full_scale`. Add it."
+        )
     for run in planned_runs(campaign):
+        if run.oil not in constants:
+            raise OilfilmError(
+                f"campaign {campaign['name']!r}: no constants are printed for the oil {run.oil!r}; "
+                f"the rig twin knows {', '.join(constants)}."
+            )
         random = generator(config["seed"], "rig twin", run.name)
         content, truth = simulate_log(run, constants[run.oil], campaign["twin"], rig, random)
         yield run, content, truth

@@ -29,6 +29,7 @@ class Deng2026:
     """Eqs 7-9 with their twelve constants; the signs of A, B and C cannot change."""
 
     name = "deng2026"
+    reference = REFERENCE
     local_constants = ("A", "B", "C")
     constants = (
         *_block("A", -1, 1e-4, 1.0),

@@ -65,6 +65,11 @@ class Law(Protocol):
         """Names of the law's coefficients at one operating condition."""
         ...
 
+    @property
+    def reference(self) -> FloatArray:
+        """Conditions (P in GPa, U in m/s, T in degC) at which every power law is 1."""
+        ...
+
     def design(self, conditions: FloatArray) -> FloatArray:
         """Rows of (P in GPa, U in m/s, T in degC) -> rows of what the law needs of them."""
         ...

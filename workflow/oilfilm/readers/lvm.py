@@ -1,0 +1,256 @@
+"""LabVIEW's text logs (LVM): a header, then segments with a header of their own and rows.
+
+The segments are told apart here; lvm-read is given one at a time, from memory, so that neither
+its pickles nor its evaluation of header cells is ever reached by a file.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import lvm_read
+import numpy as np
+import numpy.typing as npt
+
+from oilfilm.readers.base import LoggedRun, Reading, Refusal, damaged_file, refused_file
+from oilfilm.readers.columns import (
+    FORMAT_ADVICE,
+    LoggedTable,
+    Renamed,
+    meaning,
+    plain_key,
+    read_table,
+    refused_table,
+)
+from oilfilm.readers.layout import cut_row, normalise
+
+FloatArray = npt.NDArray[np.float64]
+Cells = Mapping[str, Sequence[str]]
+
+_TITLE = b"LabVIEW Measurement"
+_END = "***End_of_Header***"
+_SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
+# Fields of free text, in which `key: value; key: value` is read.
+_FREE_TEXT = ("description", "notes")
+
+
+@dataclass(frozen=True)
+class _Segment:
+    """One segment: cells of its header by their key, column names, rows."""
+
+    header: Cells
+    names: Sequence[str]
+    rows: Sequence[str]
+
+
+class LvmReader:
+    """LVM files; each segment is a run."""
+
+    name = "lvm"
+
+    def recognises(self, head: bytes) -> bool:
+        """True for text that begins with the title of LVM."""
+        return normalise(head).lstrip(b" \t\n").startswith(_TITLE)
+
+    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+        """See `Reader.read`."""
+        text = normalise(content).decode("utf-8", "replace")
+        mark = _SEPARATOR.search(text[:4000])
+        separator = mark[1] if mark else "\t"
+        whole = text.endswith("\n")
+        lines = text.removesuffix("\n").split("\n")
+        header, segments = _split(lines, separator)
+        if not segments:
+            reason = "the header does not end: no segment with a line `Channels` follows it"
+            return refused_file(0, "columns", reason, f"Export it again. {FORMAT_ADVICE}")
+        runs: list[LoggedRun] = []
+        refusals: list[Refusal] = []
+        rows = 0
+        for number, segment in enumerate(segments, start=1):
+            run_id = f"{file}:segment{number}" if len(segments) > 1 else file
+            complete = whole or number < len(segments)
+            try:
+                table, cut = _table(header, segment, separator, complete, run_id, rows + 1, config)
+            except Exception as error:  # whatever a damaged file makes the library stumble over
+                return damaged_file("lvm", error)
+            found, refused = _read(table, segment, config)
+            runs += found
+            refusals += [*refused, *cut]
+            rows += len(segment.rows)
+        return Reading(rows, runs, refusals)
+
+
+def _read(
+    table: LoggedTable, segment: _Segment, config: Mapping[str, Any]
+) -> tuple[list[LoggedRun], list[Refusal]]:
+    """Run and refusals of a segment; none of one without rows."""
+    if not segment.rows:
+        return [], []
+    if not segment.names:
+        reason = "the segment has no line `X_Value` with the names of its channels"
+        return [], [refused_table(table, "columns", reason, FORMAT_ADVICE)]
+    return read_table(table, config)
+
+
+def _split(lines: Sequence[str], separator: str) -> tuple[Cells, list[_Segment]]:
+    """The file's header and its segments, each of which begins with a line `Channels`."""
+    starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
+    stops = [*starts[1:], len(lines)][: len(starts)]
+    header = _header(lines[: starts[0]] if starts else lines, separator)
+    segments = [
+        _segment(lines[start:stop], separator) for start, stop in zip(starts, stops, strict=True)
+    ]
+    return header, segments
+
+
+def _segment(lines: Sequence[str], separator: str) -> _Segment:
+    for number, line in enumerate(lines):
+        cells = line.split(separator)
+        if cells[0] == "X_Value":
+            names = [cell.strip() for cell in cells]
+            return _Segment(_header(lines[:number], separator), names, lines[number + 1 :])
+    ends = [number for number, line in enumerate(lines, start=1) if line.startswith(_END)]
+    end = ends[0] if ends else len(lines)
+    return _Segment(_header(lines[:end], separator), [], lines[end:])
+
+
+def _header(lines: Sequence[str], separator: str) -> Cells:
+    cells = (line.split(separator) for line in lines)
+    return {plain_key(first): [cell.strip() for cell in others] for first, *others in cells}
+
+
+def _table(
+    header: Cells,
+    segment: _Segment,
+    separator: str,
+    complete: bool,
+    run_id: str,
+    first_row: int,
+    config: Mapping[str, Any],
+) -> tuple[LoggedTable, list[Refusal]]:
+    """A segment as a table, and the refusal of a last row that may be cut."""
+    kept, cut = list(segment.rows), []
+    if not complete and kept:
+        row = first_row + len(kept) - 1
+        cells = kept.pop().count(separator) + 1
+        # the column of comments need not be there
+        columns = len(segment.names) - (segment.names[-1:] == ["Comment"])
+        found = cut_row(cells, columns, row, run_id)
+        cut = [found] if found else []
+    decimal_mark = (header.get("decimal_separator") or ["."])[0] or "."
+    values = _numbers(segment.names, kept, separator, decimal_mark)
+    names, units, columns_ = _named(
+        header, segment, values, decimal_mark, config["campaign"].get("columns", {})
+    )
+    flaw = _flaw(segment, cut)
+    keys = _keys(header) | _keys(segment.header)
+    return LoggedTable(run_id, keys, names, units, columns_, len(kept), first_row, flaw), cut
+
+
+def _flaw(segment: _Segment, cut: Sequence[Refusal]) -> str:
+    """Why a segment counts as truncated, if it does."""
+    if any(refusal.rule == "cut_row" for refusal in cut):
+        return f"truncated: {cut[0].reason}"
+    samples = [int(cell) for cell in segment.header.get("samples", []) if _is_count(cell)]
+    announced = max(samples, default=0)
+    if announced > len(segment.rows):
+        return f"truncated: the segment announces {announced} samples and holds {len(segment.rows)}"
+    return ""
+
+
+def _is_count(text: str) -> bool:
+    return text.isascii() and text.isdecimal() and len(text) < 12
+
+
+def _numbers(
+    names: Sequence[str], rows: Sequence[str], separator: str, decimal_mark: str
+) -> FloatArray:
+    """Numbers of all columns, shape (rows, columns); NaN where a cell holds anything else."""
+    values = np.full((len(rows), len(names)), np.nan)
+    if not rows or not names:
+        return values
+    plain = [row if _is_row(row, separator, names) else "?" for row in rows]
+    # everything but the rows is written anew: nothing else of the file is for lvm-read to judge
+    lines = [
+        f"Decimal_Separator{separator}{decimal_mark}\n",
+        "\n",
+        f"Channels{separator}{len(names)}\n",
+        separator.join(["X_Value", *("Y" for _ in names[1:])]) + "\n",
+        *(f"{row}\n" for row in plain),
+    ]
+    read = lvm_read.read_lines(lines, separator=separator)[0]["data"]
+    if len(read) != len(rows):
+        raise ValueError(f"of {len(rows)} rows {len(read)} came back")
+    width = min(read.shape[1], len(names))
+    values[:, :width] = read[:, :width]
+    return values
+
+
+def _is_row(line: str, separator: str, names: Sequence[str]) -> bool:
+    """Whether a line can be a row of data: not empty, no marker, no cell beyond the names."""
+    cells = line.split(separator)
+    numbers = cells[: len(names) - (names[-1] == "Comment")]
+    return (
+        bool(line.strip(f"{separator} "))
+        and not line.startswith(("***", _TITLE.decode()))
+        and not any(cell.strip() for cell in cells[len(names) :])
+        # Python reads 1_0 as a number
+        and not any("_" in cell for cell in numbers)
+    )
+
+
+def _named(
+    header: Cells,
+    segment: _Segment,
+    values: FloatArray,
+    decimal_mark: str,
+    renamed: Renamed,
+) -> tuple[list[str], list[str], list[FloatArray]]:
+    """Names, units and columns, the X column being the time where no channel is."""
+    names = list(segment.names)
+    labels = ["", *segment.header.get("y_unit_label", [])]
+    units = [labels[place] if place < len(labels) else "" for place in range(len(names))]
+    columns = list(values.T)
+    known = [meaning(name, renamed) for name in names]
+    is_time = (segment.header.get("x_dimension") or ["Time"])[0] in {"Time", ""}
+    if not names or not is_time or any(found and found[0] == "time" for found in known):
+        return names, units, columns
+    x_unit = (segment.header.get("x_unit_label") or [""])[0] or "s"
+    if (header.get("x_columns") or ["One"])[0] != "No":
+        clocks = [column for name, column in zip(names, columns, strict=True) if name == "X_Value"]
+        if not all(np.array_equal(clocks[0], clock, equal_nan=True) for clock in clocks):
+            # without a time of their own the segment is refused for the lack of one
+            return names, units, columns
+        return ["time", *names[1:]], [x_unit, *units[1:]], columns
+    steps = {
+        (_first(segment.header, "x0", place, decimal_mark), increment)
+        for place, found in enumerate(known)
+        if found is not None
+        and np.isfinite(increment := _first(segment.header, "delta_x", place, decimal_mark))
+    }
+    if len(steps) != 1:
+        return names, units, columns
+    ((start, increment),) = steps
+    time = np.nan_to_num(start) + increment * np.arange(len(values))
+    return ["time", *names[1:]], [x_unit, *units[1:]], [time, *columns[1:]]
+
+
+def _first(header: Cells, key: str, place: int, decimal_mark: str) -> float:
+    """The number of a channel in a line of the segment's header; NaN where it has none."""
+    cells = header.get(key, [])
+    try:
+        return float(cells[place - 1].replace(decimal_mark, "."))
+    except (IndexError, ValueError):
+        return float("nan")
+
+
+def _keys(header: Cells) -> dict[str, str]:
+    """Header keys: a field each, and what `description` and `notes` say as `key: value`."""
+    keys = {name: cells[0] for name, cells in header.items() if cells and cells[0]}
+    for field in _FREE_TEXT:
+        for part in re.split("[;,]", " ; ".join(header.get(field, []))):
+            name, mark, value = part.partition(":" if ":" in part else "=")
+            if mark:
+                keys[plain_key(name)] = value.strip()
+    return keys

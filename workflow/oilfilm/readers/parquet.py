@@ -1,0 +1,132 @@
+"""Parquet logs: a row an instant, header keys in the file's metadata."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+
+from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
+from oilfilm.readers.columns import (
+    LoggedTable,
+    Renamed,
+    header_text,
+    meaning,
+    plain_key,
+    read_table,
+)
+
+_MARKS = (b"PAR1", b"PARE")
+_OWN_TABLE = b"oilfilm"
+_PANDAS_KEYS = b"PANDAS_ATTRS"
+_NOT_KEYS = {b"pandas", b"ARROW:schema", _PANDAS_KEYS}
+_BYTES_A_NUMBER = 8
+
+
+class ParquetReader:
+    """Parquet files with a column a quantity; a file is a run."""
+
+    name = "parquet"
+
+    def recognises(self, head: bytes) -> bool:
+        """True for the mark of Parquet, encrypted or not."""
+        return head.startswith(_MARKS)
+
+    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+        """See `Reader.read`."""
+        if content.startswith(b"PARE"):
+            return refused_file(
+                0, "damaged_file", "the file is encrypted Parquet", "Export it without encryption."
+            )
+        try:
+            log = parquet.ParquetFile(arrow.BufferReader(content))
+            metadata = log.schema_arrow.metadata or {}
+            if _OWN_TABLE in metadata:
+                return _own_table(log.metadata.num_rows, metadata[_OWN_TABLE])
+            table = _table(log, file, config["campaign"].get("columns", {}))
+        except Exception as error:  # Arrow raises whatever a damaged file makes it stumble over
+            return damaged_file("parquet", error)
+        runs, refusals = read_table(table, config)
+        # a table without rows is left to `ingest`, which says so
+        return Reading(table.rows, runs, refusals) if table.rows else Reading(0)
+
+
+def _own_table(rows: int, footer: bytes) -> Reading:
+    name = footer.decode("utf-8", "replace")[:80]
+    return refused_file(
+        rows,
+        "own_table",
+        f"this is a table that oilfilm made itself, not a raw log ({name!r})",
+        "Take it out of the raw folder; tables belong into results.",
+    )
+
+
+def _table(log: parquet.ParquetFile, file: str, renamed: Renamed) -> LoggedTable:
+    """The columns that mean something to a run; of the others only names are kept.
+
+    Raises:
+        ValueError: The numbers would not fit any log's size.
+    """
+    schema = log.schema_arrow
+    wanted = [name for name in schema.names if meaning(name, renamed) is not None]
+    _check_claims(log.metadata, len(wanted))
+    columns = log.read(columns=list(dict.fromkeys(wanted)), use_threads=False)
+    values, units = [], []
+    for field in schema:
+        unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace").strip()
+        # of columns of one name the run is refused whichever is taken
+        places = columns.schema.get_all_field_indices(field.name)
+        values.append(_numbers(columns.column(places[0])) if places else np.array([]))
+        units.append(unit or ("s" if _is_instant(field.type) else ""))
+    rows = columns.num_rows if wanted else log.metadata.num_rows
+    return LoggedTable(file, _keys(schema.metadata or {}), schema.names, units, values, rows)
+
+
+def _check_claims(about: parquet.FileMetaData, columns: int) -> None:
+    """Refuse a file that unfolds to more than any log, before anything is unfolded."""
+    unfolded = max(
+        about.num_rows * max(columns, 1) * _BYTES_A_NUMBER,
+        sum(about.row_group(group).total_byte_size for group in range(about.num_row_groups)),
+    )
+    if not 0 <= unfolded <= LARGEST_LOG:
+        raise ValueError(f"it would unfold to {unfolded >> 20} MiB")
+
+
+def _is_instant(kind: arrow.DataType) -> bool:
+    return bool(arrow.types.is_timestamp(kind) or arrow.types.is_duration(kind))
+
+
+def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
+    """Numbers of a column, missing ones NaN; instants as seconds since the first; else text."""
+    kind = arrow.types
+    if _is_instant(column.type):
+        instants = column.to_numpy()
+        start = instants[0] if instants.dtype.kind == "M" and len(instants) else 0
+        return (instants - start) / np.timedelta64(1, "s")
+    if (
+        kind.is_integer(column.type)
+        or kind.is_floating(column.type)
+        or kind.is_decimal(column.type)
+    ):
+        return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
+    return np.array([], dtype=str)
+
+
+def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+    """Header keys: the file's own metadata and, under them, the `attrs` of a pandas frame."""
+    keys: dict[str, str] = {}
+    try:
+        attributes = json.loads(metadata.get(_PANDAS_KEYS, b"{}"))
+    except (ValueError, RecursionError):
+        attributes = {}
+    if isinstance(attributes, dict):
+        keys = {plain_key(str(name)): header_text(value) for name, value in attributes.items()}
+    for name, value in metadata.items():
+        if name not in _NOT_KEYS:
+            keys[plain_key(name.decode("utf-8", "replace"))] = value.decode(
+                "utf-8", "replace"
+            ).strip()
+    return keys

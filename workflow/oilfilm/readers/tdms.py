@@ -1,0 +1,209 @@
+"""LabVIEW's binary logs (TDMS): groups of channels with properties."""
+
+import io
+import logging
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from nptdms import TdmsChannel, TdmsFile
+from nptdms.log import log_manager
+
+from oilfilm.readers.base import (
+    LoggedRun,
+    Reading,
+    Refusal,
+    damaged_file,
+    distinct,
+    refused_file,
+)
+from oilfilm.readers.columns import (
+    LoggedTable,
+    Renamed,
+    header_text,
+    meaning,
+    plain_key,
+    read_table,
+)
+
+Values = npt.NDArray[Any]
+
+_TAG = b"TDSm"
+_LEAD_IN = 28
+_UNKNOWN_END = (1 << 64) - 1
+_BIG_ENDIAN = 1 << 6
+# Counts of scalings and of their coefficients, which the library loops over, are never larger.
+_MOST_SCALINGS = 1000
+
+# Its warnings about damaged files would repeat on the terminal what the verdict says.
+log_manager.set_level(logging.ERROR)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Channels of one group; `steps` holds (start, increment) in s of those that have them."""
+
+    name: str
+    keys: Mapping[str, str]
+    names: Sequence[str]
+    units: Sequence[str]
+    values: Sequence[Values]
+    steps: Mapping[str, tuple[float, float]]
+
+
+class TdmsReader:
+    """TDMS files; each group of channels that has rows is a run."""
+
+    name = "tdms"
+
+    def recognises(self, head: bytes) -> bool:
+        """True where the first segment's tag stands at the very beginning."""
+        return head.startswith(_TAG)
+
+    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+        """See `Reader.read`."""
+        flaw = _cut(content)
+        try:
+            groups = [group for group in _groups(content) if any(map(len, group.values))]
+        except (
+            Exception
+        ) as error:  # the library raises whatever a damaged file makes it stumble over
+            return damaged_file("tdms", error)
+        if flaw and not groups:
+            return refused_file(0, "damaged_file", flaw, "Copy it again, or repeat the run.")
+        labels = distinct(group.name for group in groups)
+        renamed = config["campaign"].get("columns", {})
+        runs: list[LoggedRun] = []
+        refusals: list[Refusal] = []
+        rows = 0
+        for group, label in zip(groups, labels, strict=True):
+            run_id = f"{file}:{label}" if len(groups) > 1 else file
+            table, behind = _table(group, run_id, rows + 1, flaw, renamed)
+            found, refused = read_table(table, config)
+            runs += found
+            refusals += refused + behind
+            rows += table.rows + sum(refusal.refused_rows for refusal in behind)
+        return Reading(rows, runs, refusals)
+
+
+def _cut(content: bytes) -> str:
+    """What is wrong with the last segment where it was not written to its end; else empty."""
+    position, number = 0, 0
+    while position < len(content):
+        number += 1
+        lead_in = content[position : position + _LEAD_IN]
+        if len(lead_in) < _LEAD_IN or not lead_in.startswith(_TAG):
+            # another tag is damage, which the library reports
+            return _in_words(number) if _TAG.startswith(lead_in[:4]) else ""
+        order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
+        (length,) = struct.unpack(f"{order}Q", lead_in[12:20])
+        if length == _UNKNOWN_END or position + _LEAD_IN + length > len(content):
+            return _in_words(number)
+        position += _LEAD_IN + length
+    return ""
+
+
+def _in_words(segment: int) -> str:
+    return f"truncated: the file ends within segment {segment}, which was not written to its end"
+
+
+def _groups(content: bytes) -> Iterator[_Group]:
+    with TdmsFile.open(io.BytesIO(content)) as log:
+        channels = [channel for group in log.groups() for channel in group.channels()]
+        _check_claims(channels, [log.properties, *(g.properties for g in log.groups())], content)
+        for group in log.groups():
+            properties = {**log.properties, **group.properties}
+            keys = {plain_key(name): header_text(value) for name, value in properties.items()}
+            members = group.channels()
+            values = [np.asarray(channel[:]) for channel in members]
+            units = [
+                "s" if array.dtype.kind == "M" else str(channel.properties.get("unit_string", ""))
+                for channel, array in zip(members, values, strict=True)
+            ]
+            yield _Group(
+                group.name,
+                keys,
+                [channel.name.strip() for channel in members],
+                [unit.strip() for unit in units],
+                [_seconds(array) for array in values],
+                {name: step for channel in members for name, step in _step(channel)},
+            )
+
+
+def _step(channel: TdmsChannel) -> Iterator[tuple[str, tuple[float, float]]]:
+    """Name, start and increment of time in s of a channel that has them."""
+    properties = channel.properties
+    if "wf_increment" in properties:
+        start = float(properties.get("wf_start_offset", 0.0))
+        yield channel.name.strip(), (start, float(properties["wf_increment"]))
+
+
+def _check_claims(
+    channels: Sequence[Any], properties: Sequence[Mapping[str, Any]], content: bytes
+) -> None:
+    """Refuse what would make the library fill the memory or loop without end.
+
+    Raises:
+        ValueError: More values are claimed than the file has bytes, or scalings beyond reason.
+    """
+    claimed = sum(len(channel) for channel in channels)
+    if claimed > len(content):
+        raise ValueError(f"it claims {claimed} values in {len(content)} bytes")
+    for owner in [*properties, *(channel.properties for channel in channels)]:
+        for name, value in owner.items():
+            if name.startswith("NI_") and name.endswith(("_Size", "_Scales")):
+                if not 0 <= int(value) <= _MOST_SCALINGS:
+                    raise ValueError(f"the property {name} is {value}")
+
+
+def _seconds(values: Values) -> Values:
+    """Instants as seconds since the first; numbers as they are."""
+    if values.dtype.kind == "M" and len(values):
+        return (values - values[0]) / np.timedelta64(1, "s")
+    return values
+
+
+def _table(
+    group: _Group, run_id: str, first: int, flaw: str, renamed: Renamed
+) -> tuple[LoggedTable, list[Refusal]]:
+    """The rows that all channels of a run have, and the refusal of those behind them.
+
+    Channels that mean nothing to a run may be of any length: they are not read. Time is made of
+    the sampling interval where no channel has it.
+    """
+    known = {name: meaning(name, renamed) for name in group.names}
+    used = {
+        name: len(column)
+        for name, column in zip(group.names, group.values, strict=True)
+        if known[name] is not None
+    }
+    longest = max(used.values() if used else map(len, group.values))
+    rows = min(used.values(), default=longest)
+    names, units = list(group.names), list(group.units)
+    values = [column[:rows] for column in group.values]
+    steps = {step for name, step in group.steps.items() if known[name] is not None}
+    if len(steps) == 1 and not any(found and found[0] == "time" for found in known.values()):
+        ((start, increment),) = steps
+        names.append("time")
+        units.append("s")
+        values.append(start + increment * np.arange(rows))
+    table = LoggedTable(run_id, group.keys, names, units, values, rows, first, flaw)
+    return table, [_behind(run_id, used, first + rows, longest - rows)] if longest > rows else []
+
+
+def _behind(run_id: str, lengths: Mapping[str, int], first: int, rows: int) -> Refusal:
+    """The refusal of rows that only some channels have."""
+    ends = ", ".join(f"{name[:40]} {length}" for name, length in lengths.items())
+    last = first + rows - 1
+    return Refusal(
+        "unequal_channels",
+        f"rows {first} to {last}: the channels are of different lengths ({ends[:200]})",
+        "The rows that all channels have are used; let the logger write them together.",
+        run_id,
+        first,
+        last,
+        rows,
+    )
