@@ -10,17 +10,19 @@ include: "workflow/rules/curate.smk"
 include: "workflow/rules/quality.smk"
 include: "workflow/rules/fit.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
 
 
 rule all:
-    "Everything of one campaign: tables, fits, figures and the summary."
+    "Everything of one campaign: tables, their description, fits, figures and the summary."
     default_target: True
     input:
         rules.summary.output,
         rules.coverage.output,
         rules.refused.output,
         rules.figures.input,
+        rules.metadata.output,
 
 
 onsuccess:

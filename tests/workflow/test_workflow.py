@@ -1,5 +1,6 @@
 """The workflow as a user runs it: small campaigns from raw logs to figures, in a folder apart."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ import yaml
 
 from campaigns import ROOT
 from oilfilm import tables
+from oilfilm.provenance import file_digest
 
 pytestmark = pytest.mark.workflow
 
@@ -92,6 +94,19 @@ def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
     )
 
 
+def test_tables_of_a_run_are_described(place: Path, finished: str) -> None:
+    folder = place / "results/small/tables"
+    package = json.loads((folder / "datapackage.json").read_text(encoding="utf-8"))
+    files = {file["path"]: file["hash"] for each in package["resources"] for file in each["files"]}
+    assert files == {
+        path.relative_to(folder).as_posix(): f"sha256:{file_digest(path)}"
+        for path in folder.rglob("*.parquet")
+    }
+    linked = json.loads((folder / "dataset.jsonld").read_text(encoding="utf-8"))
+    assert "vocabulary.ttl#slide_roll_ratio" in str(linked)
+    assert (folder / "vocabulary.ttl").is_file()
+
+
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:
     again = snakemake("--config", "campaign=small")
     assert again.returncode == 0
@@ -126,6 +141,22 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
         }
     finally:
         module.write_text(before, encoding="utf-8")
+
+
+def test_corrected_title_redoes_the_description_and_nothing_else(
+    place: Path, snakemake: Run, finished: str
+) -> None:
+    campaign = place / "config/campaigns/small.yaml"
+    before = campaign.read_text(encoding="utf-8")
+    try:
+        campaign.write_text(before.replace("title: ", "title: Corrected ", 1), encoding="utf-8")
+        assert planned(snakemake("-n", "--config", "campaign=small")) == {
+            "metadata",
+            "all",
+            "total",
+        }
+    finally:
+        campaign.write_text(before, encoding="utf-8")
 
 
 def test_mistake_in_a_campaign_file_ends_in_a_sentence(place: Path, snakemake: Run) -> None:

@@ -26,6 +26,8 @@ _TYPE_NAMES = {
     "boolean": "true or false",
     "null": "nothing",
 }
+# Keys of a campaign file that say nothing about the run, only about the data that come of it.
+_ABOUT = ("title", "licence", "creators", "sources")
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 _SCHEMAS = Path(__file__).parents[1] / "schemas"
@@ -75,7 +77,8 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
 
     Returns:
         The settings of `config.yaml` with the keys `campaign` (the campaign file, with its name
-        under `name`), `rigs` and `oils` (by id; None where an oil has no known properties) added.
+        under `name`), `dataset` (what that file says of the data: title, licence, creators,
+        sources), `rigs` and `oils` (by id; None where an oil has no known properties) added.
 
     Raises:
         OilfilmError: A file is missing or has a mistake.
@@ -96,6 +99,8 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     problem = _first_problem({**merged, "campaign": name}, "config")
     if problem is not None:
         raise OilfilmError(f"{path} (settings) or the command line's --config: {_explain(problem)}")
+    # apart from the campaign, so that a corrected title redoes no fit
+    merged["dataset"] = {key: campaign.pop(key) for key in _ABOUT if key in campaign}
     merged["campaign"] = {"name": name, **campaign}
     for steps, complaint in _contradictions(campaign, merged):
         raise OilfilmError(f"{path}, line {_line_at(path, steps)}: {complaint}")
