@@ -8,7 +8,6 @@ friction is low.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import elementwise
 from scipy.special import elliprd, elliprf
 
 from oilfilm.units import FloatArray
@@ -199,6 +198,9 @@ def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
     log_ratio = np.log(np.divide(radius_y_m, radius_x_m))
     # |ln k| stays below |ln(Ry/Rx)|; the 1 keeps rounding from deciding the signs where both vanish
     bound = np.abs(log_ratio) + 1
+    # imported where needed: it takes half a second, and a ball on a flat does without
+    from scipy.optimize import elementwise  # noqa: PLC0415
+
     found = elementwise.find_root(_ellipticity_error, (-bound, bound), args=(log_ratio,))
     return np.exp(found.x)
 

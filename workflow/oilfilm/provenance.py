@@ -4,6 +4,7 @@ import ast
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,13 @@ def _with_imports(paths: Iterable[Path]) -> set[Path]:
     return found
 
 
-def _imported(path: Path) -> Iterable[Path]:
+@cache
+def _imported(path: Path) -> frozenset[Path]:
+    """Modules of oilfilm that a file imports; asked for each script anew, but parsed once."""
+    return frozenset(_find_imported(path))
+
+
+def _find_imported(path: Path) -> Iterable[Path]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         names: list[str] = []
         if isinstance(node, ast.Import):

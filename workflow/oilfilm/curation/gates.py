@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.stats import siegelslopes
 
 from oilfilm.curation.plateaus import sampling_interval
 from oilfilm.curation.signals import Signals
@@ -291,6 +290,9 @@ def _film_off_trend(points: pd.DataFrame, factor: float) -> BoolArray:
     The law is the repeated-median line of ln h against ln U, which holds with up to half of the
     readings wrong (A. F. Siegel, Biometrika 69 (1982) 242).
     """
+    # imported where needed: it takes a second, and few campaigns measure films
+    from scipy.stats import siegelslopes  # noqa: PLC0415
+
     readings = points[
         (points["measured_film_thickness_um"] > 0) & (points["entrainment_speed_m_s"] > 0)
     ]
