@@ -34,7 +34,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint bench-fuzz lock upgrade clean help
+.PHONY: all setup test lint bench-fuzz bench-ingest lock upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -85,6 +85,9 @@ $(READY): $(LOCKED) pyproject.toml
 
 # Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
 # for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
+bench-ingest: $(READY) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
+	$(BIN)/python benchmarks/ingest.py
+
 lock: ## renew requirements.lock after a change of pyproject.toml
 	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) setup)
 	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \

@@ -44,7 +44,7 @@ def summarise(
         "",
         *_fits(coefficients, quality),
         "",
-        f"Tables:  results/{name}/tables (start with quarantine.parquet and fit_quality.parquet)",
+        f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
         *_pages(quarantine, name),
     ]

@@ -35,6 +35,7 @@ rule collect:
         points="<tables>/points.parquet",
         runs="<tables>/runs.parquet",
         quarantine="<tables>/quarantine.parquet",
+        spreadsheet="<tables>/quarantine.csv",
     log:
         "<logs>/collect.log",
     params:

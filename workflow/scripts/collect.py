@@ -6,6 +6,7 @@ from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect
 from oilfilm.job import job
 from oilfilm.raw_files import remove_others
+from oilfilm.spreadsheet import write_csv
 
 with job(snakemake) as provenance:
     found = snakemake.input
@@ -23,3 +24,4 @@ with job(snakemake) as provenance:
     tables.write(campaign.points, "points", Path(snakemake.output.points), provenance)
     tables.write(campaign.runs, "runs", Path(snakemake.output.runs), provenance)
     tables.write(campaign.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)
+    write_csv(campaign.quarantine, Path(snakemake.output.spreadsheet))

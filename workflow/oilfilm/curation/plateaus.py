@@ -12,6 +12,10 @@ from oilfilm.curation.signals import FloatArray, IndexArray
 MAD_TO_SIGMA = 1.4826
 
 
+# No logger of a rig is faster; damaged time stamps are, and would ask for endless windows.
+_SHORTEST_INTERVAL_S = 1e-6
+
+
 def find_steps(time_s: FloatArray, slip: FloatArray, settings: Mapping[str, Any]) -> IndexArray:
     """Indices at which the slip steps to another level.
 
@@ -60,4 +64,4 @@ def sampling_interval(time_s: FloatArray) -> float:
     """Median time between samples, in s; 1 where there are too few to tell."""
     intervals = np.diff(time_s)
     median = float(np.median(intervals)) if len(intervals) else 0.0
-    return median if median > 0 else 1.0
+    return max(median, _SHORTEST_INTERVAL_S) if median > 0 else 1.0

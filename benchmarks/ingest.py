@@ -1,0 +1,151 @@
+"""Ingest and curation of 10 million rows in 2 000 csv runs, against what others take for reading.
+
+Run by `make bench-ingest`; prints rows a second, ratios of wall time and peak memory. The logs are
+20 simulated runs of 5 000 rows, each written under 100 names. Both named baselines read the same
+files in the same run: bare pyarrow.csv, which gives columns and nothing else, and the
+straightforward pandas version, which reads a file at a time, groups by commanded slip and averages.
+"""
+
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow.csv as arrow_csv
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from campaigns import printed  # noqa: E402  (the tests' own helper)
+from oilfilm import tables  # noqa: E402
+from oilfilm.config import resolve  # noqa: E402
+from oilfilm.curation.curate import Curated, collect, curate  # noqa: E402
+from oilfilm.ingest import ingest  # noqa: E402
+from oilfilm.raw_files import shard_of  # noqa: E402
+from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
+
+CORES = 2
+HEADER_LINES = 5
+PROVENANCE = {"campaign": "bench", "data": "simulated"}
+
+
+def configuration(shards: int) -> dict[str, Any]:
+    """The demonstration campaign, stretched to 5 000 rows a run, repeats allowed."""
+    config = resolve(ROOT / "config", {"campaign": "demo"})
+    twin = {**config["campaign"]["twin"], "step_s": 3.02, "baseline_s": 3.2, "defects": []}
+    campaign = {**config["campaign"], "twin": twin, "repeated_conditions": "accept"}
+    return {**config, "campaign": campaign, "shards": shards}
+
+
+def write_logs(folder: Path, runs: int, config: dict[str, Any]) -> int:
+    """Write the logs; returns how many rows they hold."""
+    rows = 0
+    different = min(20, runs)
+    for number, (_, content, _) in zip(
+        range(different), simulate_campaign(config, printed()), strict=False
+    ):
+        for copy in range(runs // different):
+            text = b"# run: %d-%d\n" % (number, copy) + content
+            (folder / f"run{number:02d}_{copy:03d}.csv").write_bytes(text)
+            rows += content.count(b"\n") - HEADER_LINES - 1
+    return rows
+
+
+def read_bare(path: Path) -> int:
+    """The columns of a log, by pyarrow alone."""
+    skipped = HEADER_LINES + 1
+    return arrow_csv.read_csv(path, read_options=arrow_csv.ReadOptions(skip_rows=skipped)).num_rows
+
+
+def read_naively(path: Path) -> pd.DataFrame:
+    """What one writes first: read a log, group its rows by slip, average each group."""
+    frame = pd.read_csv(path, comment="#")
+    ball = frame["ball_speed_rpm"] * (2 * np.pi / 60) * 0.010
+    disc = frame["disc_speed_rpm"] * (2 * np.pi / 60) * 0.040
+    frame["slip"] = (disc - ball) / ((disc + ball) / 2)
+    frame["mu"] = frame["traction_force_n"] / frame["load_n"]
+    steps = frame.groupby(frame["slip"].round(2))
+    return steps.agg(["mean", "std", "count"])
+
+
+def carry_share(share: int, folder: Path, out: Path, config: dict[str, Any]) -> Curated:
+    """One share of the logs through ingest and curation, every table written and read back."""
+    files = [
+        path.name
+        for path in sorted(folder.iterdir())
+        if shard_of(path.name, config["shards"]) == share
+    ]
+    found = ingest(folder, files, config)
+    paths = [out / f"samples/oil={oil}/part-{share}.parquet" for oil in found.samples]
+    for frame, path in zip(found.samples.values(), paths, strict=True):
+        tables.write(frame, "samples", path, PROVENANCE)
+    found.samples.clear()
+    curated = curate(tables.read("samples", *paths), found.runs, config)
+    tables.write(curated.points, "points", out / f"parts/{share}/points.parquet", PROVENANCE)
+    tables.write(curated.runs, "runs", out / f"parts/{share}/runs.parquet", PROVENANCE)
+    refused = pd.concat([found.quarantine, curated.quarantine], ignore_index=True)
+    tables.write(refused, "quarantine", out / f"parts/{share}/quarantine.parquet", PROVENANCE)
+    return Curated(curated.points, curated.runs, refused)
+
+
+def carry_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: dict[str, Any]) -> None:
+    """All shares on all cores, then collected and written."""
+    carry = partial(carry_share, folder=folder, out=out, config=config)
+    whole = collect(list(pool.map(carry, range(config["shards"]))), [], config)
+    tables.write(whole.points, "points", out / "points.parquet", PROVENANCE)
+    tables.write(whole.runs, "runs", out / "runs.parquet", PROVENANCE)
+    tables.write(whole.quarantine, "quarantine", out / "quarantine.parquet", PROVENANCE)
+    accepted = (whole.runs["verdict"] == "accepted").sum()
+    print(f"  {accepted} of {len(whole.runs)} runs accepted, {len(whole.points)} points")
+
+
+def timed(name: str, work: Callable[[], object]) -> float:
+    """Wall time of some work, the best of two; printed."""
+    best = np.inf
+    for _ in range(2):
+        start = time.perf_counter()
+        work()
+        best = min(best, time.perf_counter() - start)
+    print(f"{name}: {best:.2f} s")
+    return float(best)
+
+
+def peak_mib() -> float:
+    """Largest memory of any process so far, in MiB."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    return max(usage, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1024
+
+
+def main(runs: int) -> None:
+    """Write the logs, carry them through and print how that compares."""
+    config = configuration(max(runs // 60, 2))
+    with tempfile.TemporaryDirectory() as name:
+        folder, out = Path(name, "raw"), Path(name, "out")
+        folder.mkdir()
+        rows = write_logs(folder, runs, config)
+        paths = sorted(folder.iterdir())
+        size = sum(path.stat().st_size for path in paths)
+        print(f"{rows} rows in {len(paths)} logs, {size / 2**20:.0f} MiB, {CORES} processes")
+        # fresh processes: those of a fork would share and so hide memory
+        with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
+            list(pool.map(read_bare, paths[:CORES]))
+            bare = timed("bare pyarrow.csv", lambda: list(pool.map(read_bare, paths, chunksize=50)))
+            naive = timed("naive pandas", lambda: list(pool.map(read_naively, paths, chunksize=50)))
+        with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
+            ours = timed("ingest and curation", lambda: carry_all(pool, folder, out, config))
+        print(f"rows a second: {rows / ours:,.0f}")
+        print(f"times bare pyarrow.csv: {ours / bare:.1f}")
+        print(f"times faster than naive pandas: {naive / ours:.2f}")
+        print(f"peak memory of a process: {peak_mib():.0f} MiB")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 2000)
