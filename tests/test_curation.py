@@ -24,9 +24,9 @@ from oilfilm.curation.gates import (
     judge_points,
     judge_run,
 )
-from oilfilm.curation.plateaus import find_steps, sampling_interval, settled_parts
+from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.points import measure_continuous
-from oilfilm.curation.signals import SIGNALS, Signals
+from oilfilm.curation.signals import SIGNALS, Signals, sampling_interval
 from oilfilm.ingest import read_log
 from oilfilm.semantics import Semantics, semantics_of
 from oilfilm.traction.deng2026 import traction_coefficient

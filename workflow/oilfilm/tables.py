@@ -532,7 +532,8 @@ def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
                 f"{where}: table {table!r}, column {name!r} ({column.description}): found "
                 f"{case['failure_case']!r} at row {case['index']}, expected {expected}."
             ) from error
-    conformed = pd.DataFrame(checked, columns=list(schema.columns))
+    # one block of all columns would be one more copy of a large table
+    conformed = pd.DataFrame(checked, columns=list(schema.columns), copy=False)
     for check in _CHECKS.get(table, ()):
         complaint = check(conformed)
         if complaint:

@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from oilfilm.curation.plateaus import sampling_interval
 from oilfilm.curation.signals import Signals
 
 BoolArray = npt.NDArray[np.bool_]
@@ -71,7 +70,7 @@ def _stuck_sensor(signals: Signals, points: Columns, limits: Limits) -> Finding:
     edges = np.concatenate([[0], changes, [len(force)]])
     longest = int(np.argmax(np.diff(edges)))
     start, stop = int(edges[longest]), int(edges[longest + 1])
-    long_enough = (stop - start) * sampling_interval(signals.time_s) >= duration_s
+    long_enough = (stop - start) * signals.interval_s >= duration_s
     if not long_enough or stop - start < limits["stuck_samples"]:
         return None
     first, last = int(signals.row[start]), int(signals.row[stop - 1])
@@ -115,7 +114,7 @@ def _time_disorder(signals: Signals, points: Columns, limits: Limits) -> Finding
 
 def _clock_jump(signals: Signals, points: Columns, limits: Limits) -> Finding:
     gaps = np.diff(signals.time_s)
-    longest = limits["clock_jump_intervals"] * sampling_interval(signals.time_s)
+    longest = limits["clock_jump_intervals"] * signals.interval_s
     if len(gaps) == 0 or gaps.max() <= longest:
         return None
     place = int(np.argmax(gaps))

@@ -6,14 +6,10 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from oilfilm.curation.signals import FloatArray, IndexArray
+from oilfilm.curation.signals import FloatArray, IndexArray, sampling_interval
 
 # The median absolute deviation of a normal distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
-
-
-# No logger of a rig is faster; damaged time stamps are, and would ask for endless windows.
-_SHORTEST_INTERVAL_S = 1e-6
 
 
 def find_steps(time_s: FloatArray, slip: FloatArray, settings: Mapping[str, Any]) -> IndexArray:
@@ -58,10 +54,3 @@ def settled_parts(
     starts = np.concatenate([[0], steps + settle])
     stops = np.concatenate([steps - guard, [len(time_s)]])
     return np.minimum(starts, len(time_s)), stops
-
-
-def sampling_interval(time_s: FloatArray) -> float:
-    """Median time between samples, in s; 1 where there are too few to tell."""
-    intervals = np.diff(time_s)
-    median = float(np.median(intervals)) if len(intervals) else 0.0
-    return max(median, _SHORTEST_INTERVAL_S) if median > 0 else 1.0

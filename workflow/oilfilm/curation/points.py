@@ -9,7 +9,7 @@ import numpy as np
 
 from oilfilm.curation import statistics
 from oilfilm.curation.gates import Columns, Trouble
-from oilfilm.curation.plateaus import find_steps, sampling_interval, settled_parts
+from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.signals import FloatArray, IndexArray, Signals
 from oilfilm.curation.zero import PHASES, zero_reference
 
@@ -36,7 +36,7 @@ def measure_continuous(
         settings: Config's `curation`.
         procedure: Where the zero comes from (`Semantics.zero`).
     """
-    interval = sampling_interval(signals.time_s)
+    interval = signals.interval_s
     signals = signals.turning()
     slip = signals.slide_roll_ratio
     steps = find_steps(signals.time_s, slip, settings["plateaus"])

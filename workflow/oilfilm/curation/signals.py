@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,12 +42,17 @@ class Signals:
         arrays["traction_force_n"] = log.traction_sign * log.direction * arrays["traction_force_n"]
         return cls(**arrays, direction=log.direction)
 
-    @property
+    @cached_property
+    def interval_s(self) -> float:
+        """Median time between samples, in s (see `sampling_interval`)."""
+        return sampling_interval(self.time_s)
+
+    @cached_property
     def entrainment_speed_m_s(self) -> FloatArray:
         """U = (U_ball + U_disc)/2."""
         return (self.ball_speed_m_s + self.disc_speed_m_s) / 2
 
-    @property
+    @cached_property
     def slide_roll_ratio(self) -> FloatArray:
         """S = (faster - slower speed)/U, the slower body being the one that the rig slows.
 
@@ -68,3 +74,13 @@ class Signals:
 
 
 SIGNALS = tuple(field.name for field in fields(Signals) if field.name != "direction")
+
+# No logger of a rig is faster; damaged time stamps are, and would ask for endless windows.
+_SHORTEST_INTERVAL_S = 1e-6
+
+
+def sampling_interval(time_s: FloatArray) -> float:
+    """Median time between samples, in s; 1 where there are too few to tell."""
+    intervals = np.diff(time_s)
+    median = float(np.median(intervals)) if len(intervals) else 0.0
+    return max(median, _SHORTEST_INTERVAL_S) if median > 0 else 1.0

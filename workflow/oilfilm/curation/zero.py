@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from oilfilm.curation import statistics
-from oilfilm.curation.plateaus import sampling_interval
 from oilfilm.curation.signals import FloatArray, Signals
 
 # No rig that means to roll slides so much.
@@ -67,7 +66,7 @@ def zero_reference(
     for name, part in phases.items():
         if part.stop <= part.start:
             return f"the log has no {name} phase of pure rolling"
-        lasts_s = (part.stop - part.start) * sampling_interval(signals.time_s)
+        lasts_s = (part.stop - part.start) * signals.interval_s
         if lasts_s < settings["min_duration_s"]:
             return (
                 f"{lasts_s:.2f} s are left of the {name} phase of pure rolling; expected "

@@ -17,6 +17,7 @@ _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 # The line of names stands near the top; beyond this a file is no log of ours.
 _LINES_SEARCHED = 200
+_HEAD_SEARCHED = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def find_layout(content: bytes, renamed: Renamed) -> Layout:
     """
     text = normalise(content)
     emptied = b"\n\n" in content or b"\r\n\r\n" in content or b"\r\r" in content
-    lines = text.split(b"\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+    lines = text[:_HEAD_SEARCHED].split(b"\n")[:_LINES_SEARCHED]
     decoded = [line.decode("utf-8", "replace") for line in lines]
     try:
         number, delimiter, names = _line_of_names(decoded, renamed)
