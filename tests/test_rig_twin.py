@@ -72,3 +72,21 @@ def test_random_streams_of_different_purposes_differ() -> None:
     assert generator(1, "a").random() == generator(1, "a").random()
     assert generator(1, "a").random() != generator(1, "b").random()
     assert generator(1, "a", "b").random() != generator(1, "ab").random()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"oils": ["4102", "9999"]}, "no constants are printed for the oil '9999'"),
+        ({"rig": "full_scale"}, "needs the key `full_scale`"),
+    ],
+)
+def test_campaign_that_the_twin_cannot_simulate_is_refused_in_words(
+    config: dict[str, Any], change: dict[str, Any], words: str
+) -> None:
+    campaign = {**config["campaign"], "oils": change.get("oils", config["campaign"]["oils"])}
+    ((name, rig),) = config["rigs"].items()
+    rig = {key: value for key, value in rig.items() if key != change.get("rig")}
+    spoiled = {**config, "campaign": campaign, "rigs": {name: rig}}
+    with pytest.raises(OilfilmError, match=words):
+        list(simulate_campaign(spoiled, printed()))

@@ -11,6 +11,7 @@ from typing import Any
 
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.config import resolve
 from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.curation.gates import advice_for
@@ -44,7 +45,10 @@ def check_logs(logs: Sequence[tuple[str, bytes]], config: Mapping[str, Any]) -> 
     """What ingest and curation make of single logs."""
     found = ingest_logs(logs, config)
     samples = pd.concat(found.samples.values(), ignore_index=True)
-    return collect([curate(samples, found.runs, config)], [found.quarantine], config)
+    whole = collect([curate(samples, found.runs, config)], [found.quarantine], config)
+    # what the workflow could not write must not pass here
+    tables.conform(whole.points, "points", "points of these logs")
+    return whole
 
 
 # A file of more clean runs than this has them in one line.

@@ -7,6 +7,7 @@ file, beside the schema version and the provenance.
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -496,6 +497,11 @@ def columns(table: str) -> list[str]:
 
 def empty(table: str) -> pd.DataFrame:
     """The table with no rows and every column of its type."""
+    return _empty(table).copy()
+
+
+@cache
+def _empty(table: str) -> pd.DataFrame:
     return conform(pd.DataFrame({name: [] for name in columns(table)}), table, "an empty table")
 
 

@@ -174,8 +174,7 @@ def _judge(
     of_runs = {run_id: trouble for run_id, trouble in troubles.items() if trouble is not None}
     points = _with_reasons(points, of_runs, of_gates)
     runs = _count(points, _with_run_reasons(runs, refused))
-    points = tables.conform(points[tables.columns("points")], "points", "curated points")
-    return Curated(points, runs, _quarantine(runs, refused))
+    return Curated(points[tables.columns("points")], runs, _quarantine(runs, refused))
 
 
 def _with_reasons(

@@ -51,21 +51,27 @@ def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Da
 def _draw_oil(
     axis: Axes, oil: str, colour: str, rows: pd.DataFrame, start: float, span: float
 ) -> None:
-    """Three columns of one oil: fitted value, standard error, printed value."""
+    """Three columns of one oil: fitted value, standard error, printed value if there are any."""
+    columns = ["value", "standard_error", "printed_value"]
+    heads = ["fitted", "\N{PLUS-MINUS SIGN} s.e.", "printed"]
     ends = [start + share * span for share in (0.36, 0.66, 0.97)]
-    heads = ("fitted", "\N{PLUS-MINUS SIGN} s.e.", "printed")
+    if rows["printed_value"].isna().all():
+        columns, heads, ends = columns[:2], heads[:2], [start + 0.5 * span, start + 0.97 * span]
     axis.text(
         start + 0.53 * span, -1.3, oil, ha="center", va="center", color=colour, fontweight="bold"
     )
     for end, head in zip(ends, heads, strict=True):
         axis.text(end, -0.5, head, ha="right", va="center", color="#555555")
-    columns = ("value", "standard_error", "printed_value")
     naive = rows["naive_standard_error"].to_numpy()
-    for height, row in enumerate(rows[list(columns)].to_numpy(dtype=float)):
+    for height, row in enumerate(rows[columns].to_numpy(dtype=float)):
         # digits beyond the second of the error say nothing
         digits = _decimals(row[1] if not np.isnan(row[1]) else naive[height])
         for end, number in zip(ends, row, strict=True):
-            words = "\N{EN DASH}" if np.isnan(number) else f"{number:.{digits}f}"
+            words = (
+                "\N{EN DASH}"
+                if np.isnan(number)
+                else f"{number:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+            )
             axis.text(end, height + 0.5, words, ha="right", va="center", fontsize=7)
 
 
