@@ -165,8 +165,9 @@ def _judge(
     """Points with accepted and reasons, runs with verdict and reason, and the runs refused."""
     failed = judge_points(points, limits)
     found = dict(troubles)
-    for key, of_run in points.groupby("run_id"):
-        run_id = str(key)
+    none_left = failed.any(axis=1).groupby(points["run_id"]).all()
+    for run_id in none_left.index[none_left]:
+        of_run = points[points["run_id"] == run_id]
         found[run_id] = found[run_id] or _why_all_fail(of_run, failed.loc[of_run.index], limits)
     names = np.array(failed.columns)
     of_gates = [";".join(names[row]) for row in failed.to_numpy()]
@@ -198,12 +199,8 @@ def _with_run_reasons(runs: pd.DataFrame, refused: Mapping[str, Trouble]) -> pd.
     return runs.assign(reason=pd.Series(reasons, runs.index, dtype=str))
 
 
-def _why_all_fail(
-    points: pd.DataFrame, failed: pd.DataFrame, limits: Mapping[str, Any]
-) -> Trouble | None:
-    """Why no point of a run is left; None where one is."""
-    if not failed.any(axis=1).all():
-        return None
+def _why_all_fail(points: pd.DataFrame, failed: pd.DataFrame, limits: Mapping[str, Any]) -> Trouble:
+    """Why no point of a run is left."""
     for gate in POINT_GATES:
         if failed[gate.name].all():
             return Trouble(gate.name, gate.describe(points, limits))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
@@ -105,11 +106,16 @@ class Reader(Protocol):
         ...
 
 
-def samples_frame(**given: Any) -> pd.DataFrame:
+def samples_frame(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> pd.DataFrame:
     """Samples of one run (without `run_id`); columns that are not given are empty."""
-    rows = len(given["row"])
-    names = [name for name in tables.columns("samples") if name != "run_id"]
-    return pd.DataFrame({name: given.get(name, np.full(rows, np.nan)) for name in names})
+    names = [name for name in tables.columns("samples") if name not in ("run_id", "row")]
+    # one block of numbers: a table made of single columns takes five times as long
+    block = np.full((len(names), len(row)), np.nan)
+    for name, values in given.items():
+        block[names.index(name)] = values
+    frame = pd.DataFrame(block.T, columns=names, copy=False)
+    frame.insert(0, "row", row)
+    return frame
 
 
 def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:

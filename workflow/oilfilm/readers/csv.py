@@ -3,7 +3,6 @@
 data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
 
-import io
 from collections.abc import Mapping
 from typing import Any
 
@@ -87,7 +86,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
     def parse(as_type: arrow.DataType, decimal_mark: str) -> arrow.Table:
         misfits.clear()
         return arrow_csv.read_csv(
-            io.BytesIO(table),
+            arrow.BufferReader(table),
             # one thread: only then are the rows that do not fit numbered
             read_options=arrow_csv.ReadOptions(
                 use_threads=False,

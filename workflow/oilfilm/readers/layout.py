@@ -57,15 +57,14 @@ def find_layout(content: bytes, renamed: Renamed) -> Layout:
             has no unit or an impossible one.
     """
     text = normalise(content)
-    emptied = b"\n\n" in content or b"\r\n\r\n" in content or b"\r\r" in content
     lines = text[:_HEAD_SEARCHED].split(b"\n")[:_LINES_SEARCHED]
-    decoded = [line.decode("utf-8", "replace") for line in lines]
     try:
-        number, delimiter, names = _line_of_names(decoded, renamed)
+        number, delimiter, names = _line_of_names(lines, renamed)
     except ValueError as error:
         # one of the lines may be that of the names
         raise LayoutError(str(error), max(count_rows(text) - 1, 0)) from error
     start = sum(len(line) + 1 for line in lines[: number + 1])
+    decoded = [line.decode("utf-8", "replace") for line in lines[: number + 3]]
     first = decoded[number + 1].split(delimiter) if number + 1 < len(decoded) else []
     units: list[str] = [""] * len(names)
     if _is_unit_row(first, names, renamed):
@@ -85,7 +84,7 @@ def find_layout(content: bytes, renamed: Renamed) -> Layout:
         len(names),
         columns,
         table,
-        0 if emptied else text[:start].count(b"\n") + 1,
+        0 if _has_empty_lines(content, text) else text[:start].count(b"\n") + 1,
     )
 
 
@@ -128,6 +127,13 @@ def encoding_of(content: bytes) -> str:
     return "utf-8"
 
 
+def _has_empty_lines(content: bytes, text: bytes) -> bool:
+    """True where empty lines of a log's bytes are not in its text."""
+    if len(content) == len(text):
+        return False
+    return any(ends in content for ends in (b"\n\n", b"\r\n\r\n", b"\r\r"))
+
+
 def count_rows(table: bytes) -> int:
     """Lines of a normalised table; the last one counts without a line end too."""
     return table.count(b"\n") + (len(table) > 0 and not table.endswith(b"\n"))
@@ -145,16 +151,18 @@ def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
     return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
 
 
-def _line_of_names(lines: Sequence[str], renamed: Renamed) -> tuple[int, str, list[str]]:
-    for number, line in enumerate(lines):
-        if line.lstrip().startswith("#"):
+def _line_of_names(lines: Sequence[bytes], renamed: Renamed) -> tuple[int, str, list[str]]:
+    for number, raw in enumerate(lines):
+        if raw.lstrip().startswith(b"#"):
             continue
+        line = raw.decode("utf-8", "replace")
         for delimiter in _DELIMITERS:
             names = _split(line, delimiter)
             if sum(meaning(name, renamed) is not None for name in names) >= 2:
                 return number, delimiter, names
-    other = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    seen = f"; its first line is {other[0][:120]!r}" if other else ""
+    other = (line for line in lines if line.strip() and not line.lstrip().startswith(b"#"))
+    first = next(other, b"").decode("utf-8", "replace")
+    seen = f"; its first line is {first[:120]!r}" if first else ""
     raise ValueError(f"no line names columns of a traction log{seen}")
 
 
