@@ -35,7 +35,7 @@ from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
 
 CORES = 2
 HEADER_LINES = 5
-RUNS_A_SHARE = 125
+RUNS_A_SHARE = 250
 PROVENANCE = {"campaign": "bench", "data": "simulated"}
 
 
