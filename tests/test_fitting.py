@@ -8,7 +8,7 @@ import pytest
 
 from campaigns import Campaign, printed
 from oilfilm.fitting import engine, problem
-from oilfilm.fitting.certificate import certify, gradient_cosine
+from oilfilm.fitting.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.fitting.fitted import FittedLaw
@@ -317,3 +317,35 @@ def test_fit_without_one_exponent_follows_the_others(quick: dict[str, Any]) -> N
         true = traction_coefficient(printed()["4102"], pressure, speed, 70.0, slip)
         found = law.traction(np.array([pressure, speed, 70.0]), slip)
         np.testing.assert_allclose(found, true, atol=1e-9)
+
+
+def test_spectrum_is_that_of_a_problem_solved_by_hand() -> None:
+    class Line:
+        """mu = a + 100 b x: J has columns 1 and 100 x."""
+
+        free = np.array([True, True])
+
+        def jacobian(self, values: np.ndarray) -> np.ndarray:
+            return np.array([[1.0, -100.0], [1.0, 100.0], [1.0, 0.0]])
+
+    low, high, condition = spectrum(Line(), Optimum(np.zeros(2), 0.0))  # type: ignore[arg-type]
+    # orthogonal columns: J^T J = diag(3, 20 000)
+    assert (low, high, condition) == pytest.approx((3.0, 20_000.0, 1.0))
+
+
+def test_exponent_whose_interval_holds_zero_has_no_known_sign(demo: Campaign) -> None:
+    # the printed U exponent of B of 4010 is -0.029, that of C of 4050 0.0022
+    verdicts = {oil: demo.fit(oil)[0].set_index("constant")["verdict"] for oil in ("4010", "4050")}
+    assert verdicts["4010"]["B2"] == "sign unknown"
+    assert (verdicts["4010"][["A0", "A1", "B3", "C0", "C3"]] == "known").all()
+    assert (verdicts["4050"][["A0", "A1", "B3", "C0", "C3"]] == "known").all()
+
+
+def test_constant_at_a_bound_is_named_and_not_certified(quick: dict[str, Any]) -> None:
+    # a film that never saturates: the rate C0 runs to its lower bound
+    points = make_points("4102", matrix())
+    slip = points["slide_roll_ratio"]
+    points = points.assign(traction_coefficient=0.05 * slip * points["max_hertz_pressure_gpa"])
+    quality = fit_oil(points, "4102", None, quick)[1].iloc[0]
+    assert "C0" in quality["active_bounds"]
+    assert not quality["certified"]

@@ -147,6 +147,11 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
                 f"    no honest errors: {fit['n_curves']} curves are too few to be drawn again "
                 "(fit.min_curves_to_resample of config.yaml)"
             )
+        open_signs = rows.loc[rows["verdict"] == "sign unknown", "constant"]
+        if len(open_signs):
+            lines.append(
+                "    their sign is not known, the interval holds zero: " + ", ".join(open_signs)
+            )
         lost = rows.loc[~rows["identifiable"], "constant"]
         if len(lost):
             lines.append(

@@ -21,7 +21,7 @@ from pandera.typing.pandas import Series
 from oilfilm.errors import OilfilmError
 from oilfilm.units import ABSOLUTE_ZERO_C
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 # The end of a column's name -> its unit; the longest ending that fits counts.
 _UNITS = {
@@ -40,6 +40,7 @@ _UNITS = {
     "_spread": "1",
     "_cosine": "1",
     "_traction": "1",
+    "condition_number": "1",
     "_gpa": "GPa",
     "_um": "um",
     "_ratio": "1",
@@ -333,6 +334,10 @@ class Coefficients(_Table):
         gaps=True,
     )
     identifiable: Series[bool] = _flag("false where the tested conditions cannot give it")
+    verdict: Series[str] = _text(
+        "sign unknown: the interval holds no effect at all",
+        one_of=("known", "sign unknown", "no interval", "not identifiable"),
+    )
     printed_value: Series[float] = _number("value printed in the paper, signs restored", gaps=True)
 
 
@@ -367,6 +372,18 @@ class FitQuality(_Table):
     min_traction: Series[float] = _number(
         "smallest mu on a dense grid over the tested box", gaps=True
     )
+    condition_number: Series[float] = _number(
+        "of the Jacobian with columns of length 1: how nearly constants stand in for each other",
+        at_least=1,
+        gaps=True,
+    )
+    hessian_smallest: Series[float] = _number(
+        "smallest eigenvalue of the Hessian of half the SSE by the internal constants",
+        at_least=0,
+        gaps=True,
+    )
+    hessian_largest: Series[float] = _number("its largest eigenvalue", at_least=0, gaps=True)
+    active_bounds: Series[str] = _text("constants that ended at a bound of the search; else empty")
     certified: Series[bool] = _flag("true where every part of the certificate holds")
     verdict: Series[str] = _text("the certificate in a sentence")
     fixed_conditions: Series[str] = _text(

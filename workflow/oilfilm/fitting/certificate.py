@@ -8,7 +8,7 @@ import numpy as np
 
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import CurveData, Problem
-from oilfilm.traction.law import FloatArray, Observations
+from oilfilm.traction.law import FloatArray, Observations, bounds
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,10 @@ class Certificate:
     constant_spread: float
     gradient_cosine: float
     min_traction: float
+    condition_number: float
+    hessian_smallest: float
+    hessian_largest: float
+    active_bounds: str
     certified: bool
     verdict: str
 
@@ -52,6 +56,8 @@ def certify(
     )
     cosine = gradient_cosine(problem, best)
     smallest = min_traction(problem, data, best)
+    low, high, condition = spectrum(problem, best)
+    active = active_bounds(problem, best)
     checks = {
         f"{agreeing} of {len(optima)} searches agree": agreeing == len(optima),
         f"their SSE differ by {max(spreads):.1e}": max(spreads) <= settings["agreement_sse"],
@@ -60,6 +66,8 @@ def certify(
         ),
         f"gradient cosine {cosine:.1e}": cosine <= settings["gradient_cosine_max"],
         f"mu >= {smallest:.1e} over the tested box": smallest >= 0,
+        f"curved in every direction (smallest eigenvalue {low:.1e})": low > 0,
+        f"bounds reached: {active or 'none'}": not active,
     }
     certified = all(checks.values())
     failing = [what for what, holds in checks.items() if not holds]
@@ -73,6 +81,10 @@ def certify(
         max(distances),
         cosine,
         smallest,
+        condition,
+        low,
+        high,
+        active,
         certified,
         verdict,
     )
@@ -87,6 +99,33 @@ def gradient_cosine(problem: Problem, optimum: Optimum) -> float:
     residual, jacobian = problem.residual(optimum.values), problem.jacobian(optimum.values)
     length = np.linalg.norm(residual) * np.linalg.norm(jacobian, axis=0)
     return float(np.max(np.abs(residual @ jacobian) / np.where(length > 0, length, 1.0)))
+
+
+def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
+    """Smallest and largest eigenvalue of the Hessian J^T J, and the condition number of J.
+
+    The eigenvalues are those of half the SSE by the free internal constants; the condition number
+    is that of J with columns of length 1, which no choice of units changes.
+    """
+    jacobian = problem.jacobian(optimum.values)
+    length = np.linalg.norm(jacobian, axis=0)
+    sizes = np.linalg.svd(jacobian, compute_uv=False)
+    scaled = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
+    condition = float(scaled[0] / scaled[-1]) if scaled[-1] > 0 else float("nan")
+    return float(sizes[-1] ** 2), float(sizes[0] ** 2), condition
+
+
+def active_bounds(problem: Problem, optimum: Optimum) -> str:
+    """Names of the constants that ended at or beyond a bound of the search, joined by ', '."""
+    lower, upper = bounds(problem.law)[problem.free].T
+    names = [
+        constant.name
+        for constant, free in zip(problem.law.constants, problem.free, strict=True)
+        if free
+    ]
+    margin = 1e-6 * (upper - lower)
+    at = (optimum.values <= lower + margin) | (optimum.values >= upper - margin)
+    return ", ".join(name for name, reached in zip(names, at, strict=True) if reached)
 
 
 def min_traction(problem: Problem, data: CurveData, optimum: Optimum) -> float:

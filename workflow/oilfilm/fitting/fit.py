@@ -156,7 +156,9 @@ def _constant_rows(names: list[str], estimates: Estimates) -> list[dict[str, Any
         if len(estimates.refits):
             drawn = estimates.refits[:, place]
             lower, upper = np.quantile(drawn, [0.025, 0.975])
+            sign = "sign unknown" if lower <= 0 <= upper else "known"
             row |= {"standard_error": drawn.std(ddof=1), "lower": lower, "upper": upper}
+            row["verdict"] = sign
         rows.append(row)
     return rows
 
@@ -171,6 +173,7 @@ def _constant_row(name: str, value: float = np.nan, naive_error: float = np.nan)
         "naive_standard_error": naive_error,
         "systematic_standard_error": np.nan,
         "identifiable": not np.isnan(value),
+        "verdict": "not identifiable" if np.isnan(value) else "no interval",
     }
 
 
@@ -214,6 +217,9 @@ def _unfitted(
         "constant_spread",
         "gradient_cosine",
         "min_traction",
+        "condition_number",
+        "hessian_smallest",
+        "hessian_largest",
     )
     quality = {
         "oil": oil,
@@ -222,6 +228,7 @@ def _unfitted(
         "n_curves": len(data.runs),
         "searches": 0,
         "searches_agreeing": 0,
+        "active_bounds": "",
         "certified": False,
         "verdict": why,
         "fixed_conditions": fixed,
