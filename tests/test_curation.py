@@ -655,3 +655,23 @@ def test_short_rolling_phase_gives_no_zero(config_curation: dict[str, Any], seco
     measured = measure_continuous(rig_log(slip[kept], slip[kept], time_s[kept]), config_curation)
     short = measured.flaw is not None and "opening phase" in measured.flaw.reason
     assert short == (seconds < config_curation["zero_reference"]["min_duration_s"])
+
+
+@pytest.mark.parametrize("start", [660, 700, 740, 1500])
+def test_spindle_that_slips_for_a_second_leaves_no_wrong_point(
+    demo: Campaign, config: dict[str, Any], start: int
+) -> None:
+    def encoder_slips(table: list[list[str]]) -> None:
+        for row in table[start : start + 50]:
+            row[3] = f"{0.95 * float(row[3]):.4f}"
+
+    clean = check_logs([("log.csv", spoiled_log(demo, lambda table: None))], config).points
+    points = check_logs([("log.csv", spoiled_log(demo, encoder_slips))], config).points
+    accepted = points[points["accepted"]]
+    assert 27 <= len(accepted) < 31
+    # each point left is one of the clean log's, to within the errors that it reports
+    nearest = np.abs(
+        accepted["slide_roll_ratio"].to_numpy()[:, np.newaxis]
+        - clean["slide_roll_ratio"].to_numpy()
+    )
+    assert (nearest.min(axis=1) <= 5 * accepted["slide_roll_ratio_se"]).all()

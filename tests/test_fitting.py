@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import Campaign, printed
+from campaigns import ROOT, Campaign, printed
+from oilfilm.config import resolve
 from oilfilm.fitting import engine, problem
 from oilfilm.fitting.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fitting.engine import Optimum
@@ -20,6 +21,7 @@ from oilfilm.traction.law import to_constants, to_internal
 
 LAW = LAWS["deng2026"]
 OILS = ("4102", "4050", "4010")
+SETTINGS = resolve(ROOT / "config", {})["fit"]
 P, U, T = [1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0]
 
 
@@ -77,7 +79,7 @@ def test_twenty_searches_from_different_seeds_end_at_one_optimum(
     quick: dict[str, Any], oil: str
 ) -> None:
     data = problem.curve_data(make_points(oil, matrix(), noise=2e-4))
-    varied = problem.varied_conditions(data.conditions, 0.1)
+    varied = problem.varied_conditions(data.conditions, SETTINGS)
     task = problem.build_problem(LAW, data, varied)
     ends = [engine.search(task, quick["fit"], generator(seed, "seeds")) for seed in range(20)]
     sse = np.array([end.sse for end in ends])

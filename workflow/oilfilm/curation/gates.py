@@ -84,10 +84,10 @@ def _stuck_sensor(signals: Signals, points: Columns, limits: Limits) -> Finding:
 
 def _swapped_sign(signals: Signals, points: Columns, limits: Limits) -> Finding:
     slip = points["slide_roll_ratio"]
-    sliding = np.abs(slip) > 0.02
+    sliding = np.abs(slip) > limits["sign_slip_min"]
     along = points["traction_force_n"][sliding] * np.sign(slip[sliding])
     middle = float(np.median(along)) if len(along) else 0.0
-    if not middle < 0 or (along < 0).mean() < 0.9:
+    if not middle < 0 or (along < 0).mean() < limits["sign_share"]:
         return None
     return (
         f"the traction force acts against the slip ({middle:.3g} N in the middle); "
@@ -138,7 +138,7 @@ def _saturated(signals: Signals, points: Columns, limits: Limits) -> Finding:
             if (
                 len(at_stop) >= limits["stuck_samples"]
                 and share > limits["saturated_share"]
-                and _piled_up(values, extreme)
+                and _piled_up(values, extreme, limits["piled_up_factor"])
             ):
                 first, last = int(signals.row[at_stop[0]]), int(signals.row[at_stop[-1]])
                 return (
@@ -151,15 +151,15 @@ def _saturated(signals: Signals, points: Columns, limits: Limits) -> Finding:
     return None
 
 
-def _piled_up(values: FloatArray, extreme: float) -> bool:
-    """True where an extreme value stands more often than the next one, several times over.
+def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
+    """True where an extreme value stands more than `factor` times as often as the next one.
 
     A sensor at its stop gives one value again and again, with noise on one side only. Values that
     are coarse anyway are not piled up, nor is the load of a dead weight.
     """
     levels, counts = np.unique(values, return_counts=True)
     place, neighbour = (-1, -2) if extreme == levels[-1] else (0, 1)
-    return len(levels) > 1 and bool(counts[place] > 3 * counts[neighbour])
+    return len(levels) > 1 and bool(counts[place] > factor * counts[neighbour])
 
 
 def _temperature_drift(signals: Signals, points: Columns, limits: Limits) -> Finding:
@@ -178,7 +178,7 @@ def _branches_differ(signals: Signals, points: Columns, limits: Limits) -> Findi
     slip, mu = points["slide_roll_ratio"], points["traction_coefficient"]
     known = ~np.isnan(slip) & ~np.isnan(mu)
     slip, mu = slip[known], mu[known]
-    turn = _turning_point(slip)
+    turn = _turning_point(slip, limits["branch_points"])
     if turn is None:
         return None
     # interpolation asks for rising slips
@@ -186,7 +186,7 @@ def _branches_differ(signals: Signals, points: Columns, limits: Limits) -> Findi
     low = max(slip[one].min(), slip[other].min())
     high = min(slip[one].max(), slip[other].max())
     shared = one[(slip[one] >= low) & (slip[one] <= high)]
-    if len(shared) < _BRANCH_POINTS:
+    if len(shared) < limits["branch_points"]:
         return None
     # the middle one, because single wild points are the business of other gates
     difference = float(
@@ -202,18 +202,17 @@ def _branches_differ(signals: Signals, points: Columns, limits: Limits) -> Findi
     )
 
 
-# Fewer points on either side of the turning point make no branch.
-_BRANCH_POINTS = 5
+def _turning_point(slip: FloatArray, least: int) -> int | None:
+    """Index at which a sweep turns back: its inner extreme; None where it goes one way only.
 
-
-def _turning_point(slip: FloatArray) -> int | None:
-    """Index at which a sweep turns back: its inner extreme; None where it goes one way only."""
-    if len(slip) < 2 * _BRANCH_POINTS:
+    Fewer points than `least` on either side of it are no branch.
+    """
+    if len(slip) < 2 * least:
         return None
     extremes = np.array([np.argmax(slip), np.argmin(slip)])
     from_end = np.minimum(extremes, len(slip) - 1 - extremes)
     turn = int(extremes[np.argmax(from_end)])
-    return turn if from_end.max() >= _BRANCH_POINTS else None
+    return turn if from_end.max() >= least else None
 
 
 RUN_GATES = (

@@ -46,7 +46,7 @@ def fit_oil(
     law = LAWS[settings["law"]]
     of_oil = points[points["oil"] == oil]
     data = curve_data(of_oil)
-    varied = varied_conditions(data.conditions, settings["min_relative_range"])
+    varied = varied_conditions(data.conditions, settings)
     fixed = _fixed_conditions(data, varied)
     try:
         problem = build_problem(law, data, varied)

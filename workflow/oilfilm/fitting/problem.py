@@ -1,6 +1,8 @@
 """What is fitted: accepted points as curves, and which constants they can give at all."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -74,7 +76,7 @@ def curve_data(points: pd.DataFrame) -> CurveData:
     )
 
 
-def varied_conditions(conditions: FloatArray, min_relative_range: float) -> BoolArray:
+def varied_conditions(conditions: FloatArray, settings: Mapping[str, Any]) -> BoolArray:
     """Which conditions vary enough over the curves to give an exponent.
 
     A condition counts as varied when it is known for every curve and its range is at least
@@ -84,18 +86,13 @@ def varied_conditions(conditions: FloatArray, min_relative_range: float) -> Bool
         return np.zeros(len(CONDITIONS), dtype=bool)
     low, high = conditions.min(axis=0), conditions.max(axis=0)
     size = np.maximum(np.abs(low), np.abs(high))
-    alone = np.asarray((high > low) & (high - low >= min_relative_range * size))
-    return alone & ~_vary_together(conditions, alone)
+    alone = np.asarray((high > low) & (high - low >= settings["min_relative_range"] * size))
+    return alone & ~_vary_together(conditions, alone, settings)
 
 
-# Smallest singular value over the largest, of standardised conditions, at which their effects can
-# still be told apart: below it an exponent's error is more than 20 times that of a free one.
-_SMALLEST_SINGULAR_VALUE = 0.05
-# Share of a condition in a direction that is not known above which it is not known either.
-_LARGEST_SHARE = 0.1
-
-
-def _vary_together(conditions: FloatArray, among: BoolArray) -> BoolArray:
+def _vary_together(
+    conditions: FloatArray, among: BoolArray, settings: Mapping[str, Any]
+) -> BoolArray:
     """Which of these conditions vary only together with others, so that no fit tells them apart.
 
     Judged by the singular values of the standardised conditions over the curves; too few curves
@@ -109,8 +106,8 @@ def _vary_together(conditions: FloatArray, among: BoolArray) -> BoolArray:
     _, sizes, directions = np.linalg.svd(standardised, full_matrices=True)
     padded = np.zeros(varied.shape[1])
     padded[: len(sizes)] = sizes
-    unknown = directions[padded <= _SMALLEST_SINGULAR_VALUE * padded[0]]
-    together[among] = (np.abs(unknown) > _LARGEST_SHARE).any(axis=0)
+    unknown = directions[padded <= settings["smallest_singular_value"] * padded[0]]
+    together[among] = (np.abs(unknown) > settings["largest_unknown_share"]).any(axis=0)
     return together
 
 
