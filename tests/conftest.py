@@ -4,11 +4,22 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from campaigns import REAL_PCS, ROOT, Campaign, carry_through, printed
 from oilfilm import tables
 from oilfilm.config import resolve
 from oilfilm.rig_twin.campaign import simulate_campaign
+
+# No timed assertions, and the same examples in every run: a slow machine must not fail a test.
+settings.register_profile(
+    "oilfilm",
+    deadline=None,
+    derandomize=True,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("oilfilm")
 
 
 @pytest.fixture(scope="session")

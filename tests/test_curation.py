@@ -158,7 +158,7 @@ def staircase(levels: list[float], seconds: float, noise: float, seed: int) -> t
     seconds=st.floats(2.2, 6.0),
     seed=st.integers(0, 1000),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_steps_are_found_where_they_are_and_nowhere_else(
     steps: list[float], seconds: float, seed: int
 ) -> None:
@@ -238,7 +238,7 @@ def rig_log(force_of_time: Any, slip: np.ndarray, time_s: np.ndarray) -> Signals
 
 
 @given(zero=st.floats(-5, 5), drift=st.floats(-1, 1), mu=st.floats(0.001, 0.1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_linear_drift_of_the_zero_leaves_no_trace(
     config_curation: dict[str, Any], zero: float, drift: float, mu: float
 ) -> None:

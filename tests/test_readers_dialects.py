@@ -98,7 +98,7 @@ def write(dialect: Dialect, values: dict[str, np.ndarray]) -> bytes:
         max_size=5,
     ),
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_what_is_written_comes_back_whatever_the_dialect(
     dialect: Dialect, rows: list[tuple[float, ...]]
 ) -> None:
