@@ -48,7 +48,7 @@ def rows(table: str, count: int) -> pandas.DataFrame:
     for name, column in tables.TABLES[table].to_schema().columns.items():
         allowed = [check.statistics.get("allowed_values") for check in column.checks]
         text = next((values[0] for values in allowed if values), "" if name == "reasons" else "x")
-        of_type: dict[str, Any] = {"float64": 0.5, "int64": 1, "bool": True}
+        of_type: dict[str, Any] = {"float64": 1.0, "int64": 1, "bool": True}
         frame[name] = [of_type.get(str(column.dtype), text)] * count
     frame |= {key: range(1, count + 1) for key in ("first_row", "row") if key in frame}
     return tables.conform(pandas.DataFrame(frame), table, "made up")
