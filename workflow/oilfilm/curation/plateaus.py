@@ -47,7 +47,7 @@ def settled_parts(
 
     `settle_s` is cut off after each step and `guard_s` before the next one, because a step is
     located only to within the noise. The level before the first step has had no step to settle
-    from.
+    from. A level that ends before it has settled starts after its own stop.
     """
     interval = sampling_interval(time_s)
     settle, guard = round(settings["settle_s"] / interval), round(settings["guard_s"] / interval)

@@ -59,6 +59,7 @@ def measure_continuous(
             # nothing is lost: the phase has served the zero
             starts, stops = starts[1:], stops[1:]
     # a level cut off before it settled is a plateau of its last row, for the gate to refuse
+    stops = np.maximum(stops, 1)
     starts = np.minimum(starts, stops - 1)
     points = _average(signals, starts, stops, settings["spikes"]["threshold"])
     points["duration_s"] = (stops - starts) * interval
