@@ -5,6 +5,8 @@ rule figure:
         runs=rules.collect.output.runs,
         coefficients=rules.fits.output.coefficients,
         coverage=rules.coverage.output.coverage,
+        claims=rules.audit.output.claims,
+        selection=rules.audit.output.selection,
     output:
         png="<figures>/{figure}.png",
         svg="<figures>/{figure}.svg",
@@ -13,7 +15,7 @@ rule figure:
         "<logs>/figure-{figure}.log",
     params:
         code=code("figure.py"),
-        config=part("oils", "figures", campaign=("matrix", "film_unjudged")),
+        config=part("audit", "oils", "figures", campaign=("matrix", "film_unjudged")),
     script:
         "../scripts/figure.py"
 

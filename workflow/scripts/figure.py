@@ -13,6 +13,8 @@ with job(snakemake) as provenance:
         tables.read("runs", Path(found.runs)),
         tables.read("coefficients", Path(found.coefficients)),
         tables.read("coverage", Path(found.coverage)),
+        tables.read("claims", Path(found.claims)),
+        tables.read("selection", Path(found.selection)),
     )
     drawing = FIGURES[snakemake.wildcards.figure]
     figure, drawn = drawing.draw(results, snakemake.params.config)

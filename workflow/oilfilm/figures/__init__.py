@@ -7,8 +7,10 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
+from oilfilm.figures.claims_page import claims_page
 from oilfilm.figures.coefficients import eqs11_13
 from oilfilm.figures.coverage_map import coverage_map
+from oilfilm.figures.selection_map import selection_map
 from oilfilm.figures.traction_curves import Results, curves, fig02, fig03
 
 
@@ -26,4 +28,6 @@ FIGURES = {
     "curves": Drawing(curves, "curves"),
     "eqs11-13": Drawing(eqs11_13, "coefficient_table"),
     "coverage": Drawing(coverage_map, "coverage_map"),
+    "claims": Drawing(claims_page, "claims_page"),
+    "selection": Drawing(selection_map, "selection_map"),
 }

@@ -27,6 +27,8 @@ class Results:
     runs: pd.DataFrame
     coefficients: pd.DataFrame
     coverage: pd.DataFrame
+    claims: pd.DataFrame
+    selection: pd.DataFrame
 
 
 @dataclass(frozen=True)
