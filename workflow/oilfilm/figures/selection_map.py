@@ -74,18 +74,15 @@ def _draw(axis: Axes, here: pd.DataFrame, oils: Sequence[str]) -> None:
     """Fields in the colour of the advised oil, symbols of the oil that the numbers prefer."""
     field = here.pivot(index=_PRESSURE, columns=_SPEED, values="advised_oil")
     # white is for places where no oil is advised
-    colours: list[Any] = [
-        "white",
-        *(style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils),
-    ]
+    fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
     places = field.map(lambda oil: oils.index(oil) + 1 if oil else 0)
     axis.pcolormesh(
         _edges(field.columns.to_numpy()),
         _edges(field.index.to_numpy()),
         places.to_numpy(),
-        cmap=ListedColormap(colours),
+        cmap=ListedColormap([(1.0, 1.0, 1.0), *fields]),
         vmin=-0.5,
-        vmax=len(colours) - 0.5,
+        vmax=len(oils) + 0.5,
         rasterized=True,
     )
     for oil in oils:
