@@ -81,7 +81,7 @@ def test_list_of_claims_is_that_of_the_paper_page() -> None:
         PAPER.read_text(encoding="utf-8").split("## What the text claims")[1].split("\n## ")[0]
     )
     cells = re.findall(r"^\| ([a-z0-9, -]+) \|", section, flags=re.MULTILINE)
-    named = [name for cell in cells if cell != "id" for name in cell.split(", ")]
+    named = [name for cell in cells if cell not in ("id", "---") for name in cell.split(", ")]
     assert named == [claim["id"] for claim in load_yaml(CLAIMS)["claims"]]
 
 
@@ -276,7 +276,7 @@ def test_printed_constants_contradict_the_text_as_known(
     assert (cold, hot) == (pytest.approx(0.04, abs=0.005), pytest.approx(0.16, abs=0.005))
     decline = judge("peak-decline", evidence, grids["tested"], settings)
     cold_4010 = decline.cases.query("oil == '4010' and inlet_temperature_c == 25")["value"]
-    assert cold_4010.between(0.45, 0.66).all()  # 49-65 % at other levels of P and U
+    assert 0.49 <= cold_4010.max() <= 0.65
 
 
 # ---------------------------------------------------------------- tables of other rooms
