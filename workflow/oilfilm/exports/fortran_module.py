@@ -56,7 +56,8 @@ module traction_{name}
 {imported}  use, intrinsic :: iso_fortran_env, only: dp => real64
   implicit none
   private
-  public :: traction_coefficient_{name}, outside_tested_box_{name}
+  public :: traction_coefficient_{name}
+  public :: outside_tested_box_{name}
 contains
 
   elemental function traction_coefficient_{name}( &
