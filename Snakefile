@@ -9,6 +9,7 @@ include: "workflow/rules/ingest.smk"
 include: "workflow/rules/curate.smk"
 include: "workflow/rules/quality.smk"
 include: "workflow/rules/fit.smk"
+include: "workflow/rules/exports.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
@@ -24,6 +25,7 @@ rule all:
         rules.refused.output,
         rules.figures.input,
         rules.metadata.output,
+        rules.exports.output,
 
 
 onsuccess:

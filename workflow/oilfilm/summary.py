@@ -48,6 +48,7 @@ def summarise(
         "",
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
+        f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",
         *_pages(quarantine, name),
     ]
     return "\n".join(lines) + "\n"
