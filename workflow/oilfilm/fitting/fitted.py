@@ -124,6 +124,8 @@ class FittedLaw:
             box = np.array(
                 [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
             )
+            # that there is no traction without slip needs no test
+            box[-1, 0] = 0.0
         return cls(law, Coefficients(values, known, spread, shifted, box))
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
