@@ -61,7 +61,7 @@ def certificate(description: Description) -> str:
 def law_in_words(description: Description) -> list[str]:
     """The law, its powers and its source."""
     return [
-        f"Law {description.law}: mu = {description.formula.text} for S >= 0, and mu(-S) = -mu(S)",
+        f"Law {description.law}: mu = {description.formula} for S >= 0, and mu(-S) = -mu(S)",
         *([f"with {power_law(description.arguments)}"] if description.arguments else []),
         description.formula.source,
     ]

@@ -105,7 +105,7 @@ def _constant(one: Constant) -> dict[str, Any]:
     }
 
 
-def _fit(quality: Mapping[Any, Any]) -> dict[str, Any]:
+def _fit(quality: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "certified": bool(quality["certified"]),
         "verdict": quality["verdict"],
