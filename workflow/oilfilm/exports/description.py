@@ -14,7 +14,6 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.law import Constant as LawConstant
 from oilfilm.traction.law import Law
 
-
 # How a law is written at one operating condition, for S >= 0. The operators mean the same in C,
 # Fortran, Modelica and Python.
 FORMULAS = {"deng2026": "(A + B * S) * exp(-C * S) - A"}
@@ -91,7 +90,8 @@ class Description:
         simulated: Whether the data are a rig twin's.
         law: Name of the law.
         conditions: Operating conditions of the law, in its order.
-        slip_upper: Largest |S| tested; None where nothing was accepted.
+        slip_upper: Largest |S| tested; None where nothing was accepted. |S| counts as tested from 0,
+            where traction, being odd in S, is 0.
         constants: All constants, in the law's order.
         quality: The oil's row of the table `fit_quality`.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
@@ -139,6 +139,14 @@ class Description:
     def formula(self) -> str:
         """mu by A, B, C and S, 0 or more."""
         return FORMULAS[self.law]
+
+    def power_law(self, conditions: Iterable[Condition]) -> str:
+        """How A, B and C depend on these of the conditions."""
+        powers = (
+            f"({one.symbol} / {one.reference:g} {one.unit})^X{self.conditions.index(one) + 1}"
+            for one in conditions
+        )
+        return f"X = X0 {' '.join(powers)} for X = {', '.join(self.powers)}"
 
     @property
     def obstacle(self) -> str:
@@ -238,8 +246,7 @@ def describe(
         conditions=tuple(conditions),
         slip_upper=known(row[f"tested_max_{SLIP}"]),
         constants=tuple(
-            _constant(constant, meanings[constant["constant"]])
-            for constant in tables.rows(of_oil)
+            _constant(constant, meanings[constant["constant"]]) for constant in tables.rows(of_oil)
         ),
         quality=row,
         adore_points=tuple(config["exports"]["adore_points"]),
@@ -249,16 +256,6 @@ def describe(
 def known(value: float) -> float | None:
     """The number as plain Python has it; None for NaN."""
     return None if np.isnan(value) else float(value)
-
-
-def power_law(conditions: Iterable[Condition]) -> str:
-    """How A, B and C depend on these conditions."""
-    powers = (
-        f"({one.symbol} / {one.reference:g} {one.unit})^X{place}"
-        for place, one in enumerate(conditions, start=1)
-        if one.argument or not arguments_only
-    )
-    return f"X = X0 {' '.join(powers)} for X = A, B, C"
 
 
 def _blocks(law: Law) -> dict[str, tuple[LawConstant, ...]]:
@@ -275,7 +272,7 @@ def _meanings(law: Law) -> dict[str, str]:
         meanings[head.name] = f"{letter} at the reference condition"
         meanings[letter] = f"{letter} at the level of what is fixed, at the reference of the rest"
         for one in exponents:
-            meanings[one.name] = f"exponent of {_WORDS[one.condition][0]} in {letter}"
+            meanings[one.name] = f"exponent of {_WORDS[str(one.condition)][0]} in {letter}"
     return meanings
 
 
