@@ -90,8 +90,8 @@ class Description:
         simulated: Whether the data are a rig twin's.
         law: Name of the law.
         conditions: Operating conditions of the law, in its order.
-        slip_upper: Largest |S| tested; None where nothing was accepted. |S| counts as tested from 0,
-            where traction, being odd in S, is 0.
+        slip_upper: Largest |S| tested; None where nothing was accepted. |S| counts as tested from
+            0, where traction, being odd in S, is 0.
         constants: All constants, in the law's order.
         quality: The oil's row of the table `fit_quality`.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
