@@ -9,6 +9,7 @@ rule metadata:
             rules.coverage.output,
             rules.fits.output.coefficients,
             rules.fits.output.quality,
+            EXTRAPOLATION,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:
