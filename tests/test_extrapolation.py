@@ -151,6 +151,17 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(
     style.save(figure, tmp_path / "a.png", tmp_path / "a.svg")
 
 
+def test_law_that_runs_away_does_not_press_the_others_flat(covered: pd.DataFrame) -> None:
+    config, found = compared("thermal", constants_of(printed()), covered)
+    wild = found.assign(law="wild", traction_coefficient=found["traction_coefficient"] * 1e3)
+    empty = (tables.empty(name) for name in ("points", "runs", "coefficients", "coverage"))
+    figure, _ = FIGURES["extrapolation"].draw(Results(*empty, pd.concat([found, wild])), config)
+    panel, *_, errors = figure.axes
+    largest = found.loc[found["oil"] == "4050", "true_traction_coefficient"].max()
+    assert panel.get_ylim()[1] <= 2 * largest
+    assert errors.get_xscale() == "log"
+
+
 def test_summary_gives_a_line_a_law(covered: pd.DataFrame) -> None:
     _, found = compared("thermal", constants_of(printed()), covered)
     (line,) = extrapolation_words(found)

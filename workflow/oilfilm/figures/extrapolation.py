@@ -56,16 +56,18 @@ def extrapolation(results: Results, config: Mapping[str, Any]) -> tuple[Figure, 
         of_figure = of_oil[of_oil["figure"] == name]
         cut, levels = _cut(of_figure, abscissa, choice)
         panel = string.ascii_letters[place]
-        axis.set_title(f"({panel}) {choice['oil']}, {levels}")
+        axis.set_title(f"({panel}) {levels}")
         axis.set_xlabel(_LABELS[abscissa])
         drawn += _draw_cut(axis, panel, cut.sort_values(abscissa), abscissa, colour, laws)
         if place % 2 == 0:
             axis.set_ylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)")
-    if first is not None:
-        first.set_ylim(bottom=0)
+    true = of_oil["true_traction_coefficient"]
+    if first is not None and len(true):
+        # a law that runs away leaves the panel, instead of pressing the others flat
+        first.set_ylim(0, min(first.get_ylim()[1], 2 * true.max()))
     axis = figure.add_subplot(grid[2, :])
     drawn += _draw_errors(axis, string.ascii_letters[len(_ABSCISSAE)], compared, laws, oils)
-    _say_key(figure, colour, laws)
+    _say_key(figure, choice["oil"], colour, laws)
     style.say_source(figure, config["campaign"])
     style.say_key(figure, "It decides nothing about the real oils.")
     return figure, tables.conform(pd.concat(drawn), "extrapolation_panels", "figure extrapolation")
@@ -104,13 +106,7 @@ def _draw_cut(
     yield _rows(panel, "true", "", one, abscissa, "true_traction_coefficient")
     for place, law in enumerate(laws):
         of_law = cut[cut["law"] == law]
-        axis.plot(
-            of_law[abscissa],
-            of_law["traction_coefficient"],
-            color="black",
-            linestyle=_DASHES[place % len(_DASHES)],
-            linewidth=0.9,
-        )
+        axis.plot(of_law[abscissa], of_law["traction_coefficient"], **_line_of_law(place))
         yield _rows(panel, "fit", law, of_law, abscissa, "traction_coefficient")
 
 
@@ -156,8 +152,11 @@ def _draw_errors(
             )
     axis.set_yticks(range(len(laws)), laws)
     axis.set_ylim(len(laws) - 0.5, -0.5)
-    axis.set_xlim(left=0)
-    axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    if axis.get_xlim()[1] > 1:
+        axis.set_xscale("log")
+    else:
+        axis.set_xlim(left=0)
+        axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     axis.set_title(f"({panel}) Rms error over Figs 7-10, open: tested box; filled: beyond it")
     axis.set_xlabel("Rms error over rms of true \N{GREEK SMALL LETTER MU}")
@@ -176,21 +175,26 @@ def _draw_errors(
     axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def _say_key(figure: Figure, colour: Any, laws: Sequence[str]) -> None:
+def _line_of_law(place: int) -> dict[str, Any]:
+    """Colours are for oils: laws differ by dashes, symbols and grey."""
+    return {
+        "color": ("black", "#777777")[place % 2],
+        "linewidth": 0.9,
+        "linestyle": _DASHES[place % len(_DASHES)],
+        # one symbol along each sixth of the panel's diagonal, not all at one abscissa
+        "marker": style.MARKERS[place % len(style.MARKERS)],
+        "markevery": (0.03 * place, 0.17),
+        "markersize": 2.6,
+        "markerfacecolor": "white" if place < len(style.MARKERS) else "black",
+        "markeredgewidth": 0.6,
+    }
+
+
+def _say_key(figure: Figure, oil: str, colour: Any, laws: Sequence[str]) -> None:
     """What the lines mean, below the panels, where it covers no data."""
     handles = [
-        Line2D([], [], color=colour, linewidth=1.8, label="truth of the twin"),
-        *(
-            Line2D(
-                [],
-                [],
-                color="black",
-                linewidth=0.9,
-                linestyle=_DASHES[place % len(_DASHES)],
-                label=law,
-            )
-            for place, law in enumerate(laws)
-        ),
+        Line2D([], [], color=colour, linewidth=1.8, label=f"truth of the twin, {oil}"),
+        *(Line2D([], [], label=law, **_line_of_law(place)) for place, law in enumerate(laws)),
         Line2D([], [], color="#dddddd", linewidth=6, label="tested"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
