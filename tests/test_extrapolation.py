@@ -83,6 +83,15 @@ def test_errors_are_those_of_a_known_shift(covered: pd.DataFrame) -> None:
     assert relative_rms(settled) == pytest.approx(0.1, rel=1e-2)
 
 
+def test_law_without_bounds_ends_in_a_number_not_in_an_error(covered: pd.DataFrame) -> None:
+    steep = {oil: np.where(np.arange(12) == 6, 40.0, of) for oil, of in printed().items()}
+    _, found = compared("demo", constants_of(steep), covered)
+    errors = extrapolation_errors(found)
+    assert errors["max_error"].max() == pytest.approx(1e6)
+    (line,) = extrapolation_words(found)
+    assert "at worst mu 1e+06 for 0.0" in line
+
+
 def test_region_names_what_lies_outside_the_levels_tested(covered: pd.DataFrame) -> None:
     _, found = compared("demo", constants_of(printed()), covered)
     at = found.set_index(
@@ -121,7 +130,8 @@ def test_law_that_was_fitted_for_one_oil_is_told_by_that_one(covered: pd.DataFra
     some = one.assign(value=one["value"].where(one["oil"] == "4102"))
     _, found = compared("demo", some, covered.assign(state="refused"))
     (line,) = extrapolation_words(found)
-    assert line.startswith("deng2026: rms error 0.0% of mu beyond it; at worst")
+    assert "% of mu beyond it; at worst" in line
+    assert "tested box" not in line
 
 
 @pytest.mark.parametrize("laws", [1, 7])

@@ -13,6 +13,7 @@ from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.traction.law import CONDITIONS
 
+_CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _WORDS = ("pressure", "speed", "temperature")  # of CONDITIONS
 
 
@@ -36,7 +37,7 @@ def extrapolate(
         named = of_oil.rename(columns={"traction_coefficient": "true_traction_coefficient"})
         fits = coefficients[coefficients["oil"] == oil]
         for law, fit in fits.groupby("law", sort=False):
-            mu = _traction(FittedLaw.of(fit, str(oil)), of_oil)
+            mu = _traction(FittedLaw.of(fit, str(oil)), of_oil).clip(-_CUT_OFF, _CUT_OFF)
             parts.append(named.assign(law=law, traction_coefficient=mu, beyond=beyond))
     return tables.conform(pd.concat(parts, ignore_index=True), "extrapolation", "extrapolation")
 
@@ -62,12 +63,14 @@ def extrapolation_words(compared: pd.DataFrame) -> list[str]:
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
         outside = group["beyond"] != ""
         where = (("in the tested box", group[~outside]), ("beyond it", group[outside]))
-        sizes = [f"{relative_rms(rows):.1%} of mu {words}" for words, rows in where if len(rows)]
+        sizes = [
+            f"{100 * relative_rms(rows):.3g} % of mu {words}" for words, rows in where if len(rows)
+        ]
         at = _errors(group)
         lines.append(
             f"{law}: rms error {', '.join(sizes)}; at worst mu "
-            f"{at['worst_traction_coefficient']:.4f} for "
-            f"{at['worst_true_traction_coefficient']:.4f}, at "
+            f"{at['worst_traction_coefficient']:.4g} for "
+            f"{at['worst_true_traction_coefficient']:.4g}, at "
             f"{at['worst_max_hertz_pressure_gpa']:g} GPa, "
             f"{at['worst_entrainment_speed_m_s']:g} m/s, "
             f"{at['worst_inlet_temperature_c']:g} degC, S {at['worst_slide_roll_ratio']:g}"

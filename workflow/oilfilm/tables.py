@@ -482,7 +482,7 @@ class Extrapolation(_Table):
     )
     true_traction_coefficient: Series[float] = _number("mu of the truth", at_least=0)
     traction_coefficient: Series[float] = _number(
-        "mu of the fitted law; null where nothing was fitted", gaps=True
+        "mu of the fitted law, cut off at 1e6; null where nothing was fitted", gaps=True
     )
 
 
