@@ -9,11 +9,14 @@ from oilfilm.summary import summarise
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
-    coefficients, quality = campaign.fit(oil, bootstrap=20, searches=2)
+    fit = campaign.fit(oil, bootstrap=20, searches=2)
+    coefficients, quality = fit.coefficients, fit.fit_quality
     covered = coverage(campaign.curated.runs, campaign.config)
     extrapolation = tables.empty("extrapolation")
     if "twin" in campaign.config["campaign"]:
-        extrapolation = extrapolate(truth_grid(campaign.config, printed()), coefficients, covered)
+        extrapolation = extrapolate(
+            truth_grid(campaign.config, printed()), fit.coefficients, fit.refits, fit.fit_quality
+        )
     return summarise(
         runs=campaign.curated.runs,
         points=campaign.curated.points,

@@ -14,31 +14,44 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.traction.law import CONDITIONS
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
+_SLACK = 0.005  # relative, of a tested level
 _WORDS = ("pressure", "speed", "temperature")  # of CONDITIONS
 
 
 def extrapolate(
-    truth: pd.DataFrame, coefficients: pd.DataFrame, coverage: pd.DataFrame
+    truth: pd.DataFrame,
+    coefficients: pd.DataFrame,
+    refits: pd.DataFrame,
+    quality: pd.DataFrame,
 ) -> pd.DataFrame:
-    """Every fitted law's traction beside the true one.
+    """Every fitted law's traction, with its own interval, beside the true one.
 
     Args:
         truth: Table `truth_grid`.
         coefficients: Table of coefficients, of any number of laws.
-        coverage: Table of coverage; its accepted conditions span an oil's tested box.
+        refits: Table of refits.
+        quality: Table of fit quality, which knows each fit's tested box.
 
     Returns:
         Table `extrapolation`: a row for each law and row of `truth`.
     """
-    tested = coverage[coverage["state"] == "accepted"]
     parts = []
     for oil, of_oil in truth.groupby("oil", sort=False):
-        beyond = _beyond(of_oil, tested[tested["oil"] == oil])
         named = of_oil.rename(columns={"traction_coefficient": "true_traction_coefficient"})
         fits = coefficients[coefficients["oil"] == oil]
         for law, fit in fits.groupby("law", sort=False):
-            mu = _traction(FittedLaw.of(fit, str(oil)), of_oil).clip(-_CUT_OFF, _CUT_OFF)
-            parts.append(named.assign(law=law, traction_coefficient=mu, beyond=beyond))
+            fitted = FittedLaw.of(fit, str(oil), refits, quality)
+            conditions = of_oil[list(fitted.law.conditions)].to_numpy()
+            found = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
+            numbers = {
+                "traction_coefficient": found.traction_coefficient,
+                "lower": found.lower,
+                "upper": found.upper,
+            }
+            of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law)]
+            beyond = _beyond(of_oil, of_fit.iloc[0])
+            cut = {name: np.clip(mu, -_CUT_OFF, _CUT_OFF) for name, mu in numbers.items()}
+            parts.append(named.assign(law=law, beyond=beyond, **cut))
     return tables.conform(pd.concat(parts, ignore_index=True), "extrapolation", "extrapolation")
 
 
@@ -74,8 +87,15 @@ def extrapolation_words(compared: pd.DataFrame) -> list[str]:
             f"{at['worst_max_hertz_pressure_gpa']:g} GPa, "
             f"{at['worst_entrainment_speed_m_s']:g} m/s, "
             f"{at['worst_inlet_temperature_c']:g} degC, S {at['worst_slide_roll_ratio']:g}"
+            + _held(group[outside])
         )
     return lines
+
+
+def _held(beyond: pd.DataFrame) -> str:
+    share = _errors(beyond)["interval_ratio"]
+    words = f"; beyond it the fit's own 95 % interval holds the truth at {share:.0%} of conditions"
+    return "" if np.isnan(share) else words
 
 
 def relative_rms(compared: pd.DataFrame) -> float:
@@ -83,27 +103,17 @@ def relative_rms(compared: pd.DataFrame) -> float:
     return float(_errors(compared)["relative_rms"])
 
 
-def _beyond(truth: pd.DataFrame, tested: pd.DataFrame) -> list[str]:
-    """The conditions of each row that lie outside the levels tested, joined; all if none was."""
-    levels = tested[[f"nominal_{name}" for name in CONDITIONS]]
-    low, high = levels.min().to_numpy(), levels.max().to_numpy()
+def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]") -> list[str]:
+    """The conditions of each row that lie outside those fitted, joined; all where none is known."""
+    low, high = (
+        np.array([fit[f"tested_{end}_{name}"] for name in CONDITIONS], dtype=float)
+        for end in ("min", "max")
+    )
     at = truth[list(CONDITIONS)].to_numpy()
-    # a set point by Hertz from a load carries the load's rounding
-    slack = 1e-3 * high
+    # a level that every run of it missed by a trifle is tested all the same
+    slack = _SLACK * high
     outside = ~((at >= low - slack) & (at <= high + slack))
     return [", ".join(np.array(_WORDS)[row]) for row in outside]
-
-
-def _traction(law: FittedLaw, truth: pd.DataFrame) -> "pd.Series[float]":
-    """A fitted law at each row."""
-    return pd.concat(
-        [
-            pd.Series(
-                law.traction(np.array(levels), rows["slide_roll_ratio"].to_numpy()), rows.index
-            )
-            for levels, rows in truth.groupby(list(CONDITIONS), sort=False)
-        ]
-    )
 
 
 def _errors(compared: pd.DataFrame) -> dict[str, Any]:
@@ -111,12 +121,16 @@ def _errors(compared: pd.DataFrame) -> dict[str, Any]:
     error = (compared["traction_coefficient"] - compared["true_traction_coefficient"]).to_numpy()
     known = ~np.isnan(error)
     at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
-    names = ("rmse", "relative_rms", "mean_error", "max_error", *(f"worst_{name}" for name in at))
+    sizes = ("rmse", "relative_rms", "mean_error", "max_error", "interval_ratio")
+    names = (*sizes, *(f"worst_{name}" for name in at))
     if not known.any():
         return {"n_points": 0, **dict.fromkeys(names, np.nan)}
     rows, error = compared[known], error[known]
     worst = rows.iloc[int(np.abs(error).argmax())]
     rmse = np.sqrt(np.mean(error**2))
     size = np.sqrt(np.mean(rows["true_traction_coefficient"] ** 2))
-    values = (rmse, rmse / size, error.mean(), np.abs(error).max(), *(worst[name] for name in at))
+    held = rows["true_traction_coefficient"].between(rows["lower"], rows["upper"])
+    share = held.mean() if rows["lower"].notna().all() else np.nan
+    summed = (rmse, rmse / size, error.mean(), np.abs(error).max(), share)
+    values = (*summed, *(worst[name] for name in at))
     return {"n_points": len(rows), **dict(zip(names, values, strict=True))}

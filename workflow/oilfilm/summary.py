@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.extrapolation import extrapolation_words
+from oilfilm.fitting.remarks import fit_remarks
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
@@ -146,7 +148,7 @@ def _extrapolated(compared: pd.DataFrame) -> list[str]:
 
 def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
     lines = []
-    for fit in quality.to_dict("records"):
+    for fit in tables.rows(quality):
         if np.isnan(fit["rmse"]):
             lines.append(f"  {fit['oil']}: {fit['verdict']}")
             continue
@@ -154,6 +156,7 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
             f"  {fit['oil']}: {fit['n_points']} points of {fit['n_curves']} curves, "
             f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['verdict']}"
         )
+        lines += [f"    {remark}" for remark in fit_remarks(fit)[1:]]
         rows = coefficients[coefficients["oil"] == fit["oil"]]
         if rows.loc[rows["identifiable"], "standard_error"].isna().all():
             lines.append(

@@ -5,7 +5,8 @@ if SIMULATED:
         input:
             truth=rules.truth.output.grid,
             coefficients=rules.fits.output.coefficients,
-            coverage=rules.coverage.output.coverage,
+            refits=rules.fits.output.refits,
+            quality=rules.fits.output.fit_quality,
         output:
             compared="<tables>/extrapolation.parquet",
             errors="<tables>/extrapolation_errors.parquet",

@@ -7,7 +7,7 @@ rule summary:
         coverage=rules.coverage.output.coverage,
         extrapolation=EXTRAPOLATION[:1],
         coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.quality,
+        quality=rules.fits.output.fit_quality,
     output:
         "<results>/summary.txt",
     log:

@@ -11,7 +11,8 @@ with job(snakemake) as provenance:
     compared = extrapolate(
         tables.read("truth_grid", Path(found.truth)),
         tables.read("coefficients", Path(found.coefficients)),
-        tables.read("coverage", Path(found.coverage)),
+        tables.read("refits", Path(found.refits)),
+        tables.read("fit_quality", Path(found.quality)),
     )
     tables.write(compared, "extrapolation", Path(made.compared), provenance)
     errors = extrapolation_errors(compared)

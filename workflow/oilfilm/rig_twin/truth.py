@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.ehl_traction import ThermalEhl, thermal_ehl_traction
 from oilfilm.errors import OilfilmError
 from oilfilm.oils import Oil, oil_from_config
@@ -69,6 +70,7 @@ def truth_grid(config: Mapping[str, Any], constants: Mapping[str, FloatArray]) -
     Raises:
         OilfilmError: As `true_tractions`.
     """
+    contact = known_contact(config)
     grids = []
     for oil, traction in true_tractions(config, constants).items():
         for figure, levels in config["extrapolation"].items():
@@ -80,7 +82,13 @@ def truth_grid(config: Mapping[str, Any], constants: Mapping[str, FloatArray]) -
                 "slide_roll_ratio",
             )
             mu = traction(*(grid[name].to_numpy(dtype=float) for name in conditions))
-            grids.append(grid.assign(oil=oil, figure=figure, traction_coefficient=mu))
+            load_n = load_for_max_hertz_pressure(
+                grid["max_hertz_pressure_gpa"].to_numpy() * PA_PER_GPA,
+                contact.radius_m,
+                contact.reduced_modulus_pa,
+            )
+            about = {"oil": oil, "figure": figure, "load_n": load_n}
+            grids.append(grid.assign(**about, traction_coefficient=mu))
     return tables.conform(pd.concat(grids, ignore_index=True), "truth_grid", "truth of the twin")
 
 
