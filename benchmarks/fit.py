@@ -197,7 +197,7 @@ def contest(oil: str, seeds: int) -> None:
     best = min(end.min() for end in ends.values())
     print(f"\n{oil}: {len(data.mu)} points of {problem.curves} curves, best SSE {best:.6e}")
     print(
-        f"{'method':20s} {'success':>8s} {'s a search':>11s} {'x ours':>7s} {'worst SSE / best':>17s}"
+        f"{'method':20s} {'success':>8s} {'s a search':>11s} {'x ours':>7s} {'worst/best SSE':>15s}"
     )
     for name, end in ends.items():
         won = int((end <= best * (1 + CLOSE)).sum())

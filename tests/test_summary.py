@@ -1,18 +1,28 @@
 """The summary tells the counts, the refusals and each fit's verdict."""
 
-from campaigns import Campaign
+from campaigns import Campaign, printed
+from oilfilm import tables
 from oilfilm.curation.coverage import coverage
+from oilfilm.extrapolation import extrapolate
+from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.summary import summarise
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
     fit = campaign.fit(oil, bootstrap=20, searches=2)
     coefficients, quality = fit.coefficients, fit.fit_quality
+    covered = coverage(campaign.curated.runs, campaign.config)
+    extrapolation = tables.empty("extrapolation")
+    if "twin" in campaign.config["campaign"]:
+        extrapolation = extrapolate(
+            truth_grid(campaign.config, printed()), fit.coefficients, fit.refits, fit.fit_quality
+        )
     return summarise(
         runs=campaign.curated.runs,
         points=campaign.curated.points,
         quarantine=campaign.curated.quarantine,
-        coverage=coverage(campaign.curated.runs, campaign.config),
+        coverage=covered,
+        extrapolation=extrapolation,
         coefficients=coefficients,
         quality=quality,
         campaign=campaign.config["campaign"],
@@ -30,6 +40,7 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
     assert "stuck_sensor 31" in text
     assert "218 read of 218" in text
     assert "STAND-IN properties for 4102, 4050" in text
+    assert "which decides nothing about the real oils:\n    deng2026: rms error" in text
     assert "212 of 216 conditions of the matrix accepted, 4 refused; missing: none" in text
     assert "outside it: 1 tested" in text
     assert "results/demo/refused" in text

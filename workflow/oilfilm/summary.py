@@ -8,6 +8,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.extrapolation import extrapolation_words
 from oilfilm.fitting.remarks import fit_remarks
 
 # Missing conditions that are named; the table coverage has them all.
@@ -20,6 +21,7 @@ def summarise(
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
     coverage: pd.DataFrame,
+    extrapolation: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     campaign: Mapping[str, Any],
@@ -45,6 +47,7 @@ def summarise(
         *_refusals(runs, points, quarantine),
         "",
         *_fits(coefficients, quality),
+        *_extrapolated(extrapolation),
         "",
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
@@ -132,6 +135,16 @@ def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame
             "  points refused by: " + ", ".join(f"{gate} {count}" for gate, count in gates.items())
         )
     return lines
+
+
+def _extrapolated(compared: pd.DataFrame) -> list[str]:
+    if compared.empty:
+        return []
+    return [
+        "  against the SIMULATED truth at the conditions of Figs 7-10, which decides nothing about "
+        "the real oils:",
+        *(f"    {line}" for line in extrapolation_words(compared)),
+    ]
 
 
 def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:

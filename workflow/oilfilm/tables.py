@@ -544,6 +544,100 @@ class CoverageMap(_Table):
     planned: Series[bool] = _flag("false: drawn with a broken edge, if there is a matrix")
 
 
+class TruthGrid(_Table):
+    """The traction that is true in a simulated campaign, free of noise, beyond what was tested.
+
+    Only what holds fits against it reads it: no fit, gate or law does.
+    """
+
+    oil: Series[str] = _text("oil")
+    figure: Series[str] = _text("figure of the paper that has the condition")
+    max_hertz_pressure_gpa: Series[float] = _number("maximum Hertz pressure", at_least=0)
+    entrainment_speed_m_s: Series[float] = _number("entrainment speed", at_least=0)
+    inlet_temperature_c: Series[float] = _number("inlet temperature", at_least=ABSOLUTE_ZERO_C)
+    load_n: Series[float] = _number("normal load that gives the pressure on the rig", at_least=0)
+    slide_roll_ratio: Series[float] = _number("slide-roll ratio", at_least=0)
+    traction_coefficient: Series[float] = _number("true mu", at_least=0)
+
+
+class Extrapolation(_Table):
+    """One condition of a simulated campaign: what a fitted law says, and what is true.
+
+    It shows what laws do in a world like the simulated one and decides nothing about real oils.
+    """
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    figure: Series[str] = _text("figure of the paper that has the condition")
+    max_hertz_pressure_gpa: Series[float] = _number("maximum Hertz pressure", at_least=0)
+    entrainment_speed_m_s: Series[float] = _number("entrainment speed", at_least=0)
+    inlet_temperature_c: Series[float] = _number("inlet temperature", at_least=ABSOLUTE_ZERO_C)
+    load_n: Series[float] = _number("normal load that gives the pressure on the rig", at_least=0)
+    slide_roll_ratio: Series[float] = _number("slide-roll ratio", at_least=0)
+    beyond: Series[str] = _text(
+        "conditions that lie outside the levels at which the oil was tested, joined by ', '; "
+        "empty inside"
+    )
+    true_traction_coefficient: Series[float] = _number("mu of the truth", at_least=0)
+    traction_coefficient: Series[float] = _number(
+        "mu of the fitted law, cut off at 1e6; null where nothing was fitted", gaps=True
+    )
+    lower: Series[float] = _number(
+        "lower end of the fit's own 95 % interval; null where it has none", gaps=True
+    )
+    upper: Series[float] = _number("its upper end", gaps=True)
+
+
+class ExtrapolationErrors(_Table):
+    """Errors of one fitted law for one oil against the truth, of one figure and one region.
+
+    It shows what laws do in a world like the simulated one and decides nothing about real oils.
+    """
+
+    law: Series[str] = _text("traction law")
+    oil: Series[str] = _text("oil")
+    figure: Series[str] = _text("figure of the paper")
+    beyond: Series[str] = _text("as in the table extrapolation")
+    n_points: Series[np.int64] = _count("conditions compared")
+    rmse: Series[float] = _number("root-mean-square error of mu", at_least=0, gaps=True)
+    relative_rms: Series[float] = _number(
+        "rmse over the root-mean-square of true mu", at_least=0, gaps=True
+    )
+    mean_error: Series[float] = _number("mean of fitted minus true mu", gaps=True)
+    max_error: Series[float] = _number("largest |fitted - true| mu", at_least=0, gaps=True)
+    interval_ratio: Series[float] = _number(
+        "share of the conditions at which the fit's own 95 % interval holds the truth; null where "
+        "the fit has none",
+        at_least=0,
+        at_most=1,
+        gaps=True,
+    )
+    worst_max_hertz_pressure_gpa: Series[float] = _number("where that is", gaps=True)
+    worst_entrainment_speed_m_s: Series[float] = _number("where that is", gaps=True)
+    worst_inlet_temperature_c: Series[float] = _number("where that is", gaps=True)
+    worst_slide_roll_ratio: Series[float] = _number("where that is", gaps=True)
+    worst_true_traction_coefficient: Series[float] = _number("mu of the truth there", gaps=True)
+    worst_traction_coefficient: Series[float] = _number("mu of the fitted law there", gaps=True)
+
+
+class ExtrapolationPanels(_Table):
+    """Exactly what the figure of the extrapolation draws."""
+
+    panel: Series[str] = _text("panel letter")
+    kind: Series[str] = _text(
+        "what the ordinate is: true mu, fitted mu, or a law's relative rms error",
+        one_of=("true", "fit", "error"),
+    )
+    law: Series[str] = _text("traction law; empty for the truth")
+    oil: Series[str] = _text("oil")
+    x: Series[float] = _number(
+        "abscissa, in the unit of its panel: S; U in m/s; P in GPa; T in degC; relative rms error "
+        "in the tested box",
+        gaps=True,
+    )
+    y: Series[float] = _number("ordinate: mu, or relative rms error beyond the box", gaps=True)
+
+
 TABLES: dict[str, type[_Table]] = {
     "samples": Samples,
     "runs": Runs,
@@ -562,6 +656,10 @@ TABLES: dict[str, type[_Table]] = {
     "coefficient_table": CoefficientTable,
     "curves": Curves,
     "coverage_map": CoverageMap,
+    "truth_grid": TruthGrid,
+    "extrapolation": Extrapolation,
+    "extrapolation_errors": ExtrapolationErrors,
+    "extrapolation_panels": ExtrapolationPanels,
 }
 
 
@@ -600,6 +698,7 @@ _CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
     "refits": (lambda frame: _repeated(frame, ["oil", "law", "cause", "refit", "constant"]),),
     "correlations": (lambda frame: _repeated(frame, ["oil", "law", "constant", "other"]),),
     "curve_residuals": (lambda frame: _repeated(frame, ["oil", "law", "run_id"]),),
+    "extrapolation_errors": (lambda frame: _repeated(frame, ["law", "oil", "figure", "beyond"]),),
 }
 
 
@@ -706,12 +805,14 @@ def _is_number(type_: arrow.DataType) -> bool:
 
 
 def read(table: str, *paths: Path) -> pd.DataFrame:
-    """Read a table, whole or in several files, and check it again.
+    """Read a table, whole, in several files or in none (then empty), and check it again.
 
     Raises:
         OilfilmError: A file is missing or damaged, holds another table or another schema
             version, or breaks the contract.
     """
+    if not paths:
+        return empty(table)
     parts = [_read_part(table, path) for path in paths]
     where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
     whole = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]

@@ -5,6 +5,7 @@ rule figure:
         runs=rules.collect.output.runs,
         coefficients=rules.fits.output.coefficients,
         coverage=rules.coverage.output.coverage,
+        extrapolation=EXTRAPOLATION[:1],
     output:
         png="<figures>/{figure}.png",
         svg="<figures>/{figure}.svg",

@@ -8,6 +8,7 @@ rule metadata:
             rules.collect.output.quarantine,
             rules.coverage.output,
             rules.fits.output,
+            EXTRAPOLATION,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:

@@ -5,6 +5,7 @@ rule summary:
         points=rules.collect.output.points,
         quarantine=rules.collect.output.quarantine,
         coverage=rules.coverage.output.coverage,
+        extrapolation=EXTRAPOLATION[:1],
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
     output:

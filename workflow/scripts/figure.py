@@ -13,6 +13,7 @@ with job(snakemake) as provenance:
         tables.read("runs", Path(found.runs)),
         tables.read("coefficients", Path(found.coefficients)),
         tables.read("coverage", Path(found.coverage)),
+        tables.read("extrapolation", *map(Path, found.extrapolation)),
     )
     drawing = FIGURES[snakemake.wildcards.figure]
     figure, drawn = drawing.draw(results, snakemake.params.config)
