@@ -1,12 +1,18 @@
 """The summary tells the counts, the refusals and each fit's verdict."""
 
-from campaigns import Campaign
+import re
+
+from campaigns import Campaign, printed, printed_settings
 from oilfilm.curation.coverage import coverage
+from oilfilm.printed.judge import judge_printed
+from oilfilm.printed.signs import study_signs
 from oilfilm.summary import summarise
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
     coefficients, quality = campaign.fit(oil, bootstrap=20, searches=2)
+    points, settings = campaign.curated.points, printed_settings(campaign.config)
+    signs, sign_verdicts = study_signs(printed(), list(printed()), points, settings)
     return summarise(
         runs=campaign.curated.runs,
         points=campaign.curated.points,
@@ -14,6 +20,9 @@ def text_of(campaign: Campaign, oil: str) -> str:
         coverage=coverage(campaign.curated.runs, campaign.config),
         coefficients=coefficients,
         quality=quality,
+        judged=judge_printed(points, coefficients, quality, printed(), settings),
+        signs=signs,
+        sign_verdicts=sign_verdicts,
         campaign=campaign.config["campaign"],
         oils=campaign.config["oils"],
         film=campaign.config["film"],
@@ -32,6 +41,10 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
     assert "212 of 216 conditions of the matrix accepted, 4 refused; missing: none" in text
     assert "outside it: 1 tested" in text
     assert "results/demo/refused" in text
+    assert re.search(r"4010: SSE [\d.e-]+, the fit's [\d.e-]+; mu differs by at most", text)
+    assert "4050: signs in use rank" in text
+    assert "without effect C2" in text
+    assert "cannot judge them: their truth has these very signs" in text
 
 
 def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) -> None:
@@ -40,3 +53,4 @@ def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) ->
     assert "not identifiable from these conditions" in text
     assert "measured" in text
     assert "1 of 1 conditions tested accepted (no matrix is given" in text
+    assert "Printed constants" not in text

@@ -7,6 +7,9 @@ rule summary:
         coverage=rules.coverage.output.coverage,
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.quality,
+        judged=rules.printed.output.judged,
+        signs=rules.signs.output.signs,
+        sign_verdicts=rules.signs.output.verdicts,
     output:
         "<results>/summary.txt",
     log:
