@@ -24,6 +24,9 @@ def summarise(
     extrapolation: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
+    judged: pd.DataFrame,
+    signs: pd.DataFrame,
+    sign_verdicts: pd.DataFrame,
     campaign: Mapping[str, Any],
     oils: Mapping[str, Any],
     film: Mapping[str, Any],
@@ -49,6 +52,7 @@ def summarise(
         *_fits(coefficients, quality),
         *_extrapolated(extrapolation),
         "",
+        *_printed(judged, signs, sign_verdicts, campaign),
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
         f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",
@@ -176,3 +180,32 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
                 + ", ".join(lost)
             )
     return lines
+
+
+def _printed(
+    judged: pd.DataFrame,
+    signs: pd.DataFrame,
+    sign_verdicts: pd.DataFrame,
+    campaign: Mapping[str, Any],
+) -> list[str]:
+    """The constants printed in the paper: how far from the fit, and how sure their signs are."""
+    if signs.empty:
+        return []
+    lines = ["Printed constants (Deng et al. 2026):"]
+    for row in judged.dropna(subset=["tested_difference"]).to_dict("records"):
+        lines.append(
+            f"  {row['oil']}: SSE {row['printed_sse']:.3e}, the fit's {row['fitted_sse']:.3e}; "
+            f"mu differs by at most {abs(row['tested_difference']):.1e} as tested, "
+            f"{abs(row['extrapolated_difference']):.1e} as extrapolated"
+        )
+    for oil, of_oil in sign_verdicts.groupby("oil", sort=False):
+        rank = signs.loc[signs["in_use"] & (signs["oil"] == oil), "rank"].iloc[0]
+        named = [
+            f"{verdict} {' '.join(of_oil.loc[of_oil['verdict'] == verdict, 'constant'])}"
+            for verdict in ("settled", "probable", "open", "against", "without effect")
+            if (of_oil["verdict"] == verdict).any()
+        ]
+        lines.append(f"  {oil}: signs in use rank {rank} of 512; {', '.join(named)}")
+    if campaign["data"] == "simulated":
+        lines.append("  The simulated points cannot judge them: their truth has these very signs.")
+    return [*lines, ""]

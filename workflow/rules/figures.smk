@@ -6,6 +6,8 @@ rule figure:
         coefficients=rules.fits.output.coefficients,
         coverage=rules.coverage.output.coverage,
         extrapolation=EXTRAPOLATION[:1],
+        signs=rules.signs.output.signs,
+        sign_verdicts=rules.signs.output.verdicts,
     output:
         png="<figures>/{figure}.png",
         svg="<figures>/{figure}.svg",

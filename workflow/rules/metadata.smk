@@ -9,6 +9,8 @@ rule metadata:
             rules.coverage.output,
             rules.fits.output,
             EXTRAPOLATION,
+            rules.printed.output,
+            rules.signs.output,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:

@@ -8,6 +8,9 @@ rule summary:
         extrapolation=EXTRAPOLATION[:1],
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        judged=rules.printed.output.judged,
+        signs=rules.signs.output.signs,
+        sign_verdicts=rules.signs.output.verdicts,
     output:
         "<results>/summary.txt",
     log:
