@@ -12,7 +12,15 @@ from scipy.optimize import brentq
 
 from campaigns import ROOT, Campaign, printed
 from oilfilm import tables
-from oilfilm.audit.audit import audit, films, printed_evidence, read_claims, refit_evidence
+from oilfilm.audit.audit import (
+    audit,
+    boxes_of,
+    films,
+    printed_evidence,
+    read_claims,
+    refit_evidence,
+    settings_of,
+)
 from oilfilm.audit.checks import CHECKS
 from oilfilm.audit.evidence import Evidence, Finding, NotCheckableError
 from oilfilm.config import load_yaml, resolve
@@ -29,15 +37,12 @@ PLAIN = [-0.02, 1.0, -0.5, -0.5, 0.5, 1.0, -0.5, -0.5, 30.0, 0.0, 0.0, 0.0]
 
 @pytest.fixture(scope="module")
 def settings(config: dict[str, Any]) -> dict[str, Any]:
-    return {**config["audit"], **config["selection"]["limits"]}
+    return settings_of(config)
 
 
 @pytest.fixture(scope="module")
-def grids(settings: dict[str, Any]) -> dict[str, Grid]:
-    return {
-        name: Grid.spanning(box, settings["levels"], settings["slide_roll_ratio"])
-        for name, box in settings["boxes"].items()
-    }
+def grids(config: dict[str, Any]) -> dict[str, Grid]:
+    return boxes_of(config)
 
 
 def evidence_of(
@@ -98,7 +103,7 @@ def test_claim_without_a_check_is_refused(tmp_path) -> None:
 def test_grid_has_the_traction_of_the_equation(
     config: dict[str, Any], grids: dict[str, Grid]
 ) -> None:
-    grid = grids["figures"]
+    grid = grids["extrapolated"]
     law = evidence_of(printed(), config).laws["4010"]
     expected = traction_coefficient(printed()["4010"], *np.ix_(*grid.levels))
     np.testing.assert_allclose(traction(law, grid), expected, rtol=1e-12)
@@ -142,7 +147,7 @@ def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
     config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
 ) -> None:
     # with A and B alike in P and C free of it, mu is P to that power
-    grid = grids["figures"]
+    grid = grids["extrapolated"]
     straight = judge("rises-with-stress", evidence_of(same(), config), grid, settings)
     np.testing.assert_allclose(straight.cases["value"], 1.0, rtol=1e-12)
     assert straight.share == 1.0
@@ -183,7 +188,7 @@ def test_order_of_planted_oils_is_found_and_so_is_its_reverse(
     sizes = {"4102": 1.5, "4050": 1.2, "4010": 1.0}
     right = evidence_of({oil: planted(size) for oil, size in sizes.items()}, config)
     wrong = evidence_of({oil: planted(1 / size) for oil, size in sizes.items()}, config)
-    grid = grids["figures"]
+    grid = grids["extrapolated"]
     for claim in ("viscosity-order", "light-load-4102", "slip-15", "heavy-load-4010"):
         assert judge(claim, right, grid, settings).share == 1.0, claim
         assert judge(claim, wrong, grid, settings).share == 0.0, claim
@@ -209,7 +214,7 @@ def test_oils_converge_by_the_ratio_of_their_exponents(
         k = 2.0 * (temperature / 20) ** -0.2
         return 3 * (k - 1) / (k + 2)
 
-    found = judge("hot-convergence", evidence, grids["figures"], settings)
+    found = judge("hot-convergence", evidence, grids["extrapolated"], settings)
     np.testing.assert_allclose(found.cases["value"], spread(140) / spread(20), rtol=1e-9)
     assert found.share == 1.0
 
@@ -223,10 +228,10 @@ def test_negative_traction_is_seen(
 
     evidence = evidence_of(same(), config)
     low = Negative(**{name: getattr(evidence, name) for name in evidence.__dataclass_fields__})
-    assert judge("non-negative", evidence, grids["figures"], settings).share == 1.0
-    assert judge("non-negative", low, grids["figures"], settings).share < 1.0
-    assert judge("zero-slip", evidence, grids["figures"], settings).share == 1.0
-    assert judge("zero-slip", low, grids["figures"], settings).share == 0.0
+    assert judge("non-negative", evidence, grids["extrapolated"], settings).share == 1.0
+    assert judge("non-negative", low, grids["extrapolated"], settings).share < 1.0
+    assert judge("zero-slip", evidence, grids["extrapolated"], settings).share == 1.0
+    assert judge("zero-slip", low, grids["extrapolated"], settings).share == 0.0
 
 
 # ---------------------------------------------------------------- the printed constants
@@ -238,7 +243,9 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(
     # shared/paper/README.md: 59 %, 55 %, at most 14 % together; 4010/4102 0.41 at 0.8 GPa and 1.9
     # at 2.5 GPa; 4050 above 4102 below about 1.4 GPa. That count does not state its levels, and
     # the shares move with them (even steps of P and U give 71, 37 and 10 %): within 0.05.
-    found = judge("viscosity-order", evidence_of(printed(), config), grids["figures"], settings)
+    found = judge(
+        "viscosity-order", evidence_of(printed(), config), grids["extrapolated"], settings
+    )
     assert found.parts["4102 > 4050"] == pytest.approx(0.59, abs=0.05)
     assert found.parts["4050 > 4010"] == pytest.approx(0.55, abs=0.06)
     assert found.share <= 0.145
@@ -252,7 +259,7 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(
 def test_order_does_not_hold_on_more_of_the_box_with_other_levels(
     config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
 ) -> None:
-    grid = grids["figures"].at(
+    grid = grids["extrapolated"].at(
         max_hertz_pressure_gpa=np.linspace(0.8, 2.5, 13),
         entrainment_speed_m_s=np.linspace(20, 200, 13),
     )
@@ -265,10 +272,10 @@ def test_printed_constants_contradict_the_text_as_known(
 ) -> None:
     # all figures: shared/paper/README.md
     evidence = evidence_of(printed(), config)
-    spread = judge("hot-convergence", evidence, grids["figures"], settings).remarks[0]
+    spread = judge("hot-convergence", evidence, grids["extrapolated"], settings).remarks[0]
     cold, hot = map(float, re.findall(r"([\d.]+) at \d+ degC", spread))
     assert (cold, hot) == (pytest.approx(0.71, abs=0.03), pytest.approx(0.63, abs=0.02))
-    rise = judge("rises-with-stress", evidence, grids["figures"], settings)
+    rise = judge("rises-with-stress", evidence, grids["extrapolated"], settings)
     (of_4010,) = re.findall(r"is ([\d.]+) in the median for 4010", " ".join(rise.remarks))
     assert float(of_4010) == pytest.approx(0.92, abs=0.015)  # both are rounded to two digits
     plateau = " ".join(judge("earlier-plateau", evidence, grids["tested"], settings).remarks)
@@ -339,12 +346,11 @@ def test_torque_claims_follow_the_torque_tests(
 @pytest.fixture(scope="module")
 def table(demo: Campaign) -> pd.DataFrame:
     claims = read_claims(CLAIMS)
-    oils = claims["falling_viscosity"]
     fits = [demo.fit(oil, bootstrap=20, searches=2).coefficients for oil in OILS]
     refit = refit_evidence(
-        pd.concat(fits), demo.curated.points, demo.curated.runs, oils, demo.config
+        pd.concat(fits), demo.curated.points, demo.curated.runs, OILS, demo.config
     )
-    return audit(claims, [refit, printed_evidence(printed(), oils, demo.config)], demo.config)
+    return audit(claims, [refit, printed_evidence(printed(), OILS, demo.config)], demo.config)
 
 
 def test_table_has_every_claim_on_both_bases_in_whole_sentences(table: pd.DataFrame) -> None:
@@ -386,17 +392,15 @@ def test_claim_about_oils_that_were_not_fitted_cannot_be_checked(
 ) -> None:
     evidence = evidence_of({"4102": printed()["4102"]}, config)
     with pytest.raises(NotCheckableError, match="4050: there is no fit of it"):
-        judge("viscosity-order", evidence, grids["figures"], settings)
-    assert judge("zero-slip", evidence, grids["figures"], settings).share == 1.0
+        judge("viscosity-order", evidence, grids["extrapolated"], settings)
+    assert judge("zero-slip", evidence, grids["extrapolated"], settings).share == 1.0
 
 
 def test_one_condition_of_an_unknown_oil_tells_nothing_about_trends(etm: Campaign) -> None:
     claims = read_claims(CLAIMS)
     config = resolve(ROOT / "config", {"campaign": "etm-slim"})
     fit = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
-    refit = refit_evidence(
-        fit, etm.curated.points, etm.curated.runs, claims["falling_viscosity"], config
-    )
+    refit = refit_evidence(fit, etm.curated.points, etm.curated.runs, OILS, config)
     found = audit(claims, [refit], config)
     assert (found["verdict"] == "cannot be checked").all()
     reason = found.set_index("claim")["finding"]

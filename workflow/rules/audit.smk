@@ -13,6 +13,15 @@ rule audit:
         "<logs>/audit.log",
     params:
         code=code("audit.py"),
-        config=part("audit", "film", "gates", "oils", "rigs", "selection", campaign=("matrix",)),
+        config=part(
+            "audit",
+            "film",
+            "gates",
+            "oils",
+            "printed",
+            "rigs",
+            "selection",
+            campaign=("matrix",),
+        ),
     script:
         "../scripts/audit.py"

@@ -5,6 +5,9 @@ rule figure:
         runs=rules.collect.output.runs,
         coefficients=rules.fits.output.coefficients,
         coverage=rules.coverage.output.coverage,
+        extrapolation=EXTRAPOLATION[:1],
+        signs=rules.signs.output.signs,
+        sign_verdicts=rules.signs.output.verdicts,
         claims=rules.audit.output.claims,
         selection=rules.audit.output.selection,
     output:
@@ -15,7 +18,7 @@ rule figure:
         "<logs>/figure-{figure}.log",
     params:
         code=code("figure.py"),
-        config=part("audit", "oils", "figures", campaign=("matrix", "film_unjudged")),
+        config=part("oils", "figures", "printed", campaign=("matrix", "film_unjudged")),
     script:
         "../scripts/figure.py"
 

@@ -21,7 +21,7 @@ from oilfilm.traction.law import FloatArray
 
 _PLACES = {
     "tested": "the tested box",
-    "figures": "the box of figs 7-10",
+    "extrapolated": "the box of figs 7 to 10",
     "data": "the campaign's data",
 }
 _SYMBOLS = dict(
@@ -29,21 +29,21 @@ _SYMBOLS = dict(
 )
 
 
-def read_claims(path: Path) -> dict[str, Any]:
-    """The claims of the paper and the oils that they are about.
+def read_claims(path: Path) -> list[dict[str, str]]:
+    """The claims of the paper.
 
     Raises:
         OilfilmError: The file has a mistake, or names a claim that has no check or lacks one.
     """
-    content = load_checked(path, "claims")
-    named = [claim["id"] for claim in content["claims"]]
+    claims: list[dict[str, str]] = load_checked(path, "claims")["claims"]
+    named = [claim["id"] for claim in claims]
     wrong = sorted(set(named) ^ set(CHECKS)) or sorted({i for i in named if named.count(i) > 1})
     if wrong:
         raise OilfilmError(
             f"{path}: the claims and the checks of oilfilm.audit must be the same, each once; look "
             f"at {', '.join(wrong)}."
         )
-    return content
+    return claims
 
 
 def refit_evidence(
@@ -92,21 +92,41 @@ def films(config: Mapping[str, Any]) -> dict[str, Film]:
     }
 
 
+def settings_of(config: Mapping[str, Any]) -> dict[str, Any]:
+    """What the checks are told: their own thresholds, and those that other rooms have as well."""
+    signs = config["printed"]["signs"]
+    tested = config["printed"]["boxes"]["tested"]
+    return {
+        **config["audit"],
+        **config["selection"]["limits"],
+        "slide_roll_ratio": signs["slide_roll_ratio"]["figures"],
+        "curve_to": tested["slide_roll_ratio"][1],
+        "linear_r2_min": signs["linear_r2_min"],
+        "decline_max": signs["decline_max"],
+    }
+
+
+def boxes_of(config: Mapping[str, Any]) -> dict[str, Grid]:
+    """The boxes in which trends are asked, as grids."""
+    settings = settings_of(config)
+    return {
+        name: Grid.spanning(box, settings["levels"], settings["slide_roll_ratio"])
+        for name, box in config["printed"]["boxes"].items()
+    }
+
+
 def audit(
-    claims: Mapping[str, Any], evidence: Sequence[Evidence], config: Mapping[str, Any]
+    claims: Sequence[Mapping[str, str]], evidence: Sequence[Evidence], config: Mapping[str, Any]
 ) -> pd.DataFrame:
     """Table of claims: a row a claim and basis, in the paper's order.
 
     Args:
         claims: As `read_claims` gives them.
         evidence: The bases.
-        config: `audit` and `selection` of the configuration.
+        config: `audit`, `selection` and `printed` of the configuration.
     """
-    settings = {**config["audit"], **config["selection"]["limits"]}
-    boxes = {
-        name: Grid.spanning(box, settings["levels"], settings["slide_roll_ratio"])
-        for name, box in settings["boxes"].items()
-    }
+    settings = settings_of(config)
+    boxes = boxes_of(config)
     rows = [
         {
             "claim": claim["id"],
@@ -117,7 +137,7 @@ def audit(
             "definition": CHECKS[claim["id"]].definition.format(**settings),
             **_judge(CHECKS[claim["id"]], basis, boxes, settings),
         }
-        for claim in claims["claims"]
+        for claim in claims
         for basis in evidence
     ]
     return tables.from_rows(rows, "claims")
@@ -156,7 +176,7 @@ def _row(verdict: str, finding: str, judged_on: str) -> dict[str, Any]:
         "verdict": verdict,
         "finding": finding,
         "cases": 0,
-        **dict.fromkeys(("share", "share_tested_box", "share_figures_box"), np.nan),
+        **dict.fromkeys(("share", "share_tested_box", "share_extrapolated_box"), np.nan),
         "worst_quantity": "",
         "worst_oil": "",
         **dict.fromkeys((f"worst_{name}" for name in (*AXES, "value")), np.nan),

@@ -27,7 +27,7 @@ class Check:
 
     Attributes:
         judge: Finds the cases; None where the box has none for the claim.
-        where: Box on which the verdict rests, `tested` or `figures`, or `data` where the check
+        where: Box on which the verdict rests, `tested` or `extrapolated`, or `data` where the check
             looks at tables and no box.
         definition: What would make the claim hold, with names of settings in braces.
     """
@@ -402,10 +402,10 @@ def heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | 
 
 CHECKS: dict[str, Check] = {
     "zero-slip": Check(
-        zero_slip, "figures", "|mu| is {zero_traction_max:g} at most wherever S is 0."
+        zero_slip, "extrapolated", "|mu| is {zero_traction_max:g} at most wherever S is 0."
     ),
     "non-negative": Check(
-        non_negative, "figures", "mu is 0 or more for every S up to {curve_to:g}."
+        non_negative, "extrapolated", "mu is 0 or more for every S up to {curve_to:g}."
     ),
     "linear-start": Check(
         linear_start,
@@ -421,42 +421,42 @@ CHECKS: dict[str, Check] = {
     ),
     "falls-with-temperature": Check(
         falls_with_temperature,
-        "figures",
+        "extrapolated",
         "mu falls from each level of T to the next, and by more a degree at {cold_band_c[0]:g}-"
         "{cold_band_c[1]:g} degC than at {hot_band_c[0]:g}-{hot_band_c[1]:g} degC.",
     ),
     "falls-with-speed": Check(
         falls_with_speed,
-        "figures",
+        "extrapolated",
         "mu falls from each level of U to the next, and over the last third of the speeds changes "
         "by less than it falls over the first.",
     ),
     "rises-with-stress": Check(
         rises_with_stress,
-        "figures",
+        "extrapolated",
         "mu rises from each level of P to the next, and a straight line through mu(P) has R2 of "
         "{linear_r2_min:g} or more.",
     ),
     "earlier-plateau": Check(
         earlier_plateau,
-        "figures",
+        "extrapolated",
         "The linear range (mu/S within {linear_tolerance:.0%} of its value at no slip) ends at "
         "smaller S from each level of P to the next.",
     ),
     "viscosity-order": Check(
         viscosity_order,
-        "figures",
+        "extrapolated",
         "At the same P, U, T and S mu falls from each oil to the next less viscous one.",
     ),
     "hot-convergence": Check(
         hot_convergence,
-        "figures",
+        "extrapolated",
         "The oils' spread of mu over their mean is at the hottest level {convergence_max:.0%} of "
         "that at the coldest, or less.",
     ),
     "speed-mutes-temperature": Check(
         speed_mutes_temperature,
-        "figures",
+        "extrapolated",
         "From the coldest to the hottest level mu falls by less at {slow_and_fast_m_s[1]:g} m/s "
         "than at {slow_and_fast_m_s[0]:g} m/s (or at the box's own ends).",
     ),
@@ -489,18 +489,18 @@ CHECKS: dict[str, Check] = {
     ),
     "light-load-4102": Check(
         light_load,
-        "figures",
+        "extrapolated",
         "Below {light_below_gpa:g} GPa the most viscous oil has the largest mu.",
     ),
     "slip-15": Check(
         slip_limit,
-        "figures",
+        "extrapolated",
         "Up to S {slip_limit:g} the least viscous oil, where its film is thick enough, has the "
         "smallest mu; beyond, mu rises with viscosity.",
     ),
     "heavy-load-4010": Check(
         heavy_load,
-        "figures",
+        "extrapolated",
         "From {heavy_from_gpa:g} GPa on the least viscous oil, where its film is thick enough, has "
         "the smallest mu.",
     ),

@@ -45,7 +45,7 @@ def selection_map(results: Results, config: Mapping[str, Any]) -> tuple[Figure, 
         panel = string.ascii_lowercase[number]
         axis.set_title(f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, S = {slip:g}", fontsize=7)
         _draw(axis, here, oils)
-        _draw_tested(axis, config["audit"]["boxes"]["tested"])
+        _draw_tested(axis, config["printed"]["boxes"]["tested"])
         drawn.append(here.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
     _say_key(figure, oils, table)
