@@ -14,6 +14,7 @@ from oilfilm.ingest import Ingested, ingest
 from oilfilm.reference import printed_constants
 
 ROOT = Path(__file__).parents[1]
+CLAIMS = ROOT / "data/reference/claims.yaml"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from scipy.optimize import brentq
 
-from campaigns import ROOT, Campaign, printed
+from campaigns import CLAIMS, ROOT, Campaign, printed
 from oilfilm import tables
 from oilfilm.audit.audit import (
     audit,
@@ -28,7 +28,6 @@ from oilfilm.errors import OilfilmError
 from oilfilm.operating_grid import Grid, traction
 from oilfilm.traction.deng2026 import traction_coefficient
 
-CLAIMS = ROOT / "data/reference/claims.yaml"
 PAPER = ROOT.parent / "shared" / "paper" / "README.md"
 OILS = ("4102", "4050", "4010")
 # |A|, its exponents; B, its exponents; C, its exponents: falls with U and T, rises with P

@@ -1,5 +1,6 @@
 """Figures draw what they keep, say what is simulated, and come out in the same bytes."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,12 +9,14 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 
-from campaigns import Campaign, printed, printed_settings
+from campaigns import CLAIMS, Campaign, printed, printed_settings
 from oilfilm import tables
+from oilfilm.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.curation.coverage import coverage
 from oilfilm.figures import FIGURES, Results, style
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.printed.signs import study_signs
+from oilfilm.selection import select
 from oilfilm.traction.deng2026 import traction_coefficient
 
 
@@ -160,3 +163,53 @@ def test_campaign_without_set_points_says_that_nothing_can_be_shown(
     figure, drawn = FIGURES["fig03"].draw(bare, {**config, "campaign": campaign})
     assert drawn.empty
     assert "no accepted point" in figure.axes[0].texts[0].get_text()
+
+
+@pytest.fixture(scope="module")
+def audited(config: dict[str, Any]) -> Results:
+    """Claims and selection by the printed constants, no other table."""
+    bases = [
+        replace(printed_evidence(printed(), list(printed()), config), basis=basis)
+        for basis in ("refit", "printed")
+    ]
+    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
+    advice = select(bases, config["selection"], config["printed"]["boxes"]["extrapolated"])
+    claims = audit(read_claims(CLAIMS), bases, config)
+    return Results(*nothing, claims=claims, selection=advice)
+
+
+def test_bars_of_the_claims_are_as_long_as_their_shares(
+    audited: Results, config: dict[str, Any]
+) -> None:
+    figure, drawn = FIGURES["claims"].draw(audited, config)
+    tables.conform(drawn, "claims_page", "claims")
+    bars = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] != (1, 1, 1)]
+    frame = next(p for p in figure.axes[0].patches if p.get_facecolor()[:3] == (1, 1, 1))
+    lengths = [bar.get_width() / frame.get_width() for bar in bars]
+    np.testing.assert_allclose(lengths, drawn["share"].dropna())
+    words = {text.get_text() for text in figure.axes[0].texts}
+    assert set(drawn["claim"]) <= words
+    assert len(drawn) == len(audited.claims)
+    assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+
+
+def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
+    audited: Results, config: dict[str, Any]
+) -> None:
+    figure, drawn = FIGURES["selection"].draw(audited, config)
+    tables.conform(drawn, "selection_map", "selection")
+    assert set(drawn["basis"]) == {"refit"}
+    settings = config["selection"]["map"]
+    assert drawn["panel"].nunique() == len(settings["inlet_temperature_c"]) * len(
+        settings["slide_roll_ratio"]
+    )
+    symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
+    assert symbols == (drawn["judgement"] != "agree").sum()
+    assert "STAND-IN" in " ".join(text.get_text() for text in figure.texts)
+
+
+def test_map_of_oils_that_are_not_there_says_so(config: dict[str, Any]) -> None:
+    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
+    figure, drawn = FIGURES["selection"].draw(Results(*nothing), config)
+    assert drawn.empty
+    assert "no map" in figure.axes[0].texts[0].get_text()

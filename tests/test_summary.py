@@ -2,8 +2,9 @@
 
 import re
 
-from campaigns import Campaign, printed, printed_settings
+from campaigns import CLAIMS, Campaign, printed, printed_settings
 from oilfilm import tables
+from oilfilm.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.curation.coverage import coverage
 from oilfilm.extrapolation import extrapolate
 from oilfilm.printed.judge import judge_printed
@@ -23,6 +24,7 @@ def text_of(campaign: Campaign, oil: str) -> str:
         )
     points, settings = campaign.curated.points, printed_settings(campaign.config)
     signs, sign_verdicts = study_signs(printed(), list(printed()), points, settings)
+    basis = printed_evidence(printed(), list(printed()), campaign.config)
     return summarise(
         runs=campaign.curated.runs,
         points=campaign.curated.points,
@@ -34,6 +36,11 @@ def text_of(campaign: Campaign, oil: str) -> str:
         judged=judge_printed(points, coefficients, quality, printed(), settings),
         signs=signs,
         sign_verdicts=sign_verdicts,
+        claims=audit(
+            read_claims(CLAIMS),
+            [printed_evidence(printed(), list(printed()), campaign.config)],
+            campaign.config,
+        ),
         campaign=campaign.config["campaign"],
         oils=campaign.config["oils"],
         film=campaign.config["film"],
@@ -56,6 +63,7 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
     assert re.search(r"4010: SSE [\d.e-]+, the fit's [\d.e-]+; mu differs by at most", text)
     assert "4050: signs in use rank" in text
     assert "without effect C2" in text
+    assert re.search(r"printed: .*\d fails.*; failing: viscosity-order, hot-convergence", text)
     assert "cannot judge them: their truth has these very signs" in text
 
 

@@ -27,6 +27,7 @@ def summarise(
     judged: pd.DataFrame,
     signs: pd.DataFrame,
     sign_verdicts: pd.DataFrame,
+    claims: pd.DataFrame,
     campaign: Mapping[str, Any],
     oils: Mapping[str, Any],
     film: Mapping[str, Any],
@@ -53,6 +54,7 @@ def summarise(
         *_extrapolated(extrapolation),
         "",
         *_printed(judged, signs, sign_verdicts, campaign),
+        *_claimed(claims),
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
         f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",
@@ -180,6 +182,17 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
                 + ", ".join(lost)
             )
     return lines
+
+
+def _claimed(claims: pd.DataFrame) -> list[str]:
+    """How many of the paper's claims hold, by basis, and which fail."""
+    lines = ["Claims of the paper (claims.parquet has definitions, shares and worst cases):"]
+    for basis, of_basis in claims.groupby("basis", sort=False):
+        counts = of_basis["verdict"].value_counts()
+        told = [f"{count} {verdict}" for verdict, count in counts.items()]
+        failing = of_basis.loc[of_basis["verdict"] == "fails", "claim"]
+        lines.append(f"  {basis}: {', '.join(told)}; failing: {', '.join(failing) or 'none'}")
+    return [*lines, ""]
 
 
 def _printed(

@@ -11,6 +11,7 @@ rule summary:
         judged=rules.printed.output.judged,
         signs=rules.signs.output.signs,
         sign_verdicts=rules.signs.output.verdicts,
+        claims=rules.audit.output.claims,
     output:
         "<results>/summary.txt",
     log:

@@ -19,6 +19,7 @@ with job(snakemake) as provenance:
         judged=tables.read("printed_judged", Path(found.judged)),
         signs=tables.read("signs", Path(found.signs)),
         sign_verdicts=tables.read("sign_verdicts", Path(found.sign_verdicts)),
+        claims=tables.read("claims", Path(found.claims)),
         campaign=snakemake.params.config["campaign"],
         oils=snakemake.params.config["oils"],
         film=snakemake.params.config["film"],

@@ -49,7 +49,9 @@ def selection_map(results: Results, config: Mapping[str, Any]) -> tuple[Figure, 
         drawn.append(here.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
     _say_key(figure, oils, table)
-    style.say_key(figure, f"Constants: {basis}")
+    stand_ins = any(oil is not None and oil["stand_in"] for oil in config["oils"].values())
+    films = ", of STAND-IN oils" * stand_ins
+    style.say_key(figure, f"Constants: {basis}. Film: of the traction rig's contact{films}")
     style.say_source(figure, config["campaign"])
     return figure, tables.conform(
         pd.concat(drawn)[tables.columns("selection_map")], "selection_map", "map of oils"
@@ -157,7 +159,7 @@ def _say_key(figure: Figure, oils: Sequence[str], table: pd.DataFrame) -> None:
     fields.append(
         Line2D(
             [], [], linestyle="", marker="x", color="#555555", markersize=4,
-            label="no oil has enough film",
+            label="no film known to be enough",
         )
     )  # fmt: skip
     pairs = [handle for pair in zip(fields, symbols, strict=True) for handle in pair]
