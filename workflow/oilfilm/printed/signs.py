@@ -57,7 +57,7 @@ def study_signs(
     for oil in [oil for oil in falling_viscosity if oil in config["oils"]]:
         internal = _candidates(printed[oil])
         errors = squared_errors(points[points["oil"] == oil], _as_printed(internal))
-        in_use = (np.sign(printed[oil][_EXPONENTS]) == _SETS).all(axis=1)
+        in_use = (np.where(printed[oil][_EXPONENTS] < 0, -1, 1) == _SETS).all(axis=1)
         of_oil = {one: scores[oil] for one, scores in by_slips.items()}
         sets.append(_set_rows(oil, of_oil[_RANKED_BY], errors, in_use, config["signs"]))
         effects = _effects(internal[:, in_use], config)

@@ -66,7 +66,7 @@ class Surface:
             np.exp(design @ block).reshape(levels, levels, levels, -1)
             for block in np.split(internal, 3)
         )
-        slips = (np.sort(slip), min(compared), max(compared), box["slide_roll_ratio"][1])
+        slips = (np.sort(slip), min(compared), max(compared), max(box["slide_roll_ratio"]))
         return cls(axes[STRESS], *slips, np.stack([-size, slope, rate]))
 
     @cached_property
@@ -254,8 +254,7 @@ BETWEEN_OILS = ("viscosity_order", "hot_convergence")
 
 def grid_levels(box: Mapping[str, Sequence[float]], name: str, levels: int) -> FloatArray:
     """Evenly spaced levels of a condition over a box."""
-    lowest, highest = box[name]
-    return np.linspace(lowest, highest, levels)
+    return np.linspace(min(box[name]), max(box[name]), levels)
 
 
 def _share(holds: npt.NDArray[np.bool_]) -> FloatArray:
