@@ -140,7 +140,7 @@ def test_run_without_any_readable_row_is_refused_not_lost(config: dict[str, Any]
     names = b"time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
     _, reading = read_log(b"# oil: 4102\n" + names + b"a,b,c,d,e,f\n", "log.csv", config)
     (run,) = reading.runs
-    assert len(run.samples) == 0
+    assert len(run) == 0
     assert reading.refusals[0].refused_rows == 1
 
 
