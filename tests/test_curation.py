@@ -163,20 +163,20 @@ def test_steps_are_found_where_they_are_and_nowhere_else(
     steps: list[float], seconds: float, seed: int
 ) -> None:
     levels = list(np.cumsum([0.0, *steps]))
-    time_s, slip = staircase(levels, seconds, 0.002, seed)
-    found = find_steps(time_s, slip, PLATEAUS)
+    _, slip = staircase(levels, seconds, 0.002, seed)
+    found = find_steps(slip, 0.02, PLATEAUS)
     expected = np.arange(1, len(levels)) * round(seconds * 50)
     assert len(found) == len(expected)
     assert np.abs(found - expected).max() <= 12  # 0.24 s, the noise of the location
-    starts, stops = settled_parts(time_s, found, PLATEAUS)
+    starts, stops = settled_parts(len(slip), found, 0.02, PLATEAUS)
     for start, stop, level in zip(starts, stops, levels, strict=True):
         assert slip[start:stop].mean() == pytest.approx(level, abs=0.002)
 
 
 def test_steady_slip_has_no_steps_and_a_short_log_none_either() -> None:
-    time_s, slip = staircase([0.1], 60, 0.003, 1)
-    assert len(find_steps(time_s, slip, PLATEAUS)) == 0
-    assert len(find_steps(time_s[:20], slip[:20], PLATEAUS)) == 0
+    _, slip = staircase([0.1], 60, 0.003, 1)
+    assert len(find_steps(slip, 0.02, PLATEAUS)) == 0
+    assert len(find_steps(slip[:20], 0.02, PLATEAUS)) == 0
     assert sampling_interval(np.array([0.0])) == 1.0
 
 
@@ -201,6 +201,31 @@ def test_standard_error_knows_autocorrelation(memory: float) -> None:
     assert statistics.means(noise, windows(length, count)).std() == pytest.approx(
         expected, rel=0.15
     )
+
+
+def test_standard_error_sums_lags_up_to_the_first_that_is_not_positive() -> None:
+    """Against the definition, spelt out: noise, a drift, a hum and a constant in one signal."""
+    random, length = np.random.default_rng(8), 60
+    place = np.arange(length)
+    signals = np.stack(
+        [
+            random.standard_normal(length),
+            0.1 * place + random.standard_normal(length),
+            np.sin(2 * np.pi * place / 45),
+            np.ones(length),
+        ]
+    )
+    expected = []
+    for signal in signals:
+        about = signal - signal.mean()
+        covariance = np.correlate(about, about, "full")[length - 1 :]
+        last = next((lag for lag in range(1, length) if not covariance[lag] > 0), length)
+        variance = covariance[0] + 2 * covariance[1:last].sum()
+        expected.append(np.sqrt(variance / (length - 1) / length))
+    found = statistics.standard_errors(signals.ravel(), windows(length, len(signals)))
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-15)
+    together = statistics.standard_errors(signals, windows(length, 1))
+    np.testing.assert_allclose(together[:, 0], expected, rtol=1e-12, atol=1e-15)
 
 
 def test_mean_of_unequal_stretches_and_of_none() -> None:

@@ -1,6 +1,7 @@
 """Means over plateaus with standard errors that know that neighbouring samples are alike."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -9,6 +10,9 @@ from oilfilm.curation.plateaus import MAD_TO_SIGMA
 from oilfilm.curation.signals import FloatArray, IndexArray
 
 BoolArray = npt.NDArray[np.bool_]
+
+# Noise is seldom alike over more samples than this; a drift or a hum is.
+_NEAR_LAGS = 8
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class Windows:
         """The same stretches with some samples left out; `flagged` has the shape of `index`."""
         return Windows(self.index, self.inside & ~flagged)
 
-    @property
+    @cached_property
     def counts(self) -> IndexArray:
         """Samples in each stretch."""
         return self.inside.sum(axis=1)
@@ -43,10 +47,18 @@ class Windows:
 
 
 def means(values: FloatArray, windows: Windows) -> FloatArray:
-    """Mean of a signal over each stretch; NaN where a stretch is empty."""
-    total = np.where(windows.inside, values[windows.index], 0.0).sum(axis=1)
+    """Means of signals over each stretch; NaN where a stretch is empty.
+
+    Args:
+        values: One signal or several, shape (..., samples).
+        windows: The stretches.
+
+    Returns:
+        Shape (..., stretches).
+    """
     counts = windows.counts
-    return np.divide(total, counts, out=np.full(len(counts), np.nan), where=counts > 0)
+    total = np.where(windows.inside, np.take(values, windows.index, axis=-1), 0.0).sum(axis=-1)
+    return np.divide(total, counts, out=np.full(total.shape, np.nan), where=counts > 0)
 
 
 def standard_errors(values: FloatArray, windows: Windows) -> FloatArray:
@@ -55,25 +67,42 @@ def standard_errors(values: FloatArray, windows: Windows) -> FloatArray:
         se^2 = s^2 / n (1 + 2 sum_k rho_k)
 
     with rho_k the autocorrelation at lag k, summed up to its first value that is not positive.
+    Shapes as for `means`.
 
     Reference: C. J. Geyer, Practical Markov chain Monte Carlo, Statistical Science 7 (1992) 473,
     section 3.3 (the initial positive sequence, here over single lags).
     """
-    counts = windows.counts
+    counts, mean = windows.counts, means(values, windows)
     if windows.index.size == 0:
-        return np.full(len(counts), np.nan)
-    residual = np.where(
-        windows.inside, values[windows.index] - means(values, windows)[:, np.newaxis], 0.0
-    )
+        return mean
+    about = np.take(values, windows.index, axis=-1) - mean[..., np.newaxis]
+    residual = np.where(windows.inside, about, 0.0)
+    squares = np.vecdot(residual, residual)
+    lagged = _sum_of_lags(residual.reshape(-1, residual.shape[-1])).reshape(squares.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = (squares + 2 * lagged) / (counts - 1)
+        return np.where(counts > 1, np.sqrt(variance / counts), np.nan)
+
+
+def _sum_of_lags(residual: FloatArray) -> FloatArray:
+    """Autocovariances of each row over all lags up to the first that is not positive.
+
+    Most rows end within a few lags, which cost little; the few others are transformed.
+    """
+    total = np.zeros(len(residual))
+    rows = np.arange(len(residual))
+    for lag in range(1, min(_NEAR_LAGS + 1, residual.shape[1])):
+        covariance = np.vecdot(residual[:, lag:], residual[:, :-lag])
+        positive = covariance > 0
+        rows, residual = rows[positive], residual[positive]
+        total[rows] += covariance[positive]
+    if len(rows) == 0:
+        return total
     length = residual.shape[1]
     spectrum = np.fft.rfft(residual, 2 * length, axis=1)
-    covariance = np.fft.irfft(np.abs(spectrum) ** 2, 2 * length, axis=1)[:, :length]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        correlation = np.nan_to_num(covariance / covariance[:, :1])
-        positive = np.cumprod(correlation[:, 1:] > 0, axis=1)
-        inflation = 1 + 2 * (correlation[:, 1:] * positive).sum(axis=1)
-        variance = covariance[:, 0] / (counts - 1)
-        return np.where(counts > 1, np.sqrt(variance / counts * inflation), np.nan)
+    covariance = np.fft.irfft(np.abs(spectrum) ** 2, 2 * length, axis=1)[:, 1:length]
+    total[rows] = (covariance * np.cumprod(covariance > 0, axis=1)).sum(axis=1)
+    return total
 
 
 def spikes(values: FloatArray, windows: Windows, threshold: float) -> BoolArray:
