@@ -183,12 +183,10 @@ def _with_reasons(
 ) -> pd.DataFrame:
     """Points with the gate of their run, if one refused it, before their own gates."""
     gate_of = {run_id: trouble.gate for run_id, trouble in of_runs.items()}
-    reasons = [
-        ";".join(filter(None, [gate_of.get(run, ""), own]))
-        for run, own in zip(points["run_id"], of_gates, strict=True)
-    ]
-    whole = pd.Series(reasons, points.index, dtype=str)
-    return points.assign(reasons=whole, accepted=whole == "")
+    of_run = points["run_id"].map(gate_of).fillna("").astype(str)
+    own = pd.Series(of_gates, points.index, dtype=str)
+    reasons = (of_run + ";" + own).str.strip(";")
+    return points.assign(reasons=reasons, accepted=reasons == "")
 
 
 def _with_run_reasons(runs: pd.DataFrame, refused: Mapping[str, Trouble]) -> pd.DataFrame:
