@@ -11,6 +11,7 @@ from oilfilm.curation import statistics
 from oilfilm.curation.gates import Columns, Trouble
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.signals import FloatArray, IndexArray, Signals
+from oilfilm.curation.statistics import BoolArray
 from oilfilm.curation.zero import PHASES, zero_reference
 
 
@@ -108,26 +109,32 @@ def measure_readings(signals: Signals) -> Measured:
 def _average(
     signals: Signals, starts: IndexArray, stops: IndexArray, spike_threshold: float
 ) -> Columns:
-    windows = statistics.Windows.between(starts, stops)
-    wild = windows.inside
-    if len(starts):
-        wild = statistics.spikes(signals.traction_force_n, windows, spike_threshold)
-    windows = windows.without(wild)
-    # many short sums cost more in calls than in numbers: signals go together
-    conditions = np.stack(
-        [signals.time_s, signals.entrainment_speed_m_s, signals.inlet_temperature_c]
+    # many short sums cost more in calls than in numbers: the signals go together
+    values, inside = statistics.cut(
+        np.stack(
+            [
+                signals.slide_roll_ratio,
+                signals.traction_force_n,
+                signals.load_n,
+                signals.time_s,
+                signals.entrainment_speed_m_s,
+                signals.inlet_temperature_c,
+            ]
+        ),
+        starts,
+        stops,
     )
-    measured = np.stack([signals.slide_roll_ratio, signals.traction_force_n, signals.load_n])
-    time_s, speed_m_s, temperature_c = statistics.means(conditions, windows)
-    slip, force_n, load_n = statistics.means(measured, windows)
-    slip_se, force_se_n, load_se_n = statistics.standard_errors(measured, windows)
-    slip_change, force_change_n = _difference(measured[:2], windows, 1 / 2)
-    slip_transient, force_transient_n = -_difference(measured[:2], windows, 1 / 5)
+    wild = statistics.spikes(values[1], inside, spike_threshold)
+    inside &= ~wild
+    slip, force_n, load_n, time_s, speed_m_s, temperature_c = statistics.means(values, inside)
+    slip_se, force_se_n, load_se_n = statistics.standard_errors(values[:3], inside)
+    slip_change, force_change_n = _difference(values[:2], inside, 1 / 2)
+    slip_transient, force_transient_n = -_difference(values[:2], inside, 1 / 5)
     nothing = np.full(len(starts), np.nan)
     return {
         "first_row": signals.row[starts],
         "last_row": signals.row[stops - 1],
-        "n_samples": windows.counts,
+        "n_samples": inside.sum(axis=1),
         "n_spikes": wild.sum(axis=1),
         "time_s": time_s,
         "slide_roll_ratio": slip,
@@ -147,10 +154,10 @@ def _average(
     }
 
 
-def _difference(values: FloatArray, windows: statistics.Windows, share: float) -> FloatArray:
+def _difference(values: FloatArray, inside: BoolArray, share: float) -> FloatArray:
     """Mean over what follows the first `share` of each plateau, less the mean over that share."""
-    first, rest = windows.split(share)
-    return statistics.means(values, rest) - statistics.means(values, first)
+    first = statistics.first_part(inside, share)
+    return statistics.means(values, inside & ~first) - statistics.means(values, first)
 
 
 # No traction rig loads a contact less; below it F/W is noise over nothing.

@@ -106,7 +106,8 @@ def normalise(content: bytes) -> bytes:
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     # asked first, because replacing what is not there takes longer than reading the log
-    if (np.diff(_line_ends(content)) == 1).any():
+    ends = _are_line_ends(content)
+    if (ends[1:] & ends[:-1]).any():
         content = _EMPTY_LINES.sub(b"\n", content)
     return content.lstrip(b"\n")
 
@@ -137,14 +138,15 @@ def _has_empty_lines(content: bytes, text: bytes) -> bool:
     return any(ends in content for ends in (b"\n\n", b"\r\n\r\n", b"\r\r"))
 
 
-def _line_ends(text: bytes) -> npt.NDArray[np.int64]:
-    """Where the line ends stand: in a tenth of the time that `bytes` takes for many of them."""
-    return np.flatnonzero(np.frombuffer(text, np.uint8) == ord("\n"))
+def _are_line_ends(text: bytes) -> npt.NDArray[np.bool_]:
+    """Which bytes are line ends: in a tenth of the time that `bytes` takes to find many of them."""
+    return np.frombuffer(text, np.uint8) == ord("\n")
 
 
 def count_rows(table: bytes) -> int:
     """Lines of a normalised table; the last one counts without a line end too."""
-    return len(_line_ends(table)) + (len(table) > 0 and not table.endswith(b"\n"))
+    ends = np.count_nonzero(_are_line_ends(table))
+    return int(ends) + (len(table) > 0 and not table.endswith(b"\n"))
 
 
 def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
