@@ -354,8 +354,9 @@ class Coefficients(_Table):
     robust_value: Series[float] = _number("fitted with a Cauchy loss", gaps=True)
     identifiable: Series[bool] = _flag("false where the tested conditions cannot give it")
     verdict: Series[str] = _text(
-        "sign unknown: the interval holds no effect at all",
-        one_of=("known", "sign unknown", "no interval", "not identifiable"),
+        "sign unknown: the interval holds no effect at all; at a bound: of the search, past which "
+        "the data would have it",
+        one_of=("known", "sign unknown", "no interval", "at a bound", "not identifiable"),
     )
     printed_value: Series[float] = _number("value printed in the paper, signs restored", gaps=True)
 
