@@ -492,6 +492,85 @@ class CurveResiduals(_Table):
     )
 
 
+class Claims(_Table):
+    """One claim of the paper on one basis: what would make it hold, and what was found."""
+
+    claim: Series[str] = _text("id of the claim in data/reference/claims.yaml")
+    section: Series[str] = _text("where the paper makes it")
+    statement: Series[str] = _text("what the claim comes to")
+    wording: Series[str] = _text("the paper's own words")
+    basis: Series[str] = _text(
+        "refit: the campaign's own fits and points; printed: the paper's constants, signs restored",
+        one_of=("refit", "printed"),
+    )
+    definition: Series[str] = _text("what would make the claim hold")
+    judged_on: Series[str] = _text("where the verdict was sought")
+    verdict: Series[str] = _text(
+        "by the share of the cases (audit.holds_share, audit.fails_share of config.yaml)",
+        one_of=("holds", "holds in part", "fails", "cannot be checked"),
+    )
+    finding: Series[str] = _text("the figures in words, or why it cannot be checked")
+    cases: Series[np.int64] = _count("places or rows where the claim was asked")
+    share: Series[float] = _number(
+        "of the cases in which it holds", at_least=0, at_most=1, gaps=True
+    )
+    share_tested_box: Series[float] = _number(
+        "the same over the tested box; null where the claim has no case there",
+        at_least=0,
+        at_most=1,
+        gaps=True,
+    )
+    share_extrapolated_box: Series[float] = _number(
+        "the same over the box of the paper's figs 7 to 10",
+        at_least=0,
+        at_most=1,
+        gaps=True,
+    )
+    worst_quantity: Series[str] = _text("what the worst value is; empty where not checked")
+    worst_value: Series[float] = _number("in the case farthest from holding", gaps=True)
+    worst_oil: Series[str] = _text("oil there; empty where oils are compared")
+    worst_max_hertz_pressure_gpa: Series[float] = _number(
+        "P there; null where the case spans all P or has none", gaps=True
+    )
+    worst_entrainment_speed_m_s: Series[float] = _number("U there", gaps=True)
+    worst_inlet_temperature_c: Series[float] = _number("T there", gaps=True)
+    worst_slide_roll_ratio: Series[float] = _number("S there", gaps=True)
+
+
+class Selection(_Table):
+    """One place of the operating map: the oil that the paper's rules advise, and the numbers' own.
+
+    Lambda is that of the traction rig's contact, for oils that may be stand-ins.
+    """
+
+    basis: Series[str] = _text("as in the table of claims", one_of=("refit", "printed"))
+    max_hertz_pressure_gpa: Series[float] = _number("P", at_least=0)
+    entrainment_speed_m_s: Series[float] = _number("U", at_least=0)
+    inlet_temperature_c: Series[float] = _number("T")
+    slide_roll_ratio: Series[float] = _number("S, taken for the cage slip ratio")
+    rule: Series[str] = _text("first rule of selection.rules that applies")
+    aim: Series[str] = _text(
+        "what it is after and the numbers are asked for", one_of=("most traction", "least heat")
+    )
+    advised_oil: Series[str] = _text("first oil it prefers that has enough film; empty if none has")
+    contradicting_rules: Series[str] = _text(
+        "later rules that apply as well and advise another oil, joined by '; '"
+    )
+    best_oil: Series[str] = _text("oil that meets the aim best of those with enough film")
+    judgement: Series[str] = _text(
+        "agree: the advised oil is best, or within selection.indifference of it; rule has none: "
+        "no oil that it prefers has enough film, another has; no film: none has",
+        one_of=("agree", "disagree", "rule has none", "no film"),
+    )
+    loss_ratio: Series[float] = _number(
+        "by how much mu of the advised oil misses the aim, relative to the best one's", gaps=True
+    )
+    advised_lambda_ratio: Series[float] = _number("of the advised oil", at_least=0, gaps=True)
+    best_lambda_ratio: Series[float] = _number("of the best one", at_least=0, gaps=True)
+    advised_traction_coefficient: Series[float] = _number("mu of the advised oil", gaps=True)
+    best_traction_coefficient: Series[float] = _number("mu of the best one", gaps=True)
+
+
 class Truth(_Table):
     """What the rig twin planted in a simulated run. Only the twin and the tests read it."""
 
@@ -528,6 +607,32 @@ class Curves(_Table):
         "standard error; the bar drawn is 1.96 times as long to either side, none where null",
         gaps=True,
     )
+
+
+class ClaimsPage(_Table):
+    """Exactly what the page of claims draws: two lines a claim, one a basis."""
+
+    claim: Series[str] = _text("id of the claim")
+    statement: Series[str] = _text("what the claim comes to")
+    basis: Series[str] = _text("first line refit, second printed", one_of=("refit", "printed"))
+    verdict: Series[str] = _text("colour and symbol")
+    share: Series[float] = _number("length of the bar", at_least=0, at_most=1, gaps=True)
+    share_tested_box: Series[float] = _number("place of the tick", gaps=True)
+    words: Series[str] = _text("to the right of the bar")
+
+
+class SelectionMap(_Table):
+    """Exactly what the map of oils draws: a row a cell."""
+
+    panel: Series[str] = _text("panel letter")
+    basis: Series[str] = _text("basis drawn", one_of=("refit", "printed"))
+    inlet_temperature_c: Series[float] = _number("of the panel")
+    slide_roll_ratio: Series[float] = _number("of the panel")
+    entrainment_speed_m_s: Series[float] = _number("abscissa", at_least=0)
+    max_hertz_pressure_gpa: Series[float] = _number("ordinate", at_least=0)
+    advised_oil: Series[str] = _text("colour of the cell; white where empty")
+    best_oil: Series[str] = _text("symbol, drawn where the judgement is not agree")
+    judgement: Series[str] = _text("as in the table of selection")
 
 
 class CoverageMap(_Table):
@@ -876,6 +981,8 @@ TABLES: dict[str, type[_Table]] = {
     "correlations": Correlations,
     "profiles": Profiles,
     "curve_residuals": CurveResiduals,
+    "claims": Claims,
+    "selection": Selection,
     "truth": Truth,
     "coefficient_table": CoefficientTable,
     "curves": Curves,
@@ -888,6 +995,8 @@ TABLES: dict[str, type[_Table]] = {
     "signs": Signs,
     "sign_verdicts": SignVerdicts,
     "sign_study": SignStudy,
+    "claims_page": ClaimsPage,
+    "selection_map": SelectionMap,
 }
 
 
@@ -914,6 +1023,13 @@ def _repeated(frame: pd.DataFrame, key: list[str]) -> str:
 
 _SET_POINTS = tuple(name for name in Coverage.to_schema().columns if name.startswith("nominal_"))
 
+_OPERATING_POINT = (
+    "max_hertz_pressure_gpa",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+    "slide_roll_ratio",
+)
+
 # Checks over several columns; each returns a complaint or an empty text.
 _CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
     "runs": (lambda frame: _repeated(frame, ["run_id"]),),
@@ -925,6 +1041,8 @@ _CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
     "fit_quality": (lambda frame: _repeated(frame, ["oil", "law"]),),
     "refits": (lambda frame: _repeated(frame, ["oil", "law", "cause", "refit", "constant"]),),
     "correlations": (lambda frame: _repeated(frame, ["oil", "law", "constant", "other"]),),
+    "selection": (lambda frame: _repeated(frame, ["basis", *_OPERATING_POINT]),),
+    "claims": (lambda frame: _repeated(frame, ["claim", "basis"]),),
     "curve_residuals": (lambda frame: _repeated(frame, ["oil", "law", "run_id"]),),
     "extrapolation_errors": (lambda frame: _repeated(frame, ["law", "oil", "figure", "beyond"]),),
     "printed_judged": (lambda frame: _repeated(frame, ["oil"]),),

@@ -16,6 +16,8 @@ with job(snakemake) as provenance:
         tables.read("extrapolation", *map(Path, found.extrapolation)),
         tables.read("signs", Path(found.signs)),
         tables.read("sign_verdicts", Path(found.sign_verdicts)),
+        tables.read("claims", Path(found.claims)),
+        tables.read("selection", Path(found.selection)),
     )
     drawing = FIGURES[snakemake.wildcards.figure]
     figure, drawn = drawing.draw(results, snakemake.params.config)
