@@ -285,6 +285,7 @@ def points_of(truth: np.ndarray, oil: str = "4102") -> pd.DataFrame:
                 "accepted": True,
                 "slide_roll_ratio": slip,
                 "traction_coefficient": traction_coefficient(truth, *condition, slip),
+                "traction_coefficient_se": np.nan,
                 **dict(zip(CONDITIONS, condition, strict=True)),
             }
         )
