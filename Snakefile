@@ -9,6 +9,8 @@ include: "workflow/rules/ingest.smk"
 include: "workflow/rules/curate.smk"
 include: "workflow/rules/quality.smk"
 include: "workflow/rules/fit.smk"
+include: "workflow/rules/extrapolation.smk"
+include: "workflow/rules/exports.smk"
 include: "workflow/rules/printed.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/metadata.smk"
@@ -20,10 +22,12 @@ rule all:
     default_target: True
     input:
         rules.summary.output,
+        rules.certified.output,
         rules.coverage.output,
         rules.refused.output,
         rules.figures.input,
         rules.metadata.output,
+        rules.exports.output,
 
 
 onsuccess:

@@ -19,7 +19,7 @@ from oilfilm.traction.deng2026 import traction_coefficient
 
 @pytest.fixture(scope="module")
 def results(demo: Campaign) -> Results:
-    fits = [demo.fit(oil, bootstrap=20, searches=2)[0] for oil in demo.config["oils"]]
+    fits = [demo.fit(oil, bootstrap=20, searches=2).coefficients for oil in demo.config["oils"]]
     covered = coverage(demo.curated.runs, demo.config)
     return Results(demo.curated.points, demo.curated.runs, pd.concat(fits), covered)
 
@@ -93,7 +93,7 @@ def test_figure_without_any_accepted_point_says_so(
     demo: Campaign, config: dict[str, Any], name: str
 ) -> None:
     refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
-    fits = [fit_oil(refused, oil, None, config)[0] for oil in config["oils"]]
+    fits = [fit_oil(refused, oil, None, config).coefficients for oil in config["oils"]]
     results = Results(refused, demo.curated.runs, pd.concat(fits), tables.empty("coverage"))
     figure, drawn = FIGURES[name].draw(results, config)
     tables.conform(drawn, FIGURES[name].table, name)
@@ -103,7 +103,7 @@ def test_figure_without_any_accepted_point_says_so(
 
 
 def test_real_curves_are_called_measured(etm: Campaign) -> None:
-    coefficients, _ = etm.fit("unrecorded-oil", bootstrap=20, searches=2)
+    coefficients = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
     covered = coverage(etm.curated.runs, etm.config)
     results = Results(etm.curated.points, etm.curated.runs, coefficients, covered)
     figure, drawn = FIGURES["curves"].draw(results, etm.config)
@@ -117,12 +117,14 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
     settings = printed_settings(config)
     studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
     nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
-    figure, drawn = FIGURES["signs"].draw(Results(*nothing, *studied), config)
+    signs, sign_verdicts = studied
+    results = Results(*nothing, signs=signs, sign_verdicts=sign_verdicts)
+    figure, drawn = FIGURES["signs"].draw(results, config)
     tables.conform(drawn, "sign_study", "signs")
     words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
     assert words == [
         f"{sign} {verdict}".replace("-", "\N{MINUS SIGN}")
-        for sign, verdict in studied[1][["sign", "verdict"]].to_numpy()
+        for sign, verdict in sign_verdicts[["sign", "verdict"]].to_numpy()
     ]
     assert "no data are drawn" in figure.texts[0].get_text()
     assert (drawn["panel"] == "a").sum() == 512

@@ -3,24 +3,35 @@
 import re
 
 from campaigns import Campaign, printed, printed_settings
+from oilfilm import tables
 from oilfilm.curation.coverage import coverage
+from oilfilm.extrapolation import extrapolate
 from oilfilm.printed.judge import judge_printed
 from oilfilm.printed.signs import study_signs
+from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.summary import summarise
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
-    coefficients, quality = campaign.fit(oil, bootstrap=20, searches=2)
+    fit = campaign.fit(oil, bootstrap=20, searches=2)
+    coefficients, quality = fit.coefficients, fit.fit_quality
+    covered = coverage(campaign.curated.runs, campaign.config)
+    extrapolation = tables.empty("extrapolation")
+    if "twin" in campaign.config["campaign"]:
+        extrapolation = extrapolate(
+            truth_grid(campaign.config, printed()), fit.coefficients, fit.refits, fit.fit_quality
+        )
     points, settings = campaign.curated.points, printed_settings(campaign.config)
     signs, sign_verdicts = study_signs(printed(), list(printed()), points, settings)
     return summarise(
         runs=campaign.curated.runs,
         points=campaign.curated.points,
         quarantine=campaign.curated.quarantine,
-        coverage=coverage(campaign.curated.runs, campaign.config),
+        coverage=covered,
+        extrapolation=extrapolation,
         coefficients=coefficients,
         quality=quality,
-        judged=judge_printed(points, coefficients, quality, printed(), settings),
+        judged=judge_printed(points, coefficients, quality, printed(), settings, fit.refits),
         signs=signs,
         sign_verdicts=sign_verdicts,
         campaign=campaign.config["campaign"],
@@ -38,6 +49,7 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
     assert "stuck_sensor 31" in text
     assert "218 read of 218" in text
     assert "STAND-IN properties for 4102, 4050" in text
+    assert "which decides nothing about the real oils:\n    deng2026: rms error" in text
     assert "212 of 216 conditions of the matrix accepted, 4 refused; missing: none" in text
     assert "outside it: 1 tested" in text
     assert "results/demo/refused" in text

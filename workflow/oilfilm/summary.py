@@ -6,7 +6,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.extrapolation import extrapolation_words
+from oilfilm.fitting.remarks import fit_remarks
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
@@ -18,6 +21,7 @@ def summarise(
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
     coverage: pd.DataFrame,
+    extrapolation: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     judged: pd.DataFrame,
@@ -46,10 +50,12 @@ def summarise(
         *_refusals(runs, points, quarantine),
         "",
         *_fits(coefficients, quality),
+        *_extrapolated(extrapolation),
         "",
         *_printed(judged, signs, sign_verdicts, campaign),
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
+        f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",
         *_pages(quarantine, name),
     ]
     return "\n".join(lines) + "\n"
@@ -135,9 +141,19 @@ def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame
     return lines
 
 
+def _extrapolated(compared: pd.DataFrame) -> list[str]:
+    if compared.empty:
+        return []
+    return [
+        "  against the SIMULATED truth at the conditions of Figs 7-10, which decides nothing about "
+        "the real oils:",
+        *(f"    {line}" for line in extrapolation_words(compared)),
+    ]
+
+
 def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
     lines = []
-    for fit in quality.to_dict("records"):
+    for fit in tables.rows(quality):
         if np.isnan(fit["rmse"]):
             lines.append(f"  {fit['oil']}: {fit['verdict']}")
             continue
@@ -145,6 +161,7 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
             f"  {fit['oil']}: {fit['n_points']} points of {fit['n_curves']} curves, "
             f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['verdict']}"
         )
+        lines += [f"    {remark}" for remark in fit_remarks(fit)[1:]]
         rows = coefficients[coefficients["oil"] == fit["oil"]]
         if rows.loc[rows["identifiable"], "standard_error"].isna().all():
             lines.append(
@@ -200,5 +217,8 @@ def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Mapping[str, Any]) -
     turned = asked[asked["least_sse_turned"] < asked["least_sse"]]
     words = ", ".join(turned["oil"] + " " + turned["constant"])
     line = f"  the points favour {'the other sign of ' + words if words else 'every sign in use'}"
-    circular = "; CIRCULAR: they were simulated with these very signs"
-    return [line + circular * (campaign["data"] == "simulated")]
+    if "thermal_ehl" in campaign.get("twin", {}):
+        line += "; they were SIMULATED by other physics, which says nothing of the printed signs"
+    elif campaign["data"] == "simulated":
+        line += "; CIRCULAR: they were simulated with these very signs"
+    return [line]

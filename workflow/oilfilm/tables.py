@@ -21,7 +21,7 @@ from pandera.typing.pandas import Series
 from oilfilm.errors import OilfilmError
 from oilfilm.units import ABSOLUTE_ZERO_C
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 # The end of a column's name -> its unit; the longest ending that fits counts.
 _UNITS = {
@@ -41,11 +41,15 @@ _UNITS = {
     "_cosine": "1",
     "_traction": "1",
     "condition_number": "1",
-    "_difference": "1",
     "_gpa": "GPa",
     "_um": "um",
     "_ratio": "1",
     "_coefficient": "1",
+    "_difference": "1",
+    "correlation": "1",
+    "signed_root": "1",
+    "gain": "1",
+    "_weight": "1",
 }
 # Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
 LARGEST = 1e12
@@ -338,6 +342,16 @@ class Coefficients(_Table):
         at_least=0,
         gaps=True,
     )
+    profile_lower: Series[float] = _number(
+        "lower end of the 95 % interval by profile likelihood, which like the naive error takes "
+        "every point for independent; null where the profile does not reach it",
+        gaps=True,
+    )
+    profile_upper: Series[float] = _number("its upper end", gaps=True)
+    weighted_value: Series[float] = _number(
+        "fitted with points weighted by their standard errors and the excess scatter", gaps=True
+    )
+    robust_value: Series[float] = _number("fitted with a Cauchy loss", gaps=True)
     identifiable: Series[bool] = _flag("false where the tested conditions cannot give it")
     verdict: Series[str] = _text(
         "sign unknown: the interval holds no effect at all",
@@ -359,6 +373,16 @@ class FitQuality(_Table):
         "rmse over the root-mean-square of measured mu", at_least=0, gaps=True
     )
     max_error: Series[float] = _number("largest |fitted - measured| mu", at_least=0, gaps=True)
+    weighted_difference: Series[float] = _number(
+        "root-mean-square difference of mu between the weighted fit and this one, over the points, "
+        "relative to mu; null where no point has a standard error",
+        at_least=0,
+        gaps=True,
+    )
+    robust_difference: Series[float] = _number("the same of the robust fit", at_least=0, gaps=True)
+    pulling_curves: Series[str] = _text(
+        "runs that the robust fit all but ignores, worst first, joined by '; '"
+    )
     searches: Series[np.int64] = _count("independent global searches, each from its own seed")
     searches_agreeing: Series[np.int64] = _count("of them, those that ended at the best optimum")
     sse_spread: Series[float] = _number(
@@ -393,6 +417,77 @@ class FitQuality(_Table):
     verdict: Series[str] = _text("the certificate in a sentence")
     fixed_conditions: Series[str] = _text(
         "conditions that did not vary enough to give exponents, with their level"
+    )
+    tested_min_max_hertz_pressure_gpa: Series[float] = _number(
+        "smallest of the accepted points; null where unknown", gaps=True
+    )
+    tested_max_max_hertz_pressure_gpa: Series[float] = _number("largest", gaps=True)
+    tested_min_entrainment_speed_m_s: Series[float] = _number("smallest", gaps=True)
+    tested_max_entrainment_speed_m_s: Series[float] = _number("largest", gaps=True)
+    tested_min_inlet_temperature_c: Series[float] = _number("smallest", gaps=True)
+    tested_max_inlet_temperature_c: Series[float] = _number("largest", gaps=True)
+    tested_min_load_n: Series[float] = _number("smallest", gaps=True)
+    tested_max_load_n: Series[float] = _number("largest", gaps=True)
+    tested_min_slide_roll_ratio: Series[float] = _number("smallest size", gaps=True)
+    tested_max_slide_roll_ratio: Series[float] = _number("largest size", gaps=True)
+
+
+class Refits(_Table):
+    """One constant of one refit; the spread of the refits says how sure the constants are."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    cause: Series[str] = _text(
+        "curves drawn again: to as many whole curves drawn with replacement; calibration of a "
+        "sensor: that sensor off by its standard uncertainty",
+    )
+    refit: Series[np.int64] = _count("number of the refit, of one cause")
+    constant: Series[str] = _text("name as in the table of coefficients")
+    value: Series[float] = _number("refitted value")
+
+
+class Correlations(_Table):
+    """How two constants of a fit move together."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    constant: Series[str] = _text("name as in the table of coefficients")
+    other: Series[str] = _text("the other one")
+    correlation: Series[float] = _number(
+        "over refits to curves drawn again; by the Jacobian where there are none",
+        at_least=-1 - 1e-9,
+        at_most=1 + 1e-9,
+        gaps=True,
+    )
+
+
+class Profiles(_Table):
+    """One place of a profile likelihood: a constant held, all others fitted."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    constant: Series[str] = _text("constant held")
+    value: Series[float] = _number("at this value", gaps=True)
+    signed_root: Series[float] = _number(
+        "signed root of the rise of the least SSE over the residual variance: for a linear law the "
+        "distance from the optimum in naive standard errors",
+        gaps=True,
+    )
+
+
+class CurveResiduals(_Table):
+    """How one run's curve lies to the fit of its oil."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    run_id: Series[str] = _text("run")
+    n_points: Series[np.int64] = _count("accepted points of it")
+    rmse: Series[float] = _number("root-mean-square error of mu", at_least=0)
+    gain: Series[float] = _number("factor by which the fit comes nearest to the curve")
+    robust_weight: Series[float] = _number(
+        "mean weight of its points in the robust fit, 1 for points on the fit",
+        at_least=0,
+        at_most=1,
     )
 
 
@@ -453,6 +548,100 @@ class CoverageMap(_Table):
     planned: Series[bool] = _flag("false: drawn with a broken edge, if there is a matrix")
 
 
+class TruthGrid(_Table):
+    """The traction that is true in a simulated campaign, free of noise, beyond what was tested.
+
+    Only what holds fits against it reads it: no fit, gate or law does.
+    """
+
+    oil: Series[str] = _text("oil")
+    figure: Series[str] = _text("figure of the paper that has the condition")
+    max_hertz_pressure_gpa: Series[float] = _number("maximum Hertz pressure", at_least=0)
+    entrainment_speed_m_s: Series[float] = _number("entrainment speed", at_least=0)
+    inlet_temperature_c: Series[float] = _number("inlet temperature", at_least=ABSOLUTE_ZERO_C)
+    load_n: Series[float] = _number("normal load that gives the pressure on the rig", at_least=0)
+    slide_roll_ratio: Series[float] = _number("slide-roll ratio", at_least=0)
+    traction_coefficient: Series[float] = _number("true mu", at_least=0)
+
+
+class Extrapolation(_Table):
+    """One condition of a simulated campaign: what a fitted law says, and what is true.
+
+    It shows what laws do in a world like the simulated one and decides nothing about real oils.
+    """
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    figure: Series[str] = _text("figure of the paper that has the condition")
+    max_hertz_pressure_gpa: Series[float] = _number("maximum Hertz pressure", at_least=0)
+    entrainment_speed_m_s: Series[float] = _number("entrainment speed", at_least=0)
+    inlet_temperature_c: Series[float] = _number("inlet temperature", at_least=ABSOLUTE_ZERO_C)
+    load_n: Series[float] = _number("normal load that gives the pressure on the rig", at_least=0)
+    slide_roll_ratio: Series[float] = _number("slide-roll ratio", at_least=0)
+    beyond: Series[str] = _text(
+        "conditions that lie outside the levels at which the oil was tested, joined by ', '; "
+        "empty inside"
+    )
+    true_traction_coefficient: Series[float] = _number("mu of the truth", at_least=0)
+    traction_coefficient: Series[float] = _number(
+        "mu of the fitted law, cut off at 1e6; null where nothing was fitted", gaps=True
+    )
+    lower: Series[float] = _number(
+        "lower end of the fit's own 95 % interval; null where it has none", gaps=True
+    )
+    upper: Series[float] = _number("its upper end", gaps=True)
+
+
+class ExtrapolationErrors(_Table):
+    """Errors of one fitted law for one oil against the truth, of one figure and one region.
+
+    It shows what laws do in a world like the simulated one and decides nothing about real oils.
+    """
+
+    law: Series[str] = _text("traction law")
+    oil: Series[str] = _text("oil")
+    figure: Series[str] = _text("figure of the paper")
+    beyond: Series[str] = _text("as in the table extrapolation")
+    n_points: Series[np.int64] = _count("conditions compared")
+    rmse: Series[float] = _number("root-mean-square error of mu", at_least=0, gaps=True)
+    relative_rms: Series[float] = _number(
+        "rmse over the root-mean-square of true mu", at_least=0, gaps=True
+    )
+    mean_error: Series[float] = _number("mean of fitted minus true mu", gaps=True)
+    max_error: Series[float] = _number("largest |fitted - true| mu", at_least=0, gaps=True)
+    interval_ratio: Series[float] = _number(
+        "share of the conditions at which the fit's own 95 % interval holds the truth; null where "
+        "the fit has none",
+        at_least=0,
+        at_most=1,
+        gaps=True,
+    )
+    worst_max_hertz_pressure_gpa: Series[float] = _number("where that is", gaps=True)
+    worst_entrainment_speed_m_s: Series[float] = _number("where that is", gaps=True)
+    worst_inlet_temperature_c: Series[float] = _number("where that is", gaps=True)
+    worst_slide_roll_ratio: Series[float] = _number("where that is", gaps=True)
+    worst_true_traction_coefficient: Series[float] = _number("mu of the truth there", gaps=True)
+    worst_traction_coefficient: Series[float] = _number("mu of the fitted law there", gaps=True)
+
+
+class ExtrapolationPanels(_Table):
+    """Exactly what the figure of the extrapolation draws."""
+
+    panel: Series[str] = _text("panel letter")
+    kind: Series[str] = _text(
+        "what the ordinate is: true mu, fitted mu, or a law's relative rms error",
+        one_of=("true", "fit", "error"),
+    )
+    law: Series[str] = _text("traction law; empty for the truth")
+    oil: Series[str] = _text("oil")
+    x: Series[float] = _number(
+        "abscissa, in the unit of its panel: S; U in m/s; P in GPa; T in degC; relative rms error "
+        "in the tested box",
+        gaps=True,
+    )
+    y: Series[float] = _number("ordinate: mu, or relative rms error beyond the box", gaps=True)
+
+
 class PrintedJudged(_Table):
     """The printed constants of one oil, beside the campaign's own fit.
 
@@ -480,8 +669,8 @@ class PrintedJudged(_Table):
     c2_distance: Series[float] = _number("the same of C2", gaps=True)
     c3_distance: Series[float] = _number("the same of C3", gaps=True)
     joint_distance: Series[float] = _number(
-        "Mahalanobis distance of all twelve by the fit's covariance, about 3.5 by chance alone; "
-        "null without one",
+        "Mahalanobis distance of all twelve by the fit's covariance (refits), about 3.5 by chance "
+        "alone; null without one",
         at_least=0,
         gaps=True,
     )
@@ -613,7 +802,8 @@ class Signs(_Table):
     )
     sse: Series[float] = _number(
         "sum of squared errors of mu on the campaign's accepted points. CIRCULAR where they are "
-        "simulated: the twin's truth has the signs in use",
+        "simulated from the printed constants; simulated from anything else it says nothing of "
+        "the real oils",
         at_least=0,
         gaps=True,
     )
@@ -643,8 +833,7 @@ class SignVerdicts(_Table):
         at_least=0,
     )
     least_sse: Series[float] = _number(
-        "least SSE of the sets with this sign on the campaign's points. CIRCULAR where they are "
-        "simulated",
+        "least SSE of the sets with this sign; the same caution as for the column sse of signs",
         at_least=0,
         gaps=True,
     )
@@ -682,10 +871,18 @@ TABLES: dict[str, type[_Table]] = {
     "refused_pages": RefusedPages,
     "coefficients": Coefficients,
     "fit_quality": FitQuality,
+    "refits": Refits,
+    "correlations": Correlations,
+    "profiles": Profiles,
+    "curve_residuals": CurveResiduals,
     "truth": Truth,
     "coefficient_table": CoefficientTable,
     "curves": Curves,
     "coverage_map": CoverageMap,
+    "truth_grid": TruthGrid,
+    "extrapolation": Extrapolation,
+    "extrapolation_errors": ExtrapolationErrors,
+    "extrapolation_panels": ExtrapolationPanels,
     "printed_judged": PrintedJudged,
     "signs": Signs,
     "sign_verdicts": SignVerdicts,
@@ -725,6 +922,10 @@ _CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
     "refused_pages": (_pages_are_unique,),
     "coefficients": (lambda frame: _repeated(frame, ["oil", "law", "constant"]),),
     "fit_quality": (lambda frame: _repeated(frame, ["oil", "law"]),),
+    "refits": (lambda frame: _repeated(frame, ["oil", "law", "cause", "refit", "constant"]),),
+    "correlations": (lambda frame: _repeated(frame, ["oil", "law", "constant", "other"]),),
+    "curve_residuals": (lambda frame: _repeated(frame, ["oil", "law", "run_id"]),),
+    "extrapolation_errors": (lambda frame: _repeated(frame, ["law", "oil", "figure", "beyond"]),),
     "printed_judged": (lambda frame: _repeated(frame, ["oil"]),),
     "signs": (lambda frame: _repeated(frame, ["oil", "signs"]),),
     "sign_verdicts": (lambda frame: _repeated(frame, ["oil", "constant"]),),
@@ -756,6 +957,11 @@ def _empty(table: str) -> pd.DataFrame:
 def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
     """A table from one mapping a row; no rows give the empty table."""
     return conform(pd.DataFrame(rows), table, "new rows") if rows else empty(table)
+
+
+def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """The rows of a table, a dictionary each."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
 def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
@@ -829,12 +1035,14 @@ def _is_number(type_: arrow.DataType) -> bool:
 
 
 def read(table: str, *paths: Path) -> pd.DataFrame:
-    """Read a table, whole or in several files, and check it again.
+    """Read a table, whole, in several files or in none (then empty), and check it again.
 
     Raises:
         OilfilmError: A file is missing or damaged, holds another table or another schema
             version, or breaks the contract.
     """
+    if not paths:
+        return empty(table)
     parts = [_read_part(table, path) for path in paths]
     where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
     whole = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]

@@ -5,6 +5,7 @@ rule figure:
         runs=rules.collect.output.runs,
         coefficients=rules.fits.output.coefficients,
         coverage=rules.coverage.output.coverage,
+        extrapolation=EXTRAPOLATION[:1],
         signs=rules.signs.output.signs,
         sign_verdicts=rules.signs.output.verdicts,
     output:

@@ -3,7 +3,8 @@ rule printed:
     input:
         points=rules.collect.output.points,
         coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.quality,
+        quality=rules.fits.output.fit_quality,
+        refits=rules.fits.output.refits,
         printed="data/reference/printed_coefficients.yaml",
     output:
         judged="<tables>/printed_judged.parquet",

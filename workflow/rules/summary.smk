@@ -5,8 +5,9 @@ rule summary:
         points=rules.collect.output.points,
         quarantine=rules.collect.output.quarantine,
         coverage=rules.coverage.output.coverage,
+        extrapolation=EXTRAPOLATION[:1],
         coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.quality,
+        quality=rules.fits.output.fit_quality,
         judged=rules.printed.output.judged,
         signs=rules.signs.output.signs,
         sign_verdicts=rules.signs.output.verdicts,
@@ -16,6 +17,6 @@ rule summary:
         "<logs>/summary.log",
     params:
         code=code("summary.py"),
-        config=part("oils", "film", "gates", campaign=("description", "film_unjudged")),
+        config=part("oils", "film", "gates", campaign=("description", "film_unjudged", "twin")),
     script:
         "../scripts/summary.py"

@@ -15,5 +15,6 @@ with job(snakemake) as provenance:
         quality=tables.read("fit_quality", Path(found.quality)),
         printed=printed_constants(Path(found.printed)),
         config=snakemake.params.config,
+        refits=tables.read("refits", Path(found.refits)),
     )
     tables.write(judged, "printed_judged", Path(snakemake.output.judged), provenance)

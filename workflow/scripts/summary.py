@@ -13,6 +13,7 @@ with job(snakemake) as provenance:
         points=tables.read("points", Path(found.points)),
         quarantine=tables.read("quarantine", Path(found.quarantine)),
         coverage=tables.read("coverage", Path(found.coverage)),
+        extrapolation=tables.read("extrapolation", *map(Path, found.extrapolation)),
         coefficients=tables.read("coefficients", Path(found.coefficients)),
         quality=tables.read("fit_quality", Path(found.quality)),
         judged=tables.read("printed_judged", Path(found.judged)),

@@ -27,6 +27,7 @@ class Results:
     runs: pd.DataFrame
     coefficients: pd.DataFrame
     coverage: pd.DataFrame
+    extrapolation: pd.DataFrame = field(default_factory=lambda: tables.empty("extrapolation"))
     signs: pd.DataFrame = field(default_factory=lambda: tables.empty("signs"))
     sign_verdicts: pd.DataFrame = field(default_factory=lambda: tables.empty("sign_verdicts"))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import CurveData, Problem
-from oilfilm.traction.law import FloatArray, Observations, bounds
+from oilfilm.traction.law import FloatArray, Observations
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,11 @@ def certify(
         settings: Limits of config's fit.
     """
     best = min(optima, key=lambda optimum: optimum.sse)
-    spreads = [(optimum.sse - best.sse) / max(best.sse, 1e-300) for optimum in optima]
-    distances = [
-        float(np.max(np.abs(optimum.values - best.values) / naive_errors)) for optimum in optima
-    ]
+    # an exact fit of exact points leaves rounding only, which agrees with nothing
+    rounding = 1e-24 * float(np.sum(problem.mu**2))
+    spreads = [(optimum.sse - best.sse) / max(best.sse, rounding) for optimum in optima]
+    errors = np.maximum(naive_errors, 1e-9)
+    distances = [float(np.max(np.abs(optimum.values - best.values) / errors)) for optimum in optima]
     agreeing = sum(
         spread <= settings["agreement_sse"] and distance <= settings["agreement_constants"]
         for spread, distance in zip(spreads, distances, strict=True)
@@ -117,7 +118,7 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
 
 def active_bounds(problem: Problem, optimum: Optimum) -> str:
     """Names of the constants that ended at or beyond a bound of the search, joined by ', '."""
-    lower, upper = bounds(problem.law)[problem.free].T
+    lower, upper = problem.bounds
     names = [
         constant.name
         for constant, free in zip(problem.law.constants, problem.free, strict=True)

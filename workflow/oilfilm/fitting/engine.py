@@ -13,14 +13,15 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
+from oilfilm.fitting.descent import descend
 from oilfilm.fitting.problem import Problem
-from oilfilm.traction.law import FloatArray, bounds
+from oilfilm.traction.law import FloatArray
 
 # Points times candidates evaluated at once: about what fits a processor's cache.
 _CHUNK = 1 << 15
 
 # Enough to tell the valleys apart: local minima lie 7 % and more above the best one.
-_ROUGH_TOLERANCE = 1e-4
+_ROUGH_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -44,16 +45,16 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
         settings: `population`, `generations` and `polished` of config's fit.
         random: Source of the search's random numbers.
     """
-    limits = bounds(problem.law)[problem.free]
+    lower, upper = problem.bounds
 
     def objective(population: FloatArray) -> FloatArray:
         return population_sse(problem, population)
 
     found = differential_evolution(
         objective,  # type: ignore[arg-type]  # the stubs do not know of `vectorized`
-        Bounds(limits[:, 0], limits[:, 1]),
+        Bounds(lower, upper),
         strategy="rand1bin",
-        popsize=max(ceil(settings["population"] / len(limits)), 5),
+        popsize=max(ceil(settings["population"] / len(lower)), 5),
         maxiter=settings["generations"],
         mutation=(0.5, 1.0),
         recombination=0.9,
@@ -65,25 +66,22 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
     )
     ranked = found.population[np.argsort(found.population_energies)]
     chosen = ranked[np.linspace(0, len(ranked) - 1, settings["polished"]).astype(int)]
-    rough = [polish(problem, member, tolerance=_ROUGH_TOLERANCE) for member in chosen]
-    return polish(problem, min(rough, key=lambda end: end.sse).values)
+    ends, sse = descend(problem, chosen, tolerance=_ROUGH_TOLERANCE)
+    return polish(problem, ends[np.argmin(sse)])
 
 
-def polish(
-    problem: Problem,
-    start: FloatArray,
-    weight: FloatArray | None = None,
-    tolerance: float = 1e-15,
-) -> Optimum:
-    """The local optimum next to `start`, by Levenberg-Marquardt with the analytic Jacobian.
+def polish(problem: Problem, start: FloatArray, weight: FloatArray | None = None) -> Optimum:
+    """The local optimum next to `start`, to the last digits.
+
+    MINPACK's Levenberg-Marquardt with the analytic Jacobian: it factors the Jacobian itself, where
+    `descend`, made for many rough ends at once, squares its condition number.
 
     Args:
         problem: What to fit.
         start: Free internal constants to start from.
-        weight: Factor of each point's residual; 1 if not given.
-        tolerance: Relative change of SSE and constants, and gradient cosine, at which to stop.
+        weight: Weight of each point's squared error; 1 if not given.
     """
-    factor = np.ones(len(problem.mu)) if weight is None else weight
+    factor = np.ones(len(problem.mu)) if weight is None else np.sqrt(weight)
 
     def residual(values: FloatArray) -> FloatArray:
         return factor * problem.residual(values)
@@ -99,11 +97,23 @@ def polish(
             jacobian,
             method="lm",
             x_scale="jac",
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=tolerance,
+            ftol=1e-15,
+            xtol=1e-15,
+            gtol=1e-15,
             max_nfev=1000,
         )
+        lower, upper = problem.bounds
+        if np.any((found.x < lower) | (found.x > upper)):
+            # no optimum within the search's bounds: the best at them, which earns no certificate
+            found = least_squares(
+                residual,
+                np.clip(found.x, lower, upper),
+                jacobian,
+                method="trf",
+                x_scale="jac",
+                bounds=(lower, upper),
+                max_nfev=1000,
+            )
     return Optimum(found.x, 2 * float(found.cost))
 
 
