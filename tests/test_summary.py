@@ -31,7 +31,7 @@ def text_of(campaign: Campaign, oil: str) -> str:
         extrapolation=extrapolation,
         coefficients=coefficients,
         quality=quality,
-        judged=judge_printed(points, coefficients, quality, printed(), settings),
+        judged=judge_printed(points, coefficients, quality, printed(), settings, fit.refits),
         signs=signs,
         sign_verdicts=sign_verdicts,
         campaign=campaign.config["campaign"],

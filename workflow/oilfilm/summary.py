@@ -217,5 +217,8 @@ def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Mapping[str, Any]) -
     turned = asked[asked["least_sse_turned"] < asked["least_sse"]]
     words = ", ".join(turned["oil"] + " " + turned["constant"])
     line = f"  the points favour {'the other sign of ' + words if words else 'every sign in use'}"
-    circular = "; CIRCULAR: they were simulated with these very signs"
-    return [line + circular * (campaign["data"] == "simulated")]
+    if "thermal_ehl" in campaign.get("twin", {}):
+        line += "; they were SIMULATED by other physics, which says nothing of the printed signs"
+    elif campaign["data"] == "simulated":
+        line += "; CIRCULAR: they were simulated with these very signs"
+    return [line]

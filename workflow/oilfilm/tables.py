@@ -775,8 +775,8 @@ class PrintedJudged(_Table):
     c2_distance: Series[float] = _number("the same of C2", gaps=True)
     c3_distance: Series[float] = _number("the same of C3", gaps=True)
     joint_distance: Series[float] = _number(
-        "Mahalanobis distance of all twelve by the fit's covariance, about 3.5 by chance alone; "
-        "null without one",
+        "Mahalanobis distance of all twelve by the fit's covariance (refits), about 3.5 by chance "
+        "alone; null without one",
         at_least=0,
         gaps=True,
     )
@@ -908,7 +908,8 @@ class Signs(_Table):
     )
     sse: Series[float] = _number(
         "sum of squared errors of mu on the campaign's accepted points. CIRCULAR where they are "
-        "simulated: the twin's truth has the signs in use",
+        "simulated from the printed constants; simulated from anything else it says nothing of "
+        "the real oils",
         at_least=0,
         gaps=True,
     )
@@ -938,8 +939,7 @@ class SignVerdicts(_Table):
         at_least=0,
     )
     least_sse: Series[float] = _number(
-        "least SSE of the sets with this sign on the campaign's points. CIRCULAR where they are "
-        "simulated",
+        "least SSE of the sets with this sign; the same caution as for the column sse of signs",
         at_least=0,
         gaps=True,
     )
