@@ -86,8 +86,9 @@ def collect(
     refused = [*unread, *(share.quarantine for share in shares)]
     for find_repeated in _repeats(config["campaign"]):
         repeated = find_repeated(runs)
-        points, runs = _refuse_runs(points, runs, repeated)
-        refused.append(_quarantine(runs, repeated))
+        if repeated:
+            points, runs = _refuse_runs(points, runs, repeated)
+            refused.append(_quarantine(runs, repeated))
     quarantine = pd.concat(refused, ignore_index=True)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
