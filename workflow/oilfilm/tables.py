@@ -50,6 +50,9 @@ _UNITS = {
     "signed_root": "1",
     "gain": "1",
     "_weight": "1",
+    "aic": "1",
+    "bic": "1",
+    "_share": "1",
 }
 # Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
 LARGEST = 1e12

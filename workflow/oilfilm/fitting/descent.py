@@ -46,8 +46,8 @@ def descend(
 ) -> tuple[FloatArray, FloatArray]:
     """The local optima next to each start, within the law's bounds.
 
-    A constant that leaves its bounds is put back on the bound and stays there, and the others
-    descend again.
+    Where constants leave their bounds, the one farthest out is put back on its bound and stays
+    there, and the others descend again from within theirs.
 
     Args:
         problem: What to fit.
@@ -67,12 +67,11 @@ def descend(
     held = np.zeros(starts.shape, dtype=bool) if held is None else held
     ends, sse = _descend_all(problem, starts, weights, held, tolerance)
     low, high = problem.limits.T
-    while (outside := ~held & ((ends < low) | (ends > high))).any():
-        rows = outside.any(axis=1)
-        held = held | outside
-        ends[outside] = np.clip(ends, low, high)[outside]
+    while (rows := (outside := ~held * problem.beyond(ends)).any(axis=1)).any():
+        held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
+        inside = np.where(outside > 0, np.clip(ends, low, high), ends)
         ends[rows], sse[rows] = _descend_all(
-            problem, ends[rows], weights[rows], held[rows], tolerance
+            problem, inside[rows], weights[rows], held[rows], tolerance
         )
     return ends, sse
 

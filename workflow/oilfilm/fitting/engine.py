@@ -67,22 +67,24 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
     ranked = found.population[np.argsort(found.population_energies)]
     chosen = ranked[np.linspace(0, len(ranked) - 1, settings["polished"]).astype(int)]
     ends, sse = descend(problem, chosen, tolerance=_ROUGH_TOLERANCE)
-    return polish(problem, ends[np.argmin(sse)])
+    # from a rough end the last polish may run off along a valley without a floor
+    lowest, _ = descend(problem, ends[[np.argmin(sse)]])
+    return polish(problem, lowest[0])
 
 
-def at_bounds(problem: Problem, optimum: Optimum) -> BoolArray:
-    """Which free constants ended at a bound of the search."""
+def at_bounds(problem: Problem, values: FloatArray) -> BoolArray:
+    """Which free constants are at a bound of the search."""
     low, high = problem.limits.T
     margin = 1e-6 * (high - low)
-    return np.asarray((optimum.values <= low + margin) | (optimum.values >= high - margin))
+    return np.asarray((values <= low + margin) | (values >= high - margin))
 
 
 def polish(problem: Problem, start: FloatArray, weight: FloatArray | None = None) -> Optimum:
     """The local optimum next to `start`, to the last digits, within the law's bounds.
 
     MINPACK's Levenberg-Marquardt with the analytic Jacobian: it factors the Jacobian itself, where
-    `descend`, made for many rough ends at once, squares its condition number. As there, a constant
-    that leaves its bounds stays at the bound.
+    `descend`, made for many rough ends at once, squares its condition number. As there, the
+    constant farthest outside its bounds stays at the bound, as does one that starts there.
 
     Args:
         problem: What to fit.
@@ -90,14 +92,14 @@ def polish(problem: Problem, start: FloatArray, weight: FloatArray | None = None
         weight: Weight of each point's squared error; 1 if not given.
     """
     low, high = problem.limits.T
-    values, held = start.copy(), np.zeros(len(start), dtype=bool)
+    values, held = np.clip(start, low, high), at_bounds(problem, start)
     while True:
         values[~held], sse = _polish(problem.holding(values, held), values[~held], weight)
-        outside = ~held & ((values < low) | (values > high))
+        outside = ~held * problem.beyond(values)
         if not outside.any():
             return Optimum(values, sse)
-        values[outside] = np.clip(values, low, high)[outside]
-        held |= outside
+        values = np.where(outside > 0, np.clip(values, low, high), values)
+        held[np.argmax(outside)] = True
 
 
 def _polish(

@@ -193,7 +193,7 @@ def _fit(
         for number in range(settings["searches"])
     ]
     best = min(optima, key=lambda optimum: optimum.sse)
-    stuck = at_bounds(problem, best)
+    stuck = at_bounds(problem, best.values)
     problem = problem.holding(best.values, stuck)
     optima = [Optimum(optimum.values[~stuck], optimum.sse) for optimum in optima]
     best = min(optima, key=lambda optimum: optimum.sse)

@@ -92,17 +92,21 @@ class FittedLaw:
         oil: str,
         refits: pd.DataFrame | None = None,
         quality: pd.DataFrame | None = None,
+        law: Law | None = None,
     ) -> "FittedLaw":
-        """The fit of one oil; the tables must hold one law for it.
+        """The fit of one law to one oil.
 
         Args:
             coefficients: Table of coefficients.
             oil: Oil in it.
             refits: Table of refits; without it there are no intervals.
             quality: Table of fit quality; without it no tested box is known.
+            law: Of which the coefficients are wanted. Without it the table must hold one law for
+                the oil, and one that needs no properties of it.
         """
-        rows = coefficients[coefficients["oil"] == oil].set_index("constant")
-        law = LAWS[rows["law"].iloc[0]]
+        rows = coefficients[coefficients["oil"] == oil]
+        law = law or LAWS[rows["law"].iloc[0]]
+        rows = rows[rows["law"] == law.name].set_index("constant")
         values = _in_order(law, rows["value"].to_frame().T)[0]
         given = set(rows.index[rows["value"].notna()])
         followed = {one.condition for one in law.constants if one.name in given}

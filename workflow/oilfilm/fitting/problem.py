@@ -74,6 +74,11 @@ class Problem:
         """
         return [self._all_names[place] for place in np.flatnonzero(self.free)]
 
+    def beyond(self, values: FloatArray) -> FloatArray:
+        """How far free constants, shape (..., free), lie outside their bounds, 0 within."""
+        low, high = self.limits.T
+        return np.maximum(np.maximum(low - values, values - high), 0.0) / (high - low)
+
     @cached_property
     def at_bounds(self) -> dict[str, float]:
         """The constants that stay at a bound, as they stand in the law's equation."""
