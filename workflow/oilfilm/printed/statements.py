@@ -74,7 +74,7 @@ class Surface:
 
     def at(self, slip: FloatArray | float) -> FloatArray:
         """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
-        return LAW.value(np.abs(self.local), np.asarray(slip))
+        return LAW.value(self.sizes, np.asarray(slip))
 
     @cached_property
     def peak_slip(self) -> FloatArray:
