@@ -27,8 +27,10 @@ _CHORDS, _CHORD_GAIN = 3, 0.2
 _GROWTH = 1e3
 # Shares of the difficult part of the equations on the way to the whole, where a start fails.
 _SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
-# Damping that the first refused step brings, and below which there is none.
-_FIRST_DAMPING, _LEAST_DAMPING = 1e-3, 1e-7
+# Damping with which settling begins, and below which there is none.
+_FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
+_SHORT_STEP = 0.1
+_NEWTON = 15
 
 # Keeps a ball that touches nothing, and so feels nothing, from making the equations singular.
 _LEAST_STIFFNESS = 1e-12
@@ -101,17 +103,22 @@ def solve(
     Reference: C. T. Kelley and D. E. Keyes, Convergence analysis of pseudo-transient continuation,
         SIAM J. Numer. Anal. 35 (1998) 508.
     """
+    start = own, shared
     own, shared = own.copy(), shared.copy()
     damping, residual = np.zeros(len(own)), np.full(len(own), np.inf)
     iterations = np.zeros(len(own), dtype=np.int64)
     active = np.arange(len(own))
     for number in range(max_iterations):
-        allowed = _GROWTH if number < max_iterations // 2 else 1.0
+        settling = number >= _NEWTON
+        allowed = np.inf if settling else _GROWTH
+        if number == _NEWTON:
+            damping[active] = _FIRST_DAMPING
+            own[active], shared[active] = start[0][active], start[1][active]
         scales = own_scale[active], shared_scale[active]
         jacobian, state = _linearised(equations, own[active], shared[active], scales, active)
         iterations[active] += 1
         for chord in range(_CHORDS):
-            step_own, step_shared, whole = _step(jacobian, state, damping[active])
+            step_own, step_shared, length = _step(jacobian, state, damping[active])
             trial = _evaluated(
                 equations,
                 state.own + step_own * scales[0][:, np.newaxis],
@@ -120,7 +127,7 @@ def solve(
             )
             better = trial.size < state.size * (allowed if chord == 0 else _CHORD_GAIN)
             if chord == 0:
-                damping[active] = _next_damping(damping[active], better, whole)
+                damping[active] = _next_damping(damping[active], better, length, settling)
             state = _State(
                 *(_where(better, new, old) for new, old in zip(trial, state, strict=True))
             )
@@ -251,8 +258,8 @@ def _linearised(
 
 def _step(
     jacobian: _Jacobian, state: _State, damping: FloatArray
-) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """The step of all unknowns, in their scale, and where it was not shortened."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The step of all unknowns, in their scale, and how long it was before it was shortened."""
     stiffness = (damping + _LEAST_STIFFNESS)[:, np.newaxis, np.newaxis]
     n_own, n_shared = state.own.shape[-1], state.shared.shape[-1]
     own_own = jacobian.own_own + stiffness[..., np.newaxis] * np.eye(n_own)
@@ -266,10 +273,15 @@ def _step(
     own = alone + np.einsum("pbmk,pk->pbm", through, shared)
     length = np.maximum(np.abs(own).max(axis=(1, 2)), np.abs(shared).max(axis=1))
     share = np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))
-    return own * share[:, np.newaxis, np.newaxis], shared * share[:, np.newaxis], share == 1
+    return own * share[:, np.newaxis, np.newaxis], shared * share[:, np.newaxis], length
 
 
-def _next_damping(damping: FloatArray, better: BoolArray, whole: BoolArray) -> FloatArray:
-    lower = np.where(better & whole, damping / 10, damping)
-    changed = np.where(better, lower, np.maximum(damping * 10, _FIRST_DAMPING))
-    return np.where(changed < _LEAST_DAMPING, 0.0, changed)
+def _next_damping(
+    damping: FloatArray, better: BoolArray, length: FloatArray, settling: bool
+) -> FloatArray:
+    """Half as much where the last step was short, more where it was too long or led nowhere."""
+    if not settling:
+        return damping
+    far = ~better | ~(length < _LONGEST_STEP)
+    changed = np.where(far, damping * 4, np.where(length < _SHORT_STEP, damping / 4, damping))
+    return np.where(changed < _LEAST_DAMPING, 0.0, np.maximum(changed, 0.0))
