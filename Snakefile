@@ -19,6 +19,7 @@ rule all:
     default_target: True
     input:
         rules.summary.output,
+        rules.certified.output,
         rules.coverage.output,
         rules.refused.output,
         rules.figures.input,

@@ -9,7 +9,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate
-from oilfilm.fitting.fit import fit_oil
+from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.ingest import Ingested, ingest
 from oilfilm.reference import printed_constants
 
@@ -27,7 +27,7 @@ class Campaign:
     ingested: Ingested
     curated: Curated
 
-    def fit(self, oil: str, **settings: Any) -> tuple[pd.DataFrame, pd.DataFrame]:
+    def fit(self, oil: str, **settings: Any) -> OilFit:
         config = {**self.config, "fit": {**self.config["fit"], **settings}}
         return fit_oil(self.curated.points, oil, printed().get(oil), config)
 

@@ -18,7 +18,7 @@ from oilfilm.traction.deng2026 import traction_coefficient
 
 @pytest.fixture(scope="module")
 def results(demo: Campaign) -> Results:
-    fits = [demo.fit(oil, bootstrap=20, searches=2)[0] for oil in demo.config["oils"]]
+    fits = [demo.fit(oil, bootstrap=20, searches=2).coefficients for oil in demo.config["oils"]]
     covered = coverage(demo.curated.runs, demo.config)
     return Results(demo.curated.points, demo.curated.runs, pd.concat(fits), covered)
 
@@ -92,7 +92,7 @@ def test_figure_without_any_accepted_point_says_so(
     demo: Campaign, config: dict[str, Any], name: str
 ) -> None:
     refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
-    fits = [fit_oil(refused, oil, None, config)[0] for oil in config["oils"]]
+    fits = [fit_oil(refused, oil, None, config).coefficients for oil in config["oils"]]
     results = Results(refused, demo.curated.runs, pd.concat(fits), tables.empty("coverage"))
     figure, drawn = FIGURES[name].draw(results, config)
     tables.conform(drawn, FIGURES[name].table, name)
@@ -102,7 +102,7 @@ def test_figure_without_any_accepted_point_says_so(
 
 
 def test_real_curves_are_called_measured(etm: Campaign) -> None:
-    coefficients, _ = etm.fit("unrecorded-oil", bootstrap=20, searches=2)
+    coefficients = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
     covered = coverage(etm.curated.runs, etm.config)
     results = Results(etm.curated.points, etm.curated.runs, coefficients, covered)
     figure, drawn = FIGURES["curves"].draw(results, etm.config)

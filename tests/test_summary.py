@@ -6,7 +6,8 @@ from oilfilm.summary import summarise
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
-    coefficients, quality = campaign.fit(oil, bootstrap=20, searches=2)
+    fit = campaign.fit(oil, bootstrap=20, searches=2)
+    coefficients, quality = fit.coefficients, fit.fit_quality
     return summarise(
         runs=campaign.curated.runs,
         points=campaign.curated.points,

@@ -15,9 +15,11 @@ def job(snakemake: Any) -> Iterator[dict[str, Any]]:
     """Give a script the provenance of its tables, and end a user's mistake in a sentence.
 
     The provenance says which campaign, whether its data are simulated, and digests of code,
-    settings and inputs: no clock, no host, no path outside the project.
+    settings and inputs: no clock, no host, no path outside the project. What a script has to say it
+    appends to its log.
     """
     log = Path(snakemake.log[0])
+    log.write_text("", encoding="utf-8")
     params = snakemake.params
     try:
         yield {
@@ -33,4 +35,5 @@ def job(snakemake: Any) -> Iterator[dict[str, Any]]:
         log.write_text(f"{mistake}\n", encoding="utf-8")
         print(mistake, file=sys.stderr)
         sys.exit(1)
-    log.write_text("done\n", encoding="utf-8")
+    with log.open("a", encoding="utf-8") as remarks:
+        remarks.write("done\n")

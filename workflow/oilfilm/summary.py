@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.fitting.remarks import fit_remarks
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
@@ -133,7 +135,7 @@ def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame
 
 def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
     lines = []
-    for fit in quality.to_dict("records"):
+    for fit in tables.rows(quality):
         if np.isnan(fit["rmse"]):
             lines.append(f"  {fit['oil']}: {fit['verdict']}")
             continue
@@ -141,6 +143,7 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
             f"  {fit['oil']}: {fit['n_points']} points of {fit['n_curves']} curves, "
             f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['verdict']}"
         )
+        lines += [f"    {remark}" for remark in fit_remarks(fit)[1:]]
         rows = coefficients[coefficients["oil"] == fit["oil"]]
         if rows.loc[rows["identifiable"], "standard_error"].isna().all():
             lines.append(

@@ -21,7 +21,7 @@ from pandera.typing.pandas import Series
 from oilfilm.errors import OilfilmError
 from oilfilm.units import ABSOLUTE_ZERO_C
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 # The end of a column's name -> its unit; the longest ending that fits counts.
 _UNITS = {
@@ -45,6 +45,11 @@ _UNITS = {
     "_um": "um",
     "_ratio": "1",
     "_coefficient": "1",
+    "_difference": "1",
+    "correlation": "1",
+    "signed_root": "1",
+    "gain": "1",
+    "_weight": "1",
 }
 # Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
 LARGEST = 1e12
@@ -333,6 +338,16 @@ class Coefficients(_Table):
         at_least=0,
         gaps=True,
     )
+    profile_lower: Series[float] = _number(
+        "lower end of the 95 % interval by profile likelihood, which like the naive error takes "
+        "every point for independent; null where the profile does not reach it",
+        gaps=True,
+    )
+    profile_upper: Series[float] = _number("its upper end", gaps=True)
+    weighted_value: Series[float] = _number(
+        "fitted with points weighted by their standard errors and the excess scatter", gaps=True
+    )
+    robust_value: Series[float] = _number("fitted with a Cauchy loss", gaps=True)
     identifiable: Series[bool] = _flag("false where the tested conditions cannot give it")
     verdict: Series[str] = _text(
         "sign unknown: the interval holds no effect at all",
@@ -354,6 +369,16 @@ class FitQuality(_Table):
         "rmse over the root-mean-square of measured mu", at_least=0, gaps=True
     )
     max_error: Series[float] = _number("largest |fitted - measured| mu", at_least=0, gaps=True)
+    weighted_difference: Series[float] = _number(
+        "root-mean-square difference of mu between the weighted fit and this one, over the points, "
+        "relative to mu; null where no point has a standard error",
+        at_least=0,
+        gaps=True,
+    )
+    robust_difference: Series[float] = _number("the same of the robust fit", at_least=0, gaps=True)
+    pulling_curves: Series[str] = _text(
+        "runs that the robust fit all but ignores, worst first, joined by '; '"
+    )
     searches: Series[np.int64] = _count("independent global searches, each from its own seed")
     searches_agreeing: Series[np.int64] = _count("of them, those that ended at the best optimum")
     sse_spread: Series[float] = _number(
@@ -388,6 +413,77 @@ class FitQuality(_Table):
     verdict: Series[str] = _text("the certificate in a sentence")
     fixed_conditions: Series[str] = _text(
         "conditions that did not vary enough to give exponents, with their level"
+    )
+    tested_min_max_hertz_pressure_gpa: Series[float] = _number(
+        "smallest of the accepted points; null where unknown", gaps=True
+    )
+    tested_max_max_hertz_pressure_gpa: Series[float] = _number("largest", gaps=True)
+    tested_min_entrainment_speed_m_s: Series[float] = _number("smallest", gaps=True)
+    tested_max_entrainment_speed_m_s: Series[float] = _number("largest", gaps=True)
+    tested_min_inlet_temperature_c: Series[float] = _number("smallest", gaps=True)
+    tested_max_inlet_temperature_c: Series[float] = _number("largest", gaps=True)
+    tested_min_load_n: Series[float] = _number("smallest", gaps=True)
+    tested_max_load_n: Series[float] = _number("largest", gaps=True)
+    tested_min_slide_roll_ratio: Series[float] = _number("smallest size", gaps=True)
+    tested_max_slide_roll_ratio: Series[float] = _number("largest size", gaps=True)
+
+
+class Refits(_Table):
+    """One constant of one refit; the spread of the refits says how sure the constants are."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    cause: Series[str] = _text(
+        "curves drawn again: to as many whole curves drawn with replacement; calibration of a "
+        "sensor: that sensor off by its standard uncertainty",
+    )
+    refit: Series[np.int64] = _count("number of the refit, of one cause")
+    constant: Series[str] = _text("name as in the table of coefficients")
+    value: Series[float] = _number("refitted value")
+
+
+class Correlations(_Table):
+    """How two constants of a fit move together."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    constant: Series[str] = _text("name as in the table of coefficients")
+    other: Series[str] = _text("the other one")
+    correlation: Series[float] = _number(
+        "over refits to curves drawn again; by the Jacobian where there are none",
+        at_least=-1 - 1e-9,
+        at_most=1 + 1e-9,
+        gaps=True,
+    )
+
+
+class Profiles(_Table):
+    """One place of a profile likelihood: a constant held, all others fitted."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    constant: Series[str] = _text("constant held")
+    value: Series[float] = _number("at this value", gaps=True)
+    signed_root: Series[float] = _number(
+        "signed root of the rise of the least SSE over the residual variance: for a linear law the "
+        "distance from the optimum in naive standard errors",
+        gaps=True,
+    )
+
+
+class CurveResiduals(_Table):
+    """How one run's curve lies to the fit of its oil."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    run_id: Series[str] = _text("run")
+    n_points: Series[np.int64] = _count("accepted points of it")
+    rmse: Series[float] = _number("root-mean-square error of mu", at_least=0)
+    gain: Series[float] = _number("factor by which the fit comes nearest to the curve")
+    robust_weight: Series[float] = _number(
+        "mean weight of its points in the robust fit, 1 for points on the fit",
+        at_least=0,
+        at_most=1,
     )
 
 
@@ -458,6 +554,10 @@ TABLES: dict[str, type[_Table]] = {
     "refused_pages": RefusedPages,
     "coefficients": Coefficients,
     "fit_quality": FitQuality,
+    "refits": Refits,
+    "correlations": Correlations,
+    "profiles": Profiles,
+    "curve_residuals": CurveResiduals,
     "truth": Truth,
     "coefficient_table": CoefficientTable,
     "curves": Curves,
@@ -497,6 +597,9 @@ _CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
     "refused_pages": (_pages_are_unique,),
     "coefficients": (lambda frame: _repeated(frame, ["oil", "law", "constant"]),),
     "fit_quality": (lambda frame: _repeated(frame, ["oil", "law"]),),
+    "refits": (lambda frame: _repeated(frame, ["oil", "law", "cause", "refit", "constant"]),),
+    "correlations": (lambda frame: _repeated(frame, ["oil", "law", "constant", "other"]),),
+    "curve_residuals": (lambda frame: _repeated(frame, ["oil", "law", "run_id"]),),
 }
 
 
@@ -525,6 +628,11 @@ def _empty(table: str) -> pd.DataFrame:
 def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
     """A table from one mapping a row; no rows give the empty table."""
     return conform(pd.DataFrame(rows), table, "new rows") if rows else empty(table)
+
+
+def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """The rows of a table, a dictionary each."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
 def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:

@@ -1,11 +1,20 @@
+FIT_TABLES = (
+    "coefficients",
+    "fit_quality",
+    "refits",
+    "correlations",
+    "profiles",
+    "curve_residuals",
+)
+
+
 rule fit:
     "One oil's constants, with their errors and the certificate."
     input:
         points=rules.collect.output.points,
         printed="data/reference/printed_coefficients.yaml",
     output:
-        coefficients="<parts>/fit/{oil}/coefficients.parquet",
-        quality="<parts>/fit/{oil}/fit_quality.parquet",
+        **{table: f"<parts>/fit/{{oil}}/{table}.parquet" for table in FIT_TABLES},
     log:
         "<logs>/fit-{oil}.log",
     params:
@@ -16,13 +25,14 @@ rule fit:
 
 
 rule fits:
-    "The fits of all oils in two tables."
+    "The fits of all oils, a table each."
     input:
-        coefficients=expand(rules.fit.output.coefficients, oil=OILS),
-        quality=expand(rules.fit.output.quality, oil=OILS),
+        **{
+            table: expand(f"<parts>/fit/{{oil}}/{table}.parquet", oil=OILS)
+            for table in FIT_TABLES
+        },
     output:
-        coefficients="<tables>/coefficients.parquet",
-        quality="<tables>/fit_quality.parquet",
+        **{table: f"<tables>/{table}.parquet" for table in FIT_TABLES},
     log:
         "<logs>/fits.log",
     params:
@@ -30,3 +40,18 @@ rule fits:
         config=part(),
     script:
         "../scripts/fits.py"
+
+
+rule certified:
+    "The certificates of all fits; a fit without one ends the run, unless config allows it."
+    input:
+        quality=rules.fits.output.fit_quality,
+    output:
+        "<tables>/certificates.txt",
+    log:
+        "<logs>/certified.log",
+    params:
+        code=code("certified.py"),
+        config=part("fit"),
+    script:
+        "../scripts/certified.py"

@@ -7,8 +7,7 @@ rule metadata:
             rules.collect.output.points,
             rules.collect.output.quarantine,
             rules.coverage.output,
-            rules.fits.output.coefficients,
-            rules.fits.output.quality,
+            rules.fits.output,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:

@@ -6,7 +6,7 @@ rule summary:
         quarantine=rules.collect.output.quarantine,
         coverage=rules.coverage.output.coverage,
         coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.quality,
+        quality=rules.fits.output.fit_quality,
     output:
         "<results>/summary.txt",
     log:

@@ -11,6 +11,8 @@ with job(snakemake) as provenance:
     oil = snakemake.wildcards.oil
     points = tables.read("points", Path(snakemake.input.points))
     printed = printed_constants(Path(snakemake.input.printed)).get(oil)
-    coefficients, quality = fit_oil(points, oil, printed, snakemake.params.config)
-    tables.write(coefficients, "coefficients", Path(snakemake.output.coefficients), provenance)
-    tables.write(quality, "fit_quality", Path(snakemake.output.quality), provenance)
+    fit = fit_oil(points, oil, printed, snakemake.params.config)
+    for table, rows in fit.tables().items():
+        tables.write(rows, table, Path(snakemake.output[table]), provenance)
+    with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
+        log.writelines(f"{line}\n" for line in fit.remarks())

@@ -6,9 +6,6 @@ from oilfilm import tables
 from oilfilm.job import job
 
 with job(snakemake) as provenance:
-    for table, parts, whole in (
-        ("coefficients", snakemake.input.coefficients, snakemake.output.coefficients),
-        ("fit_quality", snakemake.input.quality, snakemake.output.quality),
-    ):
-        together = tables.read(table, *map(Path, parts))
+    for table, whole in snakemake.output.items():
+        together = tables.read(table, *map(Path, snakemake.input[table]))
         tables.write(together, table, Path(whole), provenance)

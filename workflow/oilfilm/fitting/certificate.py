@@ -46,10 +46,11 @@ def certify(
         settings: Limits of config's fit.
     """
     best = min(optima, key=lambda optimum: optimum.sse)
-    spreads = [(optimum.sse - best.sse) / max(best.sse, 1e-300) for optimum in optima]
-    distances = [
-        float(np.max(np.abs(optimum.values - best.values) / naive_errors)) for optimum in optima
-    ]
+    # an exact fit of exact points leaves rounding only, which agrees with nothing
+    rounding = 1e-24 * float(np.sum(problem.mu**2))
+    spreads = [(optimum.sse - best.sse) / max(best.sse, rounding) for optimum in optima]
+    errors = np.maximum(naive_errors, 1e-9)
+    distances = [float(np.max(np.abs(optimum.values - best.values) / errors)) for optimum in optima]
     agreeing = sum(
         spread <= settings["agreement_sse"] and distance <= settings["agreement_constants"]
         for spread, distance in zip(spreads, distances, strict=True)

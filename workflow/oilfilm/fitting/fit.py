@@ -1,7 +1,7 @@
-"""One law fitted to one oil: searches, certificate, errors, and both tables of the result."""
+"""One law fitted to one oil: searches, certificate, errors, and the tables of the result."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,14 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fitting.certificate import Certificate, certify
 from oilfilm.fitting.engine import Optimum, search
+from oilfilm.fitting.objectives import (
+    Alternative,
+    curve_weights,
+    difference,
+    pulling_curves,
+    robust_fit,
+    weighted_fit,
+)
 from oilfilm.fitting.problem import (
     BoolArray,
     CurveData,
@@ -18,18 +26,61 @@ from oilfilm.fitting.problem import (
     curve_data,
     varied_conditions,
 )
-from oilfilm.fitting.systematic import calibration_refits
+from oilfilm.fitting.profile import profile_interval, profiles
+from oilfilm.fitting.remarks import fit_remarks
+from oilfilm.fitting.systematic import SENSORS, calibration_refits
 from oilfilm.fitting.uncertainty import Estimates, curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import CONDITIONS, FloatArray, Law, to_constants
+from oilfilm.traction.law import FloatArray, Law
 
-_UNITS = dict(zip(CONDITIONS, ("GPa", "m/s", "degC"), strict=True))
+# What the tested box is of, and the columns of `fit_quality` that hold it.
+BOX = (
+    "max_hertz_pressure_gpa",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+    "load_n",
+    "slide_roll_ratio",
+)
+
+
+@dataclass(frozen=True)
+class OilFit:
+    """The tables of one oil's fit; each field is named as its table."""
+
+    coefficients: pd.DataFrame
+    fit_quality: pd.DataFrame
+    refits: pd.DataFrame
+    correlations: pd.DataFrame
+    profiles: pd.DataFrame
+    curve_residuals: pd.DataFrame
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Name of each table and its rows."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def remarks(self) -> list[str]:
+        """What whoever uses the constants must know, a sentence each."""
+        return [remark for row in tables.rows(self.fit_quality) for remark in fit_remarks(row)]
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """All that a fit found, before it becomes tables."""
+
+    problem: Problem
+    data: CurveData
+    best: Optimum
+    certificate: Certificate
+    estimates: Estimates
+    profile: tuple[FloatArray, FloatArray]
+    weighted: Alternative | None
+    robust: Alternative | None
 
 
 def fit_oil(
     points: pd.DataFrame, oil: str, printed: FloatArray | None, config: Mapping[str, Any]
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+) -> OilFit:
     """Fit the configured law to one oil's accepted points.
 
     Args:
@@ -39,36 +90,72 @@ def fit_oil(
         config: The resolved configuration.
 
     Returns:
-        The oil's rows of the tables `coefficients` and `fit_quality`. Data that cannot be fitted
-        give rows without values and a verdict that says why.
+        The oil's rows of the tables of a fit. Data that cannot be fitted give rows without values
+        and a verdict that says why.
     """
     settings = config["fit"]
     law = LAWS[settings["law"]]
     of_oil = points[points["oil"] == oil]
-    data = curve_data(of_oil)
+    data = curve_data(of_oil, law.conditions)
     varied = varied_conditions(data.conditions, settings)
-    fixed = _fixed_conditions(data, varied)
+    about = {"oil": oil, "law": law.name}
+    quality = {
+        **about,
+        "n_points": len(data.mu),
+        "n_curves": len(data.runs),
+        "fixed_conditions": _fixed_conditions(law, data, varied),
+        **_tested_box(of_oil),
+    }
     try:
         problem = build_problem(law, data, varied)
+        _refuse_hopeless(problem, data)
     except ValueError as error:
-        return _unfitted(law, oil, printed, data, fixed, f"not fitted: {error}")
+        return _unfitted(law, about, quality, printed, f"not fitted: {error}")
+    found = _fit(problem, data, of_oil, varied, oil, config)
+    return OilFit(
+        coefficients=_coefficients(found, about, printed),
+        fit_quality=tables.from_rows([quality | _quality(found, settings)], "fit_quality"),
+        refits=_refits(found, about),
+        correlations=_correlations(found, about),
+        profiles=_profiles(found, about),
+        curve_residuals=_curve_residuals(found, about),
+    )
+
+
+def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
+    """Raise a ValueError that says in words why no law can be fitted to such data."""
+    if not len(data.mu):
+        raise ValueError("0 accepted points")
+    lost = int((~np.isfinite(data.mu) | ~np.isfinite(data.slip)).sum())
+    if lost:
+        raise ValueError(f"{lost} accepted points have no traction coefficient or no slip")
+    if not np.any(data.slip):
+        raise ValueError("every slide-roll ratio is zero, where traction says nothing")
+    if not np.any(data.mu > 0):
+        raise ValueError(
+            "no accepted point has traction above zero; is the sign of the force right "
+            "(semantics of the campaign file)?"
+        )
+    if np.ptp(data.mu) == 0:
+        raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
+    levels = data.conditions[data.curve]
+    distinct = len(np.unique(np.column_stack([levels, data.slip, data.mu]), axis=0))
     needed = int(problem.free.sum()) + 1
-    if len(data.mu) < needed:
-        why = f"not fitted: {len(data.mu)} accepted points, at least {needed} are needed"
-        return _unfitted(law, oil, printed, data, fixed, why)
-    return _fitted(problem, data, of_oil, varied, oil, printed, fixed, config)
+    if distinct < needed:
+        copies = f", {distinct} of them distinct" if distinct < len(data.mu) else ""
+        raise ValueError(
+            f"{len(data.mu)} accepted points{copies}; at least {needed} distinct ones are needed"
+        )
 
 
-def _fitted(
+def _fit(
     problem: Problem,
     data: CurveData,
     points: pd.DataFrame,
     varied: BoolArray,
     oil: str,
-    printed: FloatArray | None,
-    fixed: str,
     config: Mapping[str, Any],
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+) -> _Fitted:
     settings, seed = config["fit"], config["seed"]
     optima = [
         search(problem, settings, generator(seed, "search", oil, number))
@@ -76,83 +163,77 @@ def _fitted(
     ]
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
-    certificate = certify(problem, data, optima, np.sqrt(np.diag(naive)), settings)
     refits = np.empty((0, len(best.values)))
     if len(data.runs) >= settings["min_curves_to_resample"]:
         random = generator(seed, "bootstrap", oil)
         refits = curve_bootstrap(problem, best, settings["bootstrap"], random)
     shifted = calibration_refits(problem, best, points, varied)
-    estimates = Estimates(best.values, naive, refits, shifted)
-    coefficients = _coefficients(problem, estimates, oil, printed)
-    return coefficients, _quality(problem, data, best, certificate, oil, fixed)
+    return _Fitted(
+        problem,
+        data,
+        best,
+        certify(problem, data, optima, np.sqrt(np.diag(naive)), settings),
+        Estimates(best.values, naive, refits, shifted),
+        profiles(problem, best, np.sqrt(np.diag(naive))),
+        weighted_fit(problem, data, best),
+        robust_fit(problem, best),
+    )
 
 
-def _fixed_conditions(data: CurveData, varied: BoolArray) -> str:
+def _fixed_conditions(law: Law, data: CurveData, varied: BoolArray) -> str:
     """The conditions that give no exponent, with their level, in words."""
-    levels = data.conditions.mean(axis=0) if len(data.conditions) else np.full(3, np.nan)
+    levels = data.conditions.mean(axis=0) if len(data.conditions) else np.full(len(varied), np.nan)
     return "; ".join(
-        f"{name} unknown" if np.isnan(level) else f"{name} {level:.4g} {_UNITS[name]}"
-        for name, level, varies in zip(CONDITIONS, levels, varied, strict=True)
+        f"{name} unknown" if np.isnan(level) else f"{name} {level:.4g} {tables.unit_of(name)}"
+        for name, level, varies in zip(law.conditions, levels, varied, strict=True)
         if not varies
     )
 
 
+def _tested_box(points: pd.DataFrame) -> dict[str, float]:
+    """Smallest and largest value of each condition over the accepted points, NaN if unknown."""
+    accepted = points.loc[points["accepted"], list(BOX)].abs()
+    low, high = accepted.min(), accepted.max()
+    return {
+        **{f"tested_min_{name}": float(low[name]) for name in BOX},
+        **{f"tested_max_{name}": float(high[name]) for name in BOX},
+    }
+
+
 def _coefficients(
-    problem: Problem,
-    estimates: Estimates,
-    oil: str,
-    printed: FloatArray | None,
+    found: _Fitted, about: Mapping[str, str], printed: FloatArray | None
 ) -> pd.DataFrame:
-    law, free = problem.law, problem.free
-    rows = []
-    if free.all():
-        rows = _constant_rows(
-            [constant.name for constant in law.constants],
-            estimates.through(lambda values: to_constants(law, values)),
-        )
-    else:
-        # the level of a condition that did not vary is inside X0: neither can be told apart
-        for constant in law.constants:
-            known = constant.condition is not None and free[law.constants.index(constant)]
-            rows += (
-                _known_exponent(problem, estimates, constant.name)
-                if known
-                else [_constant_row(constant.name)]
-            )
-        rows += _local_rows(problem, estimates)
-    frame = pd.DataFrame(rows).assign(oil=oil, law=law.name)
+    law, problem = found.problem.law, found.problem
+    rows = _constant_rows(found)
     names = [constant.name for constant in law.constants]
-    values = dict(zip(names, printed, strict=True)) if printed is not None else {}
-    frame["printed_value"] = frame["constant"].map(values).astype(float)
-    return tables.conform(frame, "coefficients", f"fit of {oil}")
+    # the level of a condition that did not vary is inside X0: neither can be told apart
+    lost = [_no_value(name) for name in names if name not in problem.names]
+    order = [*names, *law.local_constants]
+    rows = sorted([*rows, *lost], key=lambda row: order.index(row["constant"]))
+    return _coefficient_table(rows, law, about, printed)
 
 
-def _known_exponent(problem: Problem, estimates: Estimates, name: str) -> list[dict[str, Any]]:
-    names = [constant.name for constant in problem.law.constants]
-    place = int(problem.free[: names.index(name)].sum())
-    return _constant_rows([name], estimates.through(lambda values: values[[place]]))
-
-
-def _local_rows(problem: Problem, estimates: Estimates) -> list[dict[str, Any]]:
-    """A, B and C for data of too few conditions.
-
-    The conditions that gave exponents are taken at the law's reference, the others at the level
-    that was tested.
-    """
-    design = problem.law.design(problem.law.reference)
-
-    def local(values: FloatArray) -> FloatArray:
-        return problem.law.local_values(problem.expand(values), design)[0]
-
-    return _constant_rows(list(problem.law.local_constants), estimates.through(local))
-
-
-def _constant_rows(names: list[str], estimates: Estimates) -> list[dict[str, Any]]:
-    naive_errors, systematic = estimates.naive_errors, estimates.systematic_errors
+def _constant_rows(found: _Fitted) -> list[dict[str, Any]]:
+    problem, estimates = found.problem, found.estimates.reported(found.problem)
+    places, z = found.profile
+    degrees = len(problem.mu) - len(found.best.values)
+    others = {
+        f"{name}_value": None if other is None else problem.reported(other.values)
+        for name, other in (("weighted", found.weighted), ("robust", found.robust))
+    }
     rows = []
-    for place, name in enumerate(names):
-        row = _constant_row(name, float(estimates.values[place]), float(naive_errors[place]))
-        row["systematic_standard_error"] = float(systematic[place])
+    for place, name in enumerate(problem.names):
+        row = _no_value(name) | {
+            "value": estimates.values[place],
+            "naive_standard_error": estimates.naive_errors[place],
+            "systematic_standard_error": estimates.systematic_errors[place],
+            "identifiable": True,
+            "verdict": "no interval",
+            **{key: np.nan if of is None else of[place] for key, of in others.items()},
+        }
+        crossings = profile_interval(places[place], z[place], degrees)
+        ends = sorted(_reported_one(problem, end, place) for end in crossings)
+        row |= {"profile_lower": ends[0], "profile_upper": ends[1]}
         if len(estimates.refits):
             drawn = estimates.refits[:, place]
             lower, upper = np.quantile(drawn, [0.025, 0.975])
@@ -163,78 +244,157 @@ def _constant_rows(names: list[str], estimates: Estimates) -> list[dict[str, Any
     return rows
 
 
-def _constant_row(name: str, value: float = np.nan, naive_error: float = np.nan) -> dict[str, Any]:
+def _reported_one(problem: Problem, value: float, place: int) -> float:
+    values = np.zeros(len(problem.names))
+    values[place] = value
+    return float(problem.reported(values)[place])
+
+
+_NUMBERS_OF_A_CONSTANT = (
+    "value",
+    "standard_error",
+    "lower",
+    "upper",
+    "naive_standard_error",
+    "profile_lower",
+    "profile_upper",
+    "systematic_standard_error",
+    "weighted_value",
+    "robust_value",
+)
+
+
+def _no_value(name: str) -> dict[str, Any]:
     return {
         "constant": name,
-        "value": value,
-        "standard_error": np.nan,
-        "lower": np.nan,
-        "upper": np.nan,
-        "naive_standard_error": naive_error,
-        "systematic_standard_error": np.nan,
-        "identifiable": not np.isnan(value),
-        "verdict": "not identifiable" if np.isnan(value) else "no interval",
+        **dict.fromkeys(_NUMBERS_OF_A_CONSTANT, np.nan),
+        "identifiable": False,
+        "verdict": "not identifiable",
     }
 
 
-def _quality(
-    problem: Problem,
-    data: CurveData,
-    best: Optimum,
-    certificate: Certificate,
-    oil: str,
-    fixed: str,
+def _coefficient_table(
+    rows: list[dict[str, Any]], law: Law, about: Mapping[str, str], printed: FloatArray | None
 ) -> pd.DataFrame:
-    residual = problem.residual(best.values)
+    frame = pd.DataFrame(rows).assign(**about)
+    names = [constant.name for constant in law.constants]
+    values = dict(zip(names, printed, strict=True)) if printed is not None else {}
+    frame["printed_value"] = frame["constant"].map(values).astype(float)
+    return tables.conform(frame, "coefficients", f"fit of {about['oil']}")
+
+
+def _quality(found: _Fitted, settings: Mapping[str, Any]) -> dict[str, Any]:
+    problem, data = found.problem, found.data
+    residual = problem.residual(found.best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
-    row = {
-        "oil": oil,
-        "law": problem.law.name,
-        "n_points": len(data.mu),
-        "n_curves": len(data.runs),
-        "sse": best.sse,
+    weights = curve_weights(problem, found.robust)
+    return {
+        "sse": found.best.sse,
         "rmse": rmse,
         "relative_rms": rmse / float(np.sqrt(np.mean(data.mu**2))),
         "max_error": float(np.abs(residual).max()),
-        "fixed_conditions": fixed,
-        **asdict(certificate),
+        "weighted_difference": difference(problem, found.best, found.weighted),
+        "robust_difference": difference(problem, found.best, found.robust),
+        "pulling_curves": "; ".join(pulling_curves(data, weights, settings)),
+        **asdict(found.certificate),
     }
-    return tables.from_rows([row], "fit_quality")
+
+
+def _refits(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+    estimates = found.estimates.reported(found.problem)
+    causes = [("curves drawn again", estimates.refits)]
+    causes += [
+        (f"calibration of {sensor}", row[np.newaxis])
+        for sensor, row in zip(SENSORS, estimates.shifted, strict=False)
+    ]
+    names = found.problem.names
+    frames = [
+        pd.DataFrame(
+            {
+                "cause": cause,
+                "refit": np.repeat(np.arange(len(values)), len(names)),
+                "constant": names * len(values),
+                "value": values.ravel(),
+            }
+        )
+        for cause, values in causes
+        if len(values)
+    ]
+    if not frames:
+        return tables.empty("refits")
+    whole = pd.concat(frames, ignore_index=True).assign(**about)
+    return tables.conform(whole, "refits", f"fit of {about['oil']}")
+
+
+def _correlations(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+    first, second = np.triu_indices(len(found.problem.names), k=1)
+    names = np.array(found.problem.names)
+    values = found.estimates.reported(found.problem).correlation[first, second]
+    frame = pd.DataFrame(
+        {"constant": names[first], "other": names[second], "correlation": values}
+    ).assign(**about)
+    return tables.conform(frame, "correlations", f"fit of {about['oil']}")
+
+
+def _profiles(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+    problem = found.problem
+    places, z = found.profile
+    # a constant below zero falls where its logarithm rises
+    turned = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
+    frame = pd.DataFrame(
+        {
+            "constant": np.repeat(problem.names, places.shape[1]),
+            "value": problem.reported(places.T).T.ravel(),
+            "signed_root": (turned * z).ravel(),
+        }
+    ).assign(**about)
+    return tables.conform(frame, "profiles", f"fit of {about['oil']}")
+
+
+def _curve_residuals(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+    problem, data = found.problem, found.data
+    residual = problem.residual(found.best.values)
+    fitted = data.mu + residual
+
+    def over_curves(of_points: FloatArray) -> FloatArray:
+        return np.add.reduceat(of_points, problem.starts)
+
+    counts = over_curves(np.ones(len(data.mu)))
+    gain = over_curves(data.mu * fitted) / np.maximum(over_curves(fitted**2), 1e-300)
+    frame = pd.DataFrame(
+        {
+            "run_id": data.runs,
+            "n_points": counts.astype(np.int64),
+            "rmse": np.sqrt(over_curves(residual**2) / counts),
+            "gain": gain,
+            "robust_weight": curve_weights(problem, found.robust),
+        }
+    ).assign(**about)
+    return tables.conform(frame, "curve_residuals", f"fit of {about['oil']}")
 
 
 def _unfitted(
-    law: Law, oil: str, printed: FloatArray | None, data: CurveData, fixed: str, why: str
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    rows = [_constant_row(constant.name) for constant in law.constants]
-    values = printed if printed is not None else np.full(len(law.constants), np.nan)
-    coefficients = pd.DataFrame(rows).assign(oil=oil, law=law.name, printed_value=values)
-    numbers = (
-        "sse",
-        "rmse",
-        "relative_rms",
-        "max_error",
-        "sse_spread",
-        "constant_spread",
-        "gradient_cosine",
-        "min_traction",
-        "condition_number",
-        "hessian_smallest",
-        "hessian_largest",
-    )
-    quality = {
-        "oil": oil,
-        "law": law.name,
-        "n_points": len(data.mu),
-        "n_curves": len(data.runs),
+    law: Law,
+    about: Mapping[str, str],
+    quality: Mapping[str, Any],
+    printed: FloatArray | None,
+    why: str,
+) -> OilFit:
+    rows = [_no_value(constant.name) for constant in law.constants]
+    without = {
         "searches": 0,
         "searches_agreeing": 0,
         "active_bounds": "",
+        "pulling_curves": "",
         "certified": False,
         "verdict": why,
-        "fixed_conditions": fixed,
-        **dict.fromkeys(numbers, np.nan),
     }
-    return (
-        tables.conform(coefficients, "coefficients", f"fit of {oil}"),
-        tables.from_rows([quality], "fit_quality"),
+    row = {**dict.fromkeys(tables.columns("fit_quality"), np.nan), **quality, **without}
+    return OilFit(
+        coefficients=_coefficient_table(rows, law, about, printed),
+        fit_quality=tables.from_rows([row], "fit_quality"),
+        refits=tables.empty("refits"),
+        correlations=tables.empty("correlations"),
+        profiles=tables.empty("profiles"),
+        curve_residuals=tables.empty("curve_residuals"),
     )

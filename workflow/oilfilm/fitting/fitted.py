@@ -1,52 +1,289 @@
-"""A fitted law, read back from the table of coefficients."""
+"""A fitted law, read back from its tables: traction at any condition, with its interval."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
+from scipy.stats import norm
 
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import CONDITIONS, FloatArray, Law, Observations, to_internal
+from oilfilm.traction.law import FloatArray, Law, Observations, to_internal
+
+# Points predicted at once: about what fits a processor's cache.
+_CHUNK = 1 << 14
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Constants of a law as they stand in its equation, and all that says how far to trust them.
+
+    Attributes:
+        constants: In the order of the law's, NaN where nothing could be fitted. An exponent that
+            the data could not give is 0, and X0 then holds the coefficient at the tested level.
+        known: Which of the law's conditions the fit follows; the others were tested at one level.
+        spread: Constants refitted to curves drawn again, shape (refits, constants).
+        shifted: Constants refitted with one sensor each off by its calibration's uncertainty.
+        box: Smallest and largest tested value of each of the law's conditions and of the slip,
+            shape (conditions + 1, 2); NaN where unknown.
+    """
+
+    constants: FloatArray
+    known: npt.NDArray[np.bool_]
+    spread: FloatArray
+    shifted: FloatArray
+    box: FloatArray
+
+    @classmethod
+    def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
+        """Constants alone, as printed in a paper: no interval and no tested box."""
+        none = np.empty((0, len(constants)))
+        box = np.full((len(law.conditions) + 1, 2), np.nan)
+        known = np.ones(len(law.conditions), dtype=bool)
+        return cls(np.asarray(constants, dtype=float), known, none, none, box)
+
+    def covariance(self, law: Law) -> FloatArray:
+        """Covariance of the internal constants: curves drawn again, plus calibration.
+
+        NaN where there are no refits.
+        """
+        size = len(self.constants)
+        if len(self.spread) < 2 or np.isnan(self.constants).any():
+            return np.full((size, size), np.nan)
+        random = np.cov(to_internal(law, self.spread), rowvar=False)
+        off = to_internal(law, self.shifted) - to_internal(law, self.constants)
+        return np.asarray(random + off.T @ off)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Traction coefficients with their interval; all arrays of one shape.
+
+    Attributes:
+        traction_coefficient: mu; odd in the slide-roll ratio.
+        lower: Lower end of the interval, NaN where the fit has none.
+        upper: Upper end.
+        outside: True where a condition or the slip lies outside the tested box.
+        distance: How far outside, in tested ranges, for the condition farthest out; 0 inside, NaN
+            where the box is unknown, infinite where only one level was tested.
+    """
+
+    traction_coefficient: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    outside: npt.NDArray[np.bool_]
+    distance: FloatArray
 
 
 @dataclass(frozen=True)
 class FittedLaw:
-    """A law with fitted constants; `local` holds A, B, C where exponents are not identifiable.
-
-    Where nothing could be fitted, both are NaN and so is the traction.
-    """
+    """A law with fitted constants. Where nothing could be fitted the traction is NaN."""
 
     law: Law
-    constants: FloatArray
-    local: FloatArray
+    coefficients: Coefficients
 
     @classmethod
-    def of(cls, coefficients: pd.DataFrame, oil: str) -> "FittedLaw":
-        """The fit of one oil; the table must hold one law for it."""
+    def of(
+        cls,
+        coefficients: pd.DataFrame,
+        oil: str,
+        refits: pd.DataFrame | None = None,
+        quality: pd.DataFrame | None = None,
+    ) -> "FittedLaw":
+        """The fit of one oil; the tables must hold one law for it.
+
+        Args:
+            coefficients: Table of coefficients.
+            oil: Oil in it.
+            refits: Table of refits; without it there are no intervals.
+            quality: Table of fit quality; without it no tested box is known.
+        """
         rows = coefficients[coefficients["oil"] == oil].set_index("constant")
         law = LAWS[rows["law"].iloc[0]]
-        values = rows["value"].reindex([constant.name for constant in law.constants])
-        local = rows["value"].reindex(list(law.local_constants))
-        return cls(law, values.to_numpy(), local.to_numpy())
+        values = _in_order(law, rows["value"].to_frame().T)[0]
+        exponents = {
+            one.condition: rows["value"].get(one.name, np.nan)
+            for one in law.constants
+            if one.condition is not None
+        }
+        known = np.array([not np.isnan(exponents[name]) for name in law.conditions])
+        spread = shifted = np.empty((0, len(values)))
+        if refits is not None:
+            of_oil = refits[(refits["oil"] == oil) & (refits["law"] == law.name)]
+            wide = of_oil.pivot(index=["cause", "refit"], columns="constant", values="value")
+            drawn = wide.index.get_level_values("cause") == "curves drawn again"
+            if len(wide):
+                spread, shifted = _in_order(law, wide[drawn]), _in_order(law, wide[~drawn])
+        box = np.full((len(law.conditions) + 1, 2), np.nan)
+        if quality is not None:
+            row = quality[(quality["oil"] == oil) & (quality["law"] == law.name)].iloc[0]
+            names = (*law.conditions, "slide_roll_ratio")
+            box = np.array(
+                [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
+            )
+        return cls(law, Coefficients(values, known, spread, shifted, box))
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
-        """mu against slip at one (P in GPa, U in m/s, T in degC), shape of `slip`.
+        """mu against slip at one row of the law's conditions, shape of `slip`.
 
         A fit that lacks the exponents of a condition knows its tested level only: whatever level
         is asked for, the curve there is given.
         """
-        constants, known = self.constants, np.ones(len(CONDITIONS), dtype=bool)
-        if np.isnan(self.local).all() and np.isnan(constants).any():
-            return np.full(len(slip), np.nan)
-        if np.isnan(constants).any():
-            heads = [constant.condition is None for constant in self.law.constants]
-            constants = np.where(np.isnan(constants), 0.0, constants)
-            constants[heads] = self.local
-            exponents = dict(
-                zip([one.condition for one in self.law.constants], self.constants, strict=True)
-            )
-            known = np.array([not np.isnan(exponents[name]) for name in CONDITIONS])
-        levels = np.where(known, conditions, self.law.reference)
-        curve = np.zeros(len(slip), dtype=np.int64)
-        at = Observations(self.law.design(levels), curve, slip)
-        return self.law.traction(to_internal(self.law, constants), at)
+        at = np.broadcast_to(conditions, (len(slip), len(self.law.conditions)))
+        return self.predict(at, slip).traction_coefficient
+
+    def predict(self, conditions: FloatArray, slip: FloatArray, level: float = 0.95) -> Prediction:
+        """mu with its interval at each point.
+
+        The interval is mu exp(+-z s/mu), s by the gradient of mu and the covariance of the
+        constants (curves drawn again, and calibration where it is stated): what the law's mean
+        curve may be, not where one more measured point may lie, and true as far as the law is.
+
+        Args:
+            conditions: Rows of the law's conditions, shape (points, conditions).
+            slip: Slide-roll ratio of each point, shape (points,).
+            level: Of confidence.
+        """
+        root = _root(self.coefficients.covariance(self.law))
+        mu, error = np.empty(len(slip)), np.empty(len(slip))
+        for start in range(0, len(slip), _CHUNK):
+            some = slice(start, start + _CHUNK)
+            mu[some], error[some] = self._predict_some(conditions[some], slip[some], root)
+        sign = np.where(slip < 0, -1.0, 1.0)
+        # at no slip there is no traction and no doubt about it
+        relative = np.divide(error, mu, out=np.zeros_like(mu), where=mu > 0)
+        relative[np.isnan(error)] = np.nan
+        factor = np.exp(norm.ppf(0.5 + level / 2) * relative)
+        ends = np.sort([sign * mu / factor, sign * mu * factor], axis=0)
+        distance = self._distance(conditions, slip)
+        return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance)
+
+    def _predict_some(
+        self, conditions: FloatArray, slip: FloatArray, root: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        law, coefficients = self.law, self.coefficients
+        if np.isnan(coefficients.constants).any():
+            return np.full(len(slip), np.nan), np.full(len(slip), np.nan)
+        levels = np.where(coefficients.known, conditions, law.reference)
+        internal = to_internal(law, coefficients.constants)
+        at = Observations(law.design(levels), np.arange(len(slip)), np.abs(slip))
+        sizes = law.sizes(internal, at.design)
+        mu = law.value(sizes, at.slip)
+        blocks = root.reshape(len(sizes), -1, root.shape[1])
+        along = np.zeros((len(slip), root.shape[1]))
+        for slope, block in zip(law.slopes(sizes, at.slip), blocks, strict=True):
+            along += slope[:, np.newaxis] * (at.design @ block)
+        return mu, np.linalg.norm(along, axis=1)
+
+    def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        low, high = self.coefficients.box.T
+        at = np.column_stack([conditions, np.abs(slip)])
+        beyond = np.maximum(np.maximum(low - at, at - high), 0.0)
+        # rounding of the conditions themselves is not outside
+        beyond[beyond <= 1e-9 * np.abs(at)] = 0.0
+        width = high - low
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ranges = np.where(beyond == 0, 0.0, beyond / width)
+        return np.asarray(ranges.max(axis=1))
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """R with R R^T = covariance; constants held at zero give it directions without size."""
+    if np.isnan(covariance).any():
+        return covariance
+    size, directions = np.linalg.eigh(covariance)
+    return np.asarray(directions * np.sqrt(np.maximum(size, 0)))
+
+
+def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
+    """Constants in the law's order; X0 where its exponents are not known is the coefficient X."""
+    names = [constant.name for constant in law.constants]
+    values = rows.reindex(columns=names).to_numpy(dtype=float, copy=True)
+    local = rows.reindex(columns=list(law.local_constants)).to_numpy(dtype=float)
+    heads = np.array([constant.condition is None for constant in law.constants])
+    at_level = np.isnan(values[:, heads]) & ~np.isnan(local)
+    values[:, heads] = np.where(at_level, local, values[:, heads])
+    # exponents of conditions that never varied have no effect to carry
+    whole = ~np.isnan(values[:, heads]).any(axis=1, keepdims=True)
+    values[:, ~heads] = np.where(whole & np.isnan(values[:, ~heads]), 0.0, values[:, ~heads])
+    return values
+
+
+def read_fit(folder: Path | str, oil: str) -> FittedLaw:
+    """The fit of one oil from a campaign's results, as `results/demo`.
+
+    Raises:
+        OilfilmError: There are no such results, or no such oil in them.
+    """
+    where = Path(folder) / "tables"
+    coefficients = tables.read("coefficients", where / "coefficients.parquet")
+    oils = sorted(coefficients["oil"].unique())
+    if oil not in oils:
+        raise OilfilmError(
+            f"{where}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
+        )
+    return FittedLaw.of(
+        coefficients,
+        oil,
+        tables.read("refits", where / "refits.parquet"),
+        tables.read("fit_quality", where / "fit_quality.parquet"),
+    )
+
+
+def predict(
+    law: str | Law,
+    coefficients: Coefficients | FloatArray,
+    max_hertz_pressure_gpa: npt.ArrayLike,
+    entrainment_speed_m_s: npt.ArrayLike,
+    inlet_temperature_c: npt.ArrayLike,
+    slide_roll_ratio: npt.ArrayLike,
+    level: float = 0.95,
+) -> Prediction:
+    """Traction coefficient with its interval, and whether the point was ever tested.
+
+    Args:
+        law: A law of pressure, speed and temperature, or its name.
+        coefficients: Of a fit (`read_fit(...).coefficients`), or bare constants in the law's
+            order: these give mu without interval or box.
+        max_hertz_pressure_gpa: P, in GPa.
+        entrainment_speed_m_s: U, in m/s.
+        inlet_temperature_c: T, in degC.
+        slide_roll_ratio: S. The four broadcast against each other.
+        level: Of confidence.
+
+    Returns:
+        Arrays of the broadcast shape.
+
+    Raises:
+        OilfilmError: There is no such law.
+        ValueError: A condition is not above zero, where power laws have no value.
+
+    Examples:
+        4102 as printed, at the reference condition:
+
+        >>> constants = [-0.01567792, 0, 0, 0, 0.63482685, 0, 0, 0, 24.43483717, 0, 0, 0]
+        >>> float(predict("deng2026", constants, 1.0, 20.0, 20.0, 0.05).traction_coefficient)
+        0.020412...
+    """
+    if isinstance(law, str):
+        if law not in LAWS:
+            raise OilfilmError(f"there is no law {law!r}; the laws are {', '.join(LAWS)}.")
+        law = LAWS[law]
+    if not isinstance(coefficients, Coefficients):
+        coefficients = Coefficients.bare(law, np.asarray(coefficients, dtype=float))
+    arrays = np.broadcast_arrays(
+        max_hertz_pressure_gpa, entrainment_speed_m_s, inlet_temperature_c, slide_roll_ratio
+    )
+    shape = arrays[0].shape
+    *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
+    found = FittedLaw(law, coefficients).predict(np.column_stack(conditions), slip, level)
+    return Prediction(
+        found.traction_coefficient.reshape(shape),
+        found.lower.reshape(shape),
+        found.upper.reshape(shape),
+        found.outside.reshape(shape),
+        found.distance.reshape(shape),
+    )

@@ -1,7 +1,8 @@
 """What is fitted: accepted points as curves, and which constants they can give at all."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ class CurveData:
         curve: Curve of each point.
         slip: Slide-roll ratio of each point, 0 or more.
         mu: Traction coefficient of each point.
+        mu_se: Its standard error, NaN where unknown.
     """
 
     runs: list[str]
@@ -30,6 +32,7 @@ class CurveData:
     curve: IndexArray
     slip: FloatArray
     mu: FloatArray
+    mu_se: FloatArray
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,43 @@ class Problem:
     at: Observations
     mu: FloatArray
     free: BoolArray
+
+    @property
+    def curves(self) -> int:
+        """Number of curves."""
+        return len(self.at.design)
+
+    @cached_property
+    def starts(self) -> IndexArray:
+        """First point of each curve; points lie in the order of their curves."""
+        return np.searchsorted(self.at.curve, np.arange(self.curves))
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the free constants.
+
+        Where a condition did not vary, its level is inside X0: what the data then give is the
+        coefficient X at that level and at the reference of the others, and it is named so.
+        """
+        constants = [one for one, free in zip(self.law.constants, self.free, strict=True) if free]
+        whole = bool(self.free.all())
+        local = iter(self.law.local_constants)
+        return [one.name if one.condition or whole else next(local) for one in constants]
+
+    @cached_property
+    def signs(self) -> IndexArray:
+        """Sign of each free constant, 0 for exponents."""
+        return np.array([constant.sign for constant in self.law.constants])[self.free]
+
+    @property
+    def logarithmic(self) -> BoolArray:
+        """True for the free constants whose internal form is a logarithm."""
+        return np.asarray(self.signs != 0)
+
+    def reported(self, values: FloatArray) -> FloatArray:
+        """Free constants as they stand in the law's equation; shape (..., free)."""
+        sizes = np.exp(np.where(self.logarithmic, values, 0.0))
+        return np.where(self.logarithmic, self.signs * sizes, values)
 
     def expand(self, values: FloatArray) -> FloatArray:
         """All internal constants from the free ones; (free,) or (free, population)."""
@@ -60,19 +100,25 @@ class Problem:
         return self.law.jacobian(self.expand(values), self.at)[:, self.free]
 
 
-def curve_data(points: pd.DataFrame) -> CurveData:
-    """Accepted points of one oil, gathered by run."""
+def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> CurveData:
+    """Accepted points of one oil, gathered by run.
+
+    Args:
+        points: Rows of the table of points.
+        conditions: Columns that a law's power laws are of.
+    """
     accepted = points[points["accepted"]].sort_values(["run_id", "first_row"])
     codes, runs = pd.factorize(accepted["run_id"], sort=True)
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
     side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
-    conditions = accepted.groupby("run_id", sort=True)[list(CONDITIONS)].mean()
+    levels = accepted.groupby("run_id", sort=True)[list(conditions)].mean()
     return CurveData(
         [str(run) for run in runs],
-        conditions.to_numpy(dtype=float).reshape(-1, len(CONDITIONS)),
+        levels.to_numpy(dtype=float).reshape(-1, len(conditions)),
         codes.astype(np.int64),
         side * accepted["slide_roll_ratio"].to_numpy(),
         side * accepted["traction_coefficient"].to_numpy(),
+        accepted["traction_coefficient_se"].to_numpy(dtype=float),
     )
 
 
@@ -83,7 +129,7 @@ def varied_conditions(conditions: FloatArray, settings: Mapping[str, Any]) -> Bo
     `min_relative_range` of its largest magnitude, and it does not vary in step with another one.
     """
     if len(conditions) == 0 or np.isnan(conditions).all():
-        return np.zeros(len(CONDITIONS), dtype=bool)
+        return np.zeros(conditions.shape[1], dtype=bool)
     low, high = conditions.min(axis=0), conditions.max(axis=0)
     size = np.maximum(np.abs(low), np.abs(high))
     alone = np.asarray((high > low) & (high - low >= settings["min_relative_range"] * size))
@@ -119,7 +165,7 @@ def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
     """
     free = np.array(
         [
-            constant.condition is None or bool(varied[CONDITIONS.index(constant.condition)])
+            constant.condition is None or bool(varied[law.conditions.index(constant.condition)])
             for constant in law.constants
         ]
     )

@@ -7,6 +7,9 @@ from oilfilm.fitting.engine import Optimum, polish
 from oilfilm.fitting.problem import BoolArray, Problem, build_problem, curve_data
 from oilfilm.traction.law import FloatArray
 
+# In the order of the refits.
+SENSORS = ("load", "traction force", "entrainment speed", "inlet temperature")
+
 
 def calibration_refits(
     problem: Problem, optimum: Optimum, points: pd.DataFrame, varied: BoolArray
@@ -23,13 +26,13 @@ def calibration_refits(
         varied: Conditions that gave exponents.
 
     Returns:
-        One row a sensor (load, traction force, speed, temperature); no rows where the
+        One row a sensor, in the order of SENSORS; no rows where the
         calibration of one was not stated.
     """
     accepted = points[points["accepted"]]
     refits = []
     for shifted in _shifted(accepted):
-        data = curve_data(shifted)
+        data = curve_data(shifted, problem.law.conditions)
         if not np.isfinite(data.mu).all() or not np.isfinite(data.conditions[:, varied]).all():
             return np.empty((0, len(optimum.values)))
         moved = build_problem(problem.law, data, varied)
@@ -51,7 +54,9 @@ def _shifted(points: pd.DataFrame) -> list[pd.DataFrame]:
     speed, temperature = points["entrainment_speed_m_s"], points["inlet_temperature_c"]
     return [
         points.assign(
-            traction_coefficient=mu / load, max_hertz_pressure_gpa=pressure * np.cbrt(load)
+            traction_coefficient=mu / load,
+            max_hertz_pressure_gpa=pressure * np.cbrt(load),
+            load_n=points["load_n"] * load,
         ),
         points.assign(traction_coefficient=mu * gain),
         # an error of speed that both bodies share leaves the slide-roll ratio as it is

@@ -1,18 +1,16 @@
 """How sure the constants are: the Jacobian's errors, and those of whole curves drawn again."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from oilfilm.fitting.engine import Optimum, polish
+from oilfilm.fitting.descent import descend
+from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem
 from oilfilm.traction.law import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
 _REFIT_TOLERANCE = 1e-9
-# Central difference: exact to about 1e-10 for quantities and constants of order one.
-_STEP = 1e-5
 
 
 @dataclass(frozen=True)
@@ -44,21 +42,23 @@ class Estimates:
             return np.full(len(self.values), np.nan)
         return np.sqrt(((self.shifted - self.values) ** 2).sum(axis=0))
 
-    def through(self, function: Callable[[FloatArray], FloatArray]) -> "Estimates":
-        """The same of quantities that are a function of these."""
-        values = function(self.values)
-        slopes = np.column_stack(
-            [
-                (function(self.values + step) - function(self.values - step)) / (2 * _STEP)
-                for step in _STEP * np.eye(len(self.values))
-            ]
-        )
+    @property
+    def correlation(self) -> FloatArray:
+        """Correlation matrix of the refits; of `naive` where there are none, NaN without spread."""
+        covariance = np.cov(self.refits, rowvar=False) if len(self.refits) else self.naive
+        errors = np.sqrt(np.where(np.diag(covariance) > 0, np.diag(covariance), np.nan))
+        return np.asarray(covariance / np.outer(errors, errors))
 
-        def each(rows: FloatArray) -> FloatArray:
-            return np.array([function(row) for row in rows]).reshape(-1, len(values))
-
+    def reported(self, problem: Problem) -> "Estimates":
+        """The same of the constants as they stand in the law's equation, from internal ones."""
+        values = problem.reported(self.values)
+        # d X0 / d ln|X0| = X0
+        slopes = np.where(problem.logarithmic, values, 1.0)
         return Estimates(
-            values, slopes @ self.naive @ slopes.T, each(self.refits), each(self.shifted)
+            values,
+            self.naive * np.outer(slopes, slopes),
+            problem.reported(self.refits),
+            problem.reported(self.shifted),
         )
 
 
@@ -90,10 +90,8 @@ def curve_bootstrap(
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
     draws = _draws(problem.at.design, refits, random)
-    weights = (np.sqrt(draw)[problem.at.curve] for draw in draws)
-    return np.array(
-        [polish(problem, optimum.values, weight, _REFIT_TOLERANCE).values for weight in weights]
-    )
+    starts = np.tile(optimum.values, (refits, 1))
+    return descend(problem, starts, draws.astype(float), tolerance=_REFIT_TOLERANCE)[0]
 
 
 def _draws(design: FloatArray, count: int, random: np.random.Generator) -> IndexArray:

@@ -12,73 +12,41 @@ Reference: K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, Eqs 7-9.
 
 import numpy as np
 
-from oilfilm.traction.law import CONDITIONS, Constant, FloatArray, Observations
+from oilfilm.traction.law import Coefficient, FloatArray, Law
 
 REFERENCE = np.array([1.0, 20.0, 20.0])  # GPa, m/s, degC: the paper's P0, U0, T0
 
 
-def _block(letter: str, sign: int, smallest: float, largest: float) -> tuple[Constant, ...]:
-    exponents = (
-        Constant(f"{letter}{index}", -6.0, 6.0, condition=condition)
-        for index, condition in enumerate(CONDITIONS, start=1)
-    )
-    return (Constant(f"{letter}0", np.log(smallest), np.log(largest), sign), *exponents)
-
-
-class Deng2026:
+class Deng2026(Law):
     """Eqs 7-9 with their twelve constants; the signs of A, B and C cannot change."""
 
     name = "deng2026"
+    equation = "mu = (A + B S) exp(-C S) - A, X = X0 (P/1 GPa)^X1 (U/20 m/s)^X2 (T/20 degC)^X3"
+    source = "K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, Eqs 7-9"
     reference = REFERENCE
-    local_constants = ("A", "B", "C")
-    constants = (
-        *_block("A", -1, 1e-4, 1.0),
-        *_block("B", +1, 1e-4, 1e3),
-        *_block("C", +1, 1e-2, 1e4),
+    coefficients = (
+        Coefficient("A", -1, 1e-4, 1.0),
+        Coefficient("B", +1, 1e-4, 1e3),
+        Coefficient("C", +1, 1e-2, 1e4),
     )
 
-    def design(self, conditions: FloatArray) -> FloatArray:
-        """Rows of (P GPa, U m/s, T degC) -> rows of (1, ln Pbar, ln Ubar, ln Tbar).
+    def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
+        """Eq. 7 from |A|, B and C."""
+        size, slope, rate = sizes
+        decay = np.exp(-rate * slip)
+        return size * (1 - decay) + slope * slip * decay
 
-        Raises:
-            ValueError: A condition is not above zero, where the power laws have no value.
-        """
-        relative = np.atleast_2d(conditions) / REFERENCE
-        if not np.all(relative > 0):
-            raise ValueError("deng2026 needs pressure, speed and temperature (degC) above zero")
-        return np.column_stack([np.ones(len(relative)), np.log(relative)])
-
-    def traction(self, internal: FloatArray, at: Observations) -> FloatArray:
-        """mu of Eq. 7 at each point (see `Law.traction`)."""
-        size, slope, rate = (at.design @ block for block in np.split(internal, 3))
-        slip = at.slip if internal.ndim == 1 else at.slip[:, np.newaxis]
-        decay = np.exp(-np.exp(rate)[at.curve] * slip)
-        return np.exp(size)[at.curve] * (1 - decay) + np.exp(slope)[at.curve] * slip * decay
-
-    def jacobian(self, internal: FloatArray, at: Observations) -> FloatArray:
-        """Derivatives of Eq. 7 by ln|X0|, X1, X2, X3 of A, B and C."""
-        size, slope, rate = np.exp(self._logarithms(internal, at.design))[:, at.curve]
-        decay = np.exp(-rate * at.slip)
-        by_log_size = size * (1 - decay)
-        by_log_slope = slope * at.slip * decay
-        by_log_rate = (size - slope * at.slip) * rate * at.slip * decay
-        rows = at.design[at.curve]
-        return np.hstack(
-            [part[:, np.newaxis] * rows for part in (by_log_size, by_log_slope, by_log_rate)]
+    def slopes(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
+        """Derivatives of Eq. 7 by ln|A|, ln B and ln C."""
+        size, slope, rate = sizes
+        decay = np.exp(-rate * slip)
+        return np.stack(
+            [
+                size * (1 - decay),
+                slope * slip * decay,
+                (size - slope * slip) * rate * slip * decay,
+            ]
         )
-
-    def local_values(self, internal: FloatArray, design: FloatArray) -> FloatArray:
-        """A, B and C at each row of the design."""
-        size, slope, rate = np.exp(self._logarithms(internal, design))
-        return np.column_stack([-size, slope, rate])
-
-    def curve(self, local_values: FloatArray, slip: FloatArray) -> FloatArray:
-        """Eq. 7 for one (A, B, C)."""
-        a, b, c = local_values
-        return np.asarray((a + b * slip) * np.exp(-c * slip) - a)
-
-    def _logarithms(self, internal: FloatArray, design: FloatArray) -> FloatArray:
-        return np.stack([design @ block for block in np.split(internal, 3)])
 
 
 def traction_coefficient(

@@ -1,7 +1,14 @@
-"""What a traction law offers; fitting knows laws through this interface only."""
+"""What a traction law offers; fitting knows laws through this interface only.
 
+Every law here says mu as a function of the slide-roll ratio and of a few coefficients, each of
+which is a power law of the operating conditions. A law's own module holds its equation and the
+derivatives of it; what all laws share is written once, here.
+"""
+
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,14 +18,29 @@ IndexArray = npt.NDArray[np.int64]
 
 CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
 
+# Power laws of traction steeper than this are not known; the search needs a limit.
+_STEEPEST = 6.0
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One coefficient of a law's equation, X = sign * |X0| * (power law of the conditions).
+
+    The search looks for |X0| between `smallest` and `largest`; the sign can never change.
+    """
+
+    name: str
+    sign: int
+    smallest: float
+    largest: float
+
 
 @dataclass(frozen=True)
 class Constant:
-    """One constant of a law.
+    """One constant of a law: the X0 of a coefficient, or one of its exponents.
 
-    `condition` names the operating condition whose exponent it is, None for the others. The
-    bounds are those of the search and hold for the internal (logarithmic, where `sign` is not 0)
-    value: a constant with a sign is `sign * exp(internal)` and can never change it.
+    `condition` names the operating condition whose exponent it is, None for X0. The bounds are
+    those of the search and hold for the internal value: ln|X0|, or the exponent itself.
     """
 
     name: str
@@ -35,7 +57,7 @@ class Observations:
     Attributes:
         design: One row a curve, made by the law from its conditions.
         curve: Row of `design` that each point belongs to.
-        slip: Slide-roll ratio of each point.
+        slip: Slide-roll ratio of each point, 0 or more.
     """
 
     design: FloatArray
@@ -43,52 +65,85 @@ class Observations:
     slip: FloatArray
 
 
-class Law(Protocol):
+class Law(ABC):
     """A traction law: mu as a function of its constants, the conditions and the slip.
 
     `internal` is the search's own form of the constants, shape (constants,) or, for a whole
     population at once, (constants, population).
+
+    Attributes:
+        name: Name in config and tables.
+        equation: The equation in words a reader can type.
+        source: Author, year, equation.
+        coefficients: The coefficients of the equation, in the order of every array of them.
+        conditions: Columns of the table of points that the power laws are of.
+        reference: Value of each condition at which every power law is 1.
     """
 
-    @property
-    def name(self) -> str:
-        """Name in config and tables."""
-        ...
+    name: ClassVar[str]
+    equation: ClassVar[str]
+    source: ClassVar[str]
+    coefficients: ClassVar[tuple[Coefficient, ...]]
+    conditions: ClassVar[tuple[str, ...]] = CONDITIONS
+    reference: ClassVar[FloatArray]
 
-    @property
+    @abstractmethod
+    def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
+        """mu from the coefficients' sizes |X|, shape (coefficients, ...), at slips (...)."""
+
+    @abstractmethod
+    def slopes(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
+        """Derivatives of `value` by each ln|X|, shape (coefficients, ...)."""
+
+    @cached_property
     def constants(self) -> tuple[Constant, ...]:
-        """Constants in the order of every array of them."""
-        ...
-
-    @property
-    def local_constants(self) -> tuple[str, ...]:
-        """Names of the law's coefficients at one operating condition."""
-        ...
-
-    @property
-    def reference(self) -> FloatArray:
-        """Conditions (P in GPa, U in m/s, T in degC) at which every power law is 1."""
-        ...
+        """X0 and the exponents of each coefficient, in the order of every array of them."""
+        constants: list[Constant] = []
+        for one in self.coefficients:
+            lower, upper = np.log([one.smallest, one.largest])
+            constants.append(Constant(f"{one.name}0", lower, upper, one.sign))
+            constants += [
+                Constant(f"{one.name}{place}", -_STEEPEST, _STEEPEST, condition=condition)
+                for place, condition in enumerate(self.conditions, start=1)
+            ]
+        return tuple(constants)
 
     def design(self, conditions: FloatArray) -> FloatArray:
-        """Rows of (P in GPa, U in m/s, T in degC) -> rows of what the law needs of them."""
-        ...
+        """Rows of conditions -> rows of 1 and the logarithms of conditions over reference.
+
+        Raises:
+            ValueError: A condition is not above zero, where the power laws have no value.
+        """
+        relative = np.atleast_2d(conditions) / self.reference
+        if not np.all(relative > 0):
+            raise ValueError(f"{self.name} needs {', '.join(self.conditions)} above zero")
+        return np.column_stack([np.ones(len(relative)), np.log(relative)])
+
+    def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
+        """|X| of each coefficient: shape (coefficients, rows of design[, population])."""
+        blocks = internal.reshape(len(self.coefficients), -1, *internal.shape[1:])
+        return np.asarray(np.exp(np.einsum("cd,ld...->lc...", design, blocks)))
 
     def traction(self, internal: FloatArray, at: Observations) -> FloatArray:
         """mu at each point: shape (points,) or (points, population)."""
-        ...
+        sizes = self.sizes(internal, at.design)[:, at.curve]
+        return self.value(sizes, at.slip if internal.ndim == 1 else at.slip[:, np.newaxis])
 
     def jacobian(self, internal: FloatArray, at: Observations) -> FloatArray:
         """Derivatives of mu by each internal constant: shape (points, constants)."""
-        ...
+        slopes = self.slopes(self.sizes(internal, at.design)[:, at.curve], at.slip)
+        rows = at.design[at.curve]
+        return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
 
     def local_values(self, internal: FloatArray, design: FloatArray) -> FloatArray:
-        """The law's coefficients at given conditions: shape (curves, local constants)."""
-        ...
+        """The coefficients, with their signs, at given conditions: shape (rows, coefficients)."""
+        signs = np.array([one.sign for one in self.coefficients])
+        return self.sizes(internal, design).T * signs
 
-    def curve(self, local_values: FloatArray, slip: FloatArray) -> FloatArray:
-        """mu against slip for one row of local values."""
-        ...
+    @property
+    def local_constants(self) -> tuple[str, ...]:
+        """Names of the coefficients."""
+        return tuple(one.name for one in self.coefficients)
 
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:
@@ -98,7 +153,7 @@ def to_constants(law: Law, internal: FloatArray) -> FloatArray:
 
 
 def to_internal(law: Law, constants: FloatArray) -> FloatArray:
-    """The search's form of a law's constants.
+    """The search's form of a law's constants, shape (..., constants).
 
     Raises:
         ValueError: A constant has the sign that the law forbids.
@@ -106,7 +161,7 @@ def to_internal(law: Law, constants: FloatArray) -> FloatArray:
     signs = np.array([constant.sign for constant in law.constants])
     magnitude = np.where(signs == 0, 1.0, signs * constants)
     if np.any(magnitude <= 0):
-        wrong = law.constants[int(np.argmin(magnitude))]
+        wrong = law.constants[int(np.argwhere(magnitude <= 0)[0][-1])]
         raise ValueError(f"{law.name}: {wrong.name} must be of sign {wrong.sign:+d}")
     return np.where(signs == 0, constants, np.log(magnitude))
 
