@@ -10,6 +10,7 @@ include: "workflow/rules/curate.smk"
 include: "workflow/rules/quality.smk"
 include: "workflow/rules/fit.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/bearing.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
 

@@ -58,7 +58,7 @@ def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
     def momentum(time):
         # r = (cos, sin), t = (-sin, cos) in the plane across the axis
         cosine, sine = np.cos(orbit * time), np.sin(orbit * time)
-        total = spin + [orbit, 0, 0]
+        total = spin + np.array([orbit, 0.0, 0.0])
         across = total[1] * np.array([cosine, sine]) + total[2] * np.array([-sine, cosine])
         return bearing.ball_inertia_kg_m2 * np.array([total[0], *across])
 

@@ -7,56 +7,63 @@ import numpy as np
 
 from oilfilm.bearing.ellipse import Conditions
 from oilfilm.contact import load_for_max_hertz_pressure
+from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.rigs import Contact
-from oilfilm.traction.deng2026 import REFERENCE, traction_coefficient
-from oilfilm.units import PA_PER_GPA, FloatArray
+from oilfilm.traction.law import FloatArray, to_internal
+from oilfilm.units import PA_PER_GPA
 
 BASES = ("stress", "load", "dimensionless_load")
 
 
 @dataclass(frozen=True)
-class PowerLawBasis:
-    """Eqs 7-9 with their first power law in stress, in load or in W/(E' R^2).
+class FittedBasis:
+    """A fitted law with its power law of stress taken as one of stress, of load or of W/(E' R^2).
 
     On the one ball and flat of a traction rig the three say the same: load goes with the cube of
     the stress, so that data which one fits the others fit as well, with a third of the exponents.
     In a bearing, with other balls and elliptical contacts, they differ; R is then Rx, the reduced
-    radius along the rolling direction.
+    radius along the rolling direction. A law that was fitted to load itself is the same on every
+    basis.
 
     Attributes:
+        fitted: The law.
         basis: One of `BASES`.
-        constants: The twelve constants of Eqs 7-9, stress in GPa.
-        rig: Contact of the traction rig on which they were found.
-        floor: Smallest stress, speed and temperature that the power laws are given; they have no
-            value at zero.
+        rig: Contact of the traction rig on which the law was found.
+        floor: Smallest level of each condition that the power laws are given; they have no value
+            at zero.
     """
 
+    fitted: FittedLaw
     basis: str
-    constants: FloatArray
     rig: Contact
     floor: Mapping[str, float]
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionBasis`."""
-        stress_gpa = {
-            "stress": lambda: at.max_hertz_pressure_gpa,
-            "load": lambda: np.cbrt(at.load_n / self._load_at_one_gpa_n),
-            "dimensionless_load": lambda: np.cbrt(
-                at.load_n
-                / (at.reduced_modulus_pa * at.radius_x_m**2)
-                / (self._load_at_one_gpa_n / (self.rig.reduced_modulus_pa * self.rig.radius_m**2))
-            ),
-        }[self.basis]()
-        return traction_coefficient(
-            self.constants,
-            np.maximum(stress_gpa, self.floor["max_hertz_pressure_gpa"]),
-            np.maximum(at.entrainment_speed_m_s, self.floor["entrainment_speed_m_s"]),
-            np.maximum(at.inlet_temperature_c, self.floor["inlet_temperature_c"]),
-            slide_roll_ratio,
+        law, coefficients = self.fitted.law, self.fitted.coefficients
+        levels = {
+            "max_hertz_pressure_gpa": self._stress_gpa(at),
+            "load_n": at.load_n,
+            "entrainment_speed_m_s": at.entrainment_speed_m_s,
+            "inlet_temperature_c": at.inlet_temperature_c,
+        }
+        conditions = np.stack(
+            [np.maximum(levels[name], self.floor[name]) for name in law.conditions], axis=-1
         )
+        conditions = np.where(coefficients.known, conditions, law.reference)
+        design = law.design(conditions.reshape(-1, conditions.shape[-1]))
+        sizes = law.sizes(to_internal(law, coefficients.constants), design)
+        return law.value(sizes.reshape(-1, *conditions.shape[:-1]), slide_roll_ratio)
 
-    @property
-    def _load_at_one_gpa_n(self) -> FloatArray:
-        return load_for_max_hertz_pressure(
-            REFERENCE[0] * PA_PER_GPA, self.rig.radius_m, self.rig.reduced_modulus_pa
+    def _stress_gpa(self, at: Conditions) -> FloatArray:
+        """Stress of the rig's contact where its basis is that of the bearing's contact."""
+        if self.basis == "stress":
+            return at.max_hertz_pressure_gpa
+        one_gpa_n = load_for_max_hertz_pressure(
+            PA_PER_GPA, self.rig.radius_m, self.rig.reduced_modulus_pa
         )
+        relative = at.load_n / one_gpa_n
+        if self.basis == "dimensionless_load":
+            of_rig = self.rig.reduced_modulus_pa * self.rig.radius_m**2
+            relative = relative * of_rig / (at.reduced_modulus_pa * at.radius_x_m**2)
+        return np.cbrt(relative)

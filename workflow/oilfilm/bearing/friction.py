@@ -34,6 +34,7 @@ from oilfilm.bearing.quasistatic import (
     force_on_ring,
     gyroscopic_moment_n_m,
     inner_groove,
+    neighbourhood,
     raceway_control,
     scales,
     tangent,
@@ -368,7 +369,16 @@ def friction_equilibrium(
         axis=-1,
     )
     shared_scale = np.concatenate([orbit_scale[:, np.newaxis], length], axis=-1)
-    solution = follow(with_share, own, shared, own_scale, shared_scale, tolerance, max_iterations)
+    solution = follow(
+        with_share,
+        own,
+        shared,
+        own_scale,
+        shared_scale,
+        tolerance,
+        max_iterations,
+        neighbourhood(points),
+    )
     every = np.arange(len(loads))
     found = acting(solution.own, solution.shared, every, 1.0)
     equilibrium = Equilibrium(found.contacts, found.motion, solution.shared[:, 1:], solution)

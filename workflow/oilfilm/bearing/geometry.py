@@ -171,7 +171,7 @@ def bearing_from_config(name: str, config: Mapping[str, Any]) -> Bearing:
         >>> file = Path(__file__).parents[3] / "config" / "bearings" / "harris-218.yaml"
         >>> bearing = bearing_from_config("harris-218", load_checked(file, "bearing"))
         >>> print(f"{bearing.ball_mass_kg * 1e3:.2f} g")
-        45.05 g
+        45.06 g
     """
     for key, complaint in _impossible(config):
         raise OilfilmError(f"config/bearings/{name}.yaml, `{key}`: {complaint}")

@@ -285,6 +285,13 @@ def scales(bearing: Bearing, points: OperatingPoints) -> tuple[FloatArray, Float
     return force, np.broadcast_to(length, loads.shape), lever
 
 
+def neighbourhood(points: OperatingPoints) -> FloatArray:
+    """Where operating points lie among each other: loads by their logarithms, speed."""
+    loads = np.log1p(np.abs(points.loads()))
+    speed = np.abs(points.inner_speed_rad_s - points.outer_speed_rad_s)
+    return np.column_stack([loads, 3 * speed / max(speed.max(), 1.0)])
+
+
 def raceway_control(
     bearing: Bearing,
     points: OperatingPoints,
@@ -358,7 +365,8 @@ def raceway_control(
 
     own, shared = _start(bearing, points, azimuth)
     own_scale = np.full((len(loads), 2), bearing.groove_offset_m.min())
-    solution = follow(with_share, own, shared, own_scale, length, tolerance, max_iterations)
+    beside = neighbourhood(points)
+    solution = follow(with_share, own, shared, own_scale, length, tolerance, max_iterations, beside)
     every = np.arange(len(loads))
     contacts, motion = ball_state(solution.own, solution.shared, every)
     return Equilibrium(contacts, motion, solution.shared, solution)

@@ -27,6 +27,8 @@ _CHORDS, _CHORD_GAIN = 3, 0.2
 _GROWTH = 1e3
 # Shares of the difficult part of the equations on the way to the whole, where a start fails.
 _SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
+# How often the points that still fail start again beside one that was solved.
+_ROUNDS = 3
 # Damping with which settling begins, and below which there is none.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
 _SHORT_STEP = 0.1
@@ -148,8 +150,12 @@ def follow(
     shared_scale: FloatArray,
     tolerance: float,
     max_iterations: int,
+    place: FloatArray,
 ) -> Solution:
-    """`solve`, and where that fails the same with a part of the equations brought in by and by.
+    """`solve`, and where that fails again from elsewhere.
+
+    First a part of the equations is brought in by and by; then the search starts from where the
+    nearest point that was solved ended.
 
     Args:
         equations: The equations with a share, 0 to 1, of their difficult part; 1 is the whole.
@@ -158,34 +164,53 @@ def follow(
         own_scale: As for `solve`.
         shared_scale: As for `solve`.
         tolerance: As for `solve`.
-        max_iterations: As for `solve`, for each share.
+        max_iterations: As for `solve`, for each search.
+        place: Where each point lies among the others, shape (points, any).
     """
     found = solve(equations(1.0), own, shared, own_scale, shared_scale, tolerance, max_iterations)
-    failed = np.flatnonzero(~found.converged)
-    if len(failed) == 0:
-        return found
-    own, shared = own[failed], shared[failed]
-    for share in _SHARES:
+
+    def again(
+        which: IntArray, own: FloatArray, shared: FloatArray, share: float = 1.0
+    ) -> tuple[FloatArray, FloatArray]:
         part = equations(share)
 
-        def of_failed(
-            own: FloatArray, shared: FloatArray, which: IntArray, part: Equations = part
+        def of_these(
+            own: FloatArray, shared: FloatArray, which: IntArray, all_: IntArray = which
         ) -> tuple[FloatArray, FloatArray, FloatArray]:
-            return part(own, shared, failed[which])
+            return part(own, shared, all_[which])
 
-        again = solve(
-            of_failed,
+        end = solve(
+            of_these,
             own,
             shared,
-            own_scale[failed],
-            shared_scale[failed],
+            own_scale[which],
+            shared_scale[which],
             tolerance,
             max_iterations,
         )
-        found.iterations[failed] += again.iterations
-        own, shared = again.own, again.shared
-    found.own[failed], found.shared[failed] = own, shared
-    found.residual[failed], found.converged[failed] = again.residual, again.converged
+        found.iterations[which] += end.iterations
+        if share == 1:
+            found.own[which], found.shared[which] = end.own, end.shared
+            found.residual[which], found.converged[which] = end.residual, end.converged
+        return end.own, end.shared
+
+    failed = np.flatnonzero(~found.converged)
+    if len(failed):
+        here = own[failed], shared[failed]
+        for share in _SHARES:
+            here = again(failed, *here, share)
+    for _ in range(_ROUNDS):
+        failed, solved = np.flatnonzero(~found.converged), np.flatnonzero(found.converged)
+        if len(failed) == 0 or len(solved) == 0:
+            break
+        away = np.square(place[failed, np.newaxis] - place[solved]).sum(axis=-1)
+        nearest = solved[away.argmin(axis=1)]
+        relative = found.own[nearest] / own_scale[nearest, np.newaxis]
+        again(
+            failed,
+            relative * own_scale[failed, np.newaxis],
+            found.shared[nearest] / shared_scale[nearest] * shared_scale[failed],
+        )
     return found
 
 
