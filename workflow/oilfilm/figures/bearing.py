@@ -1,5 +1,6 @@
 """Figures of the bearing: torque on each basis, cage slip, size effect, a published power loss."""
 
+import itertools
 import string
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -191,15 +192,16 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
     )
     for letter, axis, (varied, column, label) in zip("ab", axes, panels, strict=True):
         rows = table[(table["varied"] == varied) & (table["basis"] != "stress")]
-        for (oil, basis), of_series in rows.groupby(["oil", "basis"]):
-            _, line, marker = _BASES[str(basis)]
+        for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
+            of_series = rows[(rows["oil"] == oil) & (rows["basis"] == basis)]
+            _, line, marker = _BASES[basis]
             axis.plot(
                 of_series[column],
                 100 * of_series["relative_to_stress"],
                 line,
                 marker=marker,
-                color=style.oil_colour(str(oil), list(config["oils"])),
-                label=str(oil) if basis == "load" else None,
+                color=style.oil_colour(oil, list(config["oils"])),
+                label=oil if basis == "load" else None,
             )
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(label)
@@ -208,8 +210,9 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
     if table.empty:
         _say_nothing(axes[0], "No oil has a law that a bearing could use.")
     else:
-        axes[0].legend(loc="lower right", ncols=2)
-        axes[1].legend(handles=_basis_handles()[1:], loc="lower left", title="law on")
+        axes[0].legend(loc="upper left")
+        handles = _basis_handles()[1:]
+        axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
     return _finish(figure, config), table
 
 
