@@ -131,7 +131,7 @@ def test_turning_the_load_turns_the_answer():
     pressing=st.floats(0.05, 3.0),
     dmn=st.floats(0.0, 4e6),
 )
-def test_any_bearing_converges(ball, room, angle, inner, outer, pressing, dmn):
+def test_any_bearing_converges_or_its_balls_climb(ball, room, angle, inner, outer, pressing, dmn):
     pitch = ball * room
     like = shipped("harris-218")
     bearing = Bearing(
@@ -148,8 +148,12 @@ def test_any_bearing_converges(ball, room, angle, inner, outer, pressing, dmn):
     )
     axial_n = pressing * 1e6 * ball**2 * bearing.ball_count
     found = raceway_control(bearing, OperatingPoints.axial(axial_n, dmn / (pitch * 1e3) * RPM))
-    assert found.solution.converged.all()
-    assert (found.contacts.load_n > 0).all()
+    # under a light load a fast ball sinks into the outer groove until the inner one passes it by:
+    # there is no equilibrium then
+    if found.solution.converged.all():
+        assert (found.contacts.load_n > 0).all()
+    else:
+        assert np.degrees(found.contacts.contact_angle_rad[0, 0, 0]) > 60
 
 
 def _fields(points, radial):

@@ -22,8 +22,8 @@ Control = Literal["outer", "inner"]
 
 # Axial load of a ball from which the search for its place starts where it bears less.
 _LIGHTEST_N = 1e-3
-# Halvings of that search: to a few millionths of a radian, near enough for Newton's method.
-_HALVINGS = 20
+# Halvings of that search: to hundred-thousandths of a radian, near enough for Newton's method.
+_HALVINGS = 17
 
 
 @dataclass(frozen=True)
