@@ -9,6 +9,9 @@ include: "workflow/rules/ingest.smk"
 include: "workflow/rules/curate.smk"
 include: "workflow/rules/quality.smk"
 include: "workflow/rules/fit.smk"
+include: "workflow/rules/extrapolation.smk"
+include: "workflow/rules/exports.smk"
+include: "workflow/rules/printed.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/bearing.smk"
 include: "workflow/rules/metadata.smk"
@@ -25,6 +28,7 @@ rule all:
         rules.refused.output,
         rules.figures.input,
         rules.metadata.output,
+        rules.exports.output,
 
 
 onsuccess:

@@ -1,11 +1,14 @@
 """The fitted law in bearings: bases told apart, traction found again, tables and figures whole."""
 
+import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import least_squares
 
 from bearings import RPM, TESTED, lubrication, printed_fits, printed_law, shipped
 from campaigns import ROOT, printed
@@ -23,6 +26,9 @@ from oilfilm.bearing.torque_runs import measure_torque
 from oilfilm.config import load_checked, resolve
 from oilfilm.figures.bearing import FIGURES, BearingResults
 from oilfilm.rig_twin.torque_logs import simulate_torque
+from oilfilm.rig_twin.truth import true_tractions
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import Observations, to_constants, to_internal
 
 
 @pytest.fixture(scope="module")
@@ -110,20 +116,43 @@ def test_an_oil_without_a_fit_is_left_out(config):
     assert cage_slip_table(unfitted, quality, config).empty
 
 
-def test_simulated_torque_is_met_nearest_by_the_stress_basis(config):
-    campaign = {**config["campaign"], "oils": ["4050"]}
-    torque = {**campaign["torque"], "matrix": {**campaign["torque"]["matrix"]}}
-    torque["matrix"] |= {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
-    one = {**config, "campaign": {**campaign, "torque": torque}, "oils": config["oils"]}
-    logs = list(simulate_torque(one, printed()))
-    runs, refused = measure_torque([(plan.name, content) for plan, content, _ in logs], one)
+def fitted_to(traction: Callable[..., np.ndarray], matrix: dict[str, list[float]]) -> np.ndarray:
+    """Constants of Eqs 7-9 nearest to a traction over the traction rig's matrix, free of noise."""
+    law = LAWS["deng2026"]
+    conditions = np.array(list(itertools.product(*matrix.values())), dtype=float)
+    slip = np.linspace(0, 0.3, 16)
+    curve = np.repeat(np.arange(len(conditions)), len(slip))
+    at = Observations(law.design(conditions), curve, np.tile(slip, len(conditions)))
+    mu = traction(*conditions[curve].T, at.slip)
+    found = least_squares(
+        lambda internal: law.traction(internal, at) - mu,
+        to_internal(law, printed()["4050"]),
+        lambda internal: law.jacobian(internal, at),
+        method="lm",
+        x_scale="jac",
+    )
+    return to_constants(law, found.x)
+
+
+def test_torque_of_local_physics_is_met_by_the_stress_basis_alone():
+    # truth: thermal EHL at every place of the ellipse; law: fitted to that film on the traction rig
+    config = resolve(ROOT / "config", {"campaign": "thermal"})
+    config["campaign"]["oils"] = ["4050"]
+    matrix = {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
+    config["campaign"]["torque"]["matrix"] |= matrix
+    traction = true_tractions(config, printed())["4050"]
+    coefficients, quality = printed_fits()
+    of_oil = coefficients["oil"] == "4050"
+    coefficients.loc[of_oil, "value"] = fitted_to(traction, config["campaign"]["matrix"])
+    logs = list(simulate_torque(config, printed()))
+    runs, refused = measure_torque([(plan.name, content) for plan, content, _ in logs], config)
     assert refused.empty
     truth = tables.from_rows([row for _, _, rows in logs for row in rows], "torque_truth")
     expected = truth.sort_values(["run_id", "inner_speed_rpm"])["torque_n_m"].to_numpy()
     found = runs.sort_values(["run_id", "inner_speed_rpm"])
     # 0.3 % calibration and the noise
     np.testing.assert_allclose(found["torque_n_m"], expected, rtol=0.02)
-    table, _ = torque_table(runs, *printed_fits(), one)
+    table, _ = torque_table(runs, coefficients, quality, config)
     error = table.assign(error=table["relative_error"].abs()).groupby("basis")["error"].median()
     assert error["stress"] < 0.5 * error["load"]
     assert error["stress"] < 0.5 * error["dimensionless_load"]

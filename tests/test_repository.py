@@ -80,8 +80,8 @@ def test_ci_runs_the_users_own_command():
         for line in script.read_text(encoding="utf-8").splitlines()
         if line and not line.startswith(("#", "set ", "cd "))
     ]
-    assert commands == ["make test"]
-    assert steps() == ["make test"]
+    assert commands == [".ci/tools", "make test"]
+    assert steps() == commands
 
 
 def test_actions_are_pinned_by_commit_with_their_version_beside():

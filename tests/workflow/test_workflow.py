@@ -78,7 +78,10 @@ def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
     place: Path, finished: str
 ) -> None:
     folder = place / "results/small/tables"
-    for name in ("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"):
+    for name in (
+        *("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"),
+        *("extrapolation", "extrapolation_errors"),
+    ):
         path = folder / f"{name}.parquet"
         frame = tables.read(name, path)
         assert len(frame) > 0
@@ -105,6 +108,16 @@ def test_tables_of_a_run_are_described(place: Path, finished: str) -> None:
     linked = json.loads((folder / "dataset.jsonld").read_text(encoding="utf-8"))
     assert "vocabulary.ttl#slide_roll_ratio" in str(linked)
     assert (folder / "vocabulary.ttl").is_file()
+
+
+def test_fits_of_a_run_are_exported(place: Path, finished: str) -> None:
+    folder = place / "results/small/exports"
+    content = json.loads((folder / "4102/traction_4102.json").read_text(encoding="utf-8"))
+    assert content["data"] == "simulated"
+    assert all((folder / "4102" / name).stat().st_size > 100 for name in content["files"].values())
+    assert str(place) not in "".join(
+        path.read_text(encoding="utf-8") for path in folder.rglob("*.*")
+    )
 
 
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:

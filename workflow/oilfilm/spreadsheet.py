@@ -9,10 +9,20 @@ _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a table as csv, whole or not at all.
+    """Write a table as csv (see `csv_text`), whole or not at all.
+
+    The file is UTF-8 with a mark, without which some spreadsheets take it for another encoding.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(path.name + ".part")
+    aside.write_text(csv_text(frame), encoding="utf-8-sig", newline="")
+    aside.replace(path)
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """A table as csv, numbers with all their digits.
 
     Text that a spreadsheet would run as a formula gets an apostrophe before it; numbers stay.
-    The file is UTF-8 with a mark, without which some spreadsheets take it for another encoding.
 
     Reference: OWASP, CSV Injection.
     """
@@ -20,7 +30,4 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
     for name in frame.select_dtypes(exclude="number"):
         text = frame[name].astype(str)
         safe[name] = text.where(~text.str.startswith(_FORMULA_STARTS), "'" + text)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(path.name + ".part")
-    safe.to_csv(aside, index=False, encoding="utf-8-sig", lineterminator="\r\n")
-    aside.replace(path)
+    return safe.to_csv(index=False, lineterminator="\r\n")

@@ -11,7 +11,9 @@ if TORQUE_SIMULATED:
             "<logs>/torque-twin.log",
         params:
             code=code("torque_twin.py"),
-            config=part("rigs", "oils", "bearings", "bearing", "seed", campaign=("oils", "torque")),
+            config=part(
+                "rigs", "oils", "bearings", "bearing", "seed", campaign=("oils", "torque", "twin")
+            ),
         script:
             "../scripts/torque_twin.py"
 

@@ -5,6 +5,9 @@ rule figure:
         runs=rules.collect.output.runs,
         coefficients=rules.fits.output.coefficients,
         coverage=rules.coverage.output.coverage,
+        extrapolation=EXTRAPOLATION[:1],
+        signs=rules.signs.output.signs,
+        sign_verdicts=rules.signs.output.verdicts,
     output:
         png="<figures>/{figure}.png",
         svg="<figures>/{figure}.svg",

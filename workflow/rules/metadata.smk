@@ -8,6 +8,9 @@ rule metadata:
             rules.collect.output.quarantine,
             rules.coverage.output,
             rules.fits.output,
+            EXTRAPOLATION,
+            rules.printed.output,
+            rules.signs.output,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:

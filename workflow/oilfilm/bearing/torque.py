@@ -193,9 +193,11 @@ def _mean(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Weighted mean of each point; 0 where nothing weighs."""
     over = tuple(range(1, values.ndim))
     whole = np.broadcast_to(weights, values.shape).sum(axis=over)
-    return np.divide(
+    mean = np.divide(
         (values * weights).sum(axis=over), whole, out=np.zeros(len(values)), where=whole > 0
     )
+    # rounding must not make a share of what is whole
+    return np.clip(mean, values.min(axis=over), values.max(axis=over))
 
 
 def _relative(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 
 from oilfilm.figures.coefficients import eqs11_13
 from oilfilm.figures.coverage_map import coverage_map
+from oilfilm.figures.extrapolation import extrapolation
+from oilfilm.figures.sign_study import sign_study
 from oilfilm.figures.traction_curves import Results, curves, fig02, fig03
 
 
@@ -26,4 +28,6 @@ FIGURES = {
     "curves": Drawing(curves, "curves"),
     "eqs11-13": Drawing(eqs11_13, "coefficient_table"),
     "coverage": Drawing(coverage_map, "coverage_map"),
+    "extrapolation": Drawing(extrapolation, "extrapolation_panels"),
+    "signs": Drawing(sign_study, "sign_study"),
 }

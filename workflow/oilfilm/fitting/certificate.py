@@ -8,7 +8,7 @@ import numpy as np
 
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import CurveData, Problem
-from oilfilm.traction.law import FloatArray, Observations, bounds
+from oilfilm.traction.law import FloatArray, Observations
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
 
 def active_bounds(problem: Problem, optimum: Optimum) -> str:
     """Names of the constants that ended at or beyond a bound of the search, joined by ', '."""
-    lower, upper = bounds(problem.law)[problem.free].T
+    lower, upper = problem.bounds
     names = [
         constant.name
         for constant, free in zip(problem.law.constants, problem.free, strict=True)

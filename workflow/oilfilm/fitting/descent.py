@@ -82,10 +82,12 @@ def _descend(
     damping: FloatArray
     damping, growth = np.full(len(values), _FIRST_DAMPING), np.full(len(values), 2.0)
     going = np.arange(len(values))
+    lower, upper = problem.bounds
     tiny = np.finfo(float).tiny
     for _ in range(_MAX_STEPS):
         step, expected = _steps(now, damping, going)
-        trial = values[going] + step
+        # a descent that leaves the search's bounds has no optimum to reach; it ends at them
+        trial = np.where(held[going], values[going], np.clip(values[going] + step, lower, upper))
         then = _normal_equations(problem, trial, weights[going], held[going])
         better = then.sse < now.sse[going]
         # from where the law overflows any step is a gain without measure

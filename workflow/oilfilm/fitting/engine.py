@@ -15,7 +15,7 @@ from scipy.optimize import Bounds, differential_evolution, least_squares
 
 from oilfilm.fitting.descent import descend
 from oilfilm.fitting.problem import Problem
-from oilfilm.traction.law import FloatArray, bounds
+from oilfilm.traction.law import FloatArray
 
 # Points times candidates evaluated at once: about what fits a processor's cache.
 _CHUNK = 1 << 15
@@ -45,16 +45,16 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
         settings: `population`, `generations` and `polished` of config's fit.
         random: Source of the search's random numbers.
     """
-    limits = bounds(problem.law)[problem.free]
+    lower, upper = problem.bounds
 
     def objective(population: FloatArray) -> FloatArray:
         return population_sse(problem, population)
 
     found = differential_evolution(
         objective,  # type: ignore[arg-type]  # the stubs do not know of `vectorized`
-        Bounds(limits[:, 0], limits[:, 1]),
+        Bounds(lower, upper),
         strategy="rand1bin",
-        popsize=max(ceil(settings["population"] / len(limits)), 5),
+        popsize=max(ceil(settings["population"] / len(lower)), 5),
         maxiter=settings["generations"],
         mutation=(0.5, 1.0),
         recombination=0.9,
@@ -102,6 +102,18 @@ def polish(problem: Problem, start: FloatArray, weight: FloatArray | None = None
             gtol=1e-15,
             max_nfev=1000,
         )
+        lower, upper = problem.bounds
+        if np.any((found.x < lower) | (found.x > upper)):
+            # no optimum within the search's bounds: the best at them, which earns no certificate
+            found = least_squares(
+                residual,
+                np.clip(found.x, lower, upper),
+                jacobian,
+                method="trf",
+                x_scale="jac",
+                bounds=(lower, upper),
+                max_nfev=1000,
+            )
     return Optimum(found.x, 2 * float(found.cost))
 
 

@@ -9,7 +9,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from oilfilm.traction.law import CONDITIONS, FloatArray, IndexArray, Law, Observations
+from oilfilm.traction.law import (
+    CONDITIONS,
+    FloatArray,
+    IndexArray,
+    Law,
+    Observations,
+    bounds,
+)
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -57,6 +64,12 @@ class Problem:
     def starts(self) -> IndexArray:
         """First point of each curve; points lie in the order of their curves."""
         return np.searchsorted(self.at.curve, np.arange(self.curves))
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the free internal constants."""
+        lower, upper = bounds(self.law)[self.free].T
+        return lower, upper
 
     @cached_property
     def names(self) -> list[str]:

@@ -1,20 +1,26 @@
-"""Thermal, shear-thinning traction from local conditions: the physics behind simulated torque logs.
+"""Thermal traction from local conditions: the physics behind simulated torque logs.
 
-A fitted law says mu of a whole contact. Here every place of a contact has its own pressure,
-sliding speed and temperature, so that a bearing simulated with it is not the model which is
-compared with it. The ingredients are standard: Barus viscosity, Eyring stress under a limit that
-falls with temperature (joined as by Bair and Winer), heat by sliding, flash temperature of moving
-surfaces. Film thickness: Hamrock-Dowson, thinned by inlet heating.
+A fitted law, and the twin of the traction rig, say mu of a whole contact. Here every place of a
+contact has its own pressure, sliding speed and temperature, so that a bearing simulated with it is
+not the model that is compared with it. Stresses and heat are those of `oilfilm.ehl_traction`.
 """
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from oilfilm.bearing.ellipse import Conditions, Grid, grid
 from oilfilm.contact import elliptical_contact, load_for_max_hertz_pressure
+from oilfilm.ehl_traction import (
+    ThermalEhl,
+    barus_viscosity,
+    eyring_stress,
+    film_temperature_rise,
+    limited_stress,
+    limiting_stress,
+)
 from oilfilm.film import (
     central_film_thickness,
     thermal_loading_parameter,
@@ -24,40 +30,18 @@ from oilfilm.oils import Oil
 from oilfilm.rigs import Contact
 from oilfilm.units import PA_PER_GPA, FloatArray
 
+# P in GPa, U in m/s, T in degC, S -> mu of the traction rig's contact
 LawOfRig = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
-# Steel: thermal conductivity times density times specific heat, 46 W/m K x 3.6e6 J/m3 K.
-_STEEL = 46.0 * 3.6e6
-# Barus overstates the viscosity under high pressure: its exponent is bent towards this limit.
-_LARGEST_EXPONENT = 18.0
 _FIXED_POINTS = 25
-# The rig's box, over which the constants are sought (Deng et al. 2026, section 2).
+# Levels of the rig's box, over which laws are compared (Deng et al. 2026, section 2).
 _BOX = ((1.0, 1.5), (25.0, 40.0), (25.0, 70.0, 120.0))
 _SLIPS = np.array([0.01, 0.03, 0.08, 0.2])
-
-
-@dataclass(frozen=True)
-class Constants:
-    """What an oil's resistance to shear is made of, as logarithms but for the last.
-
-    Attributes:
-        log_eyring_pa: ln of the Eyring stress, in Pa.
-        log_limit: ln of limiting stress over pressure at 60 degC.
-        log_pressure: ln of a factor on the pressure-viscosity coefficient.
-        limit_slope_1_k: Relative fall of the limit with temperature.
-    """
-
-    log_eyring_pa: float
-    log_limit: float
-    log_pressure: float
-    limit_slope_1_k: float
-
-
-# Where the search starts and what is known of such oils (physics.md): Eyring stress 3 to 8 MPa,
-# limit 0.03 to 0.15 of the pressure and falling with temperature, viscosity's rise within 30 %.
-_START = Constants(np.log(5e6), np.log(0.06), 0.0, 4e-3)
-_LOWEST = Constants(np.log(3e6), np.log(0.03), np.log(0.7), 0.0)
-_HIGHEST = Constants(np.log(8e6), np.log(0.15), np.log(1.3), 1e-2)
+# Where the search for constants starts, and their usual ranges (physics.md of the project, from
+# memory): Eyring stress in Pa, limiting stress over pressure, its relative fall in 1/K.
+_START = np.array([np.log(5e6), np.log(0.06), 4e-3])
+_LOWEST = np.array([np.log(3e6), np.log(0.03), 0.0])
+_HIGHEST = np.array([np.log(8e6), np.log(0.15), 1e-2])
 
 
 @dataclass(frozen=True)
@@ -66,13 +50,13 @@ class LocalTraction:
 
     Attributes:
         oil: The oil's properties.
-        constants: Of its resistance to shear.
+        constants: Stresses and thermal properties of the bodies.
         rule: The places that it is asked for.
         radius_y_m: Reduced radius across the rolling direction, broadcasting against the contacts.
     """
 
     oil: Oil
-    constants: Constants
+    constants: ThermalEhl
     rule: Grid
     radius_y_m: FloatArray
 
@@ -83,17 +67,22 @@ class LocalTraction:
         peak = np.maximum(at.max_hertz_pressure_gpa * PA_PER_GPA, 1e6)
         speed = np.maximum(at.entrainment_speed_m_s, 1e-3)
         pressure = peak * np.sqrt(1 - self.rule.along**2 - self.rule.across**2)
-        film = self._film(at, load, speed, contact.ellipticity, slide_roll_ratio, peak)
-        crossing = np.sqrt(2 * contact.semi_axis_x_m / (np.pi * speed * _STEEL))
-        sliding = slide_roll_ratio * speed
-        conductivity = self.oil.thermal_conductivity_w_mk(at.inlet_temperature_c)
-        # mean rise of both surfaces, half the heat into each, and of the film's middle above them
-        per_heat = 2 / 3 * crossing + film / (8 * conductivity)
-        temperature = at.inlet_temperature_c + 0 * pressure * sliding
+        film = self._film(at, load, speed, contact.ellipticity, slide_roll_ratio)
+        inlet, sliding = at.inlet_temperature_c, slide_roll_ratio * speed
+        # both rises go with the stress: of the film, and of surfaces that took half the heat each
+        # over the time of one crossing, 2/3 of the rise at its end
+        constants = self.constants
+        steel = constants.solid_conductivity_w_mk * constants.solid_volumetric_heat_j_m3k
+        crossing = np.sqrt(2 * contact.semi_axis_x_m / (np.pi * speed * steel))
+        rise = 2 / 3 * sliding * crossing + film_temperature_rise(
+            sliding,
+            film_thickness_m=film,
+            conductivity_w_mk=self.oil.thermal_conductivity_w_mk(inlet),
+        )
+        temperature = inlet + np.zeros_like(rise * pressure)
         for _ in range(_FIXED_POINTS):
             stress = self._stress(pressure, sliding / film, temperature)
-            target = at.inlet_temperature_c + stress * sliding * per_heat
-            temperature = (temperature + target) / 2
+            temperature = (temperature + inlet + rise * stress) / 2
         return self._stress(pressure, sliding / film, temperature) / pressure
 
     def _film(
@@ -103,19 +92,20 @@ class LocalTraction:
         speed: FloatArray,
         ellipticity: FloatArray,
         slip: FloatArray,
-        peak: FloatArray,
     ) -> FloatArray:
-        viscosity = self.oil.dynamic_viscosity_pa_s(at.inlet_temperature_c)
+        inlet = at.inlet_temperature_c
+        viscosity = self.oil.dynamic_viscosity_pa_s(inlet)
         loading = thermal_loading_parameter(
             entrainment_speed_m_s=speed,
             dynamic_viscosity_pa_s=viscosity,
             temperature_viscosity_coefficient_1_k=self.oil.temperature_viscosity_coefficient_1_k(
-                at.inlet_temperature_c
+                inlet
             ),
-            thermal_conductivity_w_mk=self.oil.thermal_conductivity_w_mk(at.inlet_temperature_c),
+            thermal_conductivity_w_mk=self.oil.thermal_conductivity_w_mk(inlet),
         )
+        # without the term in pressure, as `thermal_ehl_traction` has it
         reduction = thermal_reduction_factor(
-            max_hertz_pressure_pa=peak,
+            max_hertz_pressure_pa=0.0,
             reduced_modulus_pa=at.reduced_modulus_pa,
             slide_roll_ratio=slip,
             thermal_loading=loading,
@@ -124,48 +114,88 @@ class LocalTraction:
             load_n=load,
             entrainment_speed_m_s=speed,
             dynamic_viscosity_pa_s=viscosity,
-            pressure_viscosity_coefficient_1_pa=self.oil.pressure_viscosity_coefficient_1_pa(
-                at.inlet_temperature_c
-            ),
+            pressure_viscosity_coefficient_1_pa=self.oil.pressure_viscosity_coefficient_1_pa(inlet),
             radius_x_m=at.radius_x_m,
             reduced_modulus_pa=at.reduced_modulus_pa,
             ellipticity=ellipticity,
         )
-        return film * np.maximum(reduction, 0.1)
+        return film * reduction
 
     def _stress(
         self, pressure: FloatArray, shear_rate: FloatArray, temperature_c: FloatArray
     ) -> FloatArray:
         constants = self.constants
-        alpha = np.exp(constants.log_pressure) * self.oil.pressure_viscosity_coefficient_1_pa(
-            temperature_c
+        viscosity = barus_viscosity(
+            self.oil.dynamic_viscosity_pa_s(temperature_c),
+            self.oil.pressure_viscosity_coefficient_1_pa(temperature_c),
+            pressure,
         )
-        exponent = alpha * pressure
-        exponent = exponent / (1 + exponent / _LARGEST_EXPONENT)
-        viscosity = self.oil.dynamic_viscosity_pa_s(temperature_c) * np.exp(exponent)
-        eyring = np.exp(constants.log_eyring_pa)
-        shear = eyring * np.arcsinh(viscosity * shear_rate / eyring)
-        cooling = np.exp(-constants.limit_slope_1_k * (temperature_c - 60))
-        limit = np.exp(constants.log_limit) * cooling * pressure
-        return limit * (1 - np.exp(-shear / limit))
+        limit = limiting_stress(
+            pressure,
+            temperature_c,
+            ratio=constants.limiting_stress_ratio,
+            reference_c=constants.limiting_stress_reference_c,
+            decay_1_k=constants.limiting_stress_decay_1_k,
+        )
+        thinned = eyring_stress(viscosity, shear_rate, constants.eyring_stress_pa)
+        return limited_stress(thinned, limit)
 
 
-def calibrated(oil: Oil, law: LawOfRig, rig: Contact) -> tuple[Constants, float]:
-    """Constants with which the traction rig's contact comes nearest to a law, and what is left.
+def misfit(oil: Oil, constants: ThermalEhl, law: LawOfRig, rig: Contact) -> float:
+    """Root-mean-square difference of local traction, averaged over the rig's contact, from a law.
 
     Args:
         oil: The oil's properties.
-        law: mu of the rig's contact against (P in GPa, U in m/s, T in degC, S).
+        constants: Of the local traction.
+        law: mu of the rig's contact.
         rig: The traction rig's contact.
 
     Returns:
-        The constants, and the root-mean-square difference over the rig's box relative to the law.
+        The difference over the rig's box, relative to the law's root-mean-square.
     """
+    known, mean = _compared(oil, law, rig)
+    return float(np.sqrt(np.mean((mean(constants) - known) ** 2) / np.mean(known**2)))
+
+
+def calibrated(oil: Oil, law: LawOfRig, rig: Contact) -> ThermalEhl:
+    """Constants with which the traction rig's contact comes nearest to a law.
+
+    Args:
+        oil: The oil's properties.
+        law: mu of the rig's contact.
+        rig: The traction rig's contact.
+    """
+    known, mean = _compared(oil, law, rig)
+
+    def constants(values: FloatArray) -> ThermalEhl:
+        return ThermalEhl(
+            eyring_stress_pa=np.exp(values[0]),
+            limiting_stress_ratio=np.exp(values[1]),
+            limiting_stress_reference_c=60.0,
+            limiting_stress_decay_1_k=values[2],
+            solid_conductivity_w_mk=46.0,
+            solid_volumetric_heat_j_m3k=3.6e6,
+        )
+
+    def away(values: FloatArray) -> FloatArray:
+        return (mean(constants(values)) - known).ravel() / np.abs(known).max()
+
+    scale = _HIGHEST - _LOWEST
+    found = least_squares(
+        away, _START, bounds=(_LOWEST, _HIGHEST), x_scale=scale, xtol=1e-4, ftol=1e-6
+    )
+    return constants(found.x)
+
+
+def _compared(
+    oil: Oil, law: LawOfRig, rig: Contact
+) -> tuple[FloatArray, Callable[[ThermalEhl], FloatArray]]:
+    """A law over the rig's box, and local traction there as a function of its constants."""
     rule = grid(6, 4)
     pressure, speed, temperature = (
         level.ravel()[:, np.newaxis] for level in np.meshgrid(*_BOX, indexing="ij")
     )
-    known = law(pressure, speed, temperature, _SLIPS)
+    known = law(*np.broadcast_arrays(pressure, speed, temperature, _SLIPS))
     load = load_for_max_hertz_pressure(pressure * PA_PER_GPA, rig.radius_m, rig.reduced_modulus_pa)
     shape = (*known.shape, 1)
 
@@ -181,21 +211,8 @@ def calibrated(oil: Oil, law: LawOfRig, rig: Contact) -> tuple[Constants, float]
         reduced_modulus_pa=rig.reduced_modulus_pa,
     )
 
-    def mean(values: FloatArray) -> FloatArray:
-        film = LocalTraction(oil, Constants(*values), rule, np.asarray(rig.radius_m))
+    def mean(constants: ThermalEhl) -> FloatArray:
+        film = LocalTraction(oil, constants, rule, np.asarray(rig.radius_m))
         return np.asarray((film(at, _SLIPS[:, np.newaxis]) * rule.share).sum(axis=-1))
 
-    def away(values: FloatArray) -> FloatArray:
-        return (mean(values) - known).ravel() / np.abs(known).max()
-
-    start, lowest, highest = (np.array(astuple(one)) for one in (_START, _LOWEST, _HIGHEST))
-    found = least_squares(
-        away,
-        start,
-        bounds=(lowest, highest),
-        x_scale=highest - lowest,
-        xtol=1e-4,
-        ftol=1e-6,
-    )
-    left = np.sqrt(np.mean((mean(found.x) - known) ** 2) / np.mean(known**2))
-    return Constants(*found.x), float(left)
+    return known, mean

@@ -10,14 +10,16 @@ from oilfilm.bearing.friction import HEATS, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, bearing_from_config
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
+from oilfilm.ehl_traction import ThermalEhl
 from oilfilm.errors import OilfilmError
 from oilfilm.oils import Oil, oil_from_config
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.local_traction import LocalTraction, calibrated
+from oilfilm.rig_twin.local_traction import LocalTraction, calibrated, misfit
 from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
-from oilfilm.rig_twin.simulate import FloatArray, cut, log_table
-from oilfilm.rigs import Contact, contact_of
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.rig_twin.simulate import cut, log_table
+from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
+from oilfilm.rigs import Contact
+from oilfilm.units import FloatArray
 
 # Finer than the grid of the model that the logs are compared with.
 _QUADRATURE = (24, 6)
@@ -29,26 +31,25 @@ def simulate_torque(
 ) -> Iterator[tuple[PlannedTorqueRun, bytes, list[dict[str, Any]]]]:
     """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
 
-    The truth behind an oil is `LocalTraction`, its constants sought so that the traction rig would
-    show what the campaign's traction logs are made from, as nearly as that physics can. Drag and
-    rolling resistance are those of config's `bearing`: the comparison is about traction.
+    The truth behind an oil is `LocalTraction`, with the constants of the campaign's own thermal
+    truth. Where its traction logs are made from a law instead, they are sought so that the traction
+    rig would show that law as nearly as such physics can. Drag and rolling resistance are those of
+    config's `bearing`: the comparison is about traction.
 
     Args:
         config: The resolved configuration.
-        constants: Of Eqs 7-9 behind the campaign's traction logs, by oil.
+        constants: The printed constants of each oil.
     """
     campaign = config["campaign"]
     name = campaign["torque"]["bearing"]
     bearing = bearing_from_config(name, config["bearings"][name])
-    rig = contact_of(next(iter(config["rigs"].values())))
-    if rig is None:
-        raise OilfilmError("the torque rig's twin needs a traction rig of known geometry")
+    rig, laws = known_contact(config), true_tractions(config, constants)
     plans = planned_torque_runs(campaign)
     for oil in dict.fromkeys(plan.oil for plan in plans):
         of_oil = [plan for plan in plans if plan.oil == oil]
         about = oil_from_config(config["oils"][oil])
         for plan, truth in zip(
-            of_oil, _truth(bearing, of_oil, about, constants[oil], rig, config), strict=True
+            of_oil, _truth(bearing, of_oil, about, laws[oil], rig, config), strict=True
         ):
             random = generator(config["seed"], "torque twin", plan.name)
             yield plan, _log(plan, truth, campaign["torque"]["twin"], random), truth
@@ -58,7 +59,7 @@ def _truth(
     bearing: Bearing,
     plans: list[PlannedTorqueRun],
     oil: Oil,
-    constants: FloatArray,
+    law: Traction,
     rig: Contact,
     config: Mapping[str, Any],
 ) -> list[list[dict[str, Any]]]:
@@ -78,11 +79,9 @@ def _truth(
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
     loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
 
-    def law(p: FloatArray, u: FloatArray, t: FloatArray, s: FloatArray) -> FloatArray:
-        return traction_coefficient(constants, p, u, t, s)
-
-    of_oil, misfit = calibrated(oil, law, rig)
-    film = LocalTraction(oil, of_oil, grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis])
+    thermal = config["campaign"]["twin"].get("thermal_ehl")
+    constants = ThermalEhl(**thermal) if thermal else calibrated(oil, law, rig)
+    film = LocalTraction(oil, constants, grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis])
     found = friction_equilibrium(
         bearing,
         OperatingPoints.axial(loads, speed * _RAD_S_PER_RPM),
@@ -95,6 +94,7 @@ def _truth(
             f"campaign {config['campaign']['name']!r}, torque.matrix: at some of its points the "
             "simulated bearing comes to no steady motion. Ask for more load or less speed."
         )
+    left = misfit(oil, constants, law, rig)
     torque = -found.places * found.balance.ring_moment_n_m[..., 0].sum(axis=1)
     heat = found.places * found.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
     rows = [
@@ -107,7 +107,7 @@ def _truth(
             "oil_temperature_c": temperatures[place],
             "torque_n_m": torque[place],
             "traction_torque_n_m": heat[place] / (speed[place] * _RAD_S_PER_RPM),
-            "law_misfit": misfit,
+            "law_misfit": left,
         }
         for place, plan in enumerate(plan for plan in plans for _ in speeds)
     ]

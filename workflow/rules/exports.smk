@@ -1,0 +1,15 @@
+rule exports:
+    "Every oil's fit as C, Fortran, Modelica, MATLAB, ADORE constants, JSON and CSV."
+    input:
+        points=rules.collect.output.points,
+        coefficients=rules.fits.output.coefficients,
+        quality=rules.fits.output.fit_quality,
+    output:
+        folder=directory("<results>/exports"),
+    log:
+        "<logs>/exports.log",
+    params:
+        code=code("exports.py"),
+        config=part("fit", "exports", campaign=("description",)),
+    script:
+        "../scripts/exports.py"
