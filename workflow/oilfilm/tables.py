@@ -1188,6 +1188,80 @@ class SignStudy(_Table):
     weakest_margin: Series[float] = _number("tick on the bar of a margin", gaps=True)
 
 
+class Comparison(_Table):
+    """One law's fit to one oil, judged on what it was fitted to and on what it has not seen."""
+
+    oil: Series[str] = _text("oil")
+    law: Series[str] = _text("traction law")
+    n_points: Series[np.int64] = _count("accepted points fitted")
+    n_curves: Series[np.int64] = _count("runs they come from")
+    n_constants: Series[np.int64] = _count("constants fitted, those that ended at a bound included")
+    sse: Series[float] = _number("sum of squared errors of mu (Eq. 10)", at_least=0, gaps=True)
+    rmse: Series[float] = _number("root-mean-square error of mu", at_least=0, gaps=True)
+    relative_rms: Series[float] = _number(
+        "rmse over the root-mean-square of measured mu", at_least=0, gaps=True
+    )
+    max_error: Series[float] = _number("largest |fitted - measured| mu", at_least=0, gaps=True)
+    aic: Series[float] = _number(
+        "Akaike's information criterion; takes every point for independent, so that differences "
+        "look surer than they are",
+        gaps=True,
+    )
+    bic: Series[float] = _number("Bayesian information criterion; the same holds", gaps=True)
+    curve_out_relative_rms: Series[float] = _number(
+        "root-mean-square error at curves that were left out of the fit one at a time, over the "
+        "root-mean-square of their mu",
+        at_least=0,
+        gaps=True,
+    )
+    pressure_end_out_relative_rms: Series[float] = _number(
+        "the same of the lowest and of the highest level of pressure, each left out as a whole and "
+        "extrapolated to; null where the other levels do not give every constant",
+        at_least=0,
+        gaps=True,
+    )
+    speed_end_out_relative_rms: Series[float] = _number(
+        "the same of entrainment speed", at_least=0, gaps=True
+    )
+    temperature_end_out_relative_rms: Series[float] = _number(
+        "the same of inlet temperature", at_least=0, gaps=True
+    )
+    zero_slip_traction: Series[float] = _number(
+        "mu at no slip, where its size is largest over the tested conditions; should be 0",
+        gaps=True,
+    )
+    negative_share: Series[float] = _number(
+        "share of the tested box where mu is below zero", at_least=0, at_most=1, gaps=True
+    )
+    second_rise_share: Series[float] = _number(
+        "share of the tested conditions at which mu rises again after its peak",
+        at_least=0,
+        at_most=1,
+        gaps=True,
+    )
+    condition_number: Series[float] = _number(
+        "of the Jacobian with columns of length 1: how nearly constants stand in for each other",
+        at_least=1,
+        gaps=True,
+    )
+    certified: Series[bool] = _flag("true where every part of the certificate holds")
+    verdict: Series[str] = _text("the certificate in a sentence")
+
+
+class LawPanels(_Table):
+    """Exactly what the figure of the laws' weaknesses draws (Fig. 4)."""
+
+    panel: Series[str] = _text("panel letter")
+    law: Series[str] = _text("traction law")
+    oil: Series[str] = _text("oil")
+    kind: Series[str] = _text(
+        "zero slip: mu at no slip at a tested condition; the others: error of a law over mu",
+        one_of=("zero slip", "fitted curves", "curve left out", "end level left out"),
+    )
+    x: Series[float] = _number("abscissa", gaps=True)
+    y: Series[float] = _number("ordinate; of errors the place of the row")
+
+
 TABLES: dict[str, type[_Table]] = {
     "samples": Samples,
     "runs": Runs,
@@ -1226,6 +1300,11 @@ TABLES: dict[str, type[_Table]] = {
     "sign_study": SignStudy,
     "claims_page": ClaimsPage,
     "selection_map": SelectionMap,
+    "comparison": Comparison,
+    "law_coefficients": Coefficients,
+    "law_fit_quality": FitQuality,
+    "law_refits": Refits,
+    "law_panels": LawPanels,
 }
 
 
@@ -1277,6 +1356,10 @@ _CHECKS: dict[str, tuple[Callable[[pd.DataFrame], str], ...]] = {
     "printed_judged": (lambda frame: _repeated(frame, ["oil"]),),
     "signs": (lambda frame: _repeated(frame, ["oil", "signs"]),),
     "sign_verdicts": (lambda frame: _repeated(frame, ["oil", "constant"]),),
+    "comparison": (lambda frame: _repeated(frame, ["oil", "law"]),),
+    "law_coefficients": (lambda frame: _repeated(frame, ["oil", "law", "constant"]),),
+    "law_fit_quality": (lambda frame: _repeated(frame, ["oil", "law"]),),
+    "law_refits": (lambda frame: _repeated(frame, ["oil", "law", "cause", "refit", "constant"]),),
 }
 
 
