@@ -14,6 +14,7 @@ include: "workflow/rules/exports.smk"
 include: "workflow/rules/printed.smk"
 include: "workflow/rules/audit.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/bearing.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
 

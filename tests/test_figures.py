@@ -120,12 +120,14 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
     settings = printed_settings(config)
     studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
     nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
-    figure, drawn = FIGURES["signs"].draw(Results(*nothing, *studied), config)
+    signs, sign_verdicts = studied
+    results = Results(*nothing, signs=signs, sign_verdicts=sign_verdicts)
+    figure, drawn = FIGURES["signs"].draw(results, config)
     tables.conform(drawn, "sign_study", "signs")
     words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
     assert words == [
         f"{sign} {verdict}".replace("-", "\N{MINUS SIGN}")
-        for sign, verdict in studied[1][["sign", "verdict"]].to_numpy()
+        for sign, verdict in sign_verdicts[["sign", "verdict"]].to_numpy()
     ]
     assert "no data are drawn" in figure.texts[0].get_text()
     assert (drawn["panel"] == "a").sum() == 512

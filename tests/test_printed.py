@@ -107,7 +107,7 @@ def test_start_of_the_curve_follows_the_exponents_of_b() -> None:
 
 
 def local_c(of: Surface) -> float:
-    return float(of.local[2, 1, 1, 1, 0])
+    return float(of.sizes[2, 1, 1, 1, 0])
 
 
 def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
@@ -184,7 +184,7 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
     found = closed.peak[..., 0]
     assert np.all(found >= dense * (1 - 1e-9) - 1e-15)
     # a peak narrower than the grid's steps is not seen there
-    resolved = closed.local[2, ..., 0] < 1000
+    resolved = closed.sizes[2, ..., 0] < 1000
     np.testing.assert_allclose(found[resolved], dense[resolved], rtol=1e-2)
 
 
@@ -285,6 +285,7 @@ def points_of(truth: np.ndarray, oil: str = "4102") -> pd.DataFrame:
                 "accepted": True,
                 "slide_roll_ratio": slip,
                 "traction_coefficient": traction_coefficient(truth, *condition, slip),
+                "traction_coefficient_se": np.nan,
                 **dict(zip(CONDITIONS, condition, strict=True)),
             }
         )
@@ -329,42 +330,60 @@ def test_distances_are_in_standard_errors_with_the_systematic_part(config: dict[
     fitted = fit_of(of_paper + 3 * errors, errors)
     # 3-4-5: twice the random error joined by an equal multiple of a systematic one
     fitted.loc[4, "systematic_standard_error"] = np.sqrt(3.0) * errors[4]
-    points = points_of(of_paper)
-    covariance = np.diag(errors**2)
     row = judge_printed(
-        points,
-        fitted,
-        quality_of(1e-6),
-        printed(),
-        printed_settings(config),
-        {"4102": covariance},
+        points_of(of_paper), fitted, quality_of(1e-6), printed(), printed_settings(config)
     ).iloc[0]
     assert row["a0_distance"] == pytest.approx(3)
     assert row["c3_distance"] == pytest.approx(3)
     assert row["b0_distance"] == pytest.approx(1.5)
-    assert row["joint_distance"] == pytest.approx(3 * np.sqrt(12))
+    assert np.isnan(row["joint_distance"])  # no refits
     assert row["printed_sse"] == pytest.approx(0, abs=1e-25)
     assert row["n_points"] == 12 * 16
 
 
-def test_correlated_errors_shorten_the_joint_distance_along_their_direction(
-    config: dict[str, Any],
-) -> None:
-    """Two constants off by (1, 1) with variance 1 and covariance r: d^2 = 2 / (1 + r)."""
+def refits_of(constants: np.ndarray, steps: np.ndarray) -> pd.DataFrame:
+    """Refits to either side of a fit along each row of steps, in ln|X0| and exponents."""
+    rows = []
+    for number, step in enumerate(np.concatenate([steps, -steps])):
+        moved = np.where(np.arange(12) % 4 == 0, constants * np.exp(step), constants + step)
+        rows.append(pd.DataFrame({"refit": number, "constant": NAMES, "value": moved}))
+    return pd.concat(rows).assign(oil="4102", law=LAW.name, cause="curves drawn again")
+
+
+def test_joint_distance_counts_each_constant_in_its_own_spread(config: dict[str, Any]) -> None:
+    """24 refits, two of them off by s: variance 2 s^2 / 23; all constants off by 3 such errors."""
+    spread = np.linspace(0.01, 0.05, 12)
+    off = 3 * spread * np.sqrt(2 / 23)
     of_paper = printed()["4102"]
-    off = np.zeros(12)
-    off[[1, 2]] = 1.0
-    covariance = np.eye(12)
-    covariance[1, 2] = covariance[2, 1] = 0.6
+    fitted = np.where(np.arange(12) % 4 == 0, of_paper * np.exp(off), of_paper + off)
     row = judge_printed(
         points_of(of_paper),
-        fit_of(of_paper + off, np.ones(12)),
+        fit_of(fitted, np.ones(12)),
         quality_of(1.0),
         printed(),
         printed_settings(config),
-        {"4102": covariance},
+        refits_of(fitted, np.diag(spread)),
     ).iloc[0]
-    assert row["joint_distance"] ** 2 == pytest.approx(2 / 1.6)
+    assert row["joint_distance"] == pytest.approx(3 * np.sqrt(12))
+
+
+def test_errors_that_go_together_shorten_the_joint_distance_along_their_direction(
+    config: dict[str, Any],
+) -> None:
+    """A1 and A2 refit at (1, 1) and (0.5, -0.5): off by (1, 1) is sqrt(23/2) errors away."""
+    steps = np.eye(12)
+    steps[1, 1:3] = 1.0, 1.0
+    steps[2, 1:3] = 0.5, -0.5
+    of_paper = printed()["4102"]
+    fitted = of_paper.copy()
+    fitted[1:3] += 1.0
+    judge = (points_of(of_paper), fit_of(fitted, np.ones(12)), quality_of(1.0), printed())
+    refits = refits_of(fitted, steps)
+    row = judge_printed(*judge, printed_settings(config), refits).iloc[0]
+    assert row["joint_distance"] == pytest.approx(np.sqrt(23 / 2))
+    # fewer refits than constants leave directions of which nothing is known
+    few = refits[refits["refit"] < 5]
+    assert np.isnan(judge_printed(*judge, printed_settings(config), few).iloc[0]["joint_distance"])
 
 
 def test_printed_errors_are_those_of_the_difference_in_mu(config: dict[str, Any]) -> None:

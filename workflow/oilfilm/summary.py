@@ -219,6 +219,19 @@ def _printed(
             if (of_oil["verdict"] == verdict).any()
         ]
         lines.append(f"  {oil}: signs in use rank {rank} of 512; {', '.join(named)}")
-    if campaign["data"] == "simulated":
-        lines.append("  The simulated points cannot judge them: their truth has these very signs.")
-    return [*lines, ""]
+    return [*lines, *_signs_by_points(sign_verdicts, campaign), ""]
+
+
+def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
+    """What the campaign's own points say of the signs."""
+    asked = sign_verdicts.dropna(subset=["least_sse"])
+    if asked.empty:
+        return []
+    turned = asked[asked["least_sse_turned"] < asked["least_sse"]]
+    words = ", ".join(turned["oil"] + " " + turned["constant"])
+    line = f"  the points favour {'the other sign of ' + words if words else 'every sign in use'}"
+    if "thermal_ehl" in campaign.get("twin", {}):
+        line += "; they were SIMULATED by other physics, which says nothing of the printed signs"
+    elif campaign["data"] == "simulated":
+        line += "; CIRCULAR: they were simulated with these very signs"
+    return [line]

@@ -18,6 +18,6 @@ rule summary:
         "<logs>/summary.log",
     params:
         code=code("summary.py"),
-        config=part("oils", "film", "gates", campaign=("description", "film_unjudged")),
+        config=part("oils", "film", "gates", campaign=("description", "film_unjudged", "twin")),
     script:
         "../scripts/summary.py"

@@ -631,7 +631,7 @@ def _wang_deng(evidence: Evidence) -> pd.DataFrame:
 
 
 def _torque(evidence: Evidence, basis: str) -> pd.DataFrame:
-    if evidence.torque is None:
+    if evidence.torque is None or evidence.torque.empty:
         raise NotCheckableError(
             "the paper's torque tests, its bearing (Table 3) and Fig. 6 are not available"
             if evidence.basis == "printed"

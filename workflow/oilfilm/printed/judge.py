@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
 from oilfilm.printed.statements import LAW, grid_levels
 from oilfilm.traction.deng2026 import traction_coefficient
@@ -23,7 +24,7 @@ def judge_printed(
     quality: pd.DataFrame,
     printed: Mapping[str, FloatArray],
     config: Mapping[str, Any],
-    covariances: Mapping[str, FloatArray] | None = None,
+    refits: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """One row an oil that has printed constants.
 
@@ -33,8 +34,8 @@ def judge_printed(
         quality: Table of the fits' quality.
         printed: The twelve printed constants of each oil.
         config: `oils`, `boxes`, `levels`.
-        covariances: Covariance of the fitted constants of an oil, shape (12, 12), in the law's
-            order; without it there is no joint distance.
+        refits: Table of refits, which gives the fitted constants' covariance; without it there is
+            no joint distance.
 
     Returns:
         The table `printed_judged`. What cannot be judged is null: nothing where no point was
@@ -51,7 +52,6 @@ def judge_printed(
         off = values - printed[oil]
         # data without any noise leave errors of rounding alone, which measure nothing
         errors = np.where(errors > _ROUNDING * np.abs(values), errors, np.nan)
-        covariance = (covariances or {}).get(oil)
         of_oil = points[points["oil"] == oil]
         (printed_sse,) = squared_errors(of_oil, printed[oil][np.newaxis])
         (fitted_sse,) = _of(quality, oil)["sse"]
@@ -65,7 +65,7 @@ def judge_printed(
                     f"{name.lower()}_distance": distance
                     for name, distance in zip(_NAMES, off / errors, strict=True)
                 },
-                "joint_distance": np.nan if covariance is None else _joint(off, covariance),
+                "joint_distance": _joint_distance(coefficients, refits, oil, printed[oil]),
                 **{
                     f"{box}_{name}": value
                     for box in ("tested", "extrapolated")
@@ -132,6 +132,17 @@ def _of(frame: pd.DataFrame, oil: str) -> pd.DataFrame:
     return frame[(frame["oil"] == oil) & (frame["law"] == LAW.name)]
 
 
-def _joint(off: FloatArray, covariance: FloatArray) -> float:
-    """Mahalanobis distance; about sqrt(12) where the printed constants are the truth."""
+def _joint_distance(
+    coefficients: pd.DataFrame, refits: pd.DataFrame | None, oil: str, printed: FloatArray
+) -> float:
+    """Mahalanobis distance in the law's internal constants: ln|X0| and the exponents.
+
+    About sqrt(12) where the printed constants are the truth. NaN without refits, or with fewer
+    than give the covariance all its directions.
+    """
+    fitted = FittedLaw.of(_of(coefficients, oil), oil, refits).coefficients
+    covariance = fitted.covariance(LAW)
+    if np.isnan(covariance).any() or np.linalg.matrix_rank(covariance) < len(printed):
+        return np.nan
+    off = to_internal(LAW, fitted.constants) - to_internal(LAW, printed)
     return float(np.sqrt(off @ np.linalg.solve(covariance, off)))

@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fitting.problem import BoolArray
 from oilfilm.printed.judge import squared_errors
 from oilfilm.printed.statements import (
     BETWEEN_OILS,
@@ -23,7 +22,7 @@ from oilfilm.printed.statements import (
     hot_convergence,
     viscosity_order,
 )
-from oilfilm.traction.law import FloatArray, to_constants, to_internal
+from oilfilm.traction.law import BoolArray, FloatArray, to_constants, to_internal
 
 _EXPONENTS = [place for place, one in enumerate(LAW.constants) if one.condition is not None]
 EXPONENT_NAMES = [LAW.constants[place].name for place in _EXPONENTS]
@@ -57,7 +56,7 @@ def study_signs(
     for oil in [oil for oil in falling_viscosity if oil in config["oils"]]:
         internal = _candidates(printed[oil])
         errors = squared_errors(points[points["oil"] == oil], _as_printed(internal))
-        in_use = (np.sign(printed[oil][_EXPONENTS]) == _SETS).all(axis=1)
+        in_use = (np.where(printed[oil][_EXPONENTS] < 0, -1, 1) == _SETS).all(axis=1)
         of_oil = {one: scores[oil] for one, scores in by_slips.items()}
         sets.append(_set_rows(oil, of_oil[_RANKED_BY], errors, in_use, config["signs"]))
         effects = _effects(internal[:, in_use], config)

@@ -31,7 +31,7 @@ class Surface:
         slip: Levels of S.
         low_slip, high_slip: The two slips that the text compares.
         largest_slip: The box's largest S.
-        local: A, B and C of Eq. 7, axes coefficient, P, U, T, sets.
+        sizes: |A|, B and C of Eq. 7, axes coefficient, P, U, T, sets.
     """
 
     stress: FloatArray
@@ -39,7 +39,7 @@ class Surface:
     low_slip: float
     high_slip: float
     largest_slip: float
-    local: FloatArray
+    sizes: FloatArray
 
     @classmethod
     def over(
@@ -61,13 +61,11 @@ class Surface:
         """
         axes = [grid_levels(box, name, levels) for name in CONDITIONS]
         conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-        design = LAW.design(conditions)
-        size, slope, rate = (
-            np.exp(design @ block).reshape(levels, levels, levels, -1)
-            for block in np.split(internal, 3)
+        sizes = LAW.sizes(internal, LAW.design(conditions))
+        slips = (np.sort(slip), min(compared), max(compared), max(box["slide_roll_ratio"]))
+        return cls(
+            axes[STRESS], *slips, sizes.reshape(-1, levels, levels, levels, internal.shape[1])
         )
-        slips = (np.sort(slip), min(compared), max(compared), box["slide_roll_ratio"][1])
-        return cls(axes[STRESS], *slips, np.stack([-size, slope, rate]))
 
     @cached_property
     def mu(self) -> FloatArray:
@@ -76,13 +74,13 @@ class Surface:
 
     def at(self, slip: FloatArray | float) -> FloatArray:
         """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
-        return LAW.value(np.abs(self.local), np.asarray(slip))
+        return LAW.value(self.sizes, np.asarray(slip))
 
     @cached_property
     def peak_slip(self) -> FloatArray:
         """Slip of the one peak, where dmu/dS = 0: 1/C + |A|/B."""
-        a, b, c = self.local
-        return 1 / c - a / b
+        size, slope, rate = self.sizes
+        return 1 / rate + size / slope
 
     @cached_property
     def peak(self) -> FloatArray:
@@ -92,8 +90,8 @@ class Surface:
     @cached_property
     def slope(self) -> FloatArray:
         """Slope of the curve at zero slip: B + |A| C."""
-        a, b, c = self.local
-        return b - a * c
+        size, slope, rate = self.sizes
+        return slope + size * rate
 
     @cached_property
     def knee(self) -> FloatArray:
@@ -254,8 +252,7 @@ BETWEEN_OILS = ("viscosity_order", "hot_convergence")
 
 def grid_levels(box: Mapping[str, Sequence[float]], name: str, levels: int) -> FloatArray:
     """Evenly spaced levels of a condition over a box."""
-    lowest, highest = box[name]
-    return np.linspace(lowest, highest, levels)
+    return np.linspace(min(box[name]), max(box[name]), levels)
 
 
 def _share(holds: npt.NDArray[np.bool_]) -> FloatArray:
