@@ -322,12 +322,12 @@ def torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     both = pd.DataFrame({"load": by_load, "stress": by_stress}).dropna().reset_index()
     if both.empty:
         raise NotCheckableError("no operating point was calculated by both bases")
-    found = both.assign(value=both["load"], holds=both["load"] > both["stress"])
-    found = found.assign(shortfall=found["stress"] - found["load"])
+    excess = both["load"] - both["stress"]
+    found = both.assign(value=excess, holds=excess > 0, shortfall=-excess)
     limit, largest = settings["torque_load_error"], both["load"].max()
     return Finding(
         _without_axes(found),
-        "relative error of the torque",
+        "relative error by the load less that by the stress",
         ".1%",
         remarks=[f"The largest load-based error is {largest:.1%}; the paper has {limit:.0%}."],
         complete=bool(largest >= limit),
