@@ -5,8 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pandera.errors
 import pyarrow.parquet as parquet
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
@@ -68,6 +71,34 @@ def test_forbidden_value_is_told_with_column_and_meaning(
         tables.conform(frame, "points", "here")
     for word in words:
         assert word.lower() in str(mistake.value).lower()
+
+
+NUMBERS = st.floats() | st.sampled_from([-tables.LARGEST, tables.LARGEST, 2 * tables.LARGEST])
+
+
+FLOATS = [("points", "time_s"), ("points", "lambda_ratio"), ("runs", "nominal_load_n")]
+COUNTS = [("points", "n_samples"), ("points", "first_row")]
+WORDS = ["continuous", "step", "", None]
+
+
+@given(
+    st.tuples(st.sampled_from(FLOATS), NUMBERS)
+    | st.tuples(st.sampled_from(COUNTS), st.integers(-2, 2))
+    | st.tuples(st.just(("runs", "kind")), st.sampled_from(WORDS))
+)
+def test_short_cut_past_pandera_lets_nothing_pass_that_pandera_refuses(
+    demo, changed: tuple[tuple[str, str], object]
+) -> None:
+    (table, column), value = changed
+    frame = getattr(demo.curated, table).head(3).copy()
+    frame[column] = pd.Series([*frame[column][:2], value], dtype=frame[column].dtype)
+    try:
+        tables.TABLES[table].validate(frame)
+    except pandera.errors.SchemaError:
+        with pytest.raises(OilfilmError, match=column):
+            tables.conform(frame, table, "here")
+    else:
+        tables.conform(frame, table, "here")
 
 
 def test_accepted_point_with_a_reason_is_a_contradiction(demo) -> None:
