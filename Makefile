@@ -34,7 +34,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint bench-fuzz bench-ingest lock upgrade clean help
+.PHONY: all setup test lint bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -83,22 +83,38 @@ $(READY): $(LOCKED) pyproject.toml
 	@$(INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-# Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
-# for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
 bench-ingest: $(READY) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py
 
+bench-coverage: $(READY) ## 200 simulated campaigns an oil: do the intervals cover the truth (10 min)
+	$(BIN)/python benchmarks/coverage.py
+
+# The rivals' packages stay out of .venv: nothing but this benchmark needs them.
+RIVALS := .venv-rivals
+
+bench-fit: ## the fit against other optimisers, 20 seeds on each oil (half an hour)
+	@$(MAKE) --no-print-directory VENV=$(RIVALS) setup
+	@$(if $(UV),uv pip install --quiet --python $(RIVALS)/bin/python,\
+		$(RIVALS)/bin/python -m pip install --quiet --disable-pip-version-check) \
+		--require-hashes --requirement benchmarks/rivals.lock
+	$(RIVALS)/bin/python benchmarks/fit.py
+
+# Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
+# for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
 lock: ## renew requirements.lock after a change of pyproject.toml
 	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) setup)
 	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
 		--generate-hashes --no-emit-index-url --all-extras --python-version 3.11 \
 		--custom-compile-command "make lock" pyproject.toml --output-file requirements.lock
+	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
+		--generate-hashes --no-emit-index-url --python-version 3.11 --constraint requirements.lock \
+		--custom-compile-command "make lock" benchmarks/rivals.in --output-file benchmarks/rivals.lock
 
 upgrade: ## the same, with the newest release of everything
 	@$(MAKE) lock UPGRADE=--upgrade
 
 clean: ## remove .venv and caches; data/, results/ and .snakemake/ stay
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis htmlcov .coverage .coverage.*
+	rm -rf $(VENV) .venv-* .mypy_cache .pytest_cache .ruff_cache .hypothesis htmlcov .coverage .coverage.*
 	find workflow tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
 help: ## this list

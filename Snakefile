@@ -9,7 +9,11 @@ include: "workflow/rules/ingest.smk"
 include: "workflow/rules/curate.smk"
 include: "workflow/rules/quality.smk"
 include: "workflow/rules/fit.smk"
+include: "workflow/rules/compare.smk"
+include: "workflow/rules/extrapolation.smk"
 include: "workflow/rules/exports.smk"
+include: "workflow/rules/printed.smk"
+include: "workflow/rules/audit.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
@@ -23,6 +27,7 @@ rule all:
         rules.certified.output,
         rules.coverage.output,
         rules.refused.output,
+        rules.audit.output,
         rules.figures.input,
         rules.metadata.output,
         rules.exports.output,

@@ -43,3 +43,9 @@ def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Cam
     return Campaign(
         config, folder, tables.empty("truth"), found, collect([share], [found.quarantine], config)
     )
+
+
+def printed_settings(config: dict[str, Any]) -> dict[str, Any]:
+    """What the rules hand to the study of the printed constants."""
+    limit = config["gates"]["traction_max"]
+    return {**config["printed"], "oils": list(config["oils"]), "traction_max": limit}

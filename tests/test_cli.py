@@ -1,11 +1,14 @@
-"""`oilfilm check`: a verdict, a reason and an advice, in sentences."""
+"""The command: a verdict with reason and advice, a prediction with interval, in sentences."""
 
 from pathlib import Path
 
 import pytest
 
-from campaigns import ROOT, Campaign
-from oilfilm.cli import main
+from campaigns import ROOT, Campaign, printed
+from oilfilm import tables
+from oilfilm.cli import main, quantity
+from oilfilm.errors import OilfilmError
+from oilfilm.traction.deng2026 import traction_coefficient
 
 CONFIG = ["--config", str(ROOT / "config")]
 
@@ -40,3 +43,74 @@ def test_mistakes_are_sentences(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "nothing.csv: cannot be read" in capsys.readouterr().err
     assert main(["check", "x", "--campaign", "no-such-campaign", *CONFIG]) == 2
     assert "no such campaign file" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A results folder with the fit of one oil."""
+    folder = tmp_path_factory.mktemp("results")
+    about = {"campaign": "demo", "data": "simulated", "rule": "fits"}
+    for name, table in demo.fit("4102", searches=1, bootstrap=50).tables().items():
+        tables.write(table, name, folder / "demo" / "tables" / f"{name}.parquet", about)
+    return folder
+
+
+AT = {"--stress": "1.2GPa", "--speed": "30m/s", "--temperature": "70degC", "--slip": "0.05"}
+
+
+def ask(results: Path, oil: str = "4102", **changed: str) -> int:
+    options = AT | {f"--{name}": value for name, value in changed.items()}
+    words = [word for option in options.items() for word in option]
+    return main(["predict", "--oil", oil, "--results", str(results), *words])
+
+
+def test_prediction_has_interval_and_source(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ask(results) == 0
+    said = capsys.readouterr().out
+    mu = float(said.partition("mu = ")[2].partition(",")[0])
+    true = float(traction_coefficient(printed()["4102"], 1.2, 30.0, 70.0, 0.05))
+    assert mu == pytest.approx(true, rel=0.01)
+    assert "95 % interval 0.010" in said
+    assert "simulated data" in said
+    assert "OUTSIDE" not in said
+
+
+def test_units_of_a_prediction_are_converted(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ask(results) == 0
+    plain = capsys.readouterr().out
+    assert ask(results, stress="1200MPa", temperature="343.15K", slip="5%", speed="30") == 0
+    assert capsys.readouterr().out == plain
+
+
+def test_prediction_outside_the_tested_box_says_how_far(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ask(results, speed="200m/s") == 0
+    said = capsys.readouterr().out
+    assert "OUTSIDE the tested box: entrainment_speed_m_s 200, tested 24.9" in said
+    # (200 - 40)/(40 - 25) = 10.7 and a little less: the controlled speed is off by some 0.1 %
+    assert "10.5 tested ranges outside" in said
+
+
+def test_mistakes_in_a_prediction_are_sentences(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for changed, words in (
+        ({"stress": "1.2kg"}, "--stress: found '1.2kg': the unit 'kg' is none of GPa"),
+        ({"slip": "much"}, "--slip: found 'much'; expected a number"),
+        ({"temperature": "-70"}, "inlet_temperature_c above zero"),
+        ({"oil": "oil"}, "no fit of oil 'oil'; there are fits of 4102"),
+    ):
+        assert ask(results, **changed) == 2
+        assert words in capsys.readouterr().err
+
+
+def test_bare_number_is_in_the_unit_asked_for() -> None:
+    assert quantity("1.5", "GPa", "--stress") == 1.5
+    assert quantity("-4e1 degF", "degC", "--temperature") == pytest.approx(-40)
+    with pytest.raises(OilfilmError, match="--speed"):
+        quantity("1.2.3", "m/s", "--speed")

@@ -57,6 +57,11 @@ def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(fold
         ("inlet_temperature_c: 40", "inlet_temperature_c: 4e1", ["'4e1'", "Write 40."]),
         ("inlet_temperature_c: 40", "inlet_temperature_c: .nan", ["nan", "finite"]),
         ("figures: [curves", "figures: [fig02, curves", ["line 9", "fig02", "'4102'"]),
+        (
+            "figures: [curves",
+            "figures: [extrapolation, curves",
+            ["line 9", "`extrapolation` needs the truth of a rig twin"],
+        ),
         ("rigs: [pcs-etm]", "rigs: [pcs-mtm]", ["`rigs`", "pcs-mtm.yaml"]),
         ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
         ("rigs:", "traction_sign: -1\nrigs:", ["stands under `semantics`"]),
@@ -148,3 +153,11 @@ def test_template_of_an_oil_is_a_good_oil_file() -> None:
     oil = oil_from_config(load_checked(ROOT / "config/oils/template.yaml", "oil"))
     # the template says 5 cSt and 920 kg/m3 at 100 degC
     assert oil.dynamic_viscosity_pa_s(np.array([100.0])) == pytest.approx(5e-6 * 920, rel=0.02)
+
+
+def test_extrapolation_of_an_oil_that_the_twin_does_not_have_is_refused(folder: Path) -> None:
+    path = folder / "campaigns/thermal.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace('"4050", ', ""), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"thermal\.yaml, line 6: extrapolation shows .*'4050'"):
+        resolve(folder, {"campaign": "thermal"})

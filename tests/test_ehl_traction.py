@@ -158,6 +158,15 @@ def test_pure_rolling_has_no_traction_and_a_missing_slip_spares_its_neighbours()
     assert np.isnan(found.traction_coefficient).tolist() == [False, True, False]
 
 
+def test_film_is_found_at_every_slip_however_small() -> None:
+    # as a rig's slip control leaves them behind: heat then vanishes in the rounding
+    slip = np.logspace(-16, -2, 3000)
+    for oil in OILS:
+        mu = film(oil, 1.0, 30.0, 85.0, slip).traction_coefficient
+        assert np.all(np.diff(mu) > 0)
+        np.testing.assert_allclose(mu[:1000] / slip[:1000], mu[0] / slip[0], rtol=1e-5)
+
+
 @given(names, pressures, speeds, inlets, slips)
 def test_array_of_conditions_gives_what_each_alone_gives(
     oil: str, pressure: float, speed: float, inlet: float, slip: float

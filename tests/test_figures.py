@@ -8,11 +8,12 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 
-from campaigns import Campaign, printed
+from campaigns import Campaign, printed, printed_settings
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.figures import FIGURES, Results, style
 from oilfilm.fitting.fit import fit_oil
+from oilfilm.printed.signs import study_signs
 from oilfilm.traction.deng2026 import traction_coefficient
 
 
@@ -110,6 +111,28 @@ def test_real_curves_are_called_measured(etm: Campaign) -> None:
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
     figure, drawn = FIGURES["eqs11-13"].draw(results, etm.config)
     assert drawn["value"].notna().sum() == 3
+
+
+def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> None:
+    settings = printed_settings(config)
+    studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
+    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
+    figure, drawn = FIGURES["signs"].draw(Results(*nothing, *studied), config)
+    tables.conform(drawn, "sign_study", "signs")
+    words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
+    assert words == [
+        f"{sign} {verdict}".replace("-", "\N{MINUS SIGN}")
+        for sign, verdict in studied[1][["sign", "verdict"]].to_numpy()
+    ]
+    assert "no data are drawn" in figure.texts[0].get_text()
+    assert (drawn["panel"] == "a").sum() == 512
+
+
+def test_sign_study_of_oils_without_printed_constants_says_so(config: dict[str, Any]) -> None:
+    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
+    figure, drawn = FIGURES["signs"].draw(Results(*nothing), config)
+    assert drawn.empty
+    assert "no oil of this campaign" in figure.axes[0].texts[0].get_text()
 
 
 def test_shades_run_from_dark_to_light() -> None:

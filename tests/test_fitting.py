@@ -7,59 +7,22 @@ import pandas as pd
 import pytest
 
 from campaigns import ROOT, Campaign, printed
+from fit_points import LAW, P, T, U, make_points, matrix
 from oilfilm.config import resolve
+from oilfilm.errors import OilfilmError
 from oilfilm.fitting import engine, problem
 from oilfilm.fitting.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fitting.remarks import certificates
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
-from oilfilm.traction import LAWS
 from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import to_constants, to_internal
 
-LAW = LAWS["deng2026"]
 OILS = ("4102", "4050", "4010")
 SETTINGS = resolve(ROOT / "config", {})["fit"]
-P, U, T = [1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0]
-
-
-def make_points(
-    oil: str, conditions: list[tuple[float, float, float]], noise: float = 0.0
-) -> pd.DataFrame:
-    random = generator(5, "points", oil)
-    slip = np.linspace(0, 0.3, 31)
-    frames = []
-    for number, (p, u, t) in enumerate(conditions):
-        mu = traction_coefficient(printed()[oil], p, u, t, slip)
-        frames.append(
-            pd.DataFrame(
-                {
-                    "run_id": f"run{number:03d}",
-                    "oil": oil,
-                    "first_row": np.arange(len(slip)),
-                    "slide_roll_ratio": slip,
-                    "max_hertz_pressure_gpa": p,
-                    "entrainment_speed_m_s": u,
-                    "inlet_temperature_c": t,
-                    "traction_coefficient": mu + noise * random.standard_normal(len(slip)),
-                    "traction_coefficient_se": noise,
-                    "load_n": 80.0,
-                    "traction_force_n": 80.0 * mu,
-                    "load_systematic_n": np.nan,
-                    "traction_force_systematic_n": np.nan,
-                    "entrainment_speed_systematic_m_s": np.nan,
-                    "inlet_temperature_systematic_c": np.nan,
-                    "accepted": True,
-                }
-            )
-        )
-    return pd.concat(frames, ignore_index=True)
-
-
-def matrix(ps: list[float] = P, us: list[float] = U, ts: list[float] = T) -> list:
-    return [(p, u, t) for p in ps for u in us for t in ts]
 
 
 @pytest.fixture(scope="module")
@@ -194,9 +157,23 @@ def test_unknown_pressure_is_said_to_be_unknown(quick: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
+        (lambda frame: frame.head(0), "0 accepted points"),
         (lambda frame: frame.assign(accepted=False), "0 accepted points"),
-        (lambda frame: frame.head(3), "3 accepted points"),
+        (lambda frame: frame.tail(1), "1 accepted points; at least 4 distinct ones"),
+        (lambda frame: frame.head(3), "3 accepted points; at least 4 distinct ones"),
         (lambda frame: frame.assign(inlet_temperature_c=-frame["inlet_temperature_c"]), "zero"),
+        (lambda frame: frame.assign(traction_coefficient=np.nan), "2232 accepted points have no"),
+        (lambda frame: frame.assign(slide_roll_ratio=np.nan), "2232 accepted points have no"),
+        (lambda frame: frame.assign(slide_roll_ratio=0.0), "every slide-roll ratio is zero"),
+        (lambda frame: frame.assign(traction_coefficient=0.02), "mu is 0.02 at every point"),
+        (
+            lambda frame: frame.assign(traction_coefficient=-frame["traction_coefficient"]),
+            "is the sign of the force right",
+        ),
+        (
+            lambda frame: pd.concat([frame.iloc[[5]]] * 40).assign(first_row=range(40)),
+            "40 accepted points, 1 of them distinct; at least 4",
+        ),
     ],
 )
 def test_data_that_cannot_be_fitted_end_in_a_verdict(
@@ -204,11 +181,21 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
 ) -> None:
     points = spoil(make_points("4102", matrix()))
     fit = fit_oil(points, "4102", printed()["4102"], quick)
-    coefficients, quality = fit.coefficients, fit.fit_quality
-    assert not quality["certified"].iloc[0]
-    assert words in quality["verdict"].iloc[0]
-    assert coefficients["value"].isna().all()
-    assert len(coefficients) == 12
+    assert not fit.fit_quality["certified"].iloc[0]
+    assert words in fit.fit_quality["verdict"].iloc[0]
+    assert fit.coefficients["value"].isna().all()
+    assert len(fit.coefficients) == 12
+    assert words in fit.remarks()[0]
+    # no number that could be mistaken for a proven one: such data do not end the run
+    assert words in certificates(fit.fit_quality, allow_uncertified=False)
+
+
+def test_fit_without_certificate_ends_the_run_unless_allowed(quick: dict[str, Any]) -> None:
+    strict = {**quick, "fit": {**quick["fit"], "agreement_sse": 0.0, "gradient_cosine_max": 0.0}}
+    fit = fit_oil(make_points("4102", matrix(), noise=2e-4), "4102", None, strict)
+    with pytest.raises(OilfilmError, match=r"4102: not certified: .*allow_uncertified: true"):
+        certificates(fit.fit_quality, allow_uncertified=False)
+    assert "not certified" in certificates(fit.fit_quality, allow_uncertified=True)
 
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: dict[str, Any]) -> None:

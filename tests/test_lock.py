@@ -170,3 +170,16 @@ def test_every_pin_has_hashes():
 def test_lock_names_no_place_to_install_from():
     # No address, no option line (--index-url, --find-links), no direct reference, no path.
     assert not re.findall(r"(?m)^.*://.*$|^-.*$|^[^#\n]* @ .*$|^[^#\n]*/.*$", LOCK)
+
+
+def test_rivals_of_the_benchmark_share_every_package_with_the_project() -> None:
+    """benchmarks/fit.py runs ours and theirs in one process."""
+    rivals = (ROOT / "benchmarks/rivals.lock").read_text(encoding="utf-8")
+    ours, theirs = pins(LOCK), pins(rivals)
+    shared = {"numpy", "scipy"} | (ours.keys() & theirs.keys())
+    assert {name: [version(pin) for pin in ours[name]] for name in shared} == {
+        name: [version(pin) for pin in theirs[name]] for name in shared
+    }
+    asked = (ROOT / "benchmarks/rivals.in").read_text(encoding="utf-8").splitlines()
+    assert {canonicalize_name(line) for line in asked if not line.startswith("#")} <= theirs.keys()
+    assert "://" not in rivals

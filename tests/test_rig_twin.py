@@ -10,8 +10,9 @@ from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.campaign import simulate_campaign
-from oilfilm.rig_twin.plan import PlannedRun, planned_runs
-from oilfilm.rig_twin.simulate import simulate_log, slip_programme
+from oilfilm.rig_twin.plan import planned_runs
+from oilfilm.rig_twin.simulate import slip_programme
+from oilfilm.rig_twin.truth import true_tractions, truth_grid
 
 
 def test_campaign_has_72_runs_an_oil_and_its_extra_defects(config: dict[str, Any]) -> None:
@@ -57,15 +58,9 @@ def test_slip_programme_visits_31_steps_between_two_rolling_phases(
 
 
 def test_twin_without_geometry_is_refused(config: dict[str, Any]) -> None:
-    rig = resolve(ROOT / "config", {"campaign": "etm-slim"})["rigs"]
-    with pytest.raises(OilfilmError, match="known geometry"):
-        simulate_log(
-            PlannedRun("4102", 1.0, 25.0, 70.0),
-            printed()["4102"],
-            config["campaign"]["twin"],
-            rig["pcs-etm"],
-            generator(1, "x"),
-        )
+    rigs = resolve(ROOT / "config", {"campaign": "etm-slim"})["rigs"]
+    with pytest.raises(OilfilmError, match=r"pcs-etm\.yaml: .*known geometry"):
+        next(simulate_campaign({**config, "rigs": rigs}, printed()))
 
 
 def test_random_streams_of_different_purposes_differ() -> None:
@@ -90,3 +85,54 @@ def test_campaign_that_the_twin_cannot_simulate_is_refused_in_words(
     spoiled = {**config, "campaign": campaign, "rigs": {name: rig}}
     with pytest.raises(OilfilmError, match=words):
         list(simulate_campaign(spoiled, printed()))
+
+
+def test_thermal_campaign_is_that_of_the_demo_but_for_its_truth(config: dict[str, Any]) -> None:
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"})
+    assert thermal["campaign"]["matrix"] == config["campaign"]["matrix"]
+    twin = thermal["campaign"]["twin"]
+    assert {**twin, "defects": []} == {
+        **config["campaign"]["twin"],
+        "defects": [],
+        "thermal_ehl": twin["thermal_ehl"],
+    }
+    assert thermal["oils"] == config["oils"]
+
+
+def test_thermal_truth_needs_no_printed_constants() -> None:
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"})
+    run, content, _ = next(simulate_campaign(thermal, {}))
+    assert run.oil == "4010"
+    assert b"nan" not in content
+
+
+def test_printed_truth_is_the_printed_law(config: dict[str, Any]) -> None:
+    # reference condition of the law, S = 0.05: (A0 + B0 S) exp(-C0 S) - A0 by hand
+    at = (np.array(part) for part in (1.0, 20.0, 20.0, 0.05))
+    assert true_tractions(config, printed())["4102"](*at) == pytest.approx(0.020412, abs=5e-7)
+
+
+@pytest.mark.parametrize("campaign", ["demo", "thermal"])
+def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil(campaign: str) -> None:
+    config = resolve(ROOT / "config", {"campaign": campaign})
+    grid = truth_grid(config, printed())
+    wanted = sum(
+        np.prod([len(levels) for levels in figure.values()])
+        for figure in config["extrapolation"].values()
+    )
+    assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
+    assert grid["entrainment_speed_m_s"].max() == 200
+    assert grid["max_hertz_pressure_gpa"].max() == 2.5
+    # physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
+    if campaign == "thermal":
+        assert 0.03 < grid["traction_coefficient"].max() < 0.05
+
+
+def test_limits_of_the_thermal_truth_are_in_their_usual_range() -> None:
+    # physics.md, last section [M]: tau_E 3 to 8 MPa, Lambda 0.04 to 0.1 falling with temperature
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"})["campaign"]["twin"]["thermal_ehl"]
+    assert 3e6 <= thermal["eyring_stress_pa"] <= 8e6
+    warm = thermal["limiting_stress_ratio"] * np.exp(
+        -thermal["limiting_stress_decay_1_k"] * (150 - thermal["limiting_stress_reference_c"])
+    )
+    assert 0.04 <= warm < thermal["limiting_stress_ratio"] <= 0.1

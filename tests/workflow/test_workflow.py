@@ -78,7 +78,10 @@ def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
     place: Path, finished: str
 ) -> None:
     folder = place / "results/small/tables"
-    for name in ("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"):
+    for name in (
+        *("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"),
+        *("extrapolation", "extrapolation_errors"),
+    ):
         path = folder / f"{name}.parquet"
         frame = tables.read(name, path)
         assert len(frame) > 0

@@ -1,14 +1,16 @@
-"""The command `oilfilm`: for the person at the rig, who wants a verdict on a log at once.
+"""The command `oilfilm`: a verdict on a log at the rig, a traction coefficient at the desk.
 
 Everything else is done by snakemake.
 """
 
 import argparse
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from oilfilm import tables
@@ -16,29 +18,118 @@ from oilfilm.config import resolve
 from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.curation.gates import advice_for
 from oilfilm.errors import OilfilmError
+from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
 from oilfilm.ingest import ingest_logs, read_bytes
+from oilfilm.units import conversion
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; 0 where every log is good, 1 where one is refused, 2 for a mistake."""
+    """Run the command; 0 where all is well, 1 where a log is refused, 2 for a mistake."""
+    given = _parser().parse_args(arguments)
+    try:
+        return int(given.run(given))
+    except OilfilmError as mistake:
+        print(mistake, file=sys.stderr)
+        return 2
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="oilfilm", description=__doc__)
-    commands = parser.add_subparsers(dest="command", required=True)
+    commands = parser.add_subparsers(required=True)
     check = commands.add_parser("check", help="read logs and judge them by every gate")
     check.add_argument("logs", nargs="+", type=Path, metavar="FILE")
     check.add_argument("--campaign", help="whose rig, oils and limits count (config/campaigns)")
     check.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
-    given = parser.parse_args(arguments)
+    check.set_defaults(run=_check)
+    predict = commands.add_parser("predict", help="traction coefficient of a fitted oil")
+    predict.add_argument("--oil", required=True)
+    predict.add_argument("--stress", required=True, help="maximum Hertz pressure, as 1.2GPa")
+    predict.add_argument("--speed", required=True, help="entrainment speed, as 30m/s")
+    predict.add_argument("--temperature", required=True, help="of the inlet oil, as 70degC")
+    predict.add_argument("--slip", required=True, help="slide-roll ratio, as 0.05 or 5%%")
+    predict.add_argument("--campaign", default="demo", help="whose fit (default: demo)")
+    predict.add_argument("--results", type=Path, default=Path("results"), help="results folder")
+    predict.set_defaults(run=_predict)
+    return parser
+
+
+def _check(given: argparse.Namespace) -> int:
     overrides = {"campaign": given.campaign} if given.campaign else {}
-    try:
-        config = resolve(given.config, overrides)
-        logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(given.logs)]
-        verdict = check_logs(logs, config)
-    except OilfilmError as mistake:
-        print(mistake, file=sys.stderr)
-        return 2
+    config = resolve(given.config, overrides)
+    logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(given.logs)]
+    verdict = check_logs(logs, config)
     print(report(verdict))
     unread = set(verdict.quarantine["file"]) - set(verdict.runs["file"])
     return int(bool((verdict.runs["verdict"] == "refused").any() or unread))
+
+
+def _predict(given: argparse.Namespace) -> int:
+    at = {
+        "max_hertz_pressure_gpa": quantity(given.stress, "GPa", "--stress"),
+        "entrainment_speed_m_s": quantity(given.speed, "m/s", "--speed"),
+        "inlet_temperature_c": quantity(given.temperature, "degC", "--temperature"),
+        "slide_roll_ratio": quantity(given.slip, "dimensionless", "--slip"),
+    }
+    folder = given.results / given.campaign
+    footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
+    print(prediction(read_fit(folder, given.oil), given.oil, at))
+    print(f"from campaign {footer['campaign']}, {footer['data']} data")
+    return 0
+
+
+def quantity(text: str, unit: str, option: str) -> float:
+    """A number with its unit, as typed, in `unit`; a bare number is in `unit` already.
+
+    Raises:
+        OilfilmError: It is no number, or its unit measures something else.
+    """
+    number = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
+    expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
+    if number is None:
+        raise OilfilmError(f"{option}: found {text!r}; {expected}.")
+    try:
+        value = np.array(float(number[1]))
+        return float(conversion(number[2] or unit, (unit,)).of(value))
+    except ValueError as error:
+        raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None
+
+
+def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
+    """What a fit says of one operating point, in words.
+
+    Args:
+        fit: The fitted law.
+        oil: Name of its oil.
+        at: Pressure, speed, temperature and slide-roll ratio by their columns' names.
+
+    Raises:
+        OilfilmError: The fit has no value there.
+    """
+    try:
+        found = predict(fit.law, fit.coefficients, *at.values())
+    except ValueError as error:
+        raise OilfilmError(f"{oil}: {error}.") from None
+    mu, lower, upper = (
+        float(value) for value in (found.traction_coefficient, found.lower, found.upper)
+    )
+    if np.isnan(mu):
+        raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
+    sure = "no interval" if np.isnan(lower) else f"95 % interval {lower:.5f} to {upper:.5f}"
+    lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {sure}"]
+    box = dict(zip((*fit.law.conditions, "slide_roll_ratio"), fit.coefficients.box, strict=True))
+    for name, value in at.items():
+        low, high = box[name]
+        if np.isfinite(low) and not low <= abs(value) <= high:
+            unit = tables.unit_of(name).replace("1", "")
+            lines.append(
+                f"OUTSIDE the tested box: {name} {value:g}, tested {low:.4g} to {high:.4g} {unit}"
+            )
+    if found.outside:
+        lines.append(
+            f"{float(found.distance):.1f} tested ranges outside: the interval holds only if the "
+            "law does"
+        )
+    return "\n".join(line.rstrip() for line in lines)
 
 
 def check_logs(logs: Sequence[tuple[str, bytes]], config: Mapping[str, Any]) -> Curated:

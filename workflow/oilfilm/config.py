@@ -133,6 +133,20 @@ def _contradictions(
             f"fig02 shows the oil {drawn!r} (figures.fig02.oil of config.yaml), which the campaign "
             "does not have; name one of its own under `settings: {figures: {fig02: {oil: ...}}}`.",
         )
+    shown = merged["figures"]["extrapolation"]["oil"]
+    if "extrapolation" in campaign["figures"] and "twin" not in campaign:
+        yield (
+            ["figures"],
+            "the figure `extrapolation` needs the truth of a rig twin, and this campaign has none; "
+            "take it off the list.",
+        )
+    elif "extrapolation" in campaign["figures"] and shown not in known:
+        yield (
+            ["figures"],
+            f"extrapolation shows the oil {shown!r} (figures.extrapolation.oil of config.yaml), "
+            "which the twin does not simulate; name one of its own under `settings: {figures: "
+            "{extrapolation: {oil: ...}}}`.",
+        )
     for rig in set(campaign.get("semantics_of_rig", {})) - set(campaign["rigs"]):
         yield (
             ["semantics_of_rig", rig],

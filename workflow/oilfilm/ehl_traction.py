@@ -23,6 +23,8 @@ from oilfilm.film import (
 from oilfilm.oils import Oil
 from oilfilm.units import FloatArray
 
+# Further up, properties continued in straight lines from their tables would fall below zero.
+_HOTTEST_C = 800.0
 # Mean over a circle of the temperature that a fast, uniform source leaves behind: chord by chord
 # 4/3 q sqrt(chord/(pi k rho c V)), integrated over the chords.
 _CIRCULAR_SOURCE = 8 * np.sqrt(2) / (3 * np.pi**1.5) * beta(1 / 2, 7 / 4)
@@ -328,7 +330,7 @@ def thermal_ehl_traction(
         reduced_modulus_pa: E' = 2 E*, in Pa.
 
     Returns:
-        The film.
+        The film; NaN where it would be hotter than 800 degC.
 
     Validity: full film, small S (both surfaces are heated as if they moved at U; at S = 0.3 that
         is 1 % off). The thermal reduction phi_T is the fit of Gupta et al. without its pressure
@@ -381,13 +383,17 @@ def thermal_ehl_traction(
         at = inlet + rise * stress
         return stress - _stress(oil, constants, mean_pressure, at, shear_rate)
 
+    # no film bears more than the one that stays cold; the excess keeps rounding from deciding
     coldest = _stress(oil, constants, mean_pressure, inlet, shear_rate)
+    with np.errstate(divide="ignore"):
+        hottest = (_HOTTEST_C - inlet) / (flash + within)
+    most = np.minimum(coldest * (1 + 1e-9), hottest)
     # imported where needed: it takes half a second, and the formulas above do without
     from scipy.optimize import elementwise  # noqa: PLC0415
 
     found = elementwise.find_root(
         excess,
-        (np.zeros_like(coldest), coldest),
+        (np.zeros_like(most), most),
         args=(inlet, flash + within, shear_rate, mean_pressure),
     )
     stress = found.x

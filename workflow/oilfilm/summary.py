@@ -8,6 +8,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.extrapolation import extrapolation_words
 from oilfilm.fitting.remarks import fit_remarks
 
 # Missing conditions that are named; the table coverage has them all.
@@ -20,8 +21,12 @@ def summarise(
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
     coverage: pd.DataFrame,
+    extrapolation: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
+    judged: pd.DataFrame,
+    signs: pd.DataFrame,
+    sign_verdicts: pd.DataFrame,
     campaign: Mapping[str, Any],
     oils: Mapping[str, Any],
     film: Mapping[str, Any],
@@ -45,7 +50,9 @@ def summarise(
         *_refusals(runs, points, quarantine),
         "",
         *_fits(coefficients, quality),
+        *_extrapolated(extrapolation),
         "",
+        *_printed(judged, signs, sign_verdicts, campaign),
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
         f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",
@@ -134,6 +141,16 @@ def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame
     return lines
 
 
+def _extrapolated(compared: pd.DataFrame) -> list[str]:
+    if compared.empty:
+        return []
+    return [
+        "  against the SIMULATED truth at the conditions of Figs 7-10, which decides nothing about "
+        "the real oils:",
+        *(f"    {line}" for line in extrapolation_words(compared)),
+    ]
+
+
 def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
     lines = []
     for fit in tables.rows(quality):
@@ -163,3 +180,42 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
                 + ", ".join(lost)
             )
     return lines
+
+
+def _printed(
+    judged: pd.DataFrame,
+    signs: pd.DataFrame,
+    sign_verdicts: pd.DataFrame,
+    campaign: Mapping[str, Any],
+) -> list[str]:
+    """The constants printed in the paper: how far from the fit, and how sure their signs are."""
+    if signs.empty:
+        return []
+    lines = ["Printed constants (Deng et al. 2026):"]
+    for row in judged.dropna(subset=["tested_difference"]).to_dict("records"):
+        lines.append(
+            f"  {row['oil']}: SSE {row['printed_sse']:.3e}, the fit's {row['fitted_sse']:.3e}; "
+            f"mu differs by at most {abs(row['tested_difference']):.1e} as tested, "
+            f"{abs(row['extrapolated_difference']):.1e} as extrapolated"
+        )
+    for oil, of_oil in sign_verdicts.groupby("oil", sort=False):
+        rank = signs.loc[signs["in_use"] & (signs["oil"] == oil), "rank"].iloc[0]
+        named = [
+            f"{verdict} {' '.join(of_oil.loc[of_oil['verdict'] == verdict, 'constant'])}"
+            for verdict in ("settled", "probable", "open", "against", "without effect")
+            if (of_oil["verdict"] == verdict).any()
+        ]
+        lines.append(f"  {oil}: signs in use rank {rank} of 512; {', '.join(named)}")
+    return [*lines, *_signs_by_points(sign_verdicts, campaign), ""]
+
+
+def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
+    """What the campaign's own points say of the signs."""
+    asked = sign_verdicts.dropna(subset=["least_sse"])
+    if asked.empty:
+        return []
+    turned = asked[asked["least_sse_turned"] < asked["least_sse"]]
+    words = ", ".join(turned["oil"] + " " + turned["constant"])
+    line = f"  the points favour {'the other sign of ' + words if words else 'every sign in use'}"
+    circular = "; CIRCULAR: they were simulated with these very signs"
+    return [line + circular * (campaign["data"] == "simulated")]

@@ -22,6 +22,8 @@ except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
 OILS = list(CONFIG["oils"])
+# What the twin's truth is computed from, beside the campaign file.
+TRUTH = ["rigs", "oils"] if "thermal_ehl" in CAMPAIGN.get("twin", {}) else ["rigs"]
 SHARDS = sorted({shard_of(file, CONFIG["shards"]) for file in FILES})
 
 

@@ -3,7 +3,7 @@ rule exports:
     input:
         points=rules.collect.output.points,
         coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.quality,
+        quality=rules.fits.output.fit_quality,
     output:
         folder=directory("<results>/exports"),
     log:

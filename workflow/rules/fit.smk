@@ -27,10 +27,7 @@ rule fit:
 rule fits:
     "The fits of all oils, a table each."
     input:
-        **{
-            table: expand(f"<parts>/fit/{{oil}}/{table}.parquet", oil=OILS)
-            for table in FIT_TABLES
-        },
+        **{table: expand(f"<parts>/fit/{{oil}}/{table}.parquet", oil=OILS) for table in FIT_TABLES},
     output:
         **{table: f"<tables>/{table}.parquet" for table in FIT_TABLES},
     log:

@@ -11,9 +11,23 @@ if SIMULATED:
             "<logs>/twin.log",
         params:
             code=code("twin.py"),
-            config=part("rigs", "seed", campaign=("oils", "matrix", "twin")),
+            config=part("seed", *TRUTH, campaign=("oils", "matrix", "twin")),
         script:
             "../scripts/twin.py"
+
+    rule truth:
+        "What is true where no rig can go: noise-free, read by rule extrapolation alone."
+        input:
+            printed="data/reference/printed_coefficients.yaml",
+        output:
+            grid="<results>/twin/truth_grid.parquet",
+        log:
+            "<logs>/truth.log",
+        params:
+            code=code("truth.py"),
+            config=part("extrapolation", *TRUTH, campaign=("oils", "twin")),
+        script:
+            "../scripts/truth.py"
 
 
 rule ingest:

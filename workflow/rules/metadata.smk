@@ -8,6 +8,11 @@ rule metadata:
             rules.collect.output.quarantine,
             rules.coverage.output,
             rules.fits.output,
+            rules.comparisons.output,
+            EXTRAPOLATION,
+            rules.printed.output,
+            rules.signs.output,
+            rules.audit.output,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:

@@ -5,8 +5,12 @@ rule summary:
         points=rules.collect.output.points,
         quarantine=rules.collect.output.quarantine,
         coverage=rules.coverage.output.coverage,
+        extrapolation=EXTRAPOLATION[:1],
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        judged=rules.printed.output.judged,
+        signs=rules.signs.output.signs,
+        sign_verdicts=rules.signs.output.verdicts,
     output:
         "<results>/summary.txt",
     log:

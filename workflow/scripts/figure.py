@@ -13,6 +13,13 @@ with job(snakemake) as provenance:
         tables.read("runs", Path(found.runs)),
         tables.read("coefficients", Path(found.coefficients)),
         tables.read("coverage", Path(found.coverage)),
+        tables.read("extrapolation", *map(Path, found.extrapolation)),
+        tables.read("signs", Path(found.signs)),
+        tables.read("sign_verdicts", Path(found.sign_verdicts)),
+        tables.read("claims", Path(found.claims)),
+        tables.read("selection", Path(found.selection)),
+        tables.read("comparison", Path(found.comparison)),
+        tables.read("law_coefficients", Path(found.law_coefficients)),
     )
     drawing = FIGURES[snakemake.wildcards.figure]
     figure, drawn = drawing.draw(results, snakemake.params.config)

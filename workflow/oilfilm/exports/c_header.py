@@ -48,7 +48,7 @@ static inline double traction_coefficient_{name}(
     {parameters})
 {{
 {check}{bars}{products}    const double S = fabs({SLIP});
-    return copysign({description.formula.text}, {SLIP});
+    return copysign({description.formula}, {SLIP});
 }}
 
 static inline int outside_tested_box_{name}(

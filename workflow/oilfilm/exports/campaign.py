@@ -38,7 +38,7 @@ def export_campaign(
     """Every oil's fit in every form.
 
     Args:
-        points: Table of points of the campaign, for the tested box.
+        points: Table of points of the campaign, for the level of what did not vary.
         coefficients: Table of coefficients.
         quality: Table of fit quality.
         config: The resolved configuration.

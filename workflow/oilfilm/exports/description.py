@@ -9,41 +9,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.tables import unit_of
+from oilfilm import tables
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import CONDITIONS, Law
+from oilfilm.traction.law import Constant as LawConstant
+from oilfilm.traction.law import Law
 
-
-@dataclass(frozen=True)
-class Formula:
-    """How a law is written at one operating condition, for S >= 0; it is odd in S.
-
-    The operators mean the same in C, Fortran, Modelica and Python.
-    """
-
-    text: str
-    source: str
-
-
-FORMULAS = {
-    "deng2026": Formula(
-        "(A + B * S) * exp(-C * S) - A",
-        "K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, Eqs 7-9, "
-        "https://doi.org/10.3390/lubricants14010033",
-    )
+# How a law is written at one operating condition, for S >= 0. The operators mean the same in C,
+# Fortran, Modelica and Python.
+FORMULAS = {"deng2026": "(A + B * S) * exp(-C * S) - A"}
+# Condition -> its symbol and its meaning.
+_WORDS = {
+    "max_hertz_pressure_gpa": ("P", "maximum Hertz pressure"),
+    "entrainment_speed_m_s": ("U", "entrainment speed, mean of both surface speeds"),
+    "inlet_temperature_c": ("T", "oil temperature at the inlet"),
+    "load_n": ("W", "normal load"),
 }
-_SYMBOLS = dict(zip(CONDITIONS, "PUT", strict=True))
-_MEANINGS = dict(
-    zip(
-        CONDITIONS,
-        (
-            "maximum Hertz pressure",
-            "entrainment speed, mean of both surface speeds",
-            "oil temperature at the inlet",
-        ),
-        strict=True,
-    )
-)
 SLIP = "slide_roll_ratio"
 SLIP_MEANING = "sliding speed over entrainment speed"
 
@@ -57,7 +37,7 @@ class Condition:
         reference: Value at which its power is 1.
         argument: False where the law is known at `level` only.
         level: The one level tested; None where the condition is an argument, or unknown.
-        lower: Smallest value among the accepted points; None where unknown.
+        lower: Smallest value tested; None where unknown.
         upper: Largest one.
     """
 
@@ -70,18 +50,18 @@ class Condition:
 
     @property
     def symbol(self) -> str:
-        """P, U or T."""
-        return _SYMBOLS[self.name]
+        """P, U, T or W."""
+        return _WORDS[self.name][0]
 
     @property
     def unit(self) -> str:
         """Unit in words of the tables."""
-        return unit_of(self.name)
+        return tables.unit_of(self.name)
 
     @property
     def meaning(self) -> str:
         """What it is."""
-        return _MEANINGS[self.name]
+        return _WORDS[self.name][1]
 
 
 @dataclass(frozen=True)
@@ -109,8 +89,9 @@ class Description:
         about: Its description.
         simulated: Whether the data are a rig twin's.
         law: Name of the law.
-        conditions: P, U and T.
-        slip_upper: Largest |S| tested; None where nothing was accepted.
+        conditions: Operating conditions of the law, in its order.
+        slip_upper: Largest |S| tested; None where nothing was accepted. |S| counts as tested from
+            0, where traction, being odd in S, is 0.
         constants: All constants, in the law's order.
         quality: The oil's row of the table `fit_quality`.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
@@ -125,7 +106,7 @@ class Description:
     conditions: tuple[Condition, ...]
     slip_upper: float | None
     constants: tuple[Constant, ...]
-    quality: Mapping[Any, Any]
+    quality: Mapping[str, Any]
     adore_points: tuple[Mapping[str, float], ...]
 
     @property
@@ -155,9 +136,17 @@ class Description:
         return [*(one.name for one in self.arguments), SLIP]
 
     @property
-    def formula(self) -> Formula:
-        """The law as it is written."""
+    def formula(self) -> str:
+        """mu by A, B, C and S, 0 or more."""
         return FORMULAS[self.law]
+
+    def power_law(self, conditions: Iterable[Condition]) -> str:
+        """How A, B and C depend on these of the conditions."""
+        powers = (
+            f"({one.symbol} / {one.reference:g} {one.unit})^X{self.conditions.index(one) + 1}"
+            for one in conditions
+        )
+        return f"X = X0 {' '.join(powers)} for X = {', '.join(self.powers)}"
 
     @property
     def obstacle(self) -> str:
@@ -177,7 +166,7 @@ class Description:
             head, *exponents = block
             factor = values[head.name]
             known = {
-                _SYMBOLS[str(one.condition)]: value
+                _WORDS[str(one.condition)][0]: value
                 for one in exponents
                 if (value := values[one.name]) is not None
             }
@@ -226,25 +215,26 @@ def describe(
     Args:
         oil: The oil.
         identifier: What stands for it in identifiers (`names.identifiers`).
-        points: Table of points of the campaign.
+        points: Table of points of the campaign, for the level of conditions that did not vary.
         coefficients: Table of coefficients.
         quality: Table of fit quality, with one law an oil.
         config: The resolved configuration.
     """
     campaign = config["campaign"]
-    row = quality[quality["oil"] == oil].to_dict("records")[0]
+    (row,) = tables.rows(quality[quality["oil"] == oil])
     law = LAWS[row["law"]]
     of_oil = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
     values = of_oil.set_index("constant")["value"]
+    names = list(law.conditions)
     accepted = points[(points["oil"] == oil) & points["accepted"]]
-    box = tested_box(accepted)
-    levels = accepted.groupby("run_id")[list(CONDITIONS)].mean().mean(skipna=False)
+    levels = accepted.groupby("run_id")[names].mean().mean(skipna=False)
     conditions = []
-    for name, reference in zip(CONDITIONS, law.reference, strict=True):
+    for name, reference in zip(names, law.reference, strict=True):
         exponents = [one.name for one in law.constants if one.condition == name]
         argument = bool(values[exponents].notna().all())
         level = None if argument else known(levels[name])
-        conditions.append(Condition(name, float(reference), argument, level, *box[name]))
+        box = (known(row[f"tested_{end}_{name}"]) for end in ("min", "max"))
+        conditions.append(Condition(name, float(reference), argument, level, *box))
     meanings = _meanings(law)
     return Description(
         oil=oil,
@@ -254,26 +244,13 @@ def describe(
         simulated=campaign["data"] == "simulated",
         law=law.name,
         conditions=tuple(conditions),
-        slip_upper=box[SLIP][1],
+        slip_upper=known(row[f"tested_max_{SLIP}"]),
         constants=tuple(
-            _constant(constant, meanings[constant["constant"]])
-            for constant in of_oil.to_dict("records")
+            _constant(constant, meanings[constant["constant"]]) for constant in tables.rows(of_oil)
         ),
         quality=row,
         adore_points=tuple(config["exports"]["adore_points"]),
     )
-
-
-def tested_box(accepted: pd.DataFrame) -> dict[str, tuple[float | None, float | None]]:
-    """Smallest and largest P, U, T and |S| among the accepted points; None where unknown.
-
-    |S| begins at 0, tested or not: traction is odd in S, so that it is 0 there.
-    """
-    box = {
-        name: (known(accepted[name].min(skipna=False)), known(accepted[name].max(skipna=False)))
-        for name in CONDITIONS
-    }
-    return box | {SLIP: (0.0, known(accepted[SLIP].abs().max()))}
 
 
 def known(value: float) -> float | None:
@@ -281,20 +258,11 @@ def known(value: float) -> float | None:
     return None if np.isnan(value) else float(value)
 
 
-def power_law(conditions: Iterable[Condition]) -> str:
-    """How A, B and C depend on these conditions."""
-    powers = (
-        f"({one.symbol} / {one.reference:g} {one.unit})^X{CONDITIONS.index(one.name) + 1}"
-        for one in conditions
-    )
-    return f"X = X0 {' '.join(powers)} for X = A, B, C"
-
-
-def _blocks(law: Law) -> dict[str, list[Any]]:
+def _blocks(law: Law) -> dict[str, tuple[LawConstant, ...]]:
     """The law's constants by coefficient: the factor, then its exponents."""
-    starts = [place for place, one in enumerate(law.constants) if one.condition is None]
-    ends = [*starts[1:], len(law.constants)]
-    blocks = [list(law.constants[start:end]) for start, end in zip(starts, ends, strict=True)]
+    size = 1 + len(law.conditions)
+    starts = range(0, len(law.constants), size)
+    blocks = (law.constants[start : start + size] for start in starts)
     return dict(zip(law.local_constants, blocks, strict=True))
 
 
@@ -304,11 +272,11 @@ def _meanings(law: Law) -> dict[str, str]:
         meanings[head.name] = f"{letter} at the reference condition"
         meanings[letter] = f"{letter} at the level of what is fixed, at the reference of the rest"
         for one in exponents:
-            meanings[one.name] = f"exponent of {_SYMBOLS[one.condition]} in {letter}"
+            meanings[one.name] = f"exponent of {_WORDS[str(one.condition)][0]} in {letter}"
     return meanings
 
 
-def _constant(row: Mapping[Any, Any], meaning: str) -> Constant:
+def _constant(row: Mapping[str, Any], meaning: str) -> Constant:
     numbers = ("value", "standard_error", "lower", "upper", "systematic_standard_error")
     given = {name: known(row[name]) for name in numbers}
     return Constant(row["constant"], meaning, verdict=row["verdict"], **given)

@@ -67,7 +67,7 @@ contains
     real(dp) :: {local}
 
 {check}{bars}{products}    S = abs({SLIP})
-    mu = sign({description.formula.text}, {SLIP})
+    mu = sign({description.formula}, {SLIP})
   end function
 
   elemental function outside_tested_box_{name}( &

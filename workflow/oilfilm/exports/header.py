@@ -3,8 +3,9 @@
 import textwrap
 from collections.abc import Iterable
 
-from oilfilm.exports.description import SLIP, SLIP_MEANING, Condition, Description, power_law
+from oilfilm.exports.description import SLIP, SLIP_MEANING, Condition, Description
 from oilfilm.exports.names import plain
+from oilfilm.traction import LAWS
 
 # Fortran ends a line at 132 characters; an editor shows fewer.
 _WIDTH = 92
@@ -60,10 +61,11 @@ def certificate(description: Description) -> str:
 
 def law_in_words(description: Description) -> list[str]:
     """The law, its powers and its source."""
+    given = description.arguments
     return [
-        f"Law {description.law}: mu = {description.formula.text} for S >= 0, and mu(-S) = -mu(S)",
-        *([f"with {power_law(description.arguments)}"] if description.arguments else []),
-        description.formula.source,
+        f"Law {description.law}: mu = {description.formula} for S >= 0, and mu(-S) = -mu(S)",
+        *([f"with {description.power_law(given)}"] if given else []),
+        LAWS[description.law].source,
     ]
 
 

@@ -13,8 +13,8 @@ from oilfilm.exports.description import (
     Constant,
     Description,
     known,
-    power_law,
 )
+from oilfilm.traction import LAWS
 
 VERSION = 1
 
@@ -56,13 +56,12 @@ def json_text(
 
 
 def _law(description: Description) -> dict[str, Any]:
-    formula = FORMULAS.get(description.law)
     return {
         "name": description.law,
-        "mu_for_slip_of_0_or_more": formula and formula.text,
+        "mu_for_slip_of_0_or_more": FORMULAS.get(description.law),
         "mu_for_slip_below_0": "-mu(-S)",
-        "coefficients": power_law(description.conditions),
-        "source": formula and formula.source,
+        "coefficients": description.power_law(description.conditions),
+        "source": LAWS[description.law].source,
     }
 
 
@@ -105,7 +104,7 @@ def _constant(one: Constant) -> dict[str, Any]:
     }
 
 
-def _fit(quality: Mapping[Any, Any]) -> dict[str, Any]:
+def _fit(quality: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "certified": bool(quality["certified"]),
         "verdict": quality["verdict"],

@@ -40,7 +40,7 @@ function {call}
 {comment}
 
 {bars}{products}S = abs({SLIP});
-mu = sign({SLIP}) .* ({description.formula.text.replace("*", ".*")});
+mu = sign({SLIP}) .* ({description.formula.replace("*", ".*")});
 outside = ~({inside});
 end
 """

@@ -87,7 +87,7 @@ package {name} "Traction coefficient of the oil {plain(description.oil)}{simulat
   protected
 {local}  algorithm
 {bars}{check}{products}    S := abs({_SLIP});
-    mu := sign({_SLIP}) * ({description.formula.text});
+    mu := sign({_SLIP}) * ({description.formula});
     annotation(smoothOrder = 1);
   end coefficient;
 

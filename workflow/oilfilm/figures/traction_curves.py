@@ -3,7 +3,7 @@
 import itertools
 import string
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,13 @@ class Results:
     runs: pd.DataFrame
     coefficients: pd.DataFrame
     coverage: pd.DataFrame
+    extrapolation: pd.DataFrame = field(default_factory=lambda: tables.empty("extrapolation"))
+    signs: pd.DataFrame = field(default_factory=lambda: tables.empty("signs"))
+    sign_verdicts: pd.DataFrame = field(default_factory=lambda: tables.empty("sign_verdicts"))
+    claims: pd.DataFrame = field(default_factory=lambda: tables.empty("claims"))
+    selection: pd.DataFrame = field(default_factory=lambda: tables.empty("selection"))
+    comparison: pd.DataFrame = field(default_factory=lambda: tables.empty("comparison"))
+    law_coefficients: pd.DataFrame = field(default_factory=lambda: tables.empty("law_coefficients"))
 
 
 @dataclass(frozen=True)

@@ -167,8 +167,6 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
             "no accepted point has traction above zero; is the sign of the force right "
             "(semantics of the campaign file)?"
         )
-    if np.ptp(data.mu) == 0:
-        raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
     levels = data.conditions[data.curve]
     distinct = len(np.unique(np.column_stack([levels, data.slip, data.mu]), axis=0))
     needed = int(problem.free.sum()) + 1
@@ -177,6 +175,8 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
         raise ValueError(
             f"{len(data.mu)} accepted points{copies}; at least {needed} distinct ones are needed"
         )
+    if np.ptp(data.mu) == 0:
+        raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
 
 
 def _fit(

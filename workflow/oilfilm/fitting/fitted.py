@@ -129,6 +129,8 @@ class FittedLaw:
             box = np.array(
                 [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
             )
+            # that there is no traction without slip needs no test
+            box[-1, 0] = 0.0
         return cls(law, Coefficients(values, known, spread, shifted, box))
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -215,6 +217,17 @@ def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
     whole = ~np.isnan(values[:, heads]).any(axis=1, keepdims=True)
     values = np.where(~heads & whole & np.isnan(values), law.known, values)
     return values
+
+
+def covariances(coefficients: pd.DataFrame, refits: pd.DataFrame) -> dict[str, FloatArray]:
+    """Covariance of each oil's constants as they stand in the equation, where there are refits."""
+    found = {}
+    for oil in coefficients["oil"].unique():
+        one = FittedLaw.of(coefficients, oil, refits).coefficients
+        if len(one.spread) > len(one.constants) and one.known.all():
+            off = one.shifted - one.constants
+            found[oil] = np.asarray(np.cov(one.spread, rowvar=False) + off.T @ off)
+    return found
 
 
 def read_fit(folder: Path | str, oil: str) -> FittedLaw:

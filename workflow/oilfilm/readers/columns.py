@@ -19,7 +19,7 @@ from oilfilm.readers.base import (
     Nominal,
     Refusal,
     as_ranges,
-    samples_frame,
+    samples_of_run,
 )
 from oilfilm.rigs import contact_of
 from oilfilm.semantics import Semantics, semantics_of
@@ -350,7 +350,7 @@ def logged_run(
     units = {column.quantity: column.to.unit for column in columns}
     log = semantics_of(config["campaign"], rig_name)
     ball, disc = _surface_speeds(values, units, rig, log)
-    samples = samples_frame(
+    samples = samples_of_run(
         row=rows,
         time_s=values["time"],
         load_n=_load_n(values["load"], units["load"], rig),

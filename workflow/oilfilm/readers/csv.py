@@ -117,9 +117,12 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         texts = parse(arrow.binary(), ".").to_pandas()
         cells = {name: _numbers(texts[name], layout.decimal_mark) for name in wanted}
     bad_shape = np.array(misfits, dtype=np.int64)
-    rows = len(cells[wanted[0]])
-    numbers = np.delete(np.arange(1, rows + len(misfits) + 1), bad_shape - 1)
+    numbers = np.arange(1, len(cells[wanted[0]]) + len(misfits) + 1)
+    if misfits:
+        numbers = np.delete(numbers, bad_shape - 1)
     every, good = converted(layout.columns, [cells[name] for name in wanted])
+    if good.all():
+        return every, numbers, bad_shape
     values = {quantity: column[good] for quantity, column in every.items()}
     return values, numbers[good], np.sort(np.concatenate([numbers[~good], bad_shape]))
 

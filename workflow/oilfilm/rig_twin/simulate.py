@@ -1,8 +1,9 @@
-"""The rig twin: traction-rig logs simulated from a traction law with the rig's own troubles.
+"""The rig twin: traction-rig logs simulated from a known traction with the rig's own troubles.
 
-Truth is a law with known constants. On top come the sensors' noise, the drift of the traction
-sensor's zero, the control errors of load, speed and temperature, errors that a whole run shares,
-the overshoot of the slip control, wild readings and, in a few runs, planted defects.
+Truth is a traction law with known constants, or physics. On top come the sensors' noise, the
+drift of the traction sensor's zero, the control errors of load, speed and temperature, errors that
+a whole run shares, the overshoot of the slip control, wild readings and, in a few runs, planted
+defects.
 """
 
 import io
@@ -11,19 +12,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 from scipy.signal import lfilter
 
 from oilfilm.contact import load_for_max_hertz_pressure, max_hertz_pressure
-from oilfilm.errors import OilfilmError
 from oilfilm.rig_twin.plan import GATES, PlannedRun
-from oilfilm.rigs import Contact, contact_of
-from oilfilm.traction.deng2026 import traction_coefficient
-from oilfilm.units import PA_PER_GPA, surface_speed_to_rpm
-
-FloatArray = npt.NDArray[np.float64]
+from oilfilm.rig_twin.truth import Traction
+from oilfilm.rigs import Contact
+from oilfilm.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
 
 _NEWTON_PER_KGF = 9.80665
 _DECIMALS = {
@@ -51,7 +48,8 @@ class TrueRun:
 
 def simulate_log(
     run: PlannedRun,
-    constants: FloatArray,
+    traction: Traction,
+    contact: Contact,
     twin: Mapping[str, Any],
     rig: Mapping[str, Any],
     random: np.random.Generator,
@@ -60,15 +58,13 @@ def simulate_log(
 
     Args:
         run: What to simulate.
-        constants: The twelve constants of Eqs 7-9 that are true for the run's oil.
+        traction: What is true for the run's oil.
+        contact: The rig's contact.
         twin: The campaign file's `twin`.
         rig: The rig file's values.
         random: Source of every random number of this run.
     """
-    contact = contact_of(rig)
-    if contact is None:
-        raise OilfilmError(f"the rig twin needs a rig of known geometry; {rig['name']!r} has none")
-    true = _true_run(run, constants, twin, contact, random)
+    true = _true_run(run, traction, twin, contact, random)
     logged = _logged(run, true, twin, rig, random)
     content = _header(run).encode() + _table(logged)
     if run.defect == "truncated":
@@ -102,7 +98,7 @@ def slip_programme(twin: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
 
 def _true_run(
     run: PlannedRun,
-    constants: FloatArray,
+    traction: Traction,
     twin: Mapping[str, Any],
     contact: Contact,
     random: np.random.Generator,
@@ -124,7 +120,7 @@ def _true_run(
     pressure_gpa = (
         max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa) / PA_PER_GPA
     )
-    mu = traction_coefficient(constants, pressure_gpa, speed_m_s, temperature_c, np.abs(slip))
+    mu = traction(pressure_gpa, speed_m_s, temperature_c, np.abs(slip))
     force_n = np.sign(slip) * mu * load_n
     return TrueRun(time_s, slip, speed_m_s, load_n, pressure_gpa, temperature_c, force_n)
 

@@ -1,0 +1,18 @@
+"""Hold all sign sets of the printed exponents against the paper's text."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.job import job
+from oilfilm.printed.signs import study_signs
+from oilfilm.reference import falling_viscosity, printed_constants
+
+with job(snakemake) as provenance:
+    found, made = snakemake.input, snakemake.output
+    printed = Path(found.printed)
+    points = tables.read("points", Path(found.points))
+    signs, verdicts = study_signs(
+        printed_constants(printed), falling_viscosity(printed), points, snakemake.params.config
+    )
+    tables.write(signs, "signs", Path(made.signs), provenance)
+    tables.write(verdicts, "sign_verdicts", Path(made.verdicts), provenance)

@@ -1,0 +1,13 @@
+"""The noise-free truth of a simulated campaign, beyond what was tested."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.job import job
+from oilfilm.reference import printed_constants
+from oilfilm.rig_twin.truth import truth_grid
+
+with job(snakemake) as provenance:
+    constants = printed_constants(Path(snakemake.input.printed))
+    grid = truth_grid(snakemake.params.config, constants)
+    tables.write(grid, "truth_grid", Path(snakemake.output.grid), provenance)
