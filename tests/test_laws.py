@@ -31,7 +31,7 @@ SLIP = np.linspace(0, 0.3, 31)
 MATRIX = pd.DataFrame(
     [
         (p, u, t)
-        for p in (1.0, 1.25, 1.5)
+        for p in (1.0, 1.15, 1.3, 1.5)
         for u in (25.0, 30.0, 40.0)
         for t in (25.0, 50.0, 85.0, 120.0)
     ],
@@ -236,6 +236,23 @@ def test_critical_load_far_above_is_the_law_without_it() -> None:
     np.testing.assert_allclose(found, expected, atol=1e-4)
 
 
+def test_three_levels_of_load_leave_two_critical_loads() -> None:
+    """A0, A1 and Wc make A at three loads: one Wc above them all, and one among them."""
+    law = LAWS["wang-deng-critical-load"]
+    points = points_of(law)
+    three = points[points["max_hertz_pressure_gpa"] != 1.15]
+    ends = []
+    for critical in (3.0, 0.5):  # over 100 N; the loads are 42, 93 and 142 N
+        start = internal_of(law)
+        start[16] = np.log(critical)
+        task = problem_of(law, three)
+        ends.append(engine.polish(task, start[task.free]))
+    assert max(end.sse for end in ends) < 1e-14 * float(np.sum(three["traction_coefficient"] ** 2))
+    found = np.exp([end.values[-1] for end in ends])
+    assert found[0] == pytest.approx(3.0, rel=1e-4)
+    assert 0.42 < found[1] < 1.42
+
+
 def test_traction_of_wang_deng_at_no_slip_is_d_minus_a() -> None:
     law = LAWS["wang-deng-load"]
     sizes = np.array([0.030, 0.9, 27.0, 0.033])
@@ -306,7 +323,7 @@ def test_groups_cannot_be_told_apart_where_speed_or_temperature_varies_alone(
 def test_critical_load_needs_loads() -> None:
     law = LAWS["wang-deng-critical-load"]
     data = curve_data(points_of(law), law.conditions)
-    with pytest.raises(ValueError, match="load_n varies"):
+    with pytest.raises(ValueError, match="needs the load to vary"):
         build_problem(law, data, np.array([False, True, True]))
 
 

@@ -4,6 +4,7 @@ The answer is about laws, not about oils: a law that fails here fails in a world
 one, and nothing is decided about the real oils.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import CONDITIONS, Law
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _SLACK = 0.005  # relative, of a tested level
@@ -23,6 +25,7 @@ def extrapolate(
     coefficients: pd.DataFrame,
     refits: pd.DataFrame,
     quality: pd.DataFrame,
+    laws: Mapping[str, Mapping[str, Law]] | None = None,
 ) -> pd.DataFrame:
     """Every fitted law's traction, with its own interval, beside the true one.
 
@@ -31,6 +34,7 @@ def extrapolate(
         coefficients: Table of coefficients, of any number of laws.
         refits: Table of refits.
         quality: Table of fit quality, which knows each fit's tested box.
+        laws: The laws by name, for each oil; without it those that need no properties of the oil.
 
     Returns:
         Table `extrapolation`: a row for each law and row of `truth`.
@@ -39,8 +43,9 @@ def extrapolate(
     for oil, of_oil in truth.groupby("oil", sort=False):
         named = of_oil.rename(columns={"traction_coefficient": "true_traction_coefficient"})
         fits = coefficients[coefficients["oil"] == oil]
-        for law, fit in fits.groupby("law", sort=False):
-            fitted = FittedLaw.of(fit, str(oil), refits, quality)
+        known = LAWS if laws is None else laws[str(oil)]
+        for law in fits["law"].unique():
+            fitted = FittedLaw.of(fits, str(oil), refits, quality, known[law])
             conditions = of_oil[list(fitted.law.conditions)].to_numpy()
             found = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             numbers = {

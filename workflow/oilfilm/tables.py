@@ -1208,15 +1208,16 @@ class Comparison(_Table):
         gaps=True,
     )
     bic: Series[float] = _number("Bayesian information criterion; the same holds", gaps=True)
-    curve_out_relative_rms: Series[float] = _number(
-        "root-mean-square error at curves that were left out of the fit one at a time, over the "
-        "root-mean-square of their mu",
+    left_out_rmse: Series[float] = _number(
+        "root-mean-square error of mu at curves that were left out of the fit one at a time; null "
+        "where the others do not give every constant",
         at_least=0,
         gaps=True,
     )
     pressure_end_out_relative_rms: Series[float] = _number(
-        "the same of the lowest and of the highest level of pressure, each left out as a whole and "
-        "extrapolated to; null where the other levels do not give every constant",
+        "root-mean-square error at the lowest and at the highest level of pressure, each left out "
+        "as a whole and extrapolated to, over the root-mean-square of mu there; null where the "
+        "other levels do not give every constant",
         at_least=0,
         gaps=True,
     )

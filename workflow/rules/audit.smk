@@ -4,6 +4,7 @@ rule audit:
         points=rules.collect.output.points,
         runs=rules.collect.output.runs,
         coefficients=rules.fits.output.coefficients,
+        comparison=rules.comparisons.output.comparison,
         printed="data/reference/printed_coefficients.yaml",
         claims="data/reference/claims.yaml",
     output:

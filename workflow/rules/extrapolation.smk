@@ -4,9 +4,9 @@ if SIMULATED:
         "Fitted laws beside the truth at the conditions of Figs 7-10; it decides on no real oil."
         input:
             truth=rules.truth.output.grid,
-            coefficients=rules.fits.output.coefficients,
-            refits=rules.fits.output.refits,
-            quality=rules.fits.output.fit_quality,
+            coefficients=rules.comparisons.output.law_coefficients,
+            refits=rules.comparisons.output.law_refits,
+            quality=rules.comparisons.output.law_fit_quality,
         output:
             compared="<tables>/extrapolation.parquet",
             errors="<tables>/extrapolation_errors.parquet",
@@ -14,7 +14,7 @@ if SIMULATED:
             "<logs>/extrapolation.log",
         params:
             code=code("extrapolation.py"),
-            config=part(),
+            config=part("oils", "rigs"),
         script:
             "../scripts/extrapolation.py"
 

@@ -10,6 +10,8 @@ rule figure:
         sign_verdicts=rules.signs.output.verdicts,
         claims=rules.audit.output.claims,
         selection=rules.audit.output.selection,
+        comparison=rules.comparisons.output.comparison,
+        law_coefficients=rules.comparisons.output.law_coefficients,
     output:
         png="<figures>/{figure}.png",
         svg="<figures>/{figure}.svg",
@@ -18,7 +20,7 @@ rule figure:
         "<logs>/figure-{figure}.log",
     params:
         code=code("figure.py"),
-        config=part("oils", "figures", "printed", campaign=("matrix", "film_unjudged")),
+        config=part("oils", "rigs", "figures", "printed", campaign=("matrix", "film_unjudged")),
     script:
         "../scripts/figure.py"
 

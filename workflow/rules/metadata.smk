@@ -8,6 +8,7 @@ rule metadata:
             rules.collect.output.quarantine,
             rules.coverage.output,
             rules.fits.output,
+            rules.comparisons.output,
             EXTRAPOLATION,
             rules.printed.output,
             rules.signs.output,

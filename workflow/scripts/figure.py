@@ -18,6 +18,8 @@ with job(snakemake) as provenance:
         tables.read("sign_verdicts", Path(found.sign_verdicts)),
         tables.read("claims", Path(found.claims)),
         tables.read("selection", Path(found.selection)),
+        tables.read("comparison", Path(found.comparison)),
+        tables.read("law_coefficients", Path(found.law_coefficients)),
     )
     drawing = FIGURES[snakemake.wildcards.figure]
     figure, drawn = drawing.draw(results, snakemake.params.config)

@@ -624,7 +624,7 @@ def _compared(evidence: Evidence) -> pd.DataFrame:
 
 def _wang_deng(evidence: Evidence) -> pd.DataFrame:
     every = _compared(evidence)
-    fits = every[every["law"].str.startswith("wang")].reset_index(drop=True)
+    fits = every[every["law"].str.startswith("wang")].dropna(subset="rmse").reset_index(drop=True)
     if fits.empty:
         raise NotCheckableError("no law of that form has been fitted")
     return fits

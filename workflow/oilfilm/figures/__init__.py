@@ -11,6 +11,7 @@ from oilfilm.figures.claims_page import claims_page
 from oilfilm.figures.coefficients import eqs11_13
 from oilfilm.figures.coverage_map import coverage_map
 from oilfilm.figures.extrapolation import extrapolation
+from oilfilm.figures.fig04 import fig04
 from oilfilm.figures.selection_map import selection_map
 from oilfilm.figures.sign_study import sign_study
 from oilfilm.figures.traction_curves import Results, curves, fig02, fig03
@@ -27,6 +28,7 @@ class Drawing:
 FIGURES = {
     "fig02": Drawing(fig02, "curves"),
     "fig03": Drawing(fig03, "curves"),
+    "fig04": Drawing(fig04, "law_panels"),
     "curves": Drawing(curves, "curves"),
     "eqs11-13": Drawing(eqs11_13, "coefficient_table"),
     "coverage": Drawing(coverage_map, "coverage_map"),

@@ -32,6 +32,8 @@ class Results:
     sign_verdicts: pd.DataFrame = field(default_factory=lambda: tables.empty("sign_verdicts"))
     claims: pd.DataFrame = field(default_factory=lambda: tables.empty("claims"))
     selection: pd.DataFrame = field(default_factory=lambda: tables.empty("selection"))
+    comparison: pd.DataFrame = field(default_factory=lambda: tables.empty("comparison"))
+    law_coefficients: pd.DataFrame = field(default_factory=lambda: tables.empty("law_coefficients"))
 
 
 @dataclass(frozen=True)

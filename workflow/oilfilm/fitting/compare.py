@@ -18,9 +18,9 @@ from oilfilm.fitting.cross_validation import (
 from oilfilm.fitting.fit import Found, OilFit, fit_law
 from oilfilm.fitting.problem import curve_data
 from oilfilm.oils import oil_from_config
-from oilfilm.rigs import Contact, contact_of
+from oilfilm.rigs import contact_of
 from oilfilm.traction import laws_for
-from oilfilm.traction.law import CONDITIONS, FloatArray
+from oilfilm.traction.law import FloatArray, Law
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
@@ -43,8 +43,8 @@ class Comparison:
         """How each law did, a sentence each."""
         return [
             f"{row['oil']}, {row['law']}: {row['n_constants']} constants, "
-            f"{row['relative_rms']:.2%} of mu, {row['curve_out_relative_rms']:.2%} of curves left "
-            f"out; {row['verdict']}"
+            f"rmse {row['rmse']:.2e}, of curves left out {row['left_out_rmse']:.2e}; "
+            f"{row['verdict']}"
             for row in tables.rows(self.comparison)
         ]
 
@@ -67,10 +67,7 @@ def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> C
     settings = config["compare"]
     of_oil = points[points["oil"] == oil]
     config = {**config, "fit": {**config["fit"], "bootstrap": settings["bootstrap"]}}
-    properties = config["oils"][oil]
-    laws = laws_for(
-        None if properties is None else oil_from_config(properties), one_contact(config["rigs"])
-    )
+    laws = laws_of(oil, config)
     fits = {
         name: fit_law(of_oil, oil, laws[name], None, config)
         for name in settings["laws"]
@@ -94,10 +91,19 @@ def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> C
     )
 
 
-def one_contact(rigs: Mapping[str, Any]) -> Contact | None:
-    """The contact of a campaign's rigs; None where it is not known or they differ."""
-    contacts = {contact_of(rig) for rig in rigs.values()}
-    return contacts.pop() if len(contacts) == 1 else None
+def laws_of(oil: str, config: Mapping[str, Any]) -> dict[str, Law]:
+    """Every law that can be had for an oil of a campaign, by name.
+
+    Args:
+        oil: Its name.
+        config: The resolved configuration: `oils` and `rigs` of it.
+    """
+    properties = config["oils"][oil]
+    contacts = {contact_of(rig) for rig in config["rigs"].values()}
+    return laws_for(
+        None if properties is None else oil_from_config(properties),
+        contacts.pop() if len(contacts) == 1 else None,
+    )
 
 
 def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[float, float]:
@@ -166,7 +172,7 @@ _COPIED = (
 _COMPUTED = (
     "aic",
     "bic",
-    "curve_out_relative_rms",
+    "left_out_rmse",
     "pressure_end_out_relative_rms",
     "speed_end_out_relative_rms",
     "temperature_end_out_relative_rms",
@@ -195,15 +201,16 @@ def _judged(found: Found, points: pd.DataFrame, level_gap: float) -> dict[str, A
     problem, best, mu = found.problem, found.best, found.data.mu
     constants = len(best.values) + len(problem.at_bounds)
     values = information_criteria(best.sse, len(mu), constants)
-    errors = [leave_curves_out(problem, best)]
+    left_out = leave_curves_out(problem, best)
     # not the law's own conditions: every law is asked for the same levels
-    for level in curve_data(points, CONDITIONS).conditions.T:
-        errors.append(leave_ends_out(problem, best, level_of(level, level_gap)))
+    levels = [level_of(of_one, level_gap) for of_one in curve_data(points).conditions.T]
+    ends_out = [leave_ends_out(problem, best, of_one) for of_one in levels]
     on_grid = traction_on(problem, best, *tested_grid(problem, found.data))
     starts = on_grid[:, 0]
     numbers = (
         *values,
-        *(relative_rms(of_points, mu) for of_points in errors),
+        float(np.sqrt(np.mean(left_out**2))),
+        *(relative_rms(errors, mu) for errors in ends_out),
         float(starts[np.argmax(np.abs(starts))]),
         *curve_shapes(on_grid),
     )

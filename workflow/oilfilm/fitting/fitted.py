@@ -219,17 +219,6 @@ def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
     return values
 
 
-def covariances(coefficients: pd.DataFrame, refits: pd.DataFrame) -> dict[str, FloatArray]:
-    """Covariance of each oil's constants as they stand in the equation, where there are refits."""
-    found = {}
-    for oil in coefficients["oil"].unique():
-        one = FittedLaw.of(coefficients, oil, refits).coefficients
-        if len(one.spread) > len(one.constants) and one.known.all():
-            off = one.shifted - one.constants
-            found[oil] = np.asarray(np.cov(one.spread, rowvar=False) + off.T @ off)
-    return found
-
-
 def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     """The fit of one oil from a campaign's results, as `results/demo`.
 

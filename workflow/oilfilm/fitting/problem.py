@@ -213,15 +213,12 @@ def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
     """The problem of fitting a law to data in which only some conditions vary.
 
     Raises:
-        ValueError: A varied condition has a value at which the law has none, or the law needs one
-            to vary that does not.
+        ValueError: A varied condition has a value at which the law has none, or the law cannot
+            follow these conditions alone.
     """
     groups = law.varied_groups(varied)
     follows: dict[str | None, bool] = {None: True}
     follows.update(zip(law.groups, groups.tolist(), strict=True))
-    for one in law.constants:
-        if one.known and not follows[one.condition]:
-            raise ValueError(f"{law.name} needs conditions in which {one.condition} varies")
     free = np.array([one.known is None and follows[one.condition] for one in law.constants])
     at = Observations(law.design(data.conditions, groups), data.curve, data.slip)
     return Problem(law, at, data.mu, free)

@@ -35,6 +35,8 @@ def profiles(
     starts = np.where(
         held, optimum.values + np.tile(_AT, count)[:, np.newaxis] * naive_errors, optimum.values
     )
+    # beyond the bounds a constant has no meaning
+    starts = np.clip(starts, *problem.limits.T)
     sse = np.full(len(starts), np.nan)
     if np.isfinite(naive_errors).all():
         _, sse = descend(problem, starts, held=held, tolerance=1e-10)

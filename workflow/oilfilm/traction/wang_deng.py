@@ -66,7 +66,8 @@ class WangDengCriticalLoad(WangDengLoad):
     """The same with A proportional to |Wc/W - 1|, Wc being a critical load.
 
     K = Wc/W is a coefficient like the others, whose exponents the law gives: K0 = Wc/100 N is its
-    one constant. At W = Wc A vanishes and mu no longer tends to zero with the slip.
+    one constant. At W = Wc A vanishes and mu no longer tends to zero with the slip. A has three
+    constants of the load then: loads at three levels fit more than one Wc exactly as well.
 
     Reference: Yan et al., Mech. Syst. Signal Process. 224 (2025) 112133, after Wang's thesis of
     2006: A = A0 W^A1 |Wc/W - 1| U^A2 T^A3. Second-hand; that B, C and D lack the factor is OUR
@@ -83,6 +84,16 @@ class WangDengCriticalLoad(WangDengLoad):
         *WangDengLoad.coefficients,
         Coefficient("K", +1, 1e-3, 1e3, exponents=(-1.0, 0.0, 0.0)),
     )
+
+    def varied_groups(self, varied: BoolArray) -> BoolArray:
+        """The conditions themselves.
+
+        Raises:
+            ValueError: The load does not vary: one load says nothing of a critical one.
+        """
+        if not varied[0]:
+            raise ValueError(f"{self.name} needs the load to vary")
+        return varied
 
     def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
         """mu from |A|, B, C, D and K."""
