@@ -13,9 +13,9 @@ include: "workflow/rules/compare.smk"
 include: "workflow/rules/extrapolation.smk"
 include: "workflow/rules/exports.smk"
 include: "workflow/rules/printed.smk"
+include: "workflow/rules/bearing.smk"
 include: "workflow/rules/audit.smk"
 include: "workflow/rules/figures.smk"
-include: "workflow/rules/bearing.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
 
@@ -29,7 +29,8 @@ rule all:
         rules.coverage.output,
         rules.refused.output,
         rules.audit.output,
-        rules.figures.input,
+        rules.figures.output,
+        rules.bearing_figures.output,
         rules.metadata.output,
         rules.exports.output,
 

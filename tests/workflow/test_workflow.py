@@ -147,7 +147,7 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
     try:
         module.write_text(before + "\n# touched\n", encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
-            "figure",
+            "figures",
             "refused",
             "all",
             "total",

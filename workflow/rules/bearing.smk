@@ -77,8 +77,8 @@ rule bearing_maps:
         "../scripts/bearing_maps.py"
 
 
-rule bearing_figure:
-    "One figure of the bearing, as PNG and SVG, and exactly what it draws."
+rule bearing_figures:
+    "The figures of the bearing, as PNG and SVG, and exactly what each draws."
     input:
         runs=rules.torque_runs.output.runs,
         torque=rules.torque.output.torque,
@@ -86,16 +86,14 @@ rule bearing_figure:
         size_effect=rules.bearing_maps.output.size_effect,
         power_loss=rules.bearing_maps.output.power_loss,
     output:
-        png="<figures>/{bearing_figure}.png",
-        svg="<figures>/{bearing_figure}.svg",
-        drawn="<figures>/{bearing_figure}.parquet",
+        png=expand("<figures>/{figure}.png", figure=BEARING_FIGURES),
+        svg=expand("<figures>/{figure}.svg", figure=BEARING_FIGURES),
+        drawn=expand("<figures>/{figure}.parquet", figure=BEARING_FIGURES),
     log:
-        "<logs>/figure-{bearing_figure}.log",
+        "<logs>/bearing-figures.log",
     params:
-        code=code("bearing_figure.py"),
+        code=code("bearing_figures.py"),
+        figures=BEARING_FIGURES,
         config=part("oils", "bearing", "figures"),
     script:
-        "../scripts/bearing_figure.py"
-
-
-ruleorder: bearing_figure > figure
+        "../scripts/bearing_figures.py"

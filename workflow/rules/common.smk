@@ -30,6 +30,9 @@ except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
 OILS = list(CONFIG["oils"])
+OF_BEARING = {"fig06", "cage-slip", "size-effect", "power-loss"}
+FIGURES = [name for name in CAMPAIGN["figures"] if name not in OF_BEARING]
+BEARING_FIGURES = [name for name in CAMPAIGN["figures"] if name in OF_BEARING]
 # What the twin's truth is computed from, beside the campaign file.
 TRUTH = ["rigs", "oils"] if "thermal_ehl" in CAMPAIGN.get("twin", {}) else ["rigs"]
 SHARDS = sorted({shard_of(file, CONFIG["shards"]) for file in FILES})
@@ -48,7 +51,6 @@ pathvars:
 wildcard_constraints:
     shard=r"\d+",
     oil="|".join(OILS),
-    bearing_figure="fig06|cage-slip|size-effect|power-loss",
 
 
 def part(*keys, campaign=()):

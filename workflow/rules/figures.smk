@@ -1,5 +1,6 @@
-rule figure:
-    "One figure, as PNG and SVG, and exactly what it draws."
+# One job draws them all: to import what draws takes longer than to draw.
+rule figures:
+    "The figures of the campaign, as PNG and SVG, and exactly what each draws."
     input:
         points=rules.collect.output.points,
         runs=rules.collect.output.runs,
@@ -13,19 +14,14 @@ rule figure:
         comparison=rules.comparisons.output.comparison,
         law_coefficients=rules.comparisons.output.law_coefficients,
     output:
-        png="<figures>/{figure}.png",
-        svg="<figures>/{figure}.svg",
-        drawn="<figures>/{figure}.parquet",
+        png=expand("<figures>/{figure}.png", figure=FIGURES),
+        svg=expand("<figures>/{figure}.svg", figure=FIGURES),
+        drawn=expand("<figures>/{figure}.parquet", figure=FIGURES),
     log:
-        "<logs>/figure-{figure}.log",
+        "<logs>/figures.log",
     params:
-        code=code("figure.py"),
+        code=code("figures.py"),
+        figures=FIGURES,
         config=part("oils", "rigs", "figures", "printed", campaign=("matrix", "film_unjudged")),
     script:
-        "../scripts/figure.py"
-
-
-rule figures:
-    "All figures of the campaign."
-    input:
-        expand(rules.figure.output.png, figure=CAMPAIGN["figures"]),
+        "../scripts/figures.py"

@@ -1,4 +1,4 @@
-"""Draw one figure of the bearing and keep exactly what it draws."""
+"""Draw the figures of the bearing and keep exactly what each draws."""
 
 from pathlib import Path
 
@@ -16,7 +16,11 @@ with job(snakemake) as provenance:
         tables.read("size_effect", Path(found.size_effect)),
         tables.read("power_loss", Path(found.power_loss)),
     )
-    draw, table = FIGURES[snakemake.wildcards.bearing_figure]
-    figure, drawn = draw(results, snakemake.params.config)
-    tables.write(drawn, table, Path(snakemake.output.drawn), provenance)
-    style.save(figure, Path(snakemake.output.png), Path(snakemake.output.svg))
+    made = snakemake.output
+    for name, png, svg, kept in zip(
+        snakemake.params.figures, made.png, made.svg, made.drawn, strict=True
+    ):
+        draw, table = FIGURES[name]
+        figure, drawn = draw(results, snakemake.params.config)
+        tables.write(drawn, table, Path(kept), provenance)
+        style.save(figure, Path(png), Path(svg))

@@ -1,4 +1,4 @@
-"""Draw one figure and keep exactly what it draws."""
+"""Draw the figures and keep exactly what each draws."""
 
 from pathlib import Path
 
@@ -21,7 +21,11 @@ with job(snakemake) as provenance:
         tables.read("comparison", Path(found.comparison)),
         tables.read("law_coefficients", Path(found.law_coefficients)),
     )
-    drawing = FIGURES[snakemake.wildcards.figure]
-    figure, drawn = drawing.draw(results, snakemake.params.config)
-    tables.write(drawn, drawing.table, Path(snakemake.output.drawn), provenance)
-    style.save(figure, Path(snakemake.output.png), Path(snakemake.output.svg))
+    made = snakemake.output
+    for name, png, svg, kept in zip(
+        snakemake.params.figures, made.png, made.svg, made.drawn, strict=True
+    ):
+        drawing = FIGURES[name]
+        figure, drawn = drawing.draw(results, snakemake.params.config)
+        tables.write(drawn, drawing.table, Path(kept), provenance)
+        style.save(figure, Path(png), Path(svg))
