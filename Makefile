@@ -34,7 +34,8 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade clean help
+.PHONY: all setup test lint bench-bearing bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade \
+	clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -51,6 +52,9 @@ lint: $(READY) ## every static check: style, format, types, workflow
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+
+bench-bearing: $(READY) ## equilibria of a bearing, one by one and by the thousand (a minute)
+	$(BIN)/python benchmarks/bearing.py
 
 bench-fuzz: $(READY) ## 20 000 damaged logs: a verdict for each (about half an hour)
 	$(BIN)/python benchmarks/fuzz.py 20000

@@ -12,7 +12,9 @@ include: "workflow/rules/fit.smk"
 include: "workflow/rules/extrapolation.smk"
 include: "workflow/rules/exports.smk"
 include: "workflow/rules/printed.smk"
+include: "workflow/rules/audit.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/bearing.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
 
@@ -25,6 +27,7 @@ rule all:
         rules.certified.output,
         rules.coverage.output,
         rules.refused.output,
+        rules.audit.output,
         rules.figures.input,
         rules.metadata.output,
         rules.exports.output,

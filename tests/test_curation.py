@@ -140,7 +140,7 @@ def test_run_without_any_readable_row_is_refused_not_lost(config: dict[str, Any]
     names = b"time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
     _, reading = read_log(b"# oil: 4102\n" + names + b"a,b,c,d,e,f\n", "log.csv", config)
     (run,) = reading.runs
-    assert len(run.samples) == 0
+    assert len(run) == 0
     assert reading.refusals[0].refused_rows == 1
 
 
@@ -163,26 +163,26 @@ def test_steps_are_found_where_they_are_and_nowhere_else(
     steps: list[float], seconds: float, seed: int
 ) -> None:
     levels = list(np.cumsum([0.0, *steps]))
-    time_s, slip = staircase(levels, seconds, 0.002, seed)
-    found = find_steps(time_s, slip, PLATEAUS)
+    _, slip = staircase(levels, seconds, 0.002, seed)
+    found = find_steps(slip, 0.02, PLATEAUS)
     expected = np.arange(1, len(levels)) * round(seconds * 50)
     assert len(found) == len(expected)
     assert np.abs(found - expected).max() <= 12  # 0.24 s, the noise of the location
-    starts, stops = settled_parts(time_s, found, PLATEAUS)
+    starts, stops = settled_parts(len(slip), found, 0.02, PLATEAUS)
     for start, stop, level in zip(starts, stops, levels, strict=True):
         assert slip[start:stop].mean() == pytest.approx(level, abs=0.002)
 
 
 def test_steady_slip_has_no_steps_and_a_short_log_none_either() -> None:
-    time_s, slip = staircase([0.1], 60, 0.003, 1)
-    assert len(find_steps(time_s, slip, PLATEAUS)) == 0
-    assert len(find_steps(time_s[:20], slip[:20], PLATEAUS)) == 0
+    _, slip = staircase([0.1], 60, 0.003, 1)
+    assert len(find_steps(slip, 0.02, PLATEAUS)) == 0
+    assert len(find_steps(slip[:20], 0.02, PLATEAUS)) == 0
     assert sampling_interval(np.array([0.0])) == 1.0
 
 
-def windows(length: int, count: int) -> statistics.Windows:
-    starts = np.arange(count) * length
-    return statistics.Windows.between(starts, starts + length)
+def equal_stretches(signal: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    starts = np.arange(count) * (len(signal) // count)
+    return statistics.cut(signal, starts, starts + len(signal) // count)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.5, 0.8])
@@ -195,30 +195,54 @@ def test_standard_error_knows_autocorrelation(memory: float) -> None:
     for i in range(1, len(noise)):
         noise[i] = memory * noise[i - 1] + pushes[i]
     expected = np.sqrt((1 / (1 - memory**2)) / length * (1 + memory) / (1 - memory))
-    found = statistics.standard_errors(noise, windows(length, count))
+    stretches = equal_stretches(noise, count)
+    found = statistics.standard_errors(*stretches)
     # the mean of 400 estimates, each biased by a few percent by cutting the sum
     assert found.mean() == pytest.approx(expected, rel=0.10)
-    assert statistics.means(noise, windows(length, count)).std() == pytest.approx(
-        expected, rel=0.15
+    assert statistics.means(*stretches).std() == pytest.approx(expected, rel=0.15)
+
+
+def test_standard_error_sums_lags_up_to_the_first_that_is_not_positive() -> None:
+    """Against the definition, spelt out: noise, a drift, a hum and a constant in one signal."""
+    random, length = np.random.default_rng(8), 60
+    place = np.arange(length)
+    signals = np.stack(
+        [
+            random.standard_normal(length),
+            0.1 * place + random.standard_normal(length),
+            np.sin(2 * np.pi * place / 45),
+            np.ones(length),
+        ]
     )
+    expected = []
+    for signal in signals:
+        about = signal - signal.mean()
+        covariance = np.correlate(about, about, "full")[length - 1 :]
+        last = next((lag for lag in range(1, length) if not covariance[lag] > 0), length)
+        variance = covariance[0] + 2 * covariance[1:last].sum()
+        expected.append(np.sqrt(variance / (length - 1) / length))
+    found = statistics.standard_errors(*equal_stretches(signals.ravel(), len(signals)))
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-15)
+    together = statistics.cut(signals, np.array([0]), np.array([length]))
+    np.testing.assert_allclose(statistics.standard_errors(*together)[:, 0], found, rtol=1e-12)
 
 
 def test_mean_of_unequal_stretches_and_of_none() -> None:
     values = np.arange(10.0)
-    stretches = statistics.Windows.between(np.array([0, 5]), np.array([4, 7]))
-    np.testing.assert_allclose(statistics.means(values, stretches), [1.5, 5.5])
-    early, late = stretches.split(1 / 2)
-    np.testing.assert_allclose(statistics.means(values, early), [0.5, 5.0])
-    np.testing.assert_allclose(statistics.means(values, late), [2.5, 6.0])
-    assert np.isnan(statistics.means(values, stretches.without(stretches.inside))).all()
+    stretches, inside = statistics.cut(values, np.array([0, 5]), np.array([4, 7]))
+    np.testing.assert_allclose(statistics.means(stretches, inside), [1.5, 5.5])
+    early = statistics.first_part(inside, 1 / 2)
+    np.testing.assert_allclose(statistics.means(stretches, early), [0.5, 5.0])
+    np.testing.assert_allclose(statistics.means(stretches, inside & ~early), [2.5, 6.0])
+    assert np.isnan(statistics.means(stretches, np.zeros_like(inside))).all()
 
 
 def test_spikes_are_flagged_and_gaussian_noise_is_not() -> None:
     values = np.random.default_rng(3).standard_normal(2000)
     values[[50, 777, 1999]] = [15, -15, 12]
-    flagged = statistics.spikes(values, windows(100, 20), 8.0)
+    flagged = statistics.spikes(*equal_stretches(values, 20), 8.0)
     assert np.flatnonzero(flagged.ravel()).tolist() == [50, 777, 1999]
-    assert not statistics.spikes(np.ones(100), windows(100, 1), 8.0).any()
+    assert not statistics.spikes(*equal_stretches(np.ones(100), 1), 8.0).any()
 
 
 def rig_log(force_of_time: Any, slip: np.ndarray, time_s: np.ndarray) -> Signals:

@@ -285,9 +285,9 @@ def points_of(truth: np.ndarray, oil: str = "4102") -> pd.DataFrame:
                 "oil": oil,
                 "first_row": range(len(slip)),
                 "accepted": True,
-                "traction_coefficient_se": np.nan,
                 "slide_roll_ratio": slip,
                 "traction_coefficient": traction_coefficient(truth, *condition, slip),
+                "traction_coefficient_se": np.nan,
                 **dict(zip(CONDITIONS, condition, strict=True)),
             }
         )

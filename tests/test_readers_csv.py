@@ -29,7 +29,7 @@ def rules(reading: Reading) -> list[str]:
 def test_good_log_is_one_run_in_si_units(read) -> None:
     reading = read(HEADER + NAMES + 3 * ROW)
     (run,) = reading.runs
-    assert (run.oil, run.kind, len(run.samples), reading.rows) == ("4102", "continuous", 3, 3)
+    assert (run.oil, run.kind, len(run), reading.rows) == ("4102", "continuous", 3, 3)
     assert run.nominal.entrainment_speed_m_s == 30
     assert run.nominal.inlet_temperature_c is None
     # 28 647.9 rpm at 10 mm and 7 161.97 rpm at 40 mm are both 30 m/s
@@ -50,14 +50,14 @@ def test_log_cut_in_mid_row_is_flawed_and_tells_its_last_good_row(read) -> None:
     assert rules(reading) == ["cut_row"]
     assert "last good row is 2" in reading.refusals[0].reason
     assert reading.runs[0].flaw.startswith("truncated: ")
-    assert len(reading.runs[0].samples) == 2
+    assert len(reading.runs[0]) == 2
 
 
 def test_last_row_without_line_end_is_not_trusted_but_the_rest_is(read) -> None:
     reading = read(HEADER + NAMES + 2 * ROW + ROW.strip())
     assert rules(reading) == ["unterminated_row"]
     assert reading.runs[0].flaw == ""
-    assert (reading.rows, len(reading.runs[0].samples)) == (3, 2)
+    assert (reading.rows, len(reading.runs[0])) == (3, 2)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_bad_row_is_refused_by_number_and_its_neighbours_are_kept(read, bad: byt
 def test_blank_lines_and_crlf_are_no_rows(read) -> None:
     content = (HEADER + NAMES + ROW + b"\n" + 2 * ROW).replace(b"\n", b"\r\n")
     reading = read(content)
-    assert (reading.rows, rules(reading), len(reading.runs[0].samples)) == (3, [], 3)
+    assert (reading.rows, rules(reading), len(reading.runs[0])) == (3, [], 3)
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def test_decimal_comma_of_a_german_labview_is_read(read) -> None:
 def test_comma_as_separator_is_read(read) -> None:
     text = formats.lvm(VALUES).decode().replace("Separator\tTab", "Separator\tComma")
     (run,) = read(text.replace("\t", ",")).runs
-    assert len(run.samples) == 40
+    assert len(run) == 40
 
 
 def test_segments_are_runs_with_set_points_in_their_notes(read) -> None:
@@ -59,7 +59,7 @@ def test_without_an_x_column_time_follows_from_the_sampling_interval(read) -> No
     lines[1:-1] = ["\t" + line.split("\t", 1)[1] for line in lines[1:-1]]
     (run,) = read(head + names + "\r\n".join(lines)).runs
     np.testing.assert_allclose(run.samples["time_s"], VALUES["time"], rtol=1e-12)
-    assert len(run.samples) == 40
+    assert len(run) == 40
 
 
 def multi(clock: np.ndarray) -> str:
@@ -92,7 +92,7 @@ def test_file_cut_in_mid_row_is_flawed_and_keeps_its_good_rows(read) -> None:
     reading = read(cut)
     assert [refusal.rule for refusal in reading.refusals] == ["cut_row"]
     assert reading.runs[0].flaw.startswith("truncated")
-    assert reading.rows == len(reading.runs[0].samples) + 1
+    assert reading.rows == len(reading.runs[0]) + 1
 
 
 def test_file_cut_at_a_line_end_is_noticed_by_the_announced_samples(read) -> None:
@@ -111,20 +111,20 @@ def test_bad_row_is_refused_by_number_and_its_neighbours_are_kept(read, bad: str
     assert [(r.rule, r.first_row, r.last_row) for r in reading.refusals] == [
         ("unreadable_row", 39, 39)
     ]
-    assert (reading.rows, len(reading.runs[0].samples)) == (41, 40)
+    assert (reading.rows, len(reading.runs[0])) == (41, 40)
 
 
 def test_empty_line_between_rows_loses_none(read) -> None:
     lines = formats.lvm(VALUES).decode().split("\r\n")
     lines.insert(-3, "")
     reading = read("\n".join(lines))
-    assert (reading.rows, reading.refusals, len(reading.runs[0].samples)) == (40, [], 40)
+    assert (reading.rows, reading.refusals, len(reading.runs[0])) == (40, [], 40)
 
 
 def test_comments_beside_rows_are_no_numbers_and_do_no_harm(read) -> None:
     lines = formats.lvm(VALUES).decode().split("\r\n")
     lines[-3] += "\ta note"
-    assert len(read("\n".join(lines)).runs[0].samples) == 40
+    assert len(read("\n".join(lines)).runs[0]) == 40
 
 
 def test_header_that_does_not_end_is_refused_in_words(read) -> None:
@@ -135,7 +135,7 @@ def test_header_that_does_not_end_is_refused_in_words(read) -> None:
 
 def test_header_cells_are_never_evaluated(read) -> None:
     content = formats.lvm(VALUES).replace(b"Channels\t5", b"Channels\t" + 9000 * b"(")
-    assert len(read(content).runs[0].samples) == 40
+    assert len(read(content).runs[0]) == 40
 
 
 def test_pickle_beside_a_log_is_neither_read_nor_written(

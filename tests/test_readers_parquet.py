@@ -72,7 +72,7 @@ def test_nulls_are_refused_by_row(read) -> None:
     assert [(r.rule, r.first_row, r.last_row) for r in reading.refusals] == [
         ("unreadable_row", 39, 40)
     ]
-    assert len(reading.runs[0].samples) == 38
+    assert len(reading.runs[0]) == 38
 
 
 def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:
@@ -97,7 +97,7 @@ def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:
 
 def test_other_columns_of_any_type_are_not_read(read) -> None:
     table = formats.table(VALUES).append_column("note", arrow.array(40 * [{"a": ["x"]}]))
-    assert len(read(formats.parquet_file(table)).runs[0].samples) == 40
+    assert len(read(formats.parquet_file(table)).runs[0]) == 40
 
 
 def test_doubled_column_is_refused(read) -> None:

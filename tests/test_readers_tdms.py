@@ -96,7 +96,7 @@ def test_rows_that_only_some_channels_have_are_refused_by_range(read) -> None:
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unequal_channels", 45, 50)
     assert "load 44" in refusal.reason
-    assert (reading.rows, len(reading.runs[0].samples)) == (50, 44)
+    assert (reading.rows, len(reading.runs[0])) == (50, 44)
 
 
 def test_channels_that_mean_nothing_may_be_of_any_length_and_type(read) -> None:
@@ -104,7 +104,7 @@ def test_channels_that_mean_nothing_may_be_of_any_length_and_type(read) -> None:
     reading = read(
         formats.tdms_file([RootObject(formats.KEYS), *formats.tdms_channels("r", values)])
     )
-    assert (reading.rows, reading.refusals, len(reading.runs[0].samples)) == (50, [], 50)
+    assert (reading.rows, reading.refusals, len(reading.runs[0])) == (50, [], 50)
 
 
 def test_log_written_in_many_segments_is_one_run(read) -> None:
@@ -122,7 +122,7 @@ def test_incomplete_final_segment_is_reported_and_the_rows_before_it_are_kept(
     reading = read(content[: int(share * len(content))])
     (run,) = reading.runs
     assert run.flaw.startswith("truncated: the file ends within segment")
-    kept = len(run.samples)
+    kept = len(run)
     # whole segments of 60 rows, and of the last one what its last channel still got
     whole = (int(run.flaw.split("segment ")[1].split(",")[0]) - 2) * 60
     assert 0 < whole <= kept < whole + 60
@@ -136,7 +136,7 @@ def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
     for extra in (b"TDSm", b"TD", b"TDSm" + bytes(20)):
         (run,) = read(content + extra).runs
         assert run.flaw.startswith("truncated")
-        assert len(run.samples) == 600
+        assert len(run) == 600
 
 
 def test_segment_of_unknown_length_counts_as_truncated(read) -> None:
@@ -146,7 +146,7 @@ def test_segment_of_unknown_length_counts_as_truncated(read) -> None:
     content[place + 12 : place + 20] = b"\xff" * 8
     (run,) = read(bytes(content)).runs
     assert run.flaw.startswith("truncated")
-    assert len(run.samples) == 60
+    assert len(run) == 60
 
 
 @pytest.mark.parametrize("kept", [4, 20, 28, 60, 200])

@@ -30,6 +30,8 @@ _TYPE_NAMES = {
 _ABOUT = ("title", "licence", "creators", "sources")
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
+# Figures that need a bearing.
+_TORQUE_FIGURES = {"fig06", "cage-slip", "size-effect", "power-loss"}
 _SCHEMAS = Path(__file__).parents[1] / "schemas"
 
 
@@ -110,8 +112,22 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
             name: _load_named(folder / f"{kind}s", name, kind, line)
             for name in campaign[f"{kind}s"]
         }
+    merged["bearings"] = _bearings(folder, campaign, path)
     merged["oils"] |= {oil: None for oil in campaign.get("oils_without_properties", [])}
     return merged
+
+
+def _bearings(folder: Path, campaign: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """The bearings of a campaign with torque logs, by name, and those of published figures."""
+    if "torque" not in campaign:
+        return {}
+    asked_by = f"{path}, line {_line_at(path, ['torque', 'bearing'])}"
+    name = campaign["torque"]["bearing"]
+    others = set(_names_in(folder / "bearings")) - {name}
+    return {
+        name: _load_named(folder / "bearings", name, "bearing", asked_by)
+        for name in [name, *sorted(others)]
+    }
 
 
 def _contradictions(
@@ -158,6 +174,24 @@ def _contradictions(
         yield ["rigs"], "the rig twin makes logs of one rig; name one."
     if "twin" in campaign and "matrix" not in campaign:
         yield ["twin"], "the rig twin needs a `matrix` of conditions."
+    torque = campaign.get("torque", {})
+    if "torque" not in campaign and (drawn := set(campaign["figures"]) & _TORQUE_FIGURES):
+        yield (
+            ["figures"],
+            f"{sorted(drawn)[0]} shows a bearing, and the campaign has no `torque`; add it, or "
+            "leave the figure out.",
+        )
+    if "twin" in torque and campaign["data"] != "simulated":
+        yield ["data"], "the torque rig's twin makes logs: say `data: simulated`, or drop `twin`."
+    if "twin" in torque and "twin" not in campaign:
+        yield ["torque"], "the torque rig's twin needs the truth of the rig twin: add `twin`."
+    for defect in torque.get("twin", {}).get("defects", []):
+        if defect["oil"] not in known:
+            yield (
+                ["torque", "twin", "defects"],
+                f"a planted defect names the oil {defect['oil']!r}, which the campaign does not "
+                "have.",
+            )
     gates = merged["gates"]
     for low, high in (
         ("slide_roll_ratio_min", "slide_roll_ratio_max"),

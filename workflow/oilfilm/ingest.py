@@ -49,7 +49,7 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
 
 def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) -> Ingested:
     """The same for logs given by name and content."""
-    samples: dict[str, list[tuple[str, pd.DataFrame]]] = {oil: [] for oil in config["oils"]}
+    logged: dict[str, list[LoggedRun]] = {oil: [] for oil in config["oils"]}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     name = config["campaign"]["name"]
@@ -63,10 +63,10 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
                 {**about, **_about_run(run, config), "sha256": digest, "reader": reader_name}
                 | {"refused_rows": rows_refused}
             )
-            samples[run.oil].append((run.run_id, run.samples))
+            logged[run.oil].append(run)
         refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
     return Ingested(
-        {oil: _together(of_runs) for oil, of_runs in samples.items()},
+        {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
         tables.from_rows(refused, "quarantine"),
     )
@@ -114,7 +114,7 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
             f"the file looks like {reader.name}, but holds no row of data",
             "Take it out, or export it again.",
         )
-    kept = sum(len(run.samples) for run in reading.runs)
+    kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     assert kept + refused == reading.rows, (
         f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
@@ -164,7 +164,7 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
             f"nominal_{name}": math.nan if value is None else value
             for name, value in set_points.items()
         },
-        "samples": len(run.samples),
+        "samples": len(run),
         "plateaus": 0,
         "accepted_points": 0,
         "verdict": "refused",
@@ -186,11 +186,13 @@ def _with_load(nominal: Nominal, rig: Mapping[str, Any]) -> Nominal:
     )
 
 
-def _together(runs: list[tuple[str, pd.DataFrame]]) -> pd.DataFrame:
+def _together(runs: list[LoggedRun]) -> pd.DataFrame:
     """Samples of several runs under each other, with the run's id."""
     if not runs:
         return tables.empty("samples")
-    ids, frames = zip(*runs, strict=True)
-    codes = np.repeat(np.arange(len(ids)), [len(frame) for frame in frames])
-    together = pd.concat(frames, ignore_index=True)
-    return together.assign(run_id=pd.Categorical.from_codes(codes, categories=pd.Index(ids)))
+    codes = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+    ids = pd.Categorical.from_codes(codes, categories=pd.Index([run.run_id for run in runs]))
+    together = {
+        name: np.concatenate([run.samples[name] for run in runs]) for name in runs[0].samples
+    }
+    return pd.DataFrame({"run_id": ids, **together}, copy=False)

@@ -6,7 +6,7 @@ from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.provenance import code_digest
 from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
-from oilfilm.rig_twin.plan import planned_runs
+from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 
 try:
     CONFIG = resolve(Path("config"), config)
@@ -18,6 +18,14 @@ try:
         refuse_strangers(RAW, FILES)
     else:
         FILES = raw_files(RAW)
+    TORQUE_RAW = Path("data/raw", f"{CAMPAIGN['name']}-torque")
+    TORQUE_SIMULATED = "twin" in CAMPAIGN.get("torque", {})
+    TORQUE_FILES = []
+    if TORQUE_SIMULATED:
+        TORQUE_FILES = [run.name for run in planned_torque_runs(CAMPAIGN)]
+        refuse_strangers(TORQUE_RAW, TORQUE_FILES)
+    elif "torque" in CAMPAIGN:
+        TORQUE_FILES = raw_files(TORQUE_RAW)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
@@ -29,6 +37,7 @@ SHARDS = sorted({shard_of(file, CONFIG["shards"]) for file in FILES})
 
 pathvars:
     raw=RAW.as_posix(),
+    torque_raw=TORQUE_RAW.as_posix(),
     tables=f"results/{CAMPAIGN['name']}/tables",
     parts=f"results/{CAMPAIGN['name']}/parts",
     figures=f"results/{CAMPAIGN['name']}/figures",
@@ -39,6 +48,7 @@ pathvars:
 wildcard_constraints:
     shard=r"\d+",
     oil="|".join(OILS),
+    bearing_figure="fig06|cage-slip|size-effect|power-loss",
 
 
 def part(*keys, campaign=()):

@@ -8,6 +8,8 @@ rule figure:
         extrapolation=EXTRAPOLATION[:1],
         signs=rules.signs.output.signs,
         sign_verdicts=rules.signs.output.verdicts,
+        claims=rules.audit.output.claims,
+        selection=rules.audit.output.selection,
     output:
         png="<figures>/{figure}.png",
         svg="<figures>/{figure}.svg",
@@ -16,7 +18,7 @@ rule figure:
         "<logs>/figure-{figure}.log",
     params:
         code=code("figure.py"),
-        config=part("oils", "figures", campaign=("matrix", "film_unjudged")),
+        config=part("oils", "figures", "printed", campaign=("matrix", "film_unjudged")),
     script:
         "../scripts/figure.py"
 

@@ -11,6 +11,7 @@ rule metadata:
             EXTRAPOLATION,
             rules.printed.output,
             rules.signs.output,
+            rules.audit.output,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:

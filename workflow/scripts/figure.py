@@ -14,8 +14,10 @@ with job(snakemake) as provenance:
         tables.read("coefficients", Path(found.coefficients)),
         tables.read("coverage", Path(found.coverage)),
         tables.read("extrapolation", *map(Path, found.extrapolation)),
-        signs=tables.read("signs", Path(found.signs)),
-        sign_verdicts=tables.read("sign_verdicts", Path(found.sign_verdicts)),
+        tables.read("signs", Path(found.signs)),
+        tables.read("sign_verdicts", Path(found.sign_verdicts)),
+        tables.read("claims", Path(found.claims)),
+        tables.read("selection", Path(found.selection)),
     )
     drawing = FIGURES[snakemake.wildcards.figure]
     figure, drawn = drawing.draw(results, snakemake.params.config)

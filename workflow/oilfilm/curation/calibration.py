@@ -24,10 +24,11 @@ def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFr
         points: With `rig` and the quantities of the table of points.
         rigs: Rig files by name.
     """
+    rig = points["rig"].astype("category")
 
     def stated(key: str) -> pd.Series:
-        values = {name: rig.get("calibration", {}).get(key, np.nan) for name, rig in rigs.items()}
-        return points["rig"].map(values).astype(float)
+        values = {name: file.get("calibration", {}).get(key, np.nan) for name, file in rigs.items()}
+        return rig.map(values).astype(float)
 
     return points.assign(
         **{

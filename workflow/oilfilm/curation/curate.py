@@ -1,6 +1,6 @@
 """Samples to points: the story of one share of a campaign's runs, and of all shares together."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -86,8 +86,9 @@ def collect(
     refused = [*unread, *(share.quarantine for share in shares)]
     for find_repeated in _repeats(config["campaign"]):
         repeated = find_repeated(runs)
-        points, runs = _refuse_runs(points, runs, repeated)
-        refused.append(_quarantine(runs, repeated))
+        if repeated:
+            points, runs = _refuse_runs(points, runs, repeated)
+            refused.append(_quarantine(runs, repeated))
     quarantine = pd.concat(refused, ignore_index=True)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
@@ -141,19 +142,19 @@ def _derive(
         return tables.empty("points").assign(**dict.fromkeys(_NOMINAL, np.nan))
     all_measured = list(measured_of.values())
     counts = [len(measured["time_s"]) for measured in all_measured]
-    points = pd.DataFrame(
-        {"run_id": np.repeat(np.array(list(measured_of), dtype=object), counts)}
-        | {name: np.concatenate([run[name] for run in all_measured]) for name in all_measured[0]}
+    about = runs.set_index("run_id").loc[list(measured_of), ["oil", "rig", *_NOMINAL]]
+    of_points = about.reset_index().take(np.repeat(np.arange(len(counts)), counts))
+    points = of_points.reset_index(drop=True).assign(
+        **{name: np.concatenate([run[name] for run in all_measured]) for name in all_measured[0]}
     )
-    about = runs[["run_id", "oil", "rig", *_NOMINAL]]
-    points = points.merge(about, on="run_id", how="left", validate="many_to_one")
     return _without_absurd(with_calibration(with_film(points, config), config["rigs"]))
 
 
 def _without_absurd(points: pd.DataFrame) -> pd.DataFrame:
     """Points with null for numbers that no table may hold, as mu has under no load at all."""
     numbers = points.select_dtypes("float")
-    return points.assign(**numbers.where(numbers.abs() < tables.LARGEST))
+    absurd = numbers.abs() >= tables.LARGEST
+    return points.assign(**numbers.mask(absurd)) if absurd.any(axis=None) else points
 
 
 def _judge(
@@ -169,26 +170,24 @@ def _judge(
     for run_id in none_left.index[none_left]:
         of_run = points[points["run_id"] == run_id]
         found[run_id] = found[run_id] or _why_all_fail(of_run, failed.loc[of_run.index], limits)
-    names = np.array(failed.columns)
-    of_gates = [";".join(names[row]) for row in failed.to_numpy()]
+    names, failing = np.array(failed.columns), failed[failed.any(axis=1)]
+    of_gates = [";".join(names[row]) for row in failing.to_numpy()]
+    own = pd.Series(of_gates, failing.index, dtype=str).reindex(points.index, fill_value="")
     refused = {run_id: trouble for run_id, trouble in found.items() if trouble is not None}
     of_runs = {run_id: trouble for run_id, trouble in troubles.items() if trouble is not None}
-    points = _with_reasons(points, of_runs, of_gates)
+    points = _with_reasons(points, of_runs, own)
     runs = _count(points, _with_run_reasons(runs, refused))
     return Curated(points[tables.columns("points")], runs, _quarantine(runs, refused))
 
 
 def _with_reasons(
-    points: pd.DataFrame, of_runs: Mapping[str, Trouble], of_gates: Iterable[str]
+    points: pd.DataFrame, of_runs: Mapping[str, Trouble], own: pd.Series
 ) -> pd.DataFrame:
     """Points with the gate of their run, if one refused it, before their own gates."""
     gate_of = {run_id: trouble.gate for run_id, trouble in of_runs.items()}
-    reasons = [
-        ";".join(filter(None, [gate_of.get(run, ""), own]))
-        for run, own in zip(points["run_id"], of_gates, strict=True)
-    ]
-    whole = pd.Series(reasons, points.index, dtype=str)
-    return points.assign(reasons=whole, accepted=whole == "")
+    gates = pd.Series(gate_of, dtype=str).reindex(points["run_id"], fill_value="")
+    reasons = (gates.set_axis(points.index) + ";" + own).str.strip(";")
+    return points.assign(reasons=reasons, accepted=reasons == "")
 
 
 def _with_run_reasons(runs: pd.DataFrame, refused: Mapping[str, Trouble]) -> pd.DataFrame:

@@ -39,7 +39,7 @@ def with_film(points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
         for name, oil in oils.items():
             rows = (points["rig"] == rig) & (points["oil"] == name)
             if contact is not None and rows.any():
-                derived = _derived(points[rows], contact, oil, config["film"])
+                derived = contact_state(points[rows], contact, oil, config["film"])
                 points.loc[rows, list(derived)] = derived
     known = points["lambda_ratio"].notna()
     full = points["lambda_ratio"] > config["gates"]["lambda_limit"]
@@ -47,9 +47,17 @@ def with_film(points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
     return points.assign(film_judgement=judgement)
 
 
-def _derived(
+def contact_state(
     points: pd.DataFrame, contact: Contact, oil: Oil | None, settings: Mapping[str, Any]
 ) -> pd.DataFrame:
+    """Maximum Hertz pressure and, where the oil is known, film thickness and lambda.
+
+    Args:
+        points: Columns load_n, entrainment_speed_m_s, inlet_temperature_c and slide_roll_ratio.
+        contact: The contact they are of.
+        oil: The oil, None where its properties are not known.
+        settings: `film` of the configuration.
+    """
     load = points["load_n"].where(points["load_n"] > LEAST_LOAD_N).to_numpy()
     pressure_pa = max_hertz_pressure(load, contact.radius_m, contact.reduced_modulus_pa)
     derived = pd.DataFrame({"max_hertz_pressure_gpa": pressure_pa / PA_PER_GPA}, points.index)

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from oilfilm.curation.signals import FloatArray, IndexArray, sampling_interval
+from oilfilm.curation.signals import FloatArray, IndexArray
 
 # The median absolute deviation of a normal distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
 
 
-def find_steps(time_s: FloatArray, slip: FloatArray, settings: Mapping[str, Any]) -> IndexArray:
+def find_steps(slip: FloatArray, interval_s: float, settings: Mapping[str, Any]) -> IndexArray:
     """Indices at which the slip steps to another level.
 
     The means over a window before and after each instant are compared; a step lies where their
@@ -20,28 +20,27 @@ def find_steps(time_s: FloatArray, slip: FloatArray, settings: Mapping[str, Any]
     judged from the differences of neighbouring samples.
 
     Args:
-        time_s: Time, increasing, shape (n,).
         slip: Slide-roll ratio, shape (n,), finite.
+        interval_s: Time between samples.
         settings: `window_s`, `noise_factor` and `min_step` of config's plateaus.
     """
-    window = max(round(settings["window_s"] / sampling_interval(time_s)), 2)
+    window = max(round(settings["window_s"] / interval_s), 2)
     if len(slip) < 2 * window:
         return np.array([], dtype=np.int64)
     total = np.concatenate([[0.0], np.cumsum(slip)])
-    middle = np.arange(window, len(slip) - window + 1)
-    after = total[middle + window] - total[middle]
-    before = total[middle] - total[middle - window]
-    change = np.abs(after - before) / window
+    sums = total[window:] - total[:-window]
+    # place 0 is the first with a whole window before it
+    change = np.abs(sums[window:] - sums[:-window]) / window
     noise = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(slip)))) / np.sqrt(2)
     limit = max(settings["min_step"], settings["noise_factor"] * noise * np.sqrt(2 / window))
     # two peaks within a window are one step seen twice through the noise: the higher one counts
     highest = maximum_filter1d(change, 2 * window + 1, mode="constant")
     peaks = np.flatnonzero((change == highest) & (change > limit))
-    return middle[peaks[np.diff(peaks, prepend=-window - 1) > window]]
+    return window + peaks[np.diff(peaks, prepend=-window - 1) > window]
 
 
 def settled_parts(
-    time_s: FloatArray, steps: IndexArray, settings: Mapping[str, Any]
+    samples: int, steps: IndexArray, interval_s: float, settings: Mapping[str, Any]
 ) -> tuple[IndexArray, IndexArray]:
     """First and past-the-last index of the steady part of each level between the steps.
 
@@ -49,8 +48,7 @@ def settled_parts(
     located only to within the noise. The level before the first step has had no step to settle
     from. A level that ends before it has settled starts after its own stop.
     """
-    interval = sampling_interval(time_s)
-    settle, guard = round(settings["settle_s"] / interval), round(settings["guard_s"] / interval)
+    settle, guard = (round(settings[name] / interval_s) for name in ("settle_s", "guard_s"))
     starts = np.concatenate([[0], steps + settle])
-    stops = np.concatenate([steps - guard, [len(time_s)]])
-    return np.minimum(starts, len(time_s)), stops
+    stops = np.concatenate([steps - guard, [samples]])
+    return np.minimum(starts, samples), stops

@@ -11,6 +11,7 @@ from oilfilm.curation import statistics
 from oilfilm.curation.gates import Columns, Trouble
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.signals import FloatArray, IndexArray, Signals
+from oilfilm.curation.statistics import BoolArray
 from oilfilm.curation.zero import PHASES, zero_reference
 
 
@@ -38,9 +39,9 @@ def measure_continuous(
     """
     interval = signals.interval_s
     signals = signals.turning()
-    slip = signals.slide_roll_ratio
-    steps = find_steps(signals.time_s, slip, settings["plateaus"])
-    starts, stops = settled_parts(signals.time_s, steps, settings["plateaus"])
+    levels = settings["plateaus"]
+    steps = find_steps(signals.slide_roll_ratio, signals.interval_s, levels)
+    starts, stops = settled_parts(len(signals), steps, signals.interval_s, levels)
     # the opening phase gives the zero first; what is left of it is a plateau at no slip
     zero_length = round(settings["zero_reference"]["duration_s"] / interval)
     places = {
@@ -55,7 +56,7 @@ def measure_continuous(
         starts, stops = starts[:-1], stops[:-1]
     if "opening" in phases and len(starts):
         starts[0] = phases["opening"].stop
-        if (stops[0] - starts[0]) * interval < settings["plateaus"]["min_duration_s"]:
+        if (stops[0] - starts[0]) * interval < levels["min_duration_s"]:
             # nothing is lost: the phase has served the zero
             starts, stops = starts[1:], stops[1:]
     # a level cut off before it settled is a plateau of its last row, for the gate to refuse
@@ -108,44 +109,55 @@ def measure_readings(signals: Signals) -> Measured:
 def _average(
     signals: Signals, starts: IndexArray, stops: IndexArray, spike_threshold: float
 ) -> Columns:
-    windows = statistics.Windows.between(starts, stops)
-    force, slip = signals.traction_force_n, signals.slide_roll_ratio
-    wild = statistics.spikes(force, windows, spike_threshold) if len(starts) else windows.inside
-    windows = windows.without(wild)
-    early, late = windows.split(1 / 2)
-    first, rest = windows.split(1 / 5)
-
-    def mean(values: FloatArray) -> FloatArray:
-        return statistics.means(values, windows)
-
-    def change(values: FloatArray) -> FloatArray:
-        return statistics.means(values, late) - statistics.means(values, early)
-
-    def transient(values: FloatArray) -> FloatArray:
-        return statistics.means(values, first) - statistics.means(values, rest)
-
+    # many short sums cost more in calls than in numbers: the signals go together
+    values, inside = statistics.cut(
+        np.stack(
+            [
+                signals.slide_roll_ratio,
+                signals.traction_force_n,
+                signals.load_n,
+                signals.time_s,
+                signals.entrainment_speed_m_s,
+                signals.inlet_temperature_c,
+            ]
+        ),
+        starts,
+        stops,
+    )
+    wild = statistics.spikes(values[1], inside, spike_threshold)
+    inside &= ~wild
+    slip, force_n, load_n, time_s, speed_m_s, temperature_c = statistics.means(values, inside)
+    slip_se, force_se_n, load_se_n = statistics.standard_errors(values[:3], inside)
+    slip_change, force_change_n = _difference(values[:2], inside, 1 / 2)
+    slip_transient, force_transient_n = -_difference(values[:2], inside, 1 / 5)
     nothing = np.full(len(starts), np.nan)
     return {
         "first_row": signals.row[starts],
         "last_row": signals.row[stops - 1],
-        "n_samples": windows.counts,
+        "n_samples": inside.sum(axis=1),
         "n_spikes": wild.sum(axis=1),
-        "time_s": mean(signals.time_s),
-        "slide_roll_ratio": mean(slip),
-        "slide_roll_ratio_se": statistics.standard_errors(slip, windows),
-        "entrainment_speed_m_s": mean(signals.entrainment_speed_m_s),
-        "load_n": mean(signals.load_n),
-        "load_se_n": statistics.standard_errors(signals.load_n, windows),
-        "inlet_temperature_c": mean(signals.inlet_temperature_c),
-        "sensor_force_n": mean(force),
-        "sensor_force_se_n": statistics.standard_errors(force, windows),
-        "slip_change": change(slip),
-        "force_change_n": change(force),
-        "slip_transient": transient(slip),
-        "force_transient_n": transient(force),
+        "time_s": time_s,
+        "slide_roll_ratio": slip,
+        "slide_roll_ratio_se": slip_se,
+        "entrainment_speed_m_s": speed_m_s,
+        "load_n": load_n,
+        "load_se_n": load_se_n,
+        "inlet_temperature_c": temperature_c,
+        "sensor_force_n": force_n,
+        "sensor_force_se_n": force_se_n,
+        "slip_change": slip_change,
+        "force_change_n": force_change_n,
+        "slip_transient": slip_transient,
+        "force_transient_n": force_transient_n,
         "force_asymmetry": nothing,
         "measured_film_thickness_um": nothing,
     }
+
+
+def _difference(values: FloatArray, inside: BoolArray, share: float) -> FloatArray:
+    """Mean over what follows the first `share` of each plateau, less the mean over that share."""
+    first = statistics.first_part(inside, share)
+    return statistics.means(values, inside & ~first) - statistics.means(values, first)
 
 
 # No traction rig loads a contact less; below it F/W is noise over nothing.

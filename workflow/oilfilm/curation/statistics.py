@@ -1,6 +1,9 @@
-"""Means over plateaus with standard errors that know that neighbouring samples are alike."""
+"""Means over plateaus with standard errors that know that neighbouring samples are alike.
 
-from dataclasses import dataclass
+Plateaus differ in length. Their samples are cut out of the signals into arrays of shape
+(..., plateaus, longest plateau), and masks of shape (plateaus, longest plateau) say which of them
+count.
+"""
 
 import numpy as np
 import numpy.typing as npt
@@ -10,82 +13,94 @@ from oilfilm.curation.signals import FloatArray, IndexArray
 
 BoolArray = npt.NDArray[np.bool_]
 
-
-@dataclass(frozen=True)
-class Windows:
-    """Stretches of samples, padded to one length: `index` and `inside` have a row a stretch."""
-
-    index: IndexArray
-    inside: BoolArray
-
-    @classmethod
-    def between(cls, starts: IndexArray, stops: IndexArray) -> "Windows":
-        """Stretches from each start to before each stop; empty ones must not be among them."""
-        offsets = np.arange(int((stops - starts).max(initial=0)))
-        index = starts[:, np.newaxis] + offsets
-        inside = index < stops[:, np.newaxis]
-        return cls(np.where(inside, index, starts[:, np.newaxis]), inside)
-
-    def without(self, flagged: BoolArray) -> "Windows":
-        """The same stretches with some samples left out; `flagged` has the shape of `index`."""
-        return Windows(self.index, self.inside & ~flagged)
-
-    @property
-    def counts(self) -> IndexArray:
-        """Samples in each stretch."""
-        return self.inside.sum(axis=1)
-
-    def split(self, share: float) -> tuple["Windows", "Windows"]:
-        """The first `share` of the samples of each stretch, and the rest of them."""
-        place = np.cumsum(self.inside, axis=1)
-        early = place <= self.counts[:, np.newaxis] * share
-        return self.without(~early), self.without(early)
+# Noise is seldom alike over more samples than this; a drift or a hum is.
+_NEAR_LAGS = 8
 
 
-def means(values: FloatArray, windows: Windows) -> FloatArray:
-    """Mean of a signal over each stretch; NaN where a stretch is empty."""
-    total = np.where(windows.inside, values[windows.index], 0.0).sum(axis=1)
-    counts = windows.counts
-    return np.divide(total, counts, out=np.full(len(counts), np.nan), where=counts > 0)
+def cut(signals: FloatArray, starts: IndexArray, stops: IndexArray) -> tuple[FloatArray, BoolArray]:
+    """Stretches of signals from each start to before each stop, and the mask of their samples.
+
+    Args:
+        signals: One or several, shape (..., samples).
+        starts: First index of each stretch.
+        stops: The index past its last one; it must be larger.
+    """
+    index = starts[:, np.newaxis] + np.arange(int((stops - starts).max(initial=0)))
+    inside = index < stops[:, np.newaxis]
+    index = np.where(inside, index, starts[:, np.newaxis])
+    return np.where(inside, np.take(signals, index, axis=-1), 0.0), inside
 
 
-def standard_errors(values: FloatArray, windows: Windows) -> FloatArray:
+def first_part(inside: BoolArray, share: float) -> BoolArray:
+    """The mask of the first `share` of the samples of each stretch."""
+    place = np.cumsum(inside, axis=-1)
+    return inside & (place <= place[:, -1:] * share)
+
+
+def means(values: FloatArray, inside: BoolArray) -> FloatArray:
+    """Mean of each stretch, shape (..., stretches); NaN where none of its samples counts.
+
+    Args:
+        values: Stretches of signals as `cut` gives them.
+        inside: Which of their samples count.
+    """
+    # not BLAS: the last digit must not hang on the processor or its threads
+    total = np.einsum("...ij,ij->...i", values, inside.astype(float))
+    counts = inside.sum(axis=-1)
+    return np.divide(total, counts, out=np.full(total.shape, np.nan), where=counts > 0)
+
+
+def standard_errors(values: FloatArray, inside: BoolArray) -> FloatArray:
     """Standard error of each mean, autocorrelation included; NaN with fewer than two samples.
 
         se^2 = s^2 / n (1 + 2 sum_k rho_k)
 
     with rho_k the autocorrelation at lag k, summed up to its first value that is not positive.
+    Shapes as for `means`.
 
     Reference: C. J. Geyer, Practical Markov chain Monte Carlo, Statistical Science 7 (1992) 473,
     section 3.3 (the initial positive sequence, here over single lags).
     """
-    counts = windows.counts
-    if windows.index.size == 0:
-        return np.full(len(counts), np.nan)
-    residual = np.where(
-        windows.inside, values[windows.index] - means(values, windows)[:, np.newaxis], 0.0
-    )
+    counts, mean = inside.sum(axis=-1), means(values, inside)
+    residual = np.where(inside, values - mean[..., np.newaxis], 0.0)
+    squares = np.einsum("...ij,...ij->...i", residual, residual)
+    lagged = _sum_of_lags(residual.reshape(mean.size, inside.shape[1])).reshape(mean.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = (squares + 2 * lagged) / (counts - 1)
+        return np.where(counts > 1, np.sqrt(variance / counts), np.nan)
+
+
+def _sum_of_lags(residual: FloatArray) -> FloatArray:
+    """Autocovariances of each row over all lags up to the first that is not positive.
+
+    Most rows end within a few lags, which cost little; the few others are transformed.
+    """
+    total = np.zeros(len(residual))
+    rows = np.arange(len(residual))
+    for lag in range(1, min(_NEAR_LAGS + 1, residual.shape[1])):
+        covariance = np.einsum("ij,ij->i", residual[:, lag:], residual[:, :-lag])
+        positive = covariance > 0
+        rows, residual = rows[positive], residual[positive]
+        total[rows] += covariance[positive]
+    if len(rows) == 0:
+        return total
     length = residual.shape[1]
     spectrum = np.fft.rfft(residual, 2 * length, axis=1)
-    covariance = np.fft.irfft(np.abs(spectrum) ** 2, 2 * length, axis=1)[:, :length]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        correlation = np.nan_to_num(covariance / covariance[:, :1])
-        positive = np.cumprod(correlation[:, 1:] > 0, axis=1)
-        inflation = 1 + 2 * (correlation[:, 1:] * positive).sum(axis=1)
-        variance = covariance[:, 0] / (counts - 1)
-        return np.where(counts > 1, np.sqrt(variance / counts * inflation), np.nan)
+    covariance = np.fft.irfft(np.abs(spectrum) ** 2, 2 * length, axis=1)[:, 1:length]
+    total[rows] = (covariance * np.cumprod(covariance > 0, axis=1)).sum(axis=1)
+    return total
 
 
-def spikes(values: FloatArray, windows: Windows, threshold: float) -> BoolArray:
+def spikes(values: FloatArray, inside: BoolArray, threshold: float) -> BoolArray:
     """Samples further from their stretch's median than `threshold` robust standard deviations.
 
     A signal that hardly changes has no spread to judge by: where the median deviation is zero,
-    nothing is flagged.
+    nothing is flagged. Shapes as for `means`, of one signal.
     """
-    inside = np.where(windows.inside, values[windows.index], np.nan)
-    deviation = np.abs(inside - _medians(inside, windows.counts))
-    spread = MAD_TO_SIGMA * _medians(deviation, windows.counts)
-    return np.asarray((deviation > threshold * spread) & (spread > 0))
+    counts = inside.sum(axis=-1)
+    deviation = np.abs(values - _medians(np.where(inside, values, np.nan), counts))
+    spread = MAD_TO_SIGMA * _medians(np.where(inside, deviation, np.nan), counts)
+    return inside & (deviation > threshold * spread) & (spread > 0)
 
 
 def _medians(padded: FloatArray, counts: IndexArray) -> FloatArray:

@@ -84,15 +84,11 @@ def zero_reference(
                 f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; "
                 f"expected pure rolling, within {limit}{hint}"
             )
-    windows = statistics.Windows.between(
+    values, inside = statistics.cut(
+        np.stack([signals.time_s, signals.traction_force_n]),
         np.array([part.start for part in phases.values()], dtype=np.int64),
         np.array([part.stop for part in phases.values()], dtype=np.int64),
     )
-    force = signals.traction_force_n
-    if phases:
-        windows = windows.without(statistics.spikes(force, windows, spike))
-    return ZeroReference(
-        statistics.means(signals.time_s, windows),
-        statistics.means(force, windows),
-        statistics.standard_errors(force, windows),
-    )
+    inside &= ~statistics.spikes(values[1], inside, spike)
+    time_s, force_n = statistics.means(values, inside)
+    return ZeroReference(time_s, force_n, statistics.standard_errors(values[1], inside))

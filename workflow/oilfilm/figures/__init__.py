@@ -7,9 +7,11 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
+from oilfilm.figures.claims_page import claims_page
 from oilfilm.figures.coefficients import eqs11_13
 from oilfilm.figures.coverage_map import coverage_map
 from oilfilm.figures.extrapolation import extrapolation
+from oilfilm.figures.selection_map import selection_map
 from oilfilm.figures.sign_study import sign_study
 from oilfilm.figures.traction_curves import Results, curves, fig02, fig03
 
@@ -30,4 +32,6 @@ FIGURES = {
     "coverage": Drawing(coverage_map, "coverage_map"),
     "extrapolation": Drawing(extrapolation, "extrapolation_panels"),
     "signs": Drawing(sign_study, "sign_study"),
+    "claims": Drawing(claims_page, "claims_page"),
+    "selection": Drawing(selection_map, "selection_map"),
 }

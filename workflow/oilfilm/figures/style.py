@@ -19,6 +19,13 @@ MARKERS = ("o", "s", "^", "D", "v", "P")
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
+VERDICT_COLOURS = {
+    "holds": "#0072B2",
+    "holds in part": "#E69F00",
+    "fails": "#D55E00",
+    "cannot be checked": "#777777",
+}
+VERDICT_MARKERS = {"holds": "o", "holds in part": "D", "fails": "X", "cannot be checked": "_"}
 
 _SETTINGS: Any = {
     "font.size": 8,

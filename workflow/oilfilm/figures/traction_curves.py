@@ -30,6 +30,8 @@ class Results:
     extrapolation: pd.DataFrame = field(default_factory=lambda: tables.empty("extrapolation"))
     signs: pd.DataFrame = field(default_factory=lambda: tables.empty("signs"))
     sign_verdicts: pd.DataFrame = field(default_factory=lambda: tables.empty("sign_verdicts"))
+    claims: pd.DataFrame = field(default_factory=lambda: tables.empty("claims"))
+    selection: pd.DataFrame = field(default_factory=lambda: tables.empty("selection"))
 
 
 @dataclass(frozen=True)

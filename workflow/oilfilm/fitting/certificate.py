@@ -39,9 +39,9 @@ def certify(
     """Judge the best of several searches.
 
     Args:
-        problem: What was fitted.
+        problem: What was fitted; constants that ran into a bound are held there.
         data: The data it was fitted to.
-        optima: End of each independent search.
+        optima: End of each independent search, in the free constants.
         naive_errors: Naive standard errors of the free constants.
         settings: Limits of config's fit.
     """
@@ -56,9 +56,9 @@ def certify(
         for spread, distance in zip(spreads, distances, strict=True)
     )
     cosine = gradient_cosine(problem, best)
-    smallest = min_traction(problem, data, best)
+    smallest = float(traction_on(problem, best, *tested_grid(problem, data)).min())
     low, high, condition = spectrum(problem, best)
-    active = active_bounds(problem, best)
+    active = ", ".join(problem.at_bounds)
     checks = {
         f"{agreeing} of {len(optima)} searches agree": agreeing == len(optima),
         f"their SSE differ by {max(spreads):.1e}": max(spreads) <= settings["agreement_sse"],
@@ -116,27 +116,19 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     return float(sizes[-1] ** 2), float(sizes[0] ** 2), condition
 
 
-def active_bounds(problem: Problem, optimum: Optimum) -> str:
-    """Names of the constants that ended at or beyond a bound of the search, joined by ', '."""
-    lower, upper = problem.bounds
-    names = [
-        constant.name
-        for constant, free in zip(problem.law.constants, problem.free, strict=True)
-        if free
-    ]
-    margin = 1e-6 * (upper - lower)
-    at = (optimum.values <= lower + margin) | (optimum.values >= upper - margin)
-    return ", ".join(name for name, reached in zip(names, at, strict=True) if reached)
+def tested_grid(problem: Problem, data: CurveData) -> tuple[FloatArray, FloatArray]:
+    """Rows of the design over the box of tested conditions, and slips from 0 to the largest."""
+    low, high = data.conditions.min(axis=0), data.conditions.max(axis=0)
+    levels = np.meshgrid(*np.linspace(low, high, 9, axis=1), indexing="ij")
+    conditions = np.stack(levels, axis=-1).reshape(-1, len(low))
+    rows = np.unique(problem.law.design(conditions, problem.followed), axis=0)
+    return rows, np.linspace(0, float(np.max(np.abs(data.slip))), 61)
 
 
-def min_traction(problem: Problem, data: CurveData, optimum: Optimum) -> float:
-    """Smallest mu on a grid over the tested conditions and slips 0 to the largest tested."""
-    design = problem.at.design
-    corners = [
-        np.linspace(low, high, 9) for low, high in zip(design.min(0), design.max(0), strict=True)
-    ]
-    rows = np.stack(np.meshgrid(*corners, indexing="ij"), axis=-1).reshape(-1, design.shape[1])
-    rows = np.unique(rows, axis=0)
-    slips = np.linspace(0, float(np.max(np.abs(data.slip))), 61)
+def traction_on(
+    problem: Problem, optimum: Optimum, rows: FloatArray, slips: FloatArray
+) -> FloatArray:
+    """mu at each row of the design and each slip: shape (rows, slips)."""
     at = Observations(rows, np.repeat(np.arange(len(rows)), len(slips)), np.tile(slips, len(rows)))
-    return float(problem.law.traction(problem.expand(optimum.values), at).min())
+    mu = problem.law.traction(problem.expand(optimum.values), at)
+    return mu.reshape(len(rows), len(slips))

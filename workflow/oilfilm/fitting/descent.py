@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oilfilm.fitting.problem import BoolArray, Problem
-from oilfilm.traction.law import FloatArray, IndexArray
+from oilfilm.fitting.problem import Problem
+from oilfilm.traction.law import BoolArray, FloatArray, IndexArray
 
 # Points times descents evaluated at once: about what fits a processor's cache.
 _CHUNK = 1 << 14
@@ -44,7 +44,10 @@ def descend(
     held: BoolArray | None = None,
     tolerance: float = 1e-9,
 ) -> tuple[FloatArray, FloatArray]:
-    """The local optima next to each start.
+    """The local optima next to each start, within the law's bounds.
+
+    Where constants leave their bounds, the one farthest out is put back on its bound and stays
+    there, and the others descend again from within theirs.
 
     Args:
         problem: What to fit.
@@ -60,17 +63,29 @@ def descend(
     Reference: H. B. Nielsen, Damping Parameter in Marquardt's Method, IMM-REP-1999-05, Technical
     University of Denmark (1999).
     """
+    weights = np.ones((len(starts), problem.curves)) if weights is None else weights
+    held = np.zeros(starts.shape, dtype=bool) if held is None else held
+    ends, sse = _descend_all(problem, starts, weights, held, tolerance)
+    low, high = problem.limits.T
+    while (rows := (outside := ~held * problem.beyond(ends)).any(axis=1)).any():
+        held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
+        inside = np.where(outside > 0, np.clip(ends, low, high), ends)
+        ends[rows], sse[rows] = _descend_all(
+            problem, inside[rows], weights[rows], held[rows], tolerance
+        )
+    return ends, sse
+
+
+def _descend_all(
+    problem: Problem, starts: FloatArray, weights: FloatArray, held: BoolArray, tolerance: float
+) -> tuple[FloatArray, FloatArray]:
     step = max(_CHUNK // max(len(problem.mu), 1), 1)
     ends: FloatArray = np.empty_like(starts)
     sse: FloatArray = np.empty(len(starts))
     for first in range(0, len(starts), step):
         rows = slice(first, first + step)
         ends[rows], sse[rows] = _descend(
-            problem,
-            starts[rows].copy(),
-            np.ones((len(starts[rows]), problem.curves)) if weights is None else weights[rows],
-            np.zeros(starts[rows].shape, dtype=bool) if held is None else held[rows],
-            tolerance,
+            problem, starts[rows].copy(), weights[rows], held[rows], tolerance
         )
     return ends, sse
 
@@ -82,12 +97,10 @@ def _descend(
     damping: FloatArray
     damping, growth = np.full(len(values), _FIRST_DAMPING), np.full(len(values), 2.0)
     going = np.arange(len(values))
-    lower, upper = problem.bounds
     tiny = np.finfo(float).tiny
     for _ in range(_MAX_STEPS):
         step, expected = _steps(now, damping, going)
-        # a descent that leaves the search's bounds has no optimum to reach; it ends at them
-        trial = np.where(held[going], values[going], np.clip(values[going] + step, lower, upper))
+        trial = values[going] + step
         then = _normal_equations(problem, trial, weights[going], held[going])
         better = then.sse < now.sse[going]
         # from where the law overflows any step is a gain without measure
@@ -143,7 +156,7 @@ def _normal_equations(
     gradient = np.empty((count, len(law.coefficients), terms))
     matrix = np.empty((count, len(law.coefficients), terms, len(law.coefficients), terms))
     # a trial step may run off to where the law overflows; it is then not taken
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         sizes = law.sizes(problem.expand(values.T), at.design)[:, at.curve]
         residual = law.value(sizes, slip) - problem.mu[:, np.newaxis]
         slopes = law.slopes(sizes, slip)

@@ -15,7 +15,7 @@ from scipy.optimize import Bounds, differential_evolution, least_squares
 
 from oilfilm.fitting.descent import descend
 from oilfilm.fitting.problem import Problem
-from oilfilm.traction.law import FloatArray
+from oilfilm.traction.law import BoolArray, FloatArray
 
 # Points times candidates evaluated at once: about what fits a processor's cache.
 _CHUNK = 1 << 15
@@ -45,16 +45,16 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
         settings: `population`, `generations` and `polished` of config's fit.
         random: Source of the search's random numbers.
     """
-    lower, upper = problem.bounds
+    limits = problem.limits
 
     def objective(population: FloatArray) -> FloatArray:
         return population_sse(problem, population)
 
     found = differential_evolution(
         objective,  # type: ignore[arg-type]  # the stubs do not know of `vectorized`
-        Bounds(lower, upper),
+        Bounds(limits[:, 0], limits[:, 1]),
         strategy="rand1bin",
-        popsize=max(ceil(settings["population"] / len(lower)), 5),
+        popsize=max(ceil(settings["population"] / len(limits)), 5),
         maxiter=settings["generations"],
         mutation=(0.5, 1.0),
         recombination=0.9,
@@ -67,20 +67,44 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
     ranked = found.population[np.argsort(found.population_energies)]
     chosen = ranked[np.linspace(0, len(ranked) - 1, settings["polished"]).astype(int)]
     ends, sse = descend(problem, chosen, tolerance=_ROUGH_TOLERANCE)
-    return polish(problem, ends[np.argmin(sse)])
+    # from a rough end the last polish may run off along a valley without a floor
+    lowest, _ = descend(problem, ends[[np.argmin(sse)]])
+    return polish(problem, lowest[0])
+
+
+def at_bounds(problem: Problem, values: FloatArray) -> BoolArray:
+    """Which free constants are at a bound of the search."""
+    low, high = problem.limits.T
+    margin = 1e-6 * (high - low)
+    return np.asarray((values <= low + margin) | (values >= high - margin))
 
 
 def polish(problem: Problem, start: FloatArray, weight: FloatArray | None = None) -> Optimum:
-    """The local optimum next to `start`, to the last digits.
+    """The local optimum next to `start`, to the last digits, within the law's bounds.
 
     MINPACK's Levenberg-Marquardt with the analytic Jacobian: it factors the Jacobian itself, where
-    `descend`, made for many rough ends at once, squares its condition number.
+    `descend`, made for many rough ends at once, squares its condition number. As there, the
+    constant farthest outside its bounds stays at the bound, as does one that starts there.
 
     Args:
         problem: What to fit.
         start: Free internal constants to start from.
         weight: Weight of each point's squared error; 1 if not given.
     """
+    low, high = problem.limits.T
+    values, held = np.clip(start, low, high), at_bounds(problem, start)
+    while True:
+        values[~held], sse = _polish(problem.holding(values, held), values[~held], weight)
+        outside = ~held * problem.beyond(values)
+        if not outside.any():
+            return Optimum(values, sse)
+        values = np.where(outside > 0, np.clip(values, low, high), values)
+        held[np.argmax(outside)] = True
+
+
+def _polish(
+    problem: Problem, start: FloatArray, weight: FloatArray | None
+) -> tuple[FloatArray, float]:
     factor = np.ones(len(problem.mu)) if weight is None else np.sqrt(weight)
 
     def residual(values: FloatArray) -> FloatArray:
@@ -90,7 +114,7 @@ def polish(problem: Problem, start: FloatArray, weight: FloatArray | None = None
         return factor[:, np.newaxis] * problem.jacobian(values)
 
     # a trial step may run off to where the law overflows; the method takes it back
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         found = least_squares(
             residual,
             start,
@@ -102,19 +126,7 @@ def polish(problem: Problem, start: FloatArray, weight: FloatArray | None = None
             gtol=1e-15,
             max_nfev=1000,
         )
-        lower, upper = problem.bounds
-        if np.any((found.x < lower) | (found.x > upper)):
-            # no optimum within the search's bounds: the best at them, which earns no certificate
-            found = least_squares(
-                residual,
-                np.clip(found.x, lower, upper),
-                jacobian,
-                method="trf",
-                x_scale="jac",
-                bounds=(lower, upper),
-                max_nfev=1000,
-            )
-    return Optimum(found.x, 2 * float(found.cost))
+    return found.x, 2 * float(found.cost)
 
 
 def population_sse(problem: Problem, population: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.certificate import Certificate, certify
-from oilfilm.fitting.engine import Optimum, search
+from oilfilm.fitting.engine import Optimum, at_bounds, search
 from oilfilm.fitting.objectives import (
     Alternative,
     curve_weights,
@@ -19,7 +19,6 @@ from oilfilm.fitting.objectives import (
     weighted_fit,
 )
 from oilfilm.fitting.problem import (
-    BoolArray,
     CurveData,
     Problem,
     build_problem,
@@ -32,7 +31,7 @@ from oilfilm.fitting.systematic import SENSORS, calibration_refits
 from oilfilm.fitting.uncertainty import Estimates, curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import FloatArray, Law
+from oilfilm.traction.law import BoolArray, FloatArray, Law
 
 # What the tested box is of, and the columns of `fit_quality` that hold it.
 BOX = (
@@ -45,28 +44,14 @@ BOX = (
 
 
 @dataclass(frozen=True)
-class OilFit:
-    """The tables of one oil's fit; each field is named as its table."""
+class Found:
+    """All that a fit found, before it becomes tables.
 
-    coefficients: pd.DataFrame
-    fit_quality: pd.DataFrame
-    refits: pd.DataFrame
-    correlations: pd.DataFrame
-    profiles: pd.DataFrame
-    curve_residuals: pd.DataFrame
-
-    def tables(self) -> dict[str, pd.DataFrame]:
-        """Name of each table and its rows."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-    def remarks(self) -> list[str]:
-        """What whoever uses the constants must know, a sentence each."""
-        return [remark for row in tables.rows(self.fit_quality) for remark in fit_remarks(row)]
-
-
-@dataclass(frozen=True)
-class _Fitted:
-    """All that a fit found, before it becomes tables."""
+    Attributes:
+        problem: What was fitted; constants that ran into a bound are held there.
+        data: The curves it was fitted to.
+        best: The best end of the searches.
+    """
 
     problem: Problem
     data: CurveData
@@ -76,6 +61,30 @@ class _Fitted:
     profile: tuple[FloatArray, FloatArray]
     weighted: Alternative | None
     robust: Alternative | None
+
+
+@dataclass(frozen=True)
+class OilFit:
+    """The tables of one oil's fit, each field named as its table, and what they were made from.
+
+    `found` is None where the data could not be fitted.
+    """
+
+    coefficients: pd.DataFrame
+    fit_quality: pd.DataFrame
+    refits: pd.DataFrame
+    correlations: pd.DataFrame
+    profiles: pd.DataFrame
+    curve_residuals: pd.DataFrame
+    found: Found | None
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Name of each table and its rows."""
+        return {one.name: getattr(self, one.name) for one in fields(self) if one.name != "found"}
+
+    def remarks(self) -> list[str]:
+        """What whoever uses the constants must know, a sentence each."""
+        return [remark for row in tables.rows(self.fit_quality) for remark in fit_remarks(row)]
 
 
 def fit_oil(
@@ -93,10 +102,31 @@ def fit_oil(
         The oil's rows of the tables of a fit. Data that cannot be fitted give rows without values
         and a verdict that says why.
     """
-    settings = config["fit"]
-    law = LAWS[settings["law"]]
     of_oil = points[points["oil"] == oil]
-    data = curve_data(of_oil, law.conditions)
+    return fit_law(of_oil, oil, LAWS[config["fit"]["law"]], printed, config)
+
+
+def fit_law(
+    points: pd.DataFrame,
+    oil: str,
+    law: Law,
+    printed: FloatArray | None,
+    config: Mapping[str, Any],
+) -> OilFit:
+    """Fit one law to the accepted points of one oil.
+
+    Args:
+        points: The oil's rows of the table of points.
+        oil: Its name.
+        law: What to fit; config's `fit.law` is not asked.
+        printed: As `fit_oil`.
+        config: As `fit_oil`.
+
+    Returns:
+        As `fit_oil`.
+    """
+    settings = config["fit"]
+    data = curve_data(points, law.conditions)
     varied = varied_conditions(data.conditions, settings)
     about = {"oil": oil, "law": law.name}
     quality = {
@@ -104,14 +134,14 @@ def fit_oil(
         "n_points": len(data.mu),
         "n_curves": len(data.runs),
         "fixed_conditions": _fixed_conditions(law, data, varied),
-        **_tested_box(of_oil),
+        **_tested_box(points),
     }
     try:
         problem = build_problem(law, data, varied)
         _refuse_hopeless(problem, data)
     except ValueError as error:
         return _unfitted(law, about, quality, printed, f"not fitted: {error}")
-    found = _fit(problem, data, of_oil, varied, oil, config)
+    found = _fit(problem, data, points, varied, oil, config)
     return OilFit(
         coefficients=_coefficients(found, about, printed),
         fit_quality=tables.from_rows([quality | _quality(found, settings)], "fit_quality"),
@@ -119,6 +149,7 @@ def fit_oil(
         correlations=_correlations(found, about),
         profiles=_profiles(found, about),
         curve_residuals=_curve_residuals(found, about),
+        found=found,
     )
 
 
@@ -155,12 +186,16 @@ def _fit(
     varied: BoolArray,
     oil: str,
     config: Mapping[str, Any],
-) -> _Fitted:
+) -> Found:
     settings, seed = config["fit"], config["seed"]
     optima = [
         search(problem, settings, generator(seed, "search", oil, number))
         for number in range(settings["searches"])
     ]
+    best = min(optima, key=lambda optimum: optimum.sse)
+    stuck = at_bounds(problem, best.values)
+    problem = problem.holding(best.values, stuck)
+    optima = [Optimum(optimum.values[~stuck], optimum.sse) for optimum in optima]
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
     refits = np.empty((0, len(best.values)))
@@ -168,7 +203,7 @@ def _fit(
         random = generator(seed, "bootstrap", oil)
         refits = curve_bootstrap(problem, best, settings["bootstrap"], random)
     shifted = calibration_refits(problem, best, points, varied)
-    return _Fitted(
+    return Found(
         problem,
         data,
         best,
@@ -201,19 +236,24 @@ def _tested_box(points: pd.DataFrame) -> dict[str, float]:
 
 
 def _coefficients(
-    found: _Fitted, about: Mapping[str, str], printed: FloatArray | None
+    found: Found, about: Mapping[str, str], printed: FloatArray | None
 ) -> pd.DataFrame:
     law, problem = found.problem.law, found.problem
     rows = _constant_rows(found)
-    names = [constant.name for constant in law.constants]
+    names = [constant.name for constant in law.constants if constant.known is None]
+    stuck = [
+        _no_value(name) | {"value": value, "verdict": "at a bound"}
+        for name, value in problem.at_bounds.items()
+    ]
     # the level of a condition that did not vary is inside X0: neither can be told apart
-    lost = [_no_value(name) for name in names if name not in problem.names]
+    told = {*problem.names, *problem.at_bounds}
+    lost = [_no_value(name) for name in names if name not in told]
     order = [*names, *law.local_constants]
-    rows = sorted([*rows, *lost], key=lambda row: order.index(row["constant"]))
+    rows = sorted([*rows, *stuck, *lost], key=lambda row: order.index(row["constant"]))
     return _coefficient_table(rows, law, about, printed)
 
 
-def _constant_rows(found: _Fitted) -> list[dict[str, Any]]:
+def _constant_rows(found: Found) -> list[dict[str, Any]]:
     problem, estimates = found.problem, found.estimates.reported(found.problem)
     places, z = found.profile
     degrees = len(problem.mu) - len(found.best.values)
@@ -283,7 +323,7 @@ def _coefficient_table(
     return tables.conform(frame, "coefficients", f"fit of {about['oil']}")
 
 
-def _quality(found: _Fitted, settings: Mapping[str, Any]) -> dict[str, Any]:
+def _quality(found: Found, settings: Mapping[str, Any]) -> dict[str, Any]:
     problem, data = found.problem, found.data
     residual = problem.residual(found.best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
@@ -300,7 +340,7 @@ def _quality(found: _Fitted, settings: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _refits(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+def _refits(found: Found, about: Mapping[str, str]) -> pd.DataFrame:
     estimates = found.estimates.reported(found.problem)
     causes = [("curves drawn again", estimates.refits)]
     causes += [
@@ -326,7 +366,7 @@ def _refits(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
     return tables.conform(whole, "refits", f"fit of {about['oil']}")
 
 
-def _correlations(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+def _correlations(found: Found, about: Mapping[str, str]) -> pd.DataFrame:
     first, second = np.triu_indices(len(found.problem.names), k=1)
     names = np.array(found.problem.names)
     values = found.estimates.reported(found.problem).correlation[first, second]
@@ -336,7 +376,7 @@ def _correlations(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
     return tables.conform(frame, "correlations", f"fit of {about['oil']}")
 
 
-def _profiles(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+def _profiles(found: Found, about: Mapping[str, str]) -> pd.DataFrame:
     problem = found.problem
     places, z = found.profile
     # a constant below zero falls where its logarithm rises
@@ -351,7 +391,7 @@ def _profiles(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
     return tables.conform(frame, "profiles", f"fit of {about['oil']}")
 
 
-def _curve_residuals(found: _Fitted, about: Mapping[str, str]) -> pd.DataFrame:
+def _curve_residuals(found: Found, about: Mapping[str, str]) -> pd.DataFrame:
     problem, data = found.problem, found.data
     residual = problem.residual(found.best.values)
     fitted = data.mu + residual
@@ -380,7 +420,7 @@ def _unfitted(
     printed: FloatArray | None,
     why: str,
 ) -> OilFit:
-    rows = [_no_value(constant.name) for constant in law.constants]
+    rows = [_no_value(constant.name) for constant in law.constants if constant.known is None]
     without = {
         "searches": 0,
         "searches_agreeing": 0,
@@ -397,4 +437,5 @@ def _unfitted(
         correlations=tables.empty("correlations"),
         profiles=tables.empty("profiles"),
         curve_residuals=tables.empty("curve_residuals"),
+        found=None,
     )

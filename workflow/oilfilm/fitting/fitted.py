@@ -24,7 +24,7 @@ class Coefficients:
     Attributes:
         constants: In the order of the law's, NaN where nothing could be fitted. An exponent that
             the data could not give is 0, and X0 then holds the coefficient at the tested level.
-        known: Which of the law's conditions the fit follows; the others were tested at one level.
+        known: Which of the law's groups the fit follows; the others were tested at one level.
         spread: Constants refitted to curves drawn again, shape (refits, constants).
         shifted: Constants refitted with one sensor each off by its calibration's uncertainty.
         box: Smallest and largest tested value of each of the law's conditions and of the slip,
@@ -42,7 +42,7 @@ class Coefficients:
         """Constants alone, as printed in a paper: no interval and no tested box."""
         none = np.empty((0, len(constants)))
         box = np.full((len(law.conditions) + 1, 2), np.nan)
-        known = np.ones(len(law.conditions), dtype=bool)
+        known = np.ones(len(law.groups), dtype=bool)
         return cls(np.asarray(constants, dtype=float), known, none, none, box)
 
     def covariance(self, law: Law) -> FloatArray:
@@ -92,31 +92,36 @@ class FittedLaw:
         oil: str,
         refits: pd.DataFrame | None = None,
         quality: pd.DataFrame | None = None,
+        law: Law | None = None,
     ) -> "FittedLaw":
-        """The fit of one oil; the tables must hold one law for it.
+        """The fit of one law to one oil.
 
         Args:
             coefficients: Table of coefficients.
             oil: Oil in it.
             refits: Table of refits; without it there are no intervals.
             quality: Table of fit quality; without it no tested box is known.
+            law: Of which the coefficients are wanted. Without it the table must hold one law for
+                the oil, and one that needs no properties of it.
         """
-        rows = coefficients[coefficients["oil"] == oil].set_index("constant")
-        law = LAWS[rows["law"].iloc[0]]
+        rows = coefficients[coefficients["oil"] == oil]
+        law = law or LAWS[rows["law"].iloc[0]]
+        rows = rows[rows["law"] == law.name].set_index("constant")
         values = _in_order(law, rows["value"].to_frame().T)[0]
-        exponents = {
-            one.condition: rows["value"].get(one.name, np.nan)
-            for one in law.constants
-            if one.condition is not None
-        }
-        known = np.array([not np.isnan(exponents[name]) for name in law.conditions])
+        given = set(rows.index[rows["value"].notna()])
+        followed = {one.condition for one in law.constants if one.name in given}
+        known = np.array([name in followed for name in law.groups])
         spread = shifted = np.empty((0, len(values)))
         if refits is not None:
             of_oil = refits[(refits["oil"] == oil) & (refits["law"] == law.name)]
             wide = of_oil.pivot(index=["cause", "refit"], columns="constant", values="value")
             drawn = wide.index.get_level_values("cause") == "curves drawn again"
             if len(wide):
-                spread, shifted = _in_order(law, wide[drawn]), _in_order(law, wide[~drawn])
+                spread, shifted = (
+                    # constants at a bound stay there in every refit
+                    np.where(np.isnan(refitted := _in_order(law, some)), values, refitted)
+                    for some in (wide[drawn], wide[~drawn])
+                )
         box = np.full((len(law.conditions) + 1, 2), np.nan)
         if quality is not None:
             row = quality[(quality["oil"] == oil) & (quality["law"] == law.name)].iloc[0]
@@ -169,9 +174,9 @@ class FittedLaw:
         law, coefficients = self.law, self.coefficients
         if np.isnan(coefficients.constants).any():
             return np.full(len(slip), np.nan), np.full(len(slip), np.nan)
-        levels = np.where(coefficients.known, conditions, law.reference)
         internal = to_internal(law, coefficients.constants)
-        at = Observations(law.design(levels), np.arange(len(slip)), np.abs(slip))
+        design = law.design(conditions, coefficients.known)
+        at = Observations(design, np.arange(len(slip)), np.abs(slip))
         sizes = law.sizes(internal, at.design)
         mu = law.value(sizes, at.slip)
         blocks = root.reshape(len(sizes), -1, root.shape[1])
@@ -208,10 +213,21 @@ def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
     heads = np.array([constant.condition is None for constant in law.constants])
     at_level = np.isnan(values[:, heads]) & ~np.isnan(local)
     values[:, heads] = np.where(at_level, local, values[:, heads])
-    # exponents of conditions that never varied have no effect to carry
+    # exponents that the law gives; those of conditions that never varied have no effect to carry
     whole = ~np.isnan(values[:, heads]).any(axis=1, keepdims=True)
-    values[:, ~heads] = np.where(whole & np.isnan(values[:, ~heads]), 0.0, values[:, ~heads])
+    values = np.where(~heads & whole & np.isnan(values), law.known, values)
     return values
+
+
+def covariances(coefficients: pd.DataFrame, refits: pd.DataFrame) -> dict[str, FloatArray]:
+    """Covariance of each oil's constants as they stand in the equation, where there are refits."""
+    found = {}
+    for oil in coefficients["oil"].unique():
+        one = FittedLaw.of(coefficients, oil, refits).coefficients
+        if len(one.spread) > len(one.constants) and one.known.all():
+            off = one.shifted - one.constants
+            found[oil] = np.asarray(np.cov(one.spread, rowvar=False) + off.T @ off)
+    return found
 
 
 def read_fit(folder: Path | str, oil: str) -> FittedLaw:

@@ -86,6 +86,7 @@ def _cauchy(problem: Problem, start: FloatArray, scale: float) -> FloatArray:
             residual,
             start,
             jacobian,
+            bounds=tuple(problem.limits.T),
             method="trf",
             x_scale="jac",
             loss="cauchy",

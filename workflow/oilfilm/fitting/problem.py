@@ -1,24 +1,22 @@
 """What is fitted: accepted points as curves, and which constants they can give at all."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.traction.law import (
     CONDITIONS,
+    BoolArray,
     FloatArray,
     IndexArray,
     Law,
     Observations,
     bounds,
 )
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -46,14 +44,16 @@ class CurveData:
 class Problem:
     """Least squares of a law on data, over the constants that the data can give.
 
-    The others (`free` false) are exponents of conditions that did not vary; they are held at
-    zero, and the condition's effect is then inside the law's coefficients.
+    The others (`free` false) are exponents that the law itself gives, and those of conditions that
+    did not vary: held at zero, they leave the condition's effect inside the law's coefficients.
+    `held` are the places and values of those that ran into a bound and stay there.
     """
 
     law: Law
     at: Observations
     mu: FloatArray
     free: BoolArray
+    held: tuple[tuple[int, float], ...] = ()
 
     @property
     def curves(self) -> int:
@@ -66,27 +66,63 @@ class Problem:
         return np.searchsorted(self.at.curve, np.arange(self.curves))
 
     @cached_property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bounds of the free internal constants."""
-        lower, upper = bounds(self.law)[self.free].T
-        return lower, upper
-
-    @cached_property
     def names(self) -> list[str]:
         """Names of the free constants.
 
         Where a condition did not vary, its level is inside X0: what the data then give is the
         coefficient X at that level and at the reference of the others, and it is named so.
         """
-        constants = [one for one, free in zip(self.law.constants, self.free, strict=True) if free]
-        whole = bool(self.free.all())
-        local = iter(self.law.local_constants)
-        return [one.name if one.condition or whole else next(local) for one in constants]
+        return [self._all_names[place] for place in np.flatnonzero(self.free)]
+
+    def beyond(self, values: FloatArray) -> FloatArray:
+        """How far free constants, shape (..., free), lie outside their bounds, 0 within."""
+        low, high = self.limits.T
+        return np.maximum(np.maximum(low - values, values - high), 0.0) / (high - low)
+
+    @cached_property
+    def at_bounds(self) -> dict[str, float]:
+        """The constants that stay at a bound, as they stand in the law's equation."""
+        signs = self._all_signs
+        return {
+            self._all_names[place]: signs[place] * np.exp(value) if signs[place] else value
+            for place, value in self.held
+        }
+
+    @cached_property
+    def _all_names(self) -> list[str]:
+        if self.followed.all():
+            return [one.name for one in self.law.constants]
+        heads = [one.name for one in self.law.constants if one.condition is None]
+        local = dict(zip(heads, self.law.local_constants, strict=True))
+        return [local.get(one.name, one.name) for one in self.law.constants]
 
     @cached_property
     def signs(self) -> IndexArray:
         """Sign of each free constant, 0 for exponents."""
-        return np.array([constant.sign for constant in self.law.constants])[self.free]
+        return self._all_signs[self.free]
+
+    @cached_property
+    def _all_signs(self) -> IndexArray:
+        return np.array([constant.sign for constant in self.law.constants])
+
+    @cached_property
+    def limits(self) -> FloatArray:
+        """Bounds of the free internal constants, shape (free, 2)."""
+        return bounds(self.law)[self.free]
+
+    @cached_property
+    def followed(self) -> BoolArray:
+        """Which groups of the law varied."""
+        # all of them at the reference at once is what a group that does not count looks like
+        return np.asarray(np.any(self.at.design[:, 1:] != 0, axis=0))
+
+    def holding(self, values: FloatArray, which: BoolArray) -> "Problem":
+        """The same problem with some of its free constants held where they are."""
+        places = np.flatnonzero(self.free)[which]
+        held = (*self.held, *zip(places.tolist(), values[which].tolist(), strict=True))
+        free = self.free.copy()
+        free[places] = False
+        return replace(self, free=free, held=held)
 
     @property
     def logarithmic(self) -> BoolArray:
@@ -100,7 +136,10 @@ class Problem:
 
     def expand(self, values: FloatArray) -> FloatArray:
         """All internal constants from the free ones; (free,) or (free, population)."""
-        full = np.zeros((len(self.free), *values.shape[1:]))
+        full = np.empty((len(self.free), *values.shape[1:]))
+        full.T[:] = self.law.known
+        for place, value in self.held:
+            full[place] = value
         full[self.free] = values
         return full
 
@@ -174,13 +213,15 @@ def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
     """The problem of fitting a law to data in which only some conditions vary.
 
     Raises:
-        ValueError: A varied condition has a value at which the law has none.
+        ValueError: A varied condition has a value at which the law has none, or the law needs one
+            to vary that does not.
     """
-    free = np.array(
-        [
-            constant.condition is None or bool(varied[law.conditions.index(constant.condition)])
-            for constant in law.constants
-        ]
-    )
-    design = law.design(np.where(varied, data.conditions, 1.0))
-    return Problem(law, Observations(design, data.curve, data.slip), data.mu, free)
+    groups = law.varied_groups(varied)
+    follows: dict[str | None, bool] = {None: True}
+    follows.update(zip(law.groups, groups.tolist(), strict=True))
+    for one in law.constants:
+        if one.known and not follows[one.condition]:
+            raise ValueError(f"{law.name} needs conditions in which {one.condition} varies")
+    free = np.array([one.known is None and follows[one.condition] for one in law.constants])
+    at = Observations(law.design(data.conditions, groups), data.curve, data.slip)
+    return Problem(law, at, data.mu, free)

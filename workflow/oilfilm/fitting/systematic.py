@@ -1,11 +1,13 @@
 """What the calibration of a rig's sensors does to the constants: errors that runs share."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
 from oilfilm.fitting.engine import Optimum, polish
-from oilfilm.fitting.problem import BoolArray, Problem, build_problem, curve_data
-from oilfilm.traction.law import FloatArray
+from oilfilm.fitting.problem import Problem, build_problem, curve_data
+from oilfilm.traction.law import BoolArray, FloatArray
 
 # In the order of the refits.
 SENSORS = ("load", "traction force", "entrainment speed", "inlet temperature")
@@ -35,7 +37,7 @@ def calibration_refits(
         data = curve_data(shifted, problem.law.conditions)
         if not np.isfinite(data.mu).all() or not np.isfinite(data.conditions[:, varied]).all():
             return np.empty((0, len(optimum.values)))
-        moved = build_problem(problem.law, data, varied)
+        moved = replace(problem, at=build_problem(problem.law, data, varied).at, mu=data.mu)
         refits.append(polish(moved, optimum.values).values)
     return np.array(refits)
 

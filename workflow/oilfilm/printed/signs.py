@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fitting.problem import BoolArray
 from oilfilm.printed.judge import squared_errors
 from oilfilm.printed.statements import (
     BETWEEN_OILS,
@@ -23,7 +22,13 @@ from oilfilm.printed.statements import (
     hot_convergence,
     viscosity_order,
 )
-from oilfilm.traction.law import FloatArray, IndexArray, to_constants, to_internal
+from oilfilm.traction.law import (
+    BoolArray,
+    FloatArray,
+    IndexArray,
+    to_constants,
+    to_internal,
+)
 
 _EXPONENTS = [place for place, one in enumerate(LAW.constants) if one.condition is not None]
 EXPONENT_NAMES = [LAW.constants[place].name for place in _EXPONENTS]

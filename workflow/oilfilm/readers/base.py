@@ -7,9 +7,11 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from oilfilm import tables
+
+# Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
+Columns = dict[str, npt.NDArray[Any]]
 
 # A reading beyond this is no measurement of any rig, whatever its unit.
 LARGEST_READING = 1e9
@@ -65,9 +67,9 @@ class Refusal:
 class LoggedRun:
     """One test run out of a raw file.
 
-    `samples` has the columns of the samples table but for `run_id`. `flaw` names a rule and what
-    it saw where the run as a whole cannot be used (its samples are kept all the same); `label` is
-    the name that the log gives the run itself.
+    `flaw` names a rule and what it saw where the run as a whole cannot be used (its samples are
+    kept all the same); `label` is the name that the log gives the run itself. Its length is how
+    many rows of the log it holds.
     """
 
     run_id: str
@@ -75,9 +77,12 @@ class LoggedRun:
     rig: str
     kind: str
     nominal: Nominal
-    samples: pd.DataFrame
+    samples: Columns
     flaw: str = ""
     label: str = ""
+
+    def __len__(self) -> int:
+        return len(self.samples["row"])
 
 
 @dataclass(frozen=True)
@@ -106,16 +111,12 @@ class Reader(Protocol):
         ...
 
 
-def samples_frame(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> pd.DataFrame:
-    """Samples of one run (without `run_id`); columns that are not given are empty."""
+def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> Columns:
+    """Samples of one run; columns that are not given are empty."""
     names = [name for name in tables.columns("samples") if name not in ("run_id", "row")]
-    # one block of numbers: a table made of single columns takes five times as long
-    block = np.full((len(names), len(row)), np.nan)
-    for name, values in given.items():
-        block[names.index(name)] = values
-    frame = pd.DataFrame(block.T, columns=names, copy=False)
-    frame.insert(0, "row", row)
-    return frame
+    # a column of one number that takes no memory
+    nothing = np.broadcast_to(np.nan, len(row))
+    return {"row": row, **dict.fromkeys(names, nothing), **given}
 
 
 def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:

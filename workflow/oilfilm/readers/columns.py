@@ -19,7 +19,7 @@ from oilfilm.readers.base import (
     Nominal,
     Refusal,
     as_ranges,
-    samples_frame,
+    samples_of_run,
 )
 from oilfilm.rigs import contact_of
 from oilfilm.semantics import Semantics, semantics_of
@@ -57,6 +57,28 @@ _OWN_NAMES = {
     "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
     "slide_roll_ratio": ("slide_roll_ratio", "1"),
 }
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """What the logs of one kind of rig may hold.
+
+    Attributes:
+        name: Kind of log, in a word.
+        quantities: Quantity -> the units that can be used of it.
+        own_names: Column names that carry their unit -> quantity and unit.
+        always: Quantities that every log must have.
+        either: Sets of quantities of which one must be there; the first is what a log is asked for.
+    """
+
+    name: str
+    quantities: Mapping[str, tuple[str, ...]]
+    own_names: Mapping[str, tuple[str, str]]
+    always: tuple[str, ...]
+    either: tuple[tuple[str, ...], ...]
+
+
+TRACTION = Vocabulary("traction", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS)
 _UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
 # No oil is liquid there; its properties have no meaning.
 _HOTTEST_C = 1000.0
@@ -73,12 +95,15 @@ class Column:
     to: Conversion
 
 
-def meaning(name: str, renamed: Renamed) -> tuple[str, str | None] | None:
+def meaning(
+    name: str, renamed: Renamed, vocabulary: Vocabulary = TRACTION
+) -> tuple[str, str | None] | None:
     """Quantity and unit (None where something else must give it) of a column's name.
 
     Args:
         name: Column name as the log writes it.
         renamed: Quantity -> `name` and `unit`, for columns with names of their own.
+        vocabulary: What such logs may hold.
     """
     for quantity, given in renamed.items():
         if name == given["name"]:
@@ -86,10 +111,10 @@ def meaning(name: str, renamed: Renamed) -> tuple[str, str | None] | None:
     bracketed = _UNIT_IN_NAME.match(name)
     bare, unit = (bracketed["name"], bracketed["unit"]) if bracketed else (name, None)
     plain = plain_key(bare)
-    if plain in _OWN_NAMES:
-        quantity, own_unit = _OWN_NAMES[plain]
+    if plain in vocabulary.own_names:
+        quantity, own_unit = vocabulary.own_names[plain]
         return quantity, unit or own_unit
-    return (plain, unit) if plain in QUANTITIES else None
+    return (plain, unit) if plain in vocabulary.quantities else None
 
 
 def plain_key(text: str) -> str:
@@ -97,17 +122,20 @@ def plain_key(text: str) -> str:
     return "_".join(text.lower().split())
 
 
-def fits(quantity: str, unit: str) -> bool:
+def fits(quantity: str, unit: str, vocabulary: Vocabulary = TRACTION) -> bool:
     """True where a quantity can be given in that unit."""
     try:
-        conversion(unit, QUANTITIES[quantity])
+        conversion(unit, vocabulary.quantities[quantity])
     except ValueError:
         return False
     return True
 
 
 def find_columns(
-    names: Sequence[str], units: Sequence[str | None], renamed: Renamed
+    names: Sequence[str],
+    units: Sequence[str | None],
+    renamed: Renamed,
+    vocabulary: Vocabulary = TRACTION,
 ) -> tuple[Column, ...]:
     """The columns that make a run, each with its conversion.
 
@@ -115,6 +143,7 @@ def find_columns(
         names: All column names, in the order of the columns.
         units: Unit that the log gives for each, beside its name; empty or None where none.
         renamed: As for `meaning`.
+        vocabulary: As for `meaning`.
 
     Raises:
         ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
@@ -122,7 +151,7 @@ def find_columns(
     """
     found: dict[str, Column] = {}
     for place, (name, own_unit) in enumerate(zip(names, units, strict=True)):
-        known = meaning(name, renamed)
+        known = meaning(name, renamed, vocabulary)
         if known is None:
             continue
         quantity, unit = known[0], own_unit or known[1]
@@ -134,11 +163,14 @@ def find_columns(
                 "or under `columns` of the campaign file"
             )
         try:
-            found[quantity] = Column(quantity, place, conversion(unit, QUANTITIES[quantity]))
+            found[quantity] = Column(
+                quantity, place, conversion(unit, vocabulary.quantities[quantity])
+            )
         except ValueError as error:
             raise ValueError(f"the column {name!r}: {error}") from error
-    speeds = next((pair for pair in _SPEEDS if all(name in found for name in pair)), _SPEEDS[0])
-    needed = [*_ALWAYS, *speeds]
+    either = vocabulary.either
+    chosen = next((some for some in either if all(name in found for name in some)), either[0])
+    needed = [*vocabulary.always, *chosen]
     missing = [quantity for quantity in needed if quantity not in found]
     if missing:
         raise ValueError(
@@ -298,8 +330,10 @@ def converted(
         column.quantity: column.to.of(numbers if whole else np.where(good, numbers, np.nan))
         for column, numbers in zip(columns, logged, strict=True)
     }
-    temperature = values["inlet_temperature"]
-    return values, good & (temperature > ABSOLUTE_ZERO_C) & (temperature < _HOTTEST_C)
+    for quantity, numbers in values.items():
+        if quantity.endswith("temperature"):
+            good = good & (numbers > ABSOLUTE_ZERO_C) & (numbers < _HOTTEST_C)
+    return values, good
 
 
 def unreadable_rows(run_id: str, first: int, last: int, seen: str, where: str = "") -> Refusal:
@@ -350,7 +384,7 @@ def logged_run(
     units = {column.quantity: column.to.unit for column in columns}
     log = semantics_of(config["campaign"], rig_name)
     ball, disc = _surface_speeds(values, units, rig, log)
-    samples = samples_frame(
+    samples = samples_of_run(
         row=rows,
         time_s=values["time"],
         load_n=_load_n(values["load"], units["load"], rig),

@@ -4,6 +4,7 @@ data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,9 @@ import pyarrow.csv as arrow_csv
 from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
 from oilfilm.readers.columns import (
     COLUMNS_ADVICE,
+    TRACTION,
+    Renamed,
+    Vocabulary,
     converted,
     header_problem,
     logged_run,
@@ -49,28 +53,62 @@ class CsvReader:
 
     def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
         """See `Reader.read`."""
-        try:
-            layout = find_layout(content, config["campaign"].get("columns", {}))
-        except LayoutError as error:
-            return refused_file(error.rows, "columns", str(error), COLUMNS_ADVICE)
-        whole, _, tail = layout.table.rpartition(b"\n")
-        rows = count_rows(layout.table)
+        found = read_rows(content, file, config["campaign"].get("columns", {}))
+        if isinstance(found, Reading):
+            return found
+        layout = found.layout
         problem = header_problem(layout.keys, layout.columns, config)
         if problem:
-            return refused_file(rows, *problem)
-        values, numbers, bad = _parse(whole, layout)
-        lines = layout.table.split(b"\n") if len(bad) else []
-        refusals = [
-            _bad_range(file, first, last, lines[first - 1], layout.first_line)
-            for first, last in as_ranges(bad)
-        ]
-        cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
-        cut = cut_row(cells, layout.width, rows, file)
-        if cut is not None:
-            refusals.append(cut)
-        flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
-        run = logged_run(file, numbers, values, layout.columns, layout.keys, config, flaw)
-        return Reading(rows, [run], refusals)
+            return refused_file(found.rows, *problem)
+        run = logged_run(
+            file, found.numbers, found.values, layout.columns, layout.keys, config, found.flaw
+        )
+        return Reading(found.rows, [run], found.refusals)
+
+
+@dataclass(frozen=True)
+class TextRows:
+    """The rows of a text log.
+
+    Attributes:
+        layout: How the log is written, with its header keys and columns.
+        rows: How many rows there are, good and bad.
+        values: Good rows' numbers by quantity, in the units of the layout's columns.
+        numbers: Their row numbers.
+        refusals: The other rows.
+        flaw: What is wrong with the run as a whole, if anything.
+    """
+
+    layout: Layout
+    rows: int
+    values: dict[str, FloatArray]
+    numbers: IndexArray
+    refusals: list[Refusal]
+    flaw: str
+
+
+def read_rows(
+    content: bytes, file: str, renamed: Renamed, vocabulary: Vocabulary = TRACTION
+) -> TextRows | Reading:
+    """Rows of a text log of one run named after its file; the refusal where it has no columns."""
+    try:
+        layout = find_layout(content, renamed, vocabulary)
+    except LayoutError as error:
+        return refused_file(error.rows, "columns", str(error), COLUMNS_ADVICE)
+    whole, _, tail = layout.table.rpartition(b"\n")
+    rows = count_rows(layout.table)
+    values, numbers, bad = _parse(whole, layout)
+    lines = layout.table.split(b"\n") if len(bad) else []
+    refusals = [
+        _bad_range(file, first, last, lines[first - 1], layout.first_line)
+        for first, last in as_ranges(bad)
+    ]
+    cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
+    cut = cut_row(cells, layout.width, rows, file)
+    if cut is not None:
+        refusals.append(cut)
+    flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
+    return TextRows(layout, rows, values, numbers, refusals, flaw)
 
 
 def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:
@@ -117,9 +155,12 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         texts = parse(arrow.binary(), ".").to_pandas()
         cells = {name: _numbers(texts[name], layout.decimal_mark) for name in wanted}
     bad_shape = np.array(misfits, dtype=np.int64)
-    rows = len(cells[wanted[0]])
-    numbers = np.delete(np.arange(1, rows + len(misfits) + 1), bad_shape - 1)
+    numbers = np.arange(1, len(cells[wanted[0]]) + len(misfits) + 1)
+    if misfits:
+        numbers = np.delete(numbers, bad_shape - 1)
     every, good = converted(layout.columns, [cells[name] for name in wanted])
+    if good.all():
+        return every, numbers, bad_shape
     values = {quantity: column[good] for quantity, column in every.items()}
     return values, numbers[good], np.sort(np.concatenate([numbers[~good], bad_shape]))
 

@@ -24,7 +24,7 @@ from oilfilm.readers.base import (
     Refusal,
     as_ranges,
     refused_file,
-    samples_frame,
+    samples_of_run,
 )
 
 FloatArray = npt.NDArray[np.float64]
@@ -324,7 +324,7 @@ def _run(
     config: Mapping[str, Any],
 ) -> LoggedRun:
     ball, disc = _surface_speeds(values)
-    samples = samples_frame(
+    samples = samples_of_run(
         row=rows,
         time_s=values["time_s"],
         load_n=values["load_n"],

@@ -66,3 +66,37 @@ def planned_runs(campaign: Mapping[str, Any]) -> list[PlannedRun]:
         run = PlannedRun(defect["oil"], pressure, speed, temperature, defect["kind"])
         runs[run.name] = run
     return [runs[name] for name in sorted(runs)]
+
+
+@dataclass(frozen=True)
+class PlannedTorqueRun:
+    """One simulated torque log: oil, set points and the defect planted in it, if any."""
+
+    oil: str
+    axial_load_n: float
+    oil_temperature_c: float
+    defect: str = ""
+
+    @property
+    def name(self) -> str:
+        """File name of the log, which is also the run's name."""
+        load, temperature = _digits(self.axial_load_n, 5), _digits(self.oil_temperature_c, 3)
+        return f"{self.oil}_F{load}_T{temperature}.csv"
+
+
+def planned_torque_runs(campaign: Mapping[str, Any]) -> list[PlannedTorqueRun]:
+    """Torque logs of a campaign file with `torque` and its `twin`, in the order of their names."""
+    torque = campaign["torque"]
+    defects = {
+        (one["oil"], float(one["axial_load_n"]), float(one["oil_temperature_c"])): one["kind"]
+        for one in torque["twin"]["defects"]
+    }
+    runs = [
+        PlannedTorqueRun(*condition, defects.get(condition, ""))
+        for condition in itertools.product(
+            campaign["oils"],
+            map(float, torque["matrix"]["axial_load_n"]),
+            map(float, torque["matrix"]["oil_temperature_c"]),
+        )
+    ]
+    return sorted(runs, key=lambda run: run.name)

@@ -30,6 +30,11 @@ _DECIMALS = {
     "ball_speed_rpm": 2,
     "disc_speed_rpm": 2,
     "inlet_temperature_c": 2,
+    "axial_load_n": 1,
+    "inner_speed_rpm": 1,
+    "oil_temperature_c": 2,
+    "outer_ring_temperature_c": 2,
+    "torque_n_m": 4,
 }
 
 
@@ -66,9 +71,9 @@ def simulate_log(
     """
     true = _true_run(run, traction, twin, contact, random)
     logged = _logged(run, true, twin, rig, random)
-    content = _header(run).encode() + _table(logged)
+    content = _header(run).encode() + log_table(logged)
     if run.defect == "truncated":
-        content = _cut(content)
+        content = cut(content)
     truth = {
         "run_id": run.name,
         "oil": run.oil,
@@ -184,7 +189,8 @@ def _header(run: PlannedRun) -> str:
     )
 
 
-def _table(columns: Mapping[str, FloatArray]) -> bytes:
+def log_table(columns: Mapping[str, FloatArray]) -> bytes:
+    """Column names and rows as a data logger writes them."""
     # what a data logger writes: a fixed number of decimals
     rounded = {name: np.round(values, _DECIMALS[name]) for name, values in columns.items()}
     buffer = io.BytesIO()
@@ -194,7 +200,7 @@ def _table(columns: Mapping[str, FloatArray]) -> bytes:
     return names.replace(b'"', b"") + end + rows
 
 
-def _cut(content: bytes) -> bytes:
+def cut(content: bytes) -> bytes:
     """The bytes up to the middle of a row, as a full disk leaves them."""
     end = content.index(b"\n", int(0.6 * len(content))) + 1
     return content[: content.index(b",", content.index(b",", end) + 1) + 3]

@@ -1,8 +1,8 @@
 """What a traction law offers; fitting knows laws through this interface only.
 
 Every law here says mu as a function of the slide-roll ratio and of a few coefficients, each of
-which is a power law of the operating conditions. A law's own module holds its equation and the
-derivatives of it; what all laws share is written once, here.
+which is a power law of the operating conditions, or of groups made of them. A law's own module
+holds its equation and the derivatives of it; what all laws share is written once, here.
 """
 
 from abc import ABC, abstractmethod
@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
 CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
 
@@ -27,20 +28,23 @@ class Coefficient:
     """One coefficient of a law's equation, X = sign * |X0| * (power law of the conditions).
 
     The search looks for |X0| between `smallest` and `largest`; the sign can never change.
+    `exponents` are given where the law knows them: X0 is then the coefficient's only constant.
     """
 
     name: str
     sign: int
     smallest: float
     largest: float
+    exponents: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Constant:
     """One constant of a law: the X0 of a coefficient, or one of its exponents.
 
-    `condition` names the operating condition whose exponent it is, None for X0. The bounds are
-    those of the search and hold for the internal value: ln|X0|, or the exponent itself.
+    `condition` names the group whose exponent it is, None for X0. The bounds are those of the
+    search and hold for the internal value: ln|X0|, or the exponent itself. `known` is the value
+    of an exponent that is no constant to be fitted, because the law gives it.
     """
 
     name: str
@@ -48,6 +52,7 @@ class Constant:
     upper: float
     sign: int = 0
     condition: str | None = None
+    known: float | None = None
 
 
 @dataclass(frozen=True)
@@ -76,8 +81,9 @@ class Law(ABC):
         equation: The equation in words a reader can type.
         source: Author, year, equation.
         coefficients: The coefficients of the equation, in the order of every array of them.
-        conditions: Columns of the table of points that the power laws are of.
-        reference: Value of each condition at which every power law is 1.
+        conditions: Columns of the table of points that the law needs.
+        groups: What the power laws are of: the conditions, or groups that the law makes of them.
+        reference: Value of each group at which every power law is 1.
     """
 
     name: ClassVar[str]
@@ -86,6 +92,23 @@ class Law(ABC):
     coefficients: ClassVar[tuple[Coefficient, ...]]
     conditions: ClassVar[tuple[str, ...]] = CONDITIONS
     reference: ClassVar[FloatArray]
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Names of the groups."""
+        return self.conditions
+
+    def group_values(self, conditions: FloatArray) -> FloatArray:
+        """Rows of groups from rows of conditions."""
+        return conditions
+
+    def varied_groups(self, varied: BoolArray) -> BoolArray:
+        """Which groups vary where these conditions do.
+
+        Raises:
+            ValueError: The law cannot follow the varied conditions alone.
+        """
+        return varied
 
     @abstractmethod
     def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
@@ -102,19 +125,31 @@ class Law(ABC):
         for one in self.coefficients:
             lower, upper = np.log([one.smallest, one.largest])
             constants.append(Constant(f"{one.name}0", lower, upper, one.sign))
+            known = one.exponents or (None,) * len(self.groups)
             constants += [
-                Constant(f"{one.name}{place}", -_STEEPEST, _STEEPEST, condition=condition)
-                for place, condition in enumerate(self.conditions, start=1)
+                Constant(f"{one.name}{place}", -_STEEPEST, _STEEPEST, condition=group, known=value)
+                for place, (group, value) in enumerate(zip(self.groups, known, strict=True), 1)
             ]
         return tuple(constants)
 
-    def design(self, conditions: FloatArray) -> FloatArray:
-        """Rows of conditions -> rows of 1 and the logarithms of conditions over reference.
+    @cached_property
+    def known(self) -> FloatArray:
+        """Internal constants with the exponents that the law gives, and 0 for all others."""
+        return np.array([constant.known or 0.0 for constant in self.constants])
+
+    def design(self, conditions: FloatArray, varied: BoolArray | None = None) -> FloatArray:
+        """Rows of conditions -> rows of 1 and the logarithms of the groups over their reference.
+
+        Args:
+            conditions: Shape (rows, conditions).
+            varied: Groups that count; the others stay at their reference. All if not given.
 
         Raises:
-            ValueError: A condition is not above zero, where the power laws have no value.
+            ValueError: A group is not above zero, where the power laws have no value.
         """
-        relative = np.atleast_2d(conditions) / self.reference
+        relative = self.group_values(np.atleast_2d(conditions)) / self.reference
+        if varied is not None:
+            relative = np.where(varied, relative, 1.0)
         if not np.all(relative > 0):
             raise ValueError(f"{self.name} needs {', '.join(self.conditions)} above zero")
         return np.column_stack([np.ones(len(relative)), np.log(relative)])

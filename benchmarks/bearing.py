@@ -1,0 +1,155 @@
+"""Equilibria of the mainshaft bearing: one by one, by the thousand, and by SciPy's root finder.
+
+Run by `make bench-bearing`. The baseline is what one writes first: `scipy.optimize.root` on the
+same forces, a point at a time, from the same start. All three end in the same motion, which is
+checked. Times are the best of several runs, as other work on the machine only ever adds to them.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import root
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from bearings import RPM, lubrication, printed_law, shipped
+from oilfilm.bearing.ellipse import grid
+from oilfilm.bearing.friction import QUADRATURE, balance, friction_equilibrium
+from oilfilm.bearing.quasistatic import (
+    Motion,
+    OperatingPoints,
+    contacts_at,
+    inner_groove,
+    raceway_control,
+)
+
+BEARING, OIL, TEMPERATURE_C = "mainshaft-167", "4050", 100.0
+POINTS, CORES = 10_000, 2
+ROOTS = 50
+
+
+# read and prepared once, as by whoever asks for more than one point
+bearing_of, law_of, oil_at = cache(shipped), cache(printed_law), cache(lubrication)
+
+
+def operating_points(count: int) -> OperatingPoints:
+    """Axial loads of 5 to 40 kN and speeds of 0.5 to 2.5 million mm rpm, always the same."""
+    random = np.random.default_rng(0)
+    pitch_mm = bearing_of(BEARING).pitch_diameter_m * 1e3
+    speed = random.uniform(0.5e6, 2.5e6, count) / pitch_mm * RPM
+    return OperatingPoints.axial(random.uniform(5e3, 4e4, count), speed)
+
+
+def some(points: OperatingPoints, which: slice) -> OperatingPoints:
+    """Some of the points."""
+    return OperatingPoints.axial(points.axial_load_n[which], points.inner_speed_rad_s[which])
+
+
+def rolling(points: OperatingPoints) -> int:
+    """Equilibria with raceway control; how many were found."""
+    return int(raceway_control(bearing_of(BEARING), points).solution.converged.sum())
+
+
+def rubbing(points: OperatingPoints) -> tuple[int, np.ndarray]:
+    """Friction equilibria: how many were found, and the cage's speeds."""
+    count = len(points.axial_load_n)
+    oil = oil_at(OIL, TEMPERATURE_C, count)
+    found = friction_equilibrium(bearing_of(BEARING), points, oil, law_of(OIL))
+    orbit = found.balance.motion.orbit_speed_rad_s[:, 0]
+    return int(found.equilibrium.solution.converged.sum()), orbit
+
+
+def rubbing_in_chunks(points: OperatingPoints) -> tuple[int, np.ndarray]:
+    """The same in parts that fit a processor's cache."""
+    starts = range(0, len(points.axial_load_n), 100)
+    parts = [rubbing(some(points, slice(start, start + 100))) for start in starts]
+    return sum(count for count, _ in parts), np.concatenate([orbit for _, orbit in parts])
+
+
+def by_root(points: OperatingPoints, place: int) -> tuple[bool, float]:
+    """Friction equilibrium of one point by SciPy's root finder: found or not, the cage's speed."""
+    bearing, law, rule = bearing_of(BEARING), law_of(OIL), grid(*QUADRATURE)
+    one = some(points, slice(place, place + 1))
+    oil = oil_at(OIL, TEMPERATURE_C, 1)
+    start = raceway_control(bearing, one, gyroscopic_sign=0.0)
+    rings = np.stack([one.inner_speed_rad_s, one.outer_speed_rad_s], axis=-1)
+    fast = one.inner_speed_rad_s[0]
+    scale = np.array([1e-4, 1e-4, 4 * fast, 4 * fast, 4 * fast, fast, 1e-4])
+    load = one.axial_load_n[0] / bearing.ball_count
+    radius = bearing.ball_diameter_m / 2
+
+    def forces(unknown: np.ndarray) -> np.ndarray:
+        x = (unknown * scale)[np.newaxis, np.newaxis]
+        inner = inner_groove(bearing, x[0, :, 6:], np.zeros(1))
+        contacts = contacts_at(bearing, x[..., :2], inner)
+        motion = Motion(x[..., 5], x[..., 2:5])
+        found = balance(bearing, contacts, motion, rings, oil, law, rule)
+        return np.concatenate(
+            [
+                found.force_n[0, 0] / load,
+                found.moment_n_m[0, 0] / (load * radius),
+                [found.cage_n_m[0, 0] / (load * bearing.pitch_diameter_m / 2)],
+                [1 + found.ring_force_n[0, 0, 0] / load],
+            ]
+        )
+
+    own = np.concatenate([start.solution.own[0, 0], start.motion.spin_rad_s[0, 0]])
+    rest = [start.motion.orbit_speed_rad_s[0, 0], start.displacement[0, 0]]
+    found = root(forces, np.concatenate([own, rest]) / scale, tol=1e-10)
+    return bool(np.abs(found.fun).max() < 1e-8), float(found.x[5] * fast)
+
+
+def timed(name: str, work: Callable[[], object], count: int, repeats: int) -> float:
+    """Best wall time of some work on `count` points, in ms a point; printed."""
+    best = np.inf
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        best = min(best, time.perf_counter() - start)
+    each = 1e3 * best / count
+    print(f"{name}: {each:.3f} ms a point ({best:.3f} s)")
+    return each
+
+
+def main() -> None:
+    """Time all of it and print how it compares."""
+    points = operating_points(POINTS)
+    one = some(points, slice(0, 1))
+    rubbing(one)
+    timed("raceway control, one point", lambda: rolling(one), 1, 50)
+    single = timed("friction equilibrium, one point", lambda: rubbing(one), 1, 50)
+    timed(f"raceway control, {POINTS} points at once", lambda: rolling(points), POINTS, 2)
+    few = some(points, slice(0, ROOTS))
+    ends: list[tuple[bool, float]] = []
+    naive = timed(
+        f"friction equilibrium by scipy.optimize.root, {ROOTS} points one by one",
+        lambda: ends.extend(by_root(few, place) for place in range(ROOTS)),
+        ROOTS,
+        1,
+    )
+    found, orbit = rubbing(few)
+    reached = np.array([good for good, _ in ends])
+    same = np.isclose([speed for _, speed in ends], orbit, rtol=1e-6)
+    print(f"  found by root: {reached.sum()}, by us: {found} of {ROOTS}; the same: {same.sum()}")
+    parts = [some(points, slice(start, None, CORES)) for start in range(CORES)]
+    counts: list[int] = []
+    with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
+        list(pool.map(rubbing, [one] * CORES))
+        many = timed(
+            f"friction equilibrium, {POINTS} points on {CORES} processes",
+            lambda: counts.append(sum(n for n, _ in pool.map(rubbing_in_chunks, parts))),
+            POINTS,
+            1,
+        )
+    print(f"  found: {counts[-1]} of {POINTS}")
+    print(f"times faster than root: one point {naive / single:.1f}, many {naive / many:.1f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,225 @@
+"""The fitted law in bearings: bases told apart, traction found again, tables and figures whole."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.optimize import least_squares
+
+from bearings import RPM, TESTED, lubrication, printed_fits, printed_law, shipped
+from campaigns import ROOT, printed
+from oilfilm import tables
+from oilfilm.bearing.compare import (
+    cage_slip_table,
+    power_loss_table,
+    size_effect_table,
+    torque_table,
+)
+from oilfilm.bearing.ellipse import Conditions
+from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.bearing.torque import torque_terms
+from oilfilm.bearing.torque_runs import measure_torque
+from oilfilm.config import load_checked, resolve
+from oilfilm.figures.bearing import FIGURES, BearingResults
+from oilfilm.rig_twin.torque_logs import simulate_torque
+from oilfilm.rig_twin.truth import true_tractions
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import Observations, to_constants, to_internal
+
+
+@pytest.fixture(scope="module")
+def config() -> dict[str, Any]:
+    whole = resolve(ROOT / "config", {})
+    small = {
+        "cage_slip": {"pitch_speed_mm_rpm": [1e6, 2e6], "axial_load_n": [2000, 20000]},
+        "size_effect": {"ball_size_factors": [0.25, 1.0, 1.5], "groove_curvatures": [0.51, 0.54]},
+    }
+    for key, less in small.items():
+        whole["bearing"][key] |= less
+    return whole
+
+
+def plateaus(torque_n_m: np.ndarray, speed_rpm: np.ndarray, se: float = 0.01) -> pd.DataFrame:
+    """Accepted plateaus of oil 4050 at 20 kN and 100 degC."""
+    numbers = {name: 0.0 for name in tables.columns("torque_runs")}
+    rows = [
+        numbers
+        | {
+            "run_id": "a.csv",
+            "oil": "4050",
+            "bearing": "mainshaft-167",
+            "sha256": "",
+            "first_row": place,
+            "inner_speed_rpm": speed,
+            "axial_load_n": 20000.0,
+            "oil_temperature_c": 100.0,
+            "torque_n_m": torque,
+            "torque_n_m_se": se,
+            "accepted": True,
+            "reasons": "",
+        }
+        for place, (torque, speed) in enumerate(zip(torque_n_m, speed_rpm, strict=True))
+    ]
+    return tables.from_rows(rows, "torque_runs")
+
+
+@dataclass(frozen=True)
+class Stronger:
+    """The printed law of 4050, a third stronger."""
+
+    def __call__(self, at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
+        return 1.33 * printed_law("4050")(at, slide_roll_ratio)
+
+
+def test_inversion_finds_the_traction_that_was_planted(config):
+    speed = np.array([6000.0, 9000.0, 12000.0])
+    truth = torque_terms(
+        shipped("mainshaft-167"),
+        OperatingPoints.axial(20000.0, speed * RPM),
+        lubrication("4050", 100, 3),
+        Stronger(),
+        TESTED,
+    )
+    torque, inversion = torque_table(plateaus(truth["torque_n_m"], speed), *printed_fits(), config)
+    np.testing.assert_allclose(
+        inversion["traction_coefficient"], truth["mean_traction_coefficient"], rtol=0.02
+    )
+    assert (inversion["law_traction_coefficient"] < inversion["traction_coefficient"]).all()
+    # what the other terms may be wrong by leaves a large doubt: traction decides a part alone
+    assert (inversion["traction_share"] < 0.4).all()
+    assert (
+        inversion["traction_coefficient_systematic"] > inversion["traction_coefficient_se"]
+    ).all()
+    assert set(torque["basis"]) == {"stress", "load", "dimensionless_load"}
+
+
+def test_a_torque_that_no_traction_gives_is_said_to_have_no_solution(config):
+    _, inversion = torque_table(
+        plateaus(np.array([500.0]), np.array([6000.0])), *printed_fits(), config
+    )
+    assert list(inversion["verdict"]) == ["no solution"]
+    assert inversion["traction_coefficient"].isna().all()
+
+
+def test_an_oil_without_a_fit_is_left_out(config):
+    coefficients, quality = printed_fits()
+    unfitted = coefficients.assign(value=np.nan)
+    torque, inversion = torque_table(
+        plateaus(np.array([5.0]), np.array([6000.0])), unfitted, quality, config
+    )
+    assert torque.empty
+    assert inversion.empty
+    assert cage_slip_table(unfitted, quality, config).empty
+
+
+def fitted_to(traction: Callable[..., np.ndarray], matrix: dict[str, list[float]]) -> np.ndarray:
+    """Constants of Eqs 7-9 nearest to a traction over the traction rig's matrix, free of noise."""
+    law = LAWS["deng2026"]
+    conditions = np.array(list(itertools.product(*matrix.values())), dtype=float)
+    slip = np.linspace(0, 0.3, 16)
+    curve = np.repeat(np.arange(len(conditions)), len(slip))
+    at = Observations(law.design(conditions), curve, np.tile(slip, len(conditions)))
+    mu = traction(*conditions[curve].T, at.slip)
+    found = least_squares(
+        lambda internal: law.traction(internal, at) - mu,
+        to_internal(law, printed()["4050"]),
+        lambda internal: law.jacobian(internal, at),
+        method="lm",
+        x_scale="jac",
+    )
+    return to_constants(law, found.x)
+
+
+def test_torque_of_local_physics_is_met_by_the_stress_basis_alone():
+    # truth: thermal EHL at every place of the ellipse; law: fitted to that film on the traction rig
+    config = resolve(ROOT / "config", {"campaign": "thermal"})
+    config["campaign"]["oils"] = ["4050"]
+    matrix = {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
+    config["campaign"]["torque"]["matrix"] |= matrix
+    traction = true_tractions(config, printed())["4050"]
+    coefficients, quality = printed_fits()
+    of_oil = coefficients["oil"] == "4050"
+    coefficients.loc[of_oil, "value"] = fitted_to(traction, config["campaign"]["matrix"])
+    logs = list(simulate_torque(config, printed()))
+    runs, refused = measure_torque([(plan.name, content) for plan, content, _ in logs], config)
+    assert refused.empty
+    truth = tables.from_rows([row for _, _, rows in logs for row in rows], "torque_truth")
+    expected = truth.sort_values(["run_id", "inner_speed_rpm"])["torque_n_m"].to_numpy()
+    found = runs.sort_values(["run_id", "inner_speed_rpm"])
+    # 0.3 % calibration and the noise
+    np.testing.assert_allclose(found["torque_n_m"], expected, rtol=0.02)
+    table, _ = torque_table(runs, coefficients, quality, config)
+    error = table.assign(error=table["relative_error"].abs()).groupby("basis")["error"].median()
+    assert error["stress"] < 0.5 * error["load"]
+    assert error["stress"] < 0.5 * error["dimensionless_load"]
+
+
+def test_a_planted_defect_of_the_twin_is_caught(config):
+    logs = {plan: content for plan, content, _ in simulate_torque(config, printed())}
+    runs, refused = measure_torque([(plan.name, content) for plan, content in logs.items()], config)
+    gates = {"tare_drift": "tare", "truncated": "truncated", "warming": "torque_drifts"}
+    for plan in logs:
+        of_run = runs[runs["run_id"] == plan.name]
+        if not plan.defect:
+            assert of_run["accepted"].all(), plan.name
+            assert len(of_run) == 4
+            continue
+        found = [*of_run["reasons"], *refused[refused["run_id"] == plan.name]["rule"]]
+        assert gates[plan.defect] in found, plan.name
+        assert not of_run["accepted"].any()
+
+
+def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_not(config):
+    table = size_effect_table(*printed_fits(), config)
+    of_size = table[(table["varied"] == "ball size") & (table["oil"] == "4050")]
+    error = of_size.pivot(index="ball_diameter_mm", columns="basis", values="relative_to_stress")
+    assert error["load"].is_monotonic_increasing
+    assert error["load"].iloc[-1] - error["load"].iloc[0] > 0.5
+    assert np.ptp(error["dimensionless_load"]) < 0.2
+
+
+def test_cage_slip_grows_with_speed_and_falls_with_load(config):
+    table = cage_slip_table(*printed_fits(), config)
+    assert table["converged"].all()
+    for _, of_oil in table.groupby("oil"):
+        grid = of_oil.pivot(
+            index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip"
+        ).to_numpy()
+        assert (np.diff(grid, axis=1) > 0).all()
+        assert (np.diff(grid, axis=0) < 0).all()
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, name):
+    fits = printed_fits()
+    runs = plateaus(np.array([5.0, 6.5]), np.array([6000.0, 9000.0]))
+    published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
+    results = BearingResults(
+        runs,
+        torque_table(runs, *fits, config)[0],
+        cage_slip_table(*fits, config),
+        size_effect_table(*fits, config),
+        power_loss_table(published, *fits, config),
+    )
+    draw, table = FIGURES[name]
+    figure, drawn = draw(results, config)
+    tables.conform(drawn, table, name)
+    assert len(drawn)
+    assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_of_nothing_say_so(config, name):
+    nothing = BearingResults(
+        *(
+            tables.empty(table)
+            for table in ("torque_runs", "torque", "cage_slip", "size_effect", "power_loss")
+        )
+    )
+    figure, drawn = FIGURES[name][0](nothing, config)
+    assert drawn.empty
+    assert any(text.get_text() for axis in figure.axes for text in axis.texts)

@@ -1,0 +1,235 @@
+"""What a ball bearing is: its sizes, materials and cage, and the Hertz contacts of its races.
+
+Two contacts a ball, always in the order inner race, outer race. Lengths are in m.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from oilfilm.contact import elliptical_contact, reduced_modulus
+from oilfilm.errors import OilfilmError
+from oilfilm.film import combined_roughness, rq_from_ra
+from oilfilm.units import M_PER_UM, FloatArray
+
+# Hertz's solution is interpolated in the cosine of the contact angle by polynomials of this
+# degree: each power brings a factor of at least 2 dm/D, so that rounding is all that is left.
+_DEGREE = 12
+
+
+@dataclass(frozen=True)
+class Cage:
+    """A cage guided by the land of one ring.
+
+    Attributes:
+        guided_by_outer: True where the outer ring's land guides it, else the inner ring's.
+        land_diameter_m: Diameter of the guiding surface.
+        land_width_m: Width of both lands together.
+        land_clearance_m: Radial clearance between cage and land.
+        pocket_friction_coefficient: Coulomb coefficient between ball and pocket.
+    """
+
+    guided_by_outer: bool
+    land_diameter_m: float
+    land_width_m: float
+    land_clearance_m: float
+    pocket_friction_coefficient: float
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """A single-row ball bearing.
+
+    Attributes:
+        name: As in config/bearings.
+        ball_diameter_m: D.
+        pitch_diameter_m: d_m, of the ball centres, unloaded.
+        ball_count: Z.
+        contact_angle_rad: alpha_0, unloaded.
+        groove_curvature: Groove radius over ball diameter, inner and outer.
+        reduced_modulus_pa: E' = 2 E* of ball against ring.
+        ball_density_kg_m3: Density of the balls.
+        roughness_rq_m: Combined Rq of ball and race.
+        cage: The cage.
+    """
+
+    name: str
+    ball_diameter_m: float
+    pitch_diameter_m: float
+    ball_count: int
+    contact_angle_rad: float
+    groove_curvature: tuple[float, float]
+    reduced_modulus_pa: float
+    ball_density_kg_m3: float
+    roughness_rq_m: float
+    cage: Cage
+
+    @cached_property
+    def ball_mass_kg(self) -> float:
+        """Mass of a ball."""
+        return self.ball_density_kg_m3 * np.pi * self.ball_diameter_m**3 / 6
+
+    @cached_property
+    def ball_inertia_kg_m2(self) -> float:
+        """Moment of inertia of a ball, m D^2/10."""
+        return self.ball_mass_kg * self.ball_diameter_m**2 / 10
+
+    @cached_property
+    def groove_offset_m(self) -> FloatArray:
+        """Distance from groove centre to ball centre of an unloaded contact, inner and outer."""
+        return (np.array(self.groove_curvature) - 0.5) * self.ball_diameter_m
+
+    @cached_property
+    def groove_centre_distance_m(self) -> float:
+        """A, between inner and outer groove centre, unloaded."""
+        return float(self.groove_offset_m.sum())
+
+    @cached_property
+    def outer_groove_radius_m(self) -> float:
+        """From the bearing's axis to the centre of the outer groove."""
+        return float(
+            self.pitch_diameter_m / 2 - self.groove_offset_m[1] * np.cos(self.contact_angle_rad)
+        )
+
+    @cached_property
+    def inner_groove_radius_m(self) -> float:
+        """From the bearing's axis to the centre of the inner groove."""
+        return float(
+            self.pitch_diameter_m / 2 + self.groove_offset_m[0] * np.cos(self.contact_angle_rad)
+        )
+
+    @cached_property
+    def deformed_radius_m(self) -> FloatArray:
+        """Radius of the pressed surface across the rolling direction, 2 f D/(2 f + 1).
+
+        Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1.
+        """
+        curvature = np.array(self.groove_curvature)
+        return 2 * curvature * self.ball_diameter_m / (2 * curvature + 1)
+
+    def radius_x_m(self, cosine: FloatArray) -> FloatArray:
+        """Reduced radius along the rolling direction, D/2 (1 -+ cos(alpha) D/dm): (..., 2)."""
+        ratio = self.ball_diameter_m / self.pitch_diameter_m
+        return self.ball_diameter_m / 2 * (1 + np.array([-1.0, 1.0]) * ratio * cosine)
+
+    @cached_property
+    def radius_y_m(self) -> FloatArray:
+        """Reduced radius across the rolling direction, inner and outer."""
+        curvature = np.array(self.groove_curvature)
+        return self.ball_diameter_m * curvature / (2 * curvature - 1)
+
+    def under_unit_load(self, cosine: FloatArray) -> FloatArray:
+        """Stiffness and semi-axes of the contacts under 1 N, exactly by Hertz to rounding.
+
+        Args:
+            cosine: |cos(alpha)| of each contact, shape (..., 2).
+
+        Returns:
+            Shape (3, ..., 2): K in N/m^1.5 of Q = K delta^1.5; semi-axis along the rolling
+            direction and across it, in m under 1 N, both growing with the cube root of the load.
+        """
+        place = 2 * cosine - 1
+        powers = self._hertz_polynomials[(slice(None), slice(None), *(None,) * (place.ndim - 1))]
+        value = powers[-1]
+        for coefficient in powers[-2::-1]:
+            value = value * place + coefficient
+        return value
+
+    @cached_property
+    def _hertz_polynomials(self) -> FloatArray:
+        """Coefficients in 2 cos(alpha) - 1: shape (degree + 1, 3, 2)."""
+        nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
+        cosine = np.repeat((nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
+        contact = elliptical_contact(
+            1.0, self.radius_x_m(cosine), self.radius_y_m, self.reduced_modulus_pa
+        )
+        values = np.stack(
+            [contact.approach_m**-1.5, contact.semi_axis_x_m, contact.semi_axis_y_m], axis=1
+        )
+        powers = np.linalg.solve(np.vander(nodes, increasing=True), values.reshape(len(nodes), -1))
+        return powers.reshape(values.shape)
+
+
+def bearing_from_config(name: str, config: Mapping[str, Any]) -> Bearing:
+    """The bearing that a file of config/bearings describes.
+
+    Args:
+        name: Its name, for messages.
+        config: Content of the file, as `workflow/schemas/bearing.schema.json` has it.
+
+    Raises:
+        OilfilmError: The geometry is impossible; the message names the key.
+
+    Examples:
+        The mass of a 218's ball, 22.23 mm of steel, by hand 7833 pi 0.02223^3/6:
+
+        >>> from pathlib import Path
+        >>> from oilfilm.config import load_checked
+        >>> file = Path(__file__).parents[3] / "config" / "bearings" / "harris-218.yaml"
+        >>> bearing = bearing_from_config("harris-218", load_checked(file, "bearing"))
+        >>> print(f"{bearing.ball_mass_kg * 1e3:.2f} g")
+        45.06 g
+    """
+    for key, complaint in _impossible(config):
+        raise OilfilmError(f"config/bearings/{name}.yaml, `{key}`: {complaint}")
+    ball, ring, cage = config["ball"], config["ring"], config["cage"]
+    modulus_pa = reduced_modulus(
+        ball["youngs_modulus_pa"],
+        ball["poisson_ratio"],
+        ring["youngs_modulus_pa"],
+        ring["poisson_ratio"],
+    )
+    rq_m = [rq_from_ra(config[f"{body}_roughness_ra_um"] * M_PER_UM) for body in ("ball", "race")]
+    return Bearing(
+        name=name,
+        ball_diameter_m=config["ball_diameter_m"],
+        pitch_diameter_m=config["pitch_diameter_m"],
+        ball_count=config["ball_count"],
+        contact_angle_rad=float(np.radians(config["contact_angle_deg"])),
+        groove_curvature=(config["inner_groove_curvature"], config["outer_groove_curvature"]),
+        reduced_modulus_pa=float(modulus_pa),
+        ball_density_kg_m3=ball["density_kg_m3"],
+        roughness_rq_m=float(combined_roughness(*rq_m)),
+        cage=Cage(
+            guided_by_outer=cage["guidance"] == "outer",
+            land_diameter_m=cage["land_diameter_m"],
+            land_width_m=cage["land_width_m"],
+            land_clearance_m=cage["land_clearance_m"],
+            pocket_friction_coefficient=cage["pocket_friction_coefficient"],
+        ),
+    )
+
+
+def _impossible(config: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What cannot be built: the key meant, and a sentence."""
+    ball, pitch, cage = config["ball_diameter_m"], config["pitch_diameter_m"], config["cage"]
+    if ball >= pitch / 2:
+        yield (
+            "ball_diameter_m",
+            f"found {ball:g} m with a pitch diameter of {pitch:g} m; expected less than half of "
+            "it, or no inner ring is left.",
+        )
+    if ball >= pitch * np.sin(np.pi / config["ball_count"]):
+        room = int(np.pi / np.arcsin(min(ball / pitch, 1.0)))
+        yield (
+            "ball_count",
+            f"found {config['ball_count']} balls of {ball:g} m, which overlap on a pitch diameter "
+            f"of {pitch:g} m; there is room for {room}.",
+        )
+    land, outer = cage["land_diameter_m"], cage["guidance"] == "outer"
+    if outer != (land > pitch) or abs(land - pitch) > ball:
+        low, high = (pitch, pitch + ball) if outer else (pitch - ball, pitch)
+        yield (
+            "cage.land_diameter_m",
+            f"found {land:g} m with guidance: {cage['guidance']}; expected {low:g} to {high:g} m, "
+            "between the pitch diameter and the balls' far side.",
+        )
+    if cage["land_clearance_m"] >= ball / 2:
+        yield (
+            "cage.land_clearance_m",
+            f"found {cage['land_clearance_m']:g} m; expected well below the balls' radius of "
+            f"{ball / 2:g} m.",
+        )

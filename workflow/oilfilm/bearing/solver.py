@@ -1,0 +1,312 @@
+"""Newton's method for many bearings at once, each of many balls that meet in one ring and cage.
+
+Every ball has unknowns of its own, the bearing has a few that all balls share, and no ball knows
+of another: the Jacobian has the shape of an arrow and is solved ball by ball.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from oilfilm.units import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
+
+# Step of a derivative, relative to the scale of its unknown.
+_DIFFERENCE = 1e-7
+# Longest step of an unknown, in its scale; a longer one is shortened as a whole.
+_LONGEST_STEP = 0.3
+# Steps with one Jacobian; those after the first must lower the residual to this share.
+_CHORDS, _CHORD_GAIN = 3, 0.2
+# By how much a step may raise the residual in the first half of the iterations: a ball that must
+# travel along its groove first leaves it by more than the contacts are pressed together.
+_GROWTH = 1e3
+# Shares of the difficult part of the equations on the way to the whole, where a start fails.
+_SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
+# How often the points that still fail start again beside one that was solved.
+_ROUNDS = 3
+# Damping with which settling begins, and below which there is none.
+_FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
+_SHORT_STEP = 0.1
+_NEWTON = 15
+
+# Keeps a ball that touches nothing, and so feels nothing, from making the equations singular.
+_LEAST_STIFFNESS = 1e-12
+
+
+class Equations(Protocol):
+    """Residuals of many bearings."""
+
+    def __call__(
+        self, own: FloatArray, shared: FloatArray, which: IntArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Residuals of the balls, each ball's part in those of the bearing, and the rest of them.
+
+        Args:
+            own: Unknowns of the balls, shape (..., points, balls, own unknowns).
+            shared: Unknowns of the bearing, shape (..., points, shared unknowns).
+            which: Which points these are, shape (points,).
+
+        Returns:
+            Shapes (..., points, balls, own unknowns), (..., points, balls, shared unknowns) and
+            (..., points, shared unknowns); the bearing's residuals are the sum of the second over
+            the balls, plus the third.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where the iteration ended.
+
+    Attributes:
+        own: Unknowns of the balls, shape (points, balls, own unknowns).
+        shared: Unknowns of the bearing, shape (points, shared unknowns).
+        residual: Largest residual of each point, in the equations' own scale.
+        iterations: Jacobians that each point took.
+        converged: True where `residual` fell below the tolerance.
+    """
+
+    own: FloatArray
+    shared: FloatArray
+    residual: FloatArray
+    iterations: IntArray
+    converged: BoolArray
+
+
+def solve(
+    equations: Equations,
+    own: FloatArray,
+    shared: FloatArray,
+    own_scale: FloatArray,
+    shared_scale: FloatArray,
+    tolerance: float,
+    max_iterations: int,
+) -> Solution:
+    """Roots of the equations of many points, by damped Newton steps of each.
+
+    Residuals are to be of order 1 and to push their unknown: dx/dt = residual must be a stable
+    motion. Where a Newton step fails, damping turns it into an implicit step of that motion
+    (pseudo-transient continuation), which ends in the state that the balls would settle in.
+
+    Args:
+        equations: Residuals; a step shorter than 1e-7 of an unknown's scale is not resolved.
+        own: Start of the balls' unknowns, shape (points, balls, own unknowns).
+        shared: Start of the bearing's unknowns, shape (points, shared unknowns).
+        own_scale: Scale of `own`, shape (points, own unknowns).
+        shared_scale: Scale of `shared`, of its shape.
+        tolerance: Largest residual of a root.
+        max_iterations: Jacobians after which a point is given up.
+
+    Reference: C. T. Kelley and D. E. Keyes, Convergence analysis of pseudo-transient continuation,
+        SIAM J. Numer. Anal. 35 (1998) 508.
+    """
+    start = own, shared
+    own, shared = own.copy(), shared.copy()
+    damping, residual = np.zeros(len(own)), np.full(len(own), np.inf)
+    iterations = np.zeros(len(own), dtype=np.int64)
+    active = np.arange(len(own))
+    for number in range(max_iterations):
+        settling = number >= _NEWTON
+        allowed = np.inf if settling else _GROWTH
+        if number == _NEWTON:
+            damping[active] = _FIRST_DAMPING
+            own[active], shared[active] = start[0][active], start[1][active]
+        scales = own_scale[active], shared_scale[active]
+        jacobian, state = _linearised(equations, own[active], shared[active], scales, active)
+        iterations[active] += 1
+        for chord in range(_CHORDS):
+            step_own, step_shared, length = _step(jacobian, state, damping[active])
+            trial = _evaluated(
+                equations,
+                state.own + step_own * scales[0][:, np.newaxis],
+                state.shared + step_shared * scales[1],
+                active,
+            )
+            better = trial.size < state.size * (allowed if chord == 0 else _CHORD_GAIN)
+            if chord == 0:
+                damping[active] = _next_damping(damping[active], better, length, settling)
+            state = _State(
+                *(_where(better, new, old) for new, old in zip(trial, state, strict=True))
+            )
+            if not better.any() or state.size.max() <= tolerance:
+                break
+        own[active], shared[active], residual[active] = state.own, state.shared, state.size
+        active = active[state.size > tolerance]
+        if len(active) == 0:
+            break
+    return Solution(own, shared, residual, iterations, residual <= tolerance)
+
+
+def follow(
+    equations: Callable[[float], Equations],
+    own: FloatArray,
+    shared: FloatArray,
+    own_scale: FloatArray,
+    shared_scale: FloatArray,
+    tolerance: float,
+    max_iterations: int,
+    place: FloatArray,
+) -> Solution:
+    """`solve`, and where that fails again from elsewhere.
+
+    First a part of the equations is brought in by and by; then the search starts from where the
+    nearest point that was solved ended.
+
+    Args:
+        equations: The equations with a share, 0 to 1, of their difficult part; 1 is the whole.
+        own: As for `solve`, and so are the others.
+        shared: As for `solve`.
+        own_scale: As for `solve`.
+        shared_scale: As for `solve`.
+        tolerance: As for `solve`.
+        max_iterations: As for `solve`, for each search.
+        place: Where each point lies among the others, shape (points, any).
+    """
+    found = solve(equations(1.0), own, shared, own_scale, shared_scale, tolerance, max_iterations)
+
+    def again(
+        which: IntArray, own: FloatArray, shared: FloatArray, share: float = 1.0
+    ) -> tuple[FloatArray, FloatArray]:
+        part = equations(share)
+
+        def of_these(
+            own: FloatArray, shared: FloatArray, which: IntArray, all_: IntArray = which
+        ) -> tuple[FloatArray, FloatArray, FloatArray]:
+            return part(own, shared, all_[which])
+
+        end = solve(
+            of_these,
+            own,
+            shared,
+            own_scale[which],
+            shared_scale[which],
+            tolerance,
+            max_iterations,
+        )
+        found.iterations[which] += end.iterations
+        if share == 1:
+            found.own[which], found.shared[which] = end.own, end.shared
+            found.residual[which], found.converged[which] = end.residual, end.converged
+        return end.own, end.shared
+
+    failed = np.flatnonzero(~found.converged)
+    if len(failed):
+        here = own[failed], shared[failed]
+        for share in _SHARES:
+            here = again(failed, *here, share)
+    for _ in range(_ROUNDS):
+        failed, solved = np.flatnonzero(~found.converged), np.flatnonzero(found.converged)
+        if len(failed) == 0 or len(solved) == 0:
+            break
+        away = np.square(place[failed, np.newaxis] - place[solved]).sum(axis=-1)
+        nearest = solved[away.argmin(axis=1)]
+        relative = found.own[nearest] / own_scale[nearest, np.newaxis]
+        again(
+            failed,
+            relative * own_scale[failed, np.newaxis],
+            found.shared[nearest] / shared_scale[nearest] * shared_scale[failed],
+        )
+    return found
+
+
+class _State(NamedTuple):
+    """Unknowns of the active points, the residuals there, and the largest of each point."""
+
+    own: FloatArray
+    shared: FloatArray
+    own_residual: FloatArray
+    shared_residual: FloatArray
+    size: FloatArray
+
+
+class _Jacobian(NamedTuple):
+    """Minus the derivatives of the residuals by the unknowns in their scale, by block."""
+
+    own_own: FloatArray
+    own_shared: FloatArray
+    shared_own: FloatArray
+    shared_shared: FloatArray
+
+
+def _evaluated(
+    equations: Equations, own: FloatArray, shared: FloatArray, which: IntArray
+) -> _State:
+    of_balls, parts, rest = equations(own, shared, which)
+    return _state(own, shared, of_balls, parts.sum(axis=-2) + rest)
+
+
+def _state(own: FloatArray, shared: FloatArray, r: FloatArray, s: FloatArray) -> _State:
+    size = np.maximum(np.abs(r).max(axis=(1, 2)), np.abs(s).max(axis=1))
+    return _State(own, shared, r, s, np.where(np.isfinite(size), size, np.inf))
+
+
+def _where(better: BoolArray, new: FloatArray, old: FloatArray) -> FloatArray:
+    return np.where(better.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
+
+
+def _linearised(
+    equations: Equations,
+    own: FloatArray,
+    shared: FloatArray,
+    scales: tuple[FloatArray, FloatArray],
+    which: IntArray,
+) -> tuple[_Jacobian, _State]:
+    """Jacobian by forward differences and the residuals, all of it in one call.
+
+    Balls do not know of each other: one unknown of all balls is moved at a time.
+    """
+    n_own, n_shared = own.shape[-1], shared.shape[-1]
+    owns = np.repeat(own[np.newaxis], 1 + n_own + n_shared, axis=0)
+    shareds = np.repeat(shared[np.newaxis], 1 + n_own + n_shared, axis=0)
+    for unknown in range(n_own):
+        owns[1 + unknown, ..., unknown] += _DIFFERENCE * scales[0][:, unknown, np.newaxis]
+    for unknown in range(n_shared):
+        shareds[1 + n_own + unknown, :, unknown] += _DIFFERENCE * scales[1][:, unknown]
+    of_balls, parts, rest = equations(owns, shareds, which)
+    whole = parts.sum(axis=-2) + rest
+    minus = np.moveaxis((of_balls[0] - of_balls[1:]) / _DIFFERENCE, 0, -1)
+    minus_parts = np.moveaxis((parts[0] - parts[1:]) / _DIFFERENCE, 0, -1)
+    minus_whole = np.moveaxis((whole[0] - whole[1:]) / _DIFFERENCE, 0, -1)
+    jacobian = _Jacobian(
+        minus[..., :n_own],
+        minus[..., n_own:],
+        minus_parts[..., :n_own],
+        minus_whole[..., n_own:],
+    )
+    return jacobian, _state(own, shared, of_balls[0], whole[0])
+
+
+def _step(
+    jacobian: _Jacobian, state: _State, damping: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The step of all unknowns, in their scale, and how long it was before it was shortened."""
+    stiffness = (damping + _LEAST_STIFFNESS)[:, np.newaxis, np.newaxis]
+    n_own, n_shared = state.own.shape[-1], state.shared.shape[-1]
+    own_own = jacobian.own_own + stiffness[..., np.newaxis] * np.eye(n_own)
+    known = np.concatenate([-jacobian.own_shared, state.own_residual[..., np.newaxis]], axis=-1)
+    answered = np.linalg.solve(own_own, known)
+    through, alone = answered[..., :n_shared], answered[..., n_shared]
+    felt = np.einsum("pbqm,pbmk->pqk", jacobian.shared_own, answered)
+    shared_shared = jacobian.shared_shared + stiffness * np.eye(n_shared) + felt[..., :n_shared]
+    force = state.shared_residual - felt[..., n_shared]
+    shared = np.linalg.solve(shared_shared, force[..., np.newaxis])[..., 0]
+    own = alone + np.einsum("pbmk,pk->pbm", through, shared)
+    length = np.maximum(np.abs(own).max(axis=(1, 2)), np.abs(shared).max(axis=1))
+    share = np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))
+    return own * share[:, np.newaxis, np.newaxis], shared * share[:, np.newaxis], length
+
+
+def _next_damping(
+    damping: FloatArray, better: BoolArray, length: FloatArray, settling: bool
+) -> FloatArray:
+    """Half as much where the last step was short, more where it was too long or led nowhere."""
+    if not settling:
+        return damping
+    far = ~better | ~(length < _LONGEST_STEP)
+    changed = np.where(far, damping * 4, np.where(length < _SHORT_STEP, damping / 4, damping))
+    return np.where(changed < _LEAST_DAMPING, 0.0, np.maximum(changed, 0.0))

@@ -1,0 +1,205 @@
+"""Friction torque of a bearing, term by term, from the balance of all that acts on its balls."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from oilfilm.bearing.ellipse import Conditions, TractionBasis, grid, sliding, traction
+from oilfilm.bearing.friction import HEATS, QUADRATURE, FrictionEquilibrium, friction_equilibrium
+from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.quasistatic import Contacts, Motion, OperatingPoints
+from oilfilm.bearing.resistance import Lubrication, thermal_reduction
+from oilfilm.contact import ellipticity
+from oilfilm.film import minimum_film_thickness
+from oilfilm.units import FloatArray
+
+# Kinds of sliding in the ellipse whose heats add up to that of traction.
+SLIDINGS = ("gross", "spin", "differential", "gyroscopic")
+
+
+def torque_terms(
+    bearing: Bearing,
+    points: OperatingPoints,
+    lubrication: Lubrication,
+    law: TractionBasis,
+    tested: Mapping[str, tuple[float, float]],
+    quadrature: tuple[int, int] = QUADRATURE,
+) -> dict[str, FloatArray]:
+    """Torque on the inner ring with its terms, motion and residuals, an array a column.
+
+    A term is its heat over the inner ring's speed: with the outer ring at rest they add up to the
+    moment that turns the inner ring.
+
+    Args:
+        bearing: The bearing.
+        points: Loads and speeds; the outer ring at rest.
+        lubrication: The oil at each point.
+        law: The traction law.
+        tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
+        quadrature: Places of the ellipse, across and along the rolling direction.
+    """
+    found = friction_equilibrium(bearing, points, lubrication, law, quadrature)
+    at, film = found.balance.at, found.balance.traction
+    speed = np.where(points.inner_speed_rad_s == 0, np.inf, points.inner_speed_rad_s)
+
+    def of_bearing(heat: FloatArray) -> FloatArray:
+        return found.places * heat.sum(axis=1) / speed
+
+    terms = {
+        f"{name}_torque_n_m": of_bearing(found.balance.heat_w[..., place])
+        for place, name in enumerate(HEATS)
+    }
+    slidings = _heat_by_sliding(bearing, points, found, quadrature)
+    terms |= {f"{name}_torque_n_m": of_bearing(heat) for name, heat in slidings.items()}
+    torque = -found.places * found.balance.ring_moment_n_m[..., 0].sum(axis=1)
+    finer = _traction_heat(bearing, points, lubrication, law, found, quadrature)
+    solution = found.equilibrium.solution
+    place_heat = film.coefficient * film.slide_roll_ratio * grid(*quadrature).share
+    contact_heat = film.heat_w
+    contacts = found.balance.contacts
+    angle = np.degrees(contacts.contact_angle_rad)
+    load = contacts.load_n
+    return terms | {
+        "torque_n_m": torque,
+        "energy_error": _relative(
+            torque * points.inner_speed_rad_s, found.places * found.balance.heat_w.sum(axis=(1, 2))
+        ),
+        "quadrature_error": _relative(finer, film.heat_w.sum(axis=(1, 2))),
+        "residual": solution.residual,
+        "converged": solution.converged,
+        "cage_slip": cage_slip(bearing, points, contacts, found.balance.motion).mean(axis=1),
+        "inner_contact_angle_deg": angle[..., 0].mean(axis=1),
+        "outer_contact_angle_deg": angle[..., 1].mean(axis=1),
+        "inner_max_hertz_pressure_gpa": at.max_hertz_pressure_gpa[..., 0, 0].max(axis=1),
+        "outer_max_hertz_pressure_gpa": at.max_hertz_pressure_gpa[..., 1, 0].max(axis=1),
+        "lambda_ratio": _lambda_ratio(bearing, contacts, lubrication, at),
+        "entrainment_speed_m_s": at.entrainment_speed_m_s.mean(axis=(1, 2, 3)),
+        "largest_slide_roll_ratio": film.slide_roll_ratio.max(axis=(1, 2, 3)),
+        "mean_traction_coefficient": _mean(
+            film.coefficient, grid(*quadrature).share * load[..., np.newaxis]
+        ),
+        "share_beyond_slip": _mean(
+            (film.slide_roll_ratio > tested["slide_roll_ratio"][1]).astype(float),
+            place_heat * (load * at.entrainment_speed_m_s[..., 0])[..., np.newaxis],
+        ),
+        "share_beyond_pressure": _mean(
+            _beyond(at.max_hertz_pressure_gpa[..., 0], tested["max_hertz_pressure_gpa"]),
+            contact_heat,
+        ),
+        "share_beyond_speed": _mean(
+            _beyond(at.entrainment_speed_m_s[..., 0], tested["entrainment_speed_m_s"]),
+            contact_heat,
+        ),
+    }
+
+
+def _lambda_ratio(
+    bearing: Bearing, contacts: Contacts, lubrication: Lubrication, at: Conditions
+) -> FloatArray:
+    """Minimum film, thinned by inlet heating, over combined Rq: the worst contact of each point."""
+    load = np.maximum(contacts.load_n, np.finfo(float).tiny)
+    speed = at.entrainment_speed_m_s[..., 0]
+    film = minimum_film_thickness(
+        load_n=load,
+        entrainment_speed_m_s=speed,
+        dynamic_viscosity_pa_s=lubrication.dynamic_viscosity_pa_s[:, np.newaxis, np.newaxis],
+        pressure_viscosity_coefficient_1_pa=lubrication.pressure_viscosity_coefficient_1_pa[
+            :, np.newaxis, np.newaxis
+        ],
+        radius_x_m=at.radius_x_m[..., 0],
+        reduced_modulus_pa=bearing.reduced_modulus_pa,
+        ellipticity=ellipticity(at.radius_x_m[..., 0], bearing.radius_y_m),
+    )
+    reduction = thermal_reduction(
+        lubrication, contacts.max_hertz_pressure_pa, speed, bearing.reduced_modulus_pa
+    )
+    return (film * reduction).min(axis=(1, 2)) / bearing.roughness_rq_m
+
+
+def cage_slip(
+    bearing: Bearing, points: OperatingPoints, contacts: Contacts, motion: Motion
+) -> FloatArray:
+    """By how much the cage lags behind balls that roll on both races, relative: (points, balls).
+
+    The balls' axis is taken as it is; rolling is no sliding in the middle of either contact.
+    """
+    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+    axis = np.abs(
+        motion.spin_rad_s[..., 1, np.newaxis] * n_x - motion.spin_rad_s[..., 0, np.newaxis] * n_r
+    )
+    race = contacts.orbit_radius_m[..., np.newaxis] + n_r * bearing.ball_diameter_m / 2
+    reach = race / np.maximum(axis / np.maximum(axis.max(axis=-1, keepdims=True), 1e-300), 1e-3)
+    inner = points.inner_speed_rad_s[:, np.newaxis]
+    outer = points.outer_speed_rad_s[:, np.newaxis]
+    rolling = (inner * reach[..., 0] + outer * reach[..., 1]) / reach.sum(axis=-1)
+    return _relative(rolling, motion.orbit_speed_rad_s)
+
+
+def _heat_by_sliding(
+    bearing: Bearing,
+    points: OperatingPoints,
+    found: FrictionEquilibrium,
+    quadrature: tuple[int, int],
+) -> dict[str, FloatArray]:
+    """Heat of traction split by what the sliding comes from, (points, balls) each."""
+    contacts, motion = found.balance.contacts, found.balance.motion
+    rule = grid(*quadrature)
+    rings = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)[:, np.newaxis]
+    slip = sliding(bearing, contacts, motion, rings, rule)
+    relative = rings - motion.orbit_speed_rad_s[..., np.newaxis]
+    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+    w_x, w_r, w_t = (motion.spin_rad_s[..., part, np.newaxis] for part in range(3))
+    spin = (w_x * n_x + w_r * n_r - relative * n_x)[..., np.newaxis]
+    speed = np.hypot(slip.across_m_s, slip.along_m_s)
+    film = found.balance.traction
+    strength = film.coefficient * rule.share * contacts.load_n[..., np.newaxis]
+    strength = strength / np.maximum(speed, 1e-300)
+    f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
+    middle = slip.height_m.max(axis=-1, keepdims=True)
+    turning = (relative * n_r + w_r * n_x - w_x * n_r)[..., np.newaxis]
+    orbit = (relative * contacts.orbit_radius_m[..., np.newaxis])[..., np.newaxis]
+    heats = {
+        "gross": f_along * (orbit + turning * middle),
+        "spin": f_across * spin * slip.along_m - f_along * spin * slip.across_m,
+        "differential": f_along * turning * (slip.height_m - middle),
+        "gyroscopic": -f_across * w_t[..., np.newaxis] * slip.height_m,
+    }
+    return {name: heat.sum(axis=(-1, -2)) for name, heat in heats.items()}
+
+
+def _traction_heat(
+    bearing: Bearing,
+    points: OperatingPoints,
+    lubrication: Lubrication,
+    law: TractionBasis,
+    found: FrictionEquilibrium,
+    quadrature: tuple[int, int],
+) -> FloatArray:
+    """Heat of traction of the same motion by twice as many places in either direction."""
+    rule = grid(2 * quadrature[0], 2 * quadrature[1])
+    contacts, at = found.balance.contacts, found.balance.at
+    rings = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)[:, np.newaxis]
+    slip = sliding(bearing, contacts, found.balance.motion, rings, rule)
+    return traction(contacts, slip, at, law, rule).heat_w.sum(axis=(1, 2))
+
+
+def _beyond(values: FloatArray, tested: tuple[float, float]) -> FloatArray:
+    # a thousandth of leeway, for levels that a rig holds only so well
+    low, high = tested
+    return ((values < low * 0.999) | (values > high * 1.001)).astype(float)
+
+
+def _mean(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Weighted mean of each point; 0 where nothing weighs."""
+    over = tuple(range(1, values.ndim))
+    whole = np.broadcast_to(weights, values.shape).sum(axis=over)
+    mean = np.divide(
+        (values * weights).sum(axis=over), whole, out=np.zeros(len(values)), where=whole > 0
+    )
+    # rounding must not make a share of what is whole
+    return np.clip(mean, values.min(axis=over), values.max(axis=over))
+
+
+def _relative(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(one - other)/one, 0 where both are."""
+    return np.divide(one - other, one, out=np.zeros_like(one), where=one != 0)

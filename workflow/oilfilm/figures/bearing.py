@@ -1,0 +1,257 @@
+"""Figures of the bearing: torque on each basis, cage slip, size effect, a published power loss."""
+
+import itertools
+import string
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from oilfilm import tables
+from oilfilm.figures import style
+
+_SE_DRAWN = 1.96  # error bars are 95 % intervals
+_BASES: dict[str, tuple[str, Any, str]] = {
+    "stress": ("stress", "-", "o"),
+    "load": ("load W", "--", "s"),
+    "dimensionless_load": ("load W/(E'R\N{SUPERSCRIPT TWO})", ":", "^"),
+}
+_TERMS = ("traction", "rolling", "hysteresis", "drag", "pocket", "land")
+# Measured loads and temperatures within this share of each other belong to one set.
+_LIKE = 0.05
+
+
+@dataclass(frozen=True)
+class BearingResults:
+    """The finished tables that figures of the bearing are drawn from."""
+
+    runs: pd.DataFrame
+    torque: pd.DataFrame
+    cage_slip: pd.DataFrame
+    size_effect: pd.DataFrame
+    power_loss: pd.DataFrame
+
+
+def fig06(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Measured torque and each basis against speed, an oil a column; relative errors below."""
+    asked = config["figures"]["fig06"]["inlet_temperature_c"]
+    near = (results.torque["inlet_temperature_c"] - asked).abs() <= _LIKE * asked
+    torque = results.torque[near]
+    oils = [oil for oil in config["oils"] if (torque["oil"] == oil).any()]
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4))
+    axes = figure.subplots(2, max(len(oils), 1), sharex=True, sharey="row", squeeze=False)
+    rows = []
+    for column, oil in enumerate(oils):
+        of_oil = torque[torque["oil"] == oil]
+        colour = style.oil_colour(oil, list(config["oils"]))
+        letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
+        rows.append(_draw_oil(axes[:, column], of_oil, colour, letters))
+        for axis, letter in zip(axes[:, column], letters, strict=True):
+            axis.set_title(f"({letter}) {oil}, {asked:g} \N{DEGREE SIGN}C")
+    axes[0, 0].set_ylabel("Friction torque (N m)")
+    axes[1, 0].set_ylabel("Relative error (%)")
+    figure.supxlabel("Speed of the inner ring (1000 rpm)", fontsize=8)
+    if not rows:
+        _say_nothing(axes[0, 0], "No torque was measured at this temperature.")
+        return _finish(figure, config), tables.empty("torque_drawn")
+    axes[0, 0].legend(loc="upper left", title="axial load", title_fontsize=7, alignment="left")
+    axes[1, 0].legend(handles=_basis_handles(), loc="upper left", title="law on", title_fontsize=7)
+    style.say_key(figure, "Points above: measured torque with 95 % intervals.")
+    return _finish(figure, config), tables.conform(
+        pd.concat(rows, ignore_index=True), "torque_drawn", "fig06"
+    )
+
+
+def _basis_handles() -> list[Line2D]:
+    """Entries of a legend that tell the bases apart, in grey."""
+    return [
+        Line2D([], [], linestyle=line, marker=marker, color="#555555", linewidth=0.9, label=name)
+        for name, line, marker in _BASES.values()
+    ]
+
+
+def _draw_oil(
+    axes: np.ndarray[Any, Any], torque: pd.DataFrame, colour: str, letters: tuple[str, str]
+) -> pd.DataFrame:
+    loads = _sets(torque["axial_load_n"])
+    rows = []
+    for load, shade in zip(loads, style.shades(colour, len(loads)), strict=True):
+        of_load = torque[(torque["axial_load_n"] - load).abs() <= _LIKE * load]
+        for basis, (_, line, marker) in _BASES.items():
+            of_basis = of_load[of_load["basis"] == basis].sort_values("inner_speed_rpm")
+            speed = of_basis["inner_speed_rpm"] / 1e3
+            if basis == "stress":
+                axes[0].errorbar(
+                    speed,
+                    of_basis["measured_torque_n_m"],
+                    _SE_DRAWN * of_basis["measured_torque_n_m_se"],
+                    fmt="o",
+                    color=shade,
+                    label=f"{load / 1e3:.0f} kN",
+                )
+                rows.append(_drawn(of_basis, letters[0], "measured", load))
+            axes[0].plot(speed, of_basis["torque_n_m"], line, color=shade, linewidth=0.9)
+            axes[1].plot(
+                speed,
+                100 * of_basis["relative_error"],
+                line,
+                marker=marker,
+                color=shade,
+                linewidth=0.6,
+            )
+            rows.append(_drawn(of_basis, f"{letters[0]} {letters[1]}", basis, load))
+    axes[1].axhline(0, color="black", linewidth=0.6)
+    return pd.concat(rows, ignore_index=True)
+
+
+def _sets(levels: "pd.Series[float]") -> list[float]:
+    """Means of measured levels that belong together, rising."""
+    ranked = np.sort(levels.to_numpy())
+    breaks = np.flatnonzero(np.diff(ranked) > _LIKE * ranked[:-1]) + 1
+    return [float(part.mean()) for part in np.split(ranked, breaks) if len(part)]
+
+
+def _drawn(rows: pd.DataFrame, panel: str, series: str, load: float) -> pd.DataFrame:
+    measured = series == "measured"
+    return pd.DataFrame(
+        {
+            "panel": panel,
+            "series": series,
+            "oil": rows["oil"],
+            "axial_load_n": load,
+            "inner_speed_rpm": rows["inner_speed_rpm"],
+            "torque_n_m": rows["measured_torque_n_m" if measured else "torque_n_m"],
+            "torque_n_m_se": rows["measured_torque_n_m_se"] if measured else np.nan,
+            "relative_error": np.nan if measured else rows["relative_error"],
+        }
+    )
+
+
+_SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
+
+
+def cage_slip(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Cage slip against speed and axial load, an oil a panel; the paper's limit as a line."""
+    table, limit = results.cage_slip, config["bearing"]["cage_slip"]["limit"]
+    oils = [oil for oil in config["oils"] if (table["oil"] == oil).any()]
+    figure, axes = style.panels(1, max(len(oils), 1), style.DOUBLE_COLUMN_IN, 2.7)
+    for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
+        grid = table[table["oil"] == oil].pivot(
+            index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip"
+        )
+        speed, load = grid.columns.to_numpy() / 1e6, grid.index.to_numpy() / 1e3
+        slip = np.ma.masked_invalid(grid.to_numpy())
+        filled = axis.pcolormesh(
+            _edges(speed),
+            np.exp(_edges(np.log(load))),
+            slip,
+            cmap="cividis_r",
+            norm=BoundaryNorm(_SLIP_LEVELS, 256),
+        )
+        axis.contour(
+            speed, load, slip, [limit], colors=[style.oil_colour(oil, list(config["oils"]))]
+        )
+        axis.set_yscale("log")
+        axis.grid(False)
+        axis.set_title(f"({letter}) {oil}")
+    if oils:
+        bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
+        bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
+    else:
+        _say_nothing(axes[0], "No oil has a law that a bearing could use.")
+    figure.supxlabel("Pitch diameter times speed (million mm rpm)", fontsize=8)
+    axes[0].set_ylabel("Axial load (kN)")
+    temperature = config["bearing"]["cage_slip"]["inlet_temperature_c"]
+    style.say_key(
+        figure,
+        f"Friction equilibrium at {temperature:g} \N{DEGREE SIGN}C; line: slip of {limit:g}.",
+    )
+    return _finish(figure, config), table
+
+
+def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Edges of cells around rising centres."""
+    middles = (centres[1:] + centres[:-1]) / 2
+    return np.concatenate([[2 * centres[0] - middles[0]], middles, [2 * centres[-1] - middles[-1]]])
+
+
+def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Traction torque of the load bases against the stress basis, by ball size and conformity."""
+    table = results.size_effect
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
+    axes = figure.subplots(1, 2, sharey=True)
+    panels = (
+        ("ball size", "ball_diameter_mm", "Ball diameter (mm)"),
+        ("conformity", "groove_curvature", "Groove radius over ball diameter (1)"),
+    )
+    for letter, axis, (varied, column, label) in zip("ab", axes, panels, strict=True):
+        rows = table[(table["varied"] == varied) & (table["basis"] != "stress")]
+        for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
+            of_series = rows[(rows["oil"] == oil) & (rows["basis"] == basis)]
+            _, line, marker = _BASES[basis]
+            axis.plot(
+                of_series[column],
+                100 * of_series["relative_to_stress"],
+                line,
+                marker=marker,
+                color=style.oil_colour(oil, list(config["oils"])),
+                label=oil if basis == "load" else None,
+            )
+        axis.axhline(0, color="black", linewidth=0.6)
+        axis.set_xlabel(label)
+        axis.set_title(f"({letter}) {varied}")
+    axes[0].set_ylabel("Traction torque against\nthe stress basis (%)")
+    if table.empty:
+        _say_nothing(axes[0], "No oil has a law that a bearing could use.")
+    else:
+        axes[0].legend(loc="upper left")
+        handles = _basis_handles()[1:]
+        axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
+    return _finish(figure, config), table
+
+
+def power_loss(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Calculated power loss term by term under a published one: plausibility alone."""
+    table = results.power_loss
+    figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)
+    axis.set_xlabel("Speed of the inner ring (1000 rpm)")
+    axis.set_ylabel("Power loss (W)")
+    if table.empty:
+        _say_nothing(axis, "The oil of the published test is not among those fitted.")
+        return _finish(figure, config), table
+    turning = table["inner_speed_rpm"] * np.pi / 30
+    watts = [table[f"{term}_torque_n_m"] * turning for term in _TERMS]
+    speed = table["inner_speed_rpm"] / 1e3
+    greys = [str(level) for level in np.linspace(0.35, 0.9, len(_TERMS))]
+    axis.stackplot(speed, watts, labels=_TERMS, colors=greys, edgecolor="white", linewidth=0.3)
+    axis.plot(speed, table["published_power_w"], "o", color="#D55E00", label="published")
+    axis.legend(loc="upper left")
+    style.say_key(figure, "Points: NASA TP-2275, second-hand. Areas: calculated.")
+    axis.set_title(f"{table['bearing'].iloc[0]}, {table['axial_load_n'].iloc[0]:g} N")
+    return _finish(figure, config), table
+
+
+def _say_nothing(axis: Axes, words: str) -> None:
+    axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=7)
+
+
+def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
+    style.say_source(figure, config["campaign"])
+    return figure
+
+
+Draw = Callable[[BearingResults, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
+
+# Name of a figure -> how it is drawn, and the table model of what it draws.
+FIGURES: dict[str, tuple[Draw, str]] = {
+    "fig06": (fig06, "torque_drawn"),
+    "cage-slip": (cage_slip, "cage_slip"),
+    "size-effect": (size_effect, "size_effect"),
+    "power-loss": (power_loss, "power_loss"),
+}

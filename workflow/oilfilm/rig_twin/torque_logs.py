@@ -1,0 +1,174 @@
+"""Simulated logs of the torque rig: local physics in a bearing, with the rig's own troubles."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from oilfilm.bearing.ellipse import grid
+from oilfilm.bearing.friction import HEATS, friction_equilibrium
+from oilfilm.bearing.geometry import Bearing, bearing_from_config
+from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.bearing.resistance import Lubrication
+from oilfilm.ehl_traction import ThermalEhl
+from oilfilm.errors import OilfilmError
+from oilfilm.oils import Oil, oil_from_config
+from oilfilm.randomness import generator
+from oilfilm.rig_twin.local_traction import LocalTraction, calibrated, misfit
+from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
+from oilfilm.rig_twin.simulate import cut, log_table
+from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
+from oilfilm.rigs import Contact
+from oilfilm.units import FloatArray
+
+# Finer than the grid of the model that the logs are compared with.
+_QUADRATURE = (24, 6)
+_RAD_S_PER_RPM = np.pi / 30
+
+
+def simulate_torque(
+    config: Mapping[str, Any], constants: Mapping[str, FloatArray]
+) -> Iterator[tuple[PlannedTorqueRun, bytes, list[dict[str, Any]]]]:
+    """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
+
+    The truth behind an oil is `LocalTraction`, with the constants of the campaign's own thermal
+    truth. Where its traction logs are made from a law instead, they are sought so that the traction
+    rig would show that law as nearly as such physics can. Drag and rolling resistance are those of
+    config's `bearing`: the comparison is about traction.
+
+    Args:
+        config: The resolved configuration.
+        constants: The printed constants of each oil.
+    """
+    campaign = config["campaign"]
+    name = campaign["torque"]["bearing"]
+    bearing = bearing_from_config(name, config["bearings"][name])
+    rig, laws = known_contact(config), true_tractions(config, constants)
+    plans = planned_torque_runs(campaign)
+    for oil in dict.fromkeys(plan.oil for plan in plans):
+        of_oil = [plan for plan in plans if plan.oil == oil]
+        about = oil_from_config(config["oils"][oil])
+        for plan, truth in zip(
+            of_oil, _truth(bearing, of_oil, about, laws[oil], rig, config), strict=True
+        ):
+            random = generator(config["seed"], "torque twin", plan.name)
+            yield plan, _log(plan, truth, campaign["torque"]["twin"], random), truth
+
+
+def _truth(
+    bearing: Bearing,
+    plans: list[PlannedTorqueRun],
+    oil: Oil,
+    law: Traction,
+    rig: Contact,
+    config: Mapping[str, Any],
+) -> list[list[dict[str, Any]]]:
+    """Rows of the truth of each log of one oil, a row a speed."""
+    twin = config["campaign"]["torque"]["twin"]
+    speeds = config["campaign"]["torque"]["matrix"]["inner_speed_rpm"]
+    errors = np.array(
+        [
+            generator(config["seed"], "torque control", plan.name).standard_normal(2)
+            for plan in plans
+        ]
+    )
+    load = np.array([plan.axial_load_n for plan in plans])
+    load = load * (1 + twin["control_load"] * errors[:, 0])
+    temperature = np.array([plan.oil_temperature_c for plan in plans])
+    temperature = temperature + twin["control_temperature_c"] * errors[:, 1]
+    speed = np.tile(np.array(speeds, dtype=float), len(plans))
+    loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
+
+    thermal = config["campaign"]["twin"].get("thermal_ehl")
+    constants = ThermalEhl(**thermal) if thermal else calibrated(oil, law, rig)
+    film = LocalTraction(oil, constants, grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis])
+    found = friction_equilibrium(
+        bearing,
+        OperatingPoints.axial(loads, speed * _RAD_S_PER_RPM),
+        Lubrication.of(oil, temperatures, config["bearing"]),
+        film,
+        _QUADRATURE,
+    )
+    if not found.equilibrium.solution.converged.all():
+        raise OilfilmError(
+            f"campaign {config['campaign']['name']!r}, torque.matrix: at some of its points the "
+            "simulated bearing comes to no steady motion. Ask for more load or less speed."
+        )
+    left = misfit(oil, constants, law, rig)
+    torque = -found.places * found.balance.ring_moment_n_m[..., 0].sum(axis=1)
+    heat = found.places * found.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
+    rows = [
+        {
+            "run_id": plan.name,
+            "oil": plan.oil,
+            "defect": plan.defect,
+            "inner_speed_rpm": speed[place],
+            "axial_load_n": loads[place],
+            "oil_temperature_c": temperatures[place],
+            "torque_n_m": torque[place],
+            "traction_torque_n_m": heat[place] / (speed[place] * _RAD_S_PER_RPM),
+            "law_misfit": left,
+        }
+        for place, plan in enumerate(plan for plan in plans for _ in speeds)
+    ]
+    return [rows[start : start + len(speeds)] for start in range(0, len(rows), len(speeds))]
+
+
+def _log(
+    plan: PlannedTorqueRun,
+    truth: list[dict[str, Any]],
+    twin: Mapping[str, Any],
+    random: np.random.Generator,
+) -> bytes:
+    """What the rig's logger writes of a run, its planted defect included."""
+    rate = twin["sampling_rate_hz"]
+    rest, step = round(twin["rest_s"] * rate), round(twin["step_s"] * rate)
+
+    def programme(name: str) -> FloatArray:
+        levels = np.repeat([row[name] for row in truth], step)
+        return np.concatenate([np.zeros(rest), levels, np.zeros(rest)])
+
+    target, torque = programme("inner_speed_rpm"), programme("torque_n_m")
+    time_s = np.arange(len(target)) / rate
+    share = time_s / time_s[-1]
+    answer = np.exp(-np.arange(step) / rate / twin["response_s"])
+    speed, torque = (
+        signal - np.convolve(np.diff(signal, prepend=0.0), answer)[: len(signal)]
+        for signal in (target, torque)
+    )
+    resting = target == 0
+    speed[resting] = np.where(np.abs(speed[resting]) < 1, 0.0, speed[resting])
+    gain, zero, drift = random.standard_normal(3)
+    drift_n_m = twin["tare_drift_n_m"] * drift
+    if plan.defect == "tare_drift":
+        drift_n_m = 0.2
+    if plan.defect == "warming":
+        # the torque still falls at the end of each speed, as it does in a bearing that warms up
+        torque = torque * (
+            1 + 0.3 * np.exp(-((np.arange(len(torque)) - rest) % step) / (0.5 * step))
+        )
+    torque = torque * (1 + twin["systematic_torque"] * gain)
+    torque = torque + twin["tare_n_m"] * zero + drift_n_m * share
+
+    def noise(spread: float) -> FloatArray:
+        return spread * random.standard_normal(len(time_s))
+
+    load, temperature = truth[0]["axial_load_n"], truth[0]["oil_temperature_c"]
+    turning = ~resting
+    columns = {
+        "time_s": time_s,
+        "axial_load_n": load + noise(twin["load_noise_n"]),
+        "inner_speed_rpm": speed + np.where(turning, noise(twin["speed_noise_rpm"]), 0.0),
+        "oil_temperature_c": temperature + noise(twin["temperature_noise_c"]),
+        # for the record alone: no model here is told of it
+        "outer_ring_temperature_c": temperature + 2 * torque + noise(twin["temperature_noise_c"]),
+        "torque_n_m": torque + noise(twin["torque_noise_n_m"]),
+    }
+    header = (
+        "# simulated: yes - written by the oilfilm torque-rig twin, not a measurement\n"
+        f"# oil: {plan.oil}\n"
+        f"# axial_load_n: {plan.axial_load_n:g}\n"
+        f"# oil_temperature_c: {plan.oil_temperature_c:g}\n"
+    )
+    content = header.encode() + log_table(columns)
+    return cut(content) if plan.defect == "truncated" else content

@@ -1,0 +1,27 @@
+rule audit:
+    "The paper's claims and its advice on oils, held against the campaign and the printed constants."
+    input:
+        points=rules.collect.output.points,
+        runs=rules.collect.output.runs,
+        coefficients=rules.fits.output.coefficients,
+        printed="data/reference/printed_coefficients.yaml",
+        claims="data/reference/claims.yaml",
+    output:
+        claims="<tables>/claims.parquet",
+        selection="<tables>/selection.parquet",
+    log:
+        "<logs>/audit.log",
+    params:
+        code=code("audit.py"),
+        config=part(
+            "audit",
+            "film",
+            "gates",
+            "oils",
+            "printed",
+            "rigs",
+            "selection",
+            campaign=("matrix",),
+        ),
+    script:
+        "../scripts/audit.py"

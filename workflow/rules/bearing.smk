@@ -1,0 +1,101 @@
+if TORQUE_SIMULATED:
+
+    rule torque_twin:
+        "SIMULATED logs of the torque rig, and the truth behind them."
+        input:
+            printed="data/reference/printed_coefficients.yaml",
+        output:
+            logs=directory("<torque_raw>"),
+            truth="<results>/twin/torque_truth.parquet",
+        log:
+            "<logs>/torque-twin.log",
+        params:
+            code=code("torque_twin.py"),
+            config=part(
+                "rigs", "oils", "bearings", "bearing", "seed", campaign=("oils", "torque", "twin")
+            ),
+        script:
+            "../scripts/torque_twin.py"
+
+
+rule torque_runs:
+    "Steady plateaus of the torque logs, tare removed, with every gate's verdict."
+    input:
+        logs=(
+            TORQUE_RAW.as_posix()
+            if TORQUE_SIMULATED
+            else [(TORQUE_RAW / file).as_posix() for file in TORQUE_FILES]
+        ),
+    output:
+        runs="<tables>/torque_runs.parquet",
+        quarantine="<tables>/torque_quarantine.parquet",
+    log:
+        "<logs>/torque-runs.log",
+    params:
+        code=code("torque_runs.py"),
+        folder=TORQUE_RAW.as_posix(),
+        files=TORQUE_FILES,
+        config=part("oils", "torque_logs", "curation", campaign=("torque",)),
+    script:
+        "../scripts/torque_runs.py"
+
+
+rule torque:
+    "Measured torque against each basis of the fitted law, and the traction that it implies."
+    input:
+        runs=rules.torque_runs.output.runs,
+        coefficients=rules.fits.output.coefficients,
+        quality=rules.fits.output.fit_quality,
+    output:
+        torque="<tables>/torque.parquet",
+        inversion="<tables>/torque_inversion.parquet",
+    log:
+        "<logs>/torque.log",
+    params:
+        code=code("torque.py"),
+        config=part("rigs", "oils", "bearings", "bearing", campaign=("torque",)),
+    script:
+        "../scripts/torque.py"
+
+
+rule bearing_maps:
+    "Cage slip over speed and load, the size effect, and a published power loss."
+    input:
+        coefficients=rules.fits.output.coefficients,
+        quality=rules.fits.output.fit_quality,
+        published="data/reference/power_loss.yaml",
+    output:
+        cage_slip="<tables>/cage_slip.parquet",
+        size_effect="<tables>/size_effect.parquet",
+        power_loss="<tables>/power_loss.parquet",
+    log:
+        "<logs>/bearing-maps.log",
+    params:
+        code=code("bearing_maps.py"),
+        config=part("rigs", "oils", "bearings", "bearing", campaign=("torque",)),
+    script:
+        "../scripts/bearing_maps.py"
+
+
+rule bearing_figure:
+    "One figure of the bearing, as PNG and SVG, and exactly what it draws."
+    input:
+        runs=rules.torque_runs.output.runs,
+        torque=rules.torque.output.torque,
+        cage_slip=rules.bearing_maps.output.cage_slip,
+        size_effect=rules.bearing_maps.output.size_effect,
+        power_loss=rules.bearing_maps.output.power_loss,
+    output:
+        png="<figures>/{bearing_figure}.png",
+        svg="<figures>/{bearing_figure}.svg",
+        drawn="<figures>/{bearing_figure}.parquet",
+    log:
+        "<logs>/figure-{bearing_figure}.log",
+    params:
+        code=code("bearing_figure.py"),
+        config=part("oils", "bearing", "figures"),
+    script:
+        "../scripts/bearing_figure.py"
+
+
+ruleorder: bearing_figure > figure

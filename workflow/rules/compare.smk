@@ -1,0 +1,34 @@
+COMPARE_TABLES = ("comparison", "law_coefficients", "law_fit_quality", "law_refits")
+
+
+rule compare:
+    "All laws fitted to one oil, judged on what they fit and on what they have not seen."
+    input:
+        points=rules.collect.output.points,
+    output:
+        **{table: f"<parts>/compare/{{oil}}/{table}.parquet" for table in COMPARE_TABLES},
+    log:
+        "<logs>/compare-{oil}.log",
+    params:
+        code=code("compare.py"),
+        config=part("compare", "fit", "oils", "rigs", "seed"),
+    script:
+        "../scripts/compare.py"
+
+
+rule comparisons:
+    "The comparisons of all oils, a table each."
+    input:
+        **{
+            table: expand(f"<parts>/compare/{{oil}}/{table}.parquet", oil=OILS)
+            for table in COMPARE_TABLES
+        },
+    output:
+        **{table: f"<tables>/{table}.parquet" for table in COMPARE_TABLES},
+    log:
+        "<logs>/comparisons.log",
+    params:
+        code=code("fits.py"),
+        config=part(),
+    script:
+        "../scripts/fits.py"

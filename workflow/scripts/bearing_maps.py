@@ -1,0 +1,20 @@
+"""Ask the bearing for cage slip, the size effect and a published power loss."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.bearing.compare import cage_slip_table, power_loss_table, size_effect_table
+from oilfilm.config import load_checked
+from oilfilm.job import job
+
+with job(snakemake) as provenance:
+    found, config = snakemake.input, snakemake.params.config
+    coefficients = tables.read("coefficients", Path(found.coefficients))
+    quality = tables.read("fit_quality", Path(found.quality))
+    published = load_checked(Path(found.published), "power_loss")
+    for table, frame in (
+        ("cage_slip", cage_slip_table(coefficients, quality, config)),
+        ("size_effect", size_effect_table(coefficients, quality, config)),
+        ("power_loss", power_loss_table(published, coefficients, quality, config)),
+    ):
+        tables.write(frame, table, Path(snakemake.output[table]), provenance)

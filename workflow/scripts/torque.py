@@ -1,0 +1,18 @@
+"""Compare measured torque with the fitted law on each basis."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.bearing.compare import torque_table
+from oilfilm.job import job
+
+with job(snakemake) as provenance:
+    found = snakemake.input
+    torque, inversion = torque_table(
+        tables.read("torque_runs", Path(found.runs)),
+        tables.read("coefficients", Path(found.coefficients)),
+        tables.read("fit_quality", Path(found.quality)),
+        snakemake.params.config,
+    )
+    tables.write(torque, "torque", Path(snakemake.output.torque), provenance)
+    tables.write(inversion, "torque_inversion", Path(snakemake.output.inversion), provenance)

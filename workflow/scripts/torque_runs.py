@@ -1,0 +1,15 @@
+"""Measure the steady plateaus of the torque logs."""
+
+from pathlib import Path
+
+from oilfilm import tables
+from oilfilm.bearing.torque_runs import measure_torque
+from oilfilm.ingest import read_bytes
+from oilfilm.job import job
+
+with job(snakemake) as provenance:
+    folder = Path(snakemake.params.folder)
+    logs = ((file, read_bytes(folder / file)) for file in snakemake.params.files)
+    runs, quarantine = measure_torque(logs, snakemake.params.config)
+    tables.write(runs, "torque_runs", Path(snakemake.output.runs), provenance)
+    tables.write(quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)
