@@ -195,7 +195,7 @@ def test_every_statement_is_a_column_and_every_set_a_row(
     studied: tuple[pd.DataFrame, pd.DataFrame],
 ) -> None:
     sets, verdicts = studied
-    about = ["oil", "signs", "in_use", "rank", "total", "near_best"]
+    about = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best"]
     assert tables.columns("signs") == [*about, *STATEMENTS, *BETWEEN_OILS, "sse"]
     assert (sets.groupby("oil")["signs"].nunique() == 512).all()
     assert (sets.groupby("oil")["in_use"].sum() == 1).all()
@@ -212,6 +212,8 @@ def test_total_counts_the_statements_by_their_weight(
     expected = sets[names].sum(axis="columns") - sets[halves].sum(axis="columns") / 2
     np.testing.assert_allclose(sets["total"], expected)
     assert sets.loc[sets["rank"] == 1, "near_best"].all()
+    ranks = sets.groupby("oil")["total"].rank(method="min", ascending=False)
+    np.testing.assert_array_equal(sets["rank"], ranks)
 
 
 def test_margin_is_the_best_total_with_the_sign_less_that_with_the_other(

@@ -212,13 +212,16 @@ def _printed(
             f"{abs(row['extrapolated_difference']):.1e} as extrapolated"
         )
     for oil, of_oil in sign_verdicts.groupby("oil", sort=False):
-        rank = signs.loc[signs["in_use"] & (signs["oil"] == oil), "rank"].iloc[0]
+        used = signs[signs["in_use"] & (signs["oil"] == oil)].iloc[0]
         named = [
             f"{verdict} {' '.join(of_oil.loc[of_oil['verdict'] == verdict, 'constant'])}"
             for verdict in ("settled", "probable", "open", "against", "without effect")
             if (of_oil["verdict"] == verdict).any()
         ]
-        lines.append(f"  {oil}: signs in use rank {rank} of 512; {', '.join(named)}")
+        lines.append(
+            f"  {oil}: signs in use rank {used['rank']} of 512 (at the slips of figs 8 and 9: "
+            f"{used['rank_at_figures']}); {', '.join(named)}"
+        )
     return [*lines, *_signs_by_points(sign_verdicts, campaign), ""]
 
 

@@ -1030,6 +1030,10 @@ class Signs(_Table):
     signs: Series[str] = _text("of A1 A2 A3 B1 B2 B3 C1 C2 C3: exponents of P, U, T")
     in_use: Series[bool] = _flag("true for the set in data/reference/printed_coefficients.yaml")
     rank: Series[np.int64] = _count("by total, 1 the best; equals share a rank")
+    rank_at_figures: Series[np.int64] = _count(
+        "the same where only the slips of the paper's figs 8 and 9 are asked: how much it depends "
+        "on that choice"
+    )
     total: Series[float] = _number("weighted sum of the statements' shares: how many hold")
     near_best: Series[bool] = _flag("true where total is less than near_best below the best")
     physical: Series[float] = _share(

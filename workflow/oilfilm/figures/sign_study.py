@@ -12,12 +12,12 @@ from oilfilm import tables
 from oilfilm.figures import style
 from oilfilm.figures.traction_curves import Results
 
-_HEIGHTS_IN = (1.2, 2.7, 1.75)
+_HEIGHTS_IN = (1.4, 2.7, 1.75)
 _GREY = "#777777"
 _MINUS = "\N{MINUS SIGN}"
 _ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
 # Columns of the table of signs that are no statement.
-_NO_STATEMENT = ("oil", "signs", "in_use", "rank", "total", "near_best", "sse")
+_NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
 
 
 def sign_study(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
@@ -67,7 +67,8 @@ def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
     axis.xaxis.set_major_formatter("{x:g}")
     behind = float(sets["total"][used].max() - sets["total"][~used].max())
     words = (
-        f"in use: rank {sets['rank'][used].iloc[0]} of {len(sets)},\n"
+        f"in use: rank {sets['rank'][used].iloc[0]} of {len(sets)}\n"
+        f"(at figs 8, 9: {sets['rank_at_figures'][used].iloc[0]}),\n"
         f"{abs(behind):.2g} {'ahead of the next' if behind > 0 else 'behind the best'};\n"
         f"near-best sets: {near.sum()}"
     )

@@ -22,7 +22,13 @@ from oilfilm.printed.statements import (
     hot_convergence,
     viscosity_order,
 )
-from oilfilm.traction.law import BoolArray, FloatArray, to_constants, to_internal
+from oilfilm.traction.law import (
+    BoolArray,
+    FloatArray,
+    IndexArray,
+    to_constants,
+    to_internal,
+)
 
 _EXPONENTS = [place for place, one in enumerate(LAW.constants) if one.condition is not None]
 EXPONENT_NAMES = [LAW.constants[place].name for place in _EXPONENTS]
@@ -58,7 +64,7 @@ def study_signs(
         errors = squared_errors(points[points["oil"] == oil], _as_printed(internal))
         in_use = (np.where(printed[oil][_EXPONENTS] < 0, -1, 1) == _SETS).all(axis=1)
         of_oil = {one: scores[oil] for one, scores in by_slips.items()}
-        sets.append(_set_rows(oil, of_oil[_RANKED_BY], errors, in_use, config["signs"]))
+        sets.append(_set_rows(oil, of_oil, errors, in_use, config["signs"]))
         effects = _effects(internal[:, in_use], config)
         verdicts.append(_verdict_rows(oil, of_oil, errors, in_use, effects, config["signs"]))
     if not sets:
@@ -136,25 +142,31 @@ def _effects(in_use: FloatArray, config: Mapping[str, Any]) -> FloatArray:
 
 def _set_rows(
     oil: str,
-    scores: Mapping[str, FloatArray],
+    by_slips: Mapping[str, Mapping[str, FloatArray]],
     errors: FloatArray,
     in_use: BoolArray,
     limits: Mapping[str, Any],
 ) -> pd.DataFrame:
-    total = _total(scores)
+    total = _total(by_slips[_RANKED_BY])
     rows = pd.DataFrame(
         {
             "oil": oil,
             "signs": ["".join("+" if sign > 0 else "-" for sign in one) for one in _SETS],
             "in_use": in_use,
+            "rank": _ranks(total),
+            "rank_at_figures": _ranks(_total(by_slips["figures"])),
             "total": total,
             "near_best": total > total.max() - limits["near_best"],
-            **scores,
+            **by_slips[_RANKED_BY],
             "sse": errors,
         }
     )
-    rows = rows.sort_values("total", ascending=False, kind="stable", ignore_index=True)
-    return rows.assign(rank=rows["total"].rank(method="min", ascending=False).astype(int))
+    return rows.sort_values("total", ascending=False, kind="stable", ignore_index=True)
+
+
+def _ranks(total: FloatArray) -> IndexArray:
+    """1 for the best; equals share a rank."""
+    return np.asarray(1 + (total > total[:, np.newaxis]).sum(axis=1))
 
 
 def _verdict_rows(
