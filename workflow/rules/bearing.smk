@@ -76,6 +76,14 @@ rule bearing_maps:
         "../scripts/bearing_maps.py"
 
 
+# The tables of the bearing, of campaigns that have torque logs.
+TORQUE = (
+    [*rules.torque_runs.output, *rules.torque.output, *rules.bearing_maps.output]
+    if "torque" in CAMPAIGN
+    else []
+)
+
+
 rule bearing_figures:
     "The figures of the bearing, as PNG and SVG, and exactly what each draws."
     input:
