@@ -33,7 +33,6 @@ rule torque_runs:
         "<logs>/torque-runs.log",
     params:
         code=code("torque_runs.py"),
-        folder=TORQUE_RAW.as_posix(),
         files=TORQUE_FILES,
         config=part("oils", "torque_logs", "curation", campaign=("torque",)),
     script:
