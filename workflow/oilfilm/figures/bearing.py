@@ -56,13 +56,13 @@ def fig06(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, p
             axis.set_title(f"({letter}) {oil}, {asked:g} \N{DEGREE SIGN}C")
     axes[0, 0].set_ylabel("Friction torque (N m)")
     axes[1, 0].set_ylabel("Relative error (%)")
-    figure.supxlabel("Speed of the inner ring (1000 rpm)", fontsize=8)
+    figure.supxlabel("Speed of the inner ring (1000 rpm)", fontsize=8, x=0.3)
     if not rows:
         _say_nothing(axes[0, 0], "No torque was measured at this temperature.")
         return _finish(figure, config), tables.empty("torque_drawn")
     axes[0, 0].legend(loc="upper left", title="axial load", title_fontsize=7, alignment="left")
-    axes[1, 0].legend(handles=_basis_handles(), loc="upper left", title="law on", title_fontsize=7)
-    style.say_key(figure, "Points above: measured torque with 95 % intervals.")
+    figure.legend(handles=_basis_handles(), loc="outside lower right", ncols=3)
+    style.say_key(figure, "Points above: measured, with 95 % intervals. Lines: the law.")
     return _finish(figure, config), tables.conform(
         pd.concat(rows, ignore_index=True), "torque_drawn", "fig06"
     )
