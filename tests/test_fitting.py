@@ -13,7 +13,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fitting import engine, problem
 from oilfilm.fitting.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fitting.engine import Optimum
-from oilfilm.fitting.fit import fit_oil
+from oilfilm.fitting.fit import fit_oil, sign_reach
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.remarks import certificates
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
@@ -334,8 +334,15 @@ def test_exponent_whose_interval_holds_zero_has_no_known_sign(demo: Campaign) ->
         oil: demo.fit(oil).coefficients.set_index("constant")["verdict"] for oil in ("4010", "4050")
     }
     assert verdicts["4010"]["B2"] == "sign unknown"
+    assert verdicts["4050"]["C2"] == "sign unknown"
     assert (verdicts["4010"][["A0", "A1", "B3", "C0", "C3"]] == "known").all()
     assert (verdicts["4050"][["A0", "A1", "B3", "C0", "C3"]] == "known").all()
+
+
+def test_signs_are_called_for_all_constants_together() -> None:
+    # one constant: the usual 1.96; twelve: 0.05/12 in two tails, 2.865 by tables of the normal law
+    assert sign_reach(1, 0.95) == pytest.approx(1.959964, abs=1e-6)
+    assert sign_reach(12, 0.95) == pytest.approx(2.8653, abs=5e-4)
 
 
 def test_constant_at_a_bound_is_named_and_not_certified(quick: dict[str, Any]) -> None:

@@ -173,7 +173,8 @@ def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
         open_signs = rows.loc[rows["verdict"] == "sign unknown", "constant"]
         if len(open_signs):
             lines.append(
-                "    their sign is not known, the interval holds zero: " + ", ".join(open_signs)
+                "    their sign is not known, zero lies within their errors: "
+                + ", ".join(open_signs)
             )
         lost = rows.loc[~rows["identifiable"], "constant"]
         if len(lost):

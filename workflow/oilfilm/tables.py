@@ -365,8 +365,8 @@ class Coefficients(_Table):
     robust_value: Series[float] = _number("fitted with a Cauchy loss", gaps=True)
     identifiable: Series[bool] = _flag("false where the tested conditions cannot give it")
     verdict: Series[str] = _text(
-        "sign unknown: the interval holds no effect at all; at a bound: of the search, past which "
-        "the data would have it",
+        "sign unknown: no effect at all lies within the errors, for all constants together; at a "
+        "bound: of the search, past which the data would have it",
         one_of=("known", "sign unknown", "no interval", "at a bound", "not identifiable"),
     )
     printed_value: Series[float] = _number("value printed in the paper, signs restored", gaps=True)

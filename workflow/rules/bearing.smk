@@ -33,7 +33,6 @@ rule torque_runs:
         "<logs>/torque-runs.log",
     params:
         code=code("torque_runs.py"),
-        folder=TORQUE_RAW.as_posix(),
         files=TORQUE_FILES,
         config=part("oils", "torque_logs", "curation", campaign=("torque",)),
     script:
@@ -75,6 +74,14 @@ rule bearing_maps:
         config=part("rigs", "oils", "bearings", "bearing", campaign=("torque",)),
     script:
         "../scripts/bearing_maps.py"
+
+
+# The tables of the bearing, of campaigns that have torque logs.
+TORQUE = (
+    [*rules.torque_runs.output, *rules.torque.output, *rules.bearing_maps.output]
+    if "torque" in CAMPAIGN
+    else []
+)
 
 
 rule bearing_figures:

@@ -13,6 +13,7 @@ rule metadata:
             rules.printed.output,
             rules.signs.output,
             rules.audit.output,
+            TORQUE,
         ],
         vocabulary="data/reference/vocabulary.ttl",
     output:

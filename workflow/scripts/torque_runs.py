@@ -8,8 +8,9 @@ from oilfilm.ingest import read_bytes
 from oilfilm.job import job
 
 with job(snakemake) as provenance:
-    folder = Path(snakemake.params.folder)
+    config = snakemake.params.config
+    folder = Path("data/raw", f"{config['campaign']['name']}-torque")
     logs = ((file, read_bytes(folder / file)) for file in snakemake.params.files)
-    runs, quarantine = measure_torque(logs, snakemake.params.config)
+    runs, quarantine = measure_torque(logs, config)
     tables.write(runs, "torque_runs", Path(snakemake.output.runs), provenance)
     tables.write(quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

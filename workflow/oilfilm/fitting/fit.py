@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.stats import norm
 
 from oilfilm import tables
 from oilfilm.fitting.certificate import Certificate, certify
@@ -143,7 +144,7 @@ def fit_law(
         return _unfitted(law, about, quality, printed, f"not fitted: {error}")
     found = _fit(problem, data, points, varied, oil, config)
     return OilFit(
-        coefficients=_coefficients(found, about, printed),
+        coefficients=_coefficients(found, about, printed, settings),
         fit_quality=tables.from_rows([quality | _quality(found, settings)], "fit_quality"),
         refits=_refits(found, about),
         correlations=_correlations(found, about),
@@ -236,10 +237,10 @@ def _tested_box(points: pd.DataFrame) -> dict[str, float]:
 
 
 def _coefficients(
-    found: Found, about: Mapping[str, str], printed: FloatArray | None
+    found: Found, about: Mapping[str, str], printed: FloatArray | None, settings: Mapping[str, Any]
 ) -> pd.DataFrame:
     law, problem = found.problem.law, found.problem
-    rows = _constant_rows(found)
+    rows = _constant_rows(found, settings["sign_confidence"])
     names = [constant.name for constant in law.constants if constant.known is None]
     stuck = [
         _no_value(name) | {"value": value, "verdict": "at a bound"}
@@ -253,8 +254,9 @@ def _coefficients(
     return _coefficient_table(rows, law, about, printed)
 
 
-def _constant_rows(found: Found) -> list[dict[str, Any]]:
+def _constant_rows(found: Found, sign_confidence: float) -> list[dict[str, Any]]:
     problem, estimates = found.problem, found.estimates.reported(found.problem)
+    systematic = estimates.systematic_errors
     places, z = found.profile
     degrees = len(problem.mu) - len(found.best.values)
     others = {
@@ -266,7 +268,7 @@ def _constant_rows(found: Found) -> list[dict[str, Any]]:
         row = _no_value(name) | {
             "value": estimates.values[place],
             "naive_standard_error": estimates.naive_errors[place],
-            "systematic_standard_error": estimates.systematic_errors[place],
+            "systematic_standard_error": systematic[place],
             "identifiable": True,
             "verdict": "no interval",
             **{key: np.nan if of is None else of[place] for key, of in others.items()},
@@ -277,11 +279,27 @@ def _constant_rows(found: Found) -> list[dict[str, Any]]:
         if len(estimates.refits):
             drawn = estimates.refits[:, place]
             lower, upper = np.quantile(drawn, [0.025, 0.975])
-            sign = "sign unknown" if lower <= 0 <= upper else "known"
-            row |= {"standard_error": drawn.std(ddof=1), "lower": lower, "upper": upper}
-            row["verdict"] = sign
+            error = float(drawn.std(ddof=1))
+            row |= {"standard_error": error, "lower": lower, "upper": upper}
+            reach = sign_reach(len(problem.names), sign_confidence)
+            sure = np.abs(row["value"]) > reach * np.hypot(error, np.nan_to_num(systematic[place]))
+            row["verdict"] = "known" if sure and lower * upper > 0 else "sign unknown"
         rows.append(row)
     return rows
+
+
+def sign_reach(constants: int, confidence: float) -> float:
+    """Standard errors that a constant must lie from zero for its sign to be called known.
+
+    A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
+    constants without effect one would be called wrongly every second time. Hence Bonferroni's
+    limit, for all of them together.
+
+    Args:
+        constants: Constants that are judged.
+        confidence: That no sign is called wrongly, as a share.
+    """
+    return float(norm.ppf(1 - (1 - confidence) / (2 * constants)))
 
 
 def _reported_one(problem: Problem, value: float, place: int) -> float:
