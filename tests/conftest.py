@@ -1,7 +1,11 @@
 """Fixtures that several tests share: configuration, demonstration campaign, real logs."""
 
+import os
 from pathlib import Path
 from typing import Any
+
+# Before NumPy is imported, here and in the workers: small matrices lose by threads, sixtyfold.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import HealthCheck, settings

@@ -31,6 +31,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
     demo["oils"] = ["4102"]
     demo["figures"] = ["eqs11-13", "curves"]
+    del demo["torque"]
     demo["matrix"] = {
         "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
         "entrainment_speed_m_s": [25, 40],
