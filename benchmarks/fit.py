@@ -12,6 +12,7 @@ that ours has. Then: how the fit grows with the data, what the bootstrap costs, 
 
 import itertools
 import logging
+import os
 import resource
 import sys
 import time
@@ -21,6 +22,9 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
+
+# As Snakemake does for its jobs, and for every method here: small matrices lose by threads.
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
