@@ -1,0 +1,150 @@
+"""Tables of figures: exactly what each draws."""
+
+import numpy as np
+from pandera.typing.pandas import Series
+
+from oilfilm.tables.fields import Table, count, flag, number, text
+from oilfilm.units import ABSOLUTE_ZERO_C
+
+
+class CoefficientTable(Table):
+    """The constants beside the printed ones, as drawn (Eqs 11-13)."""
+
+    oil: Series[str] = text("oil")
+    constant: Series[str] = text("constant")
+    value: Series[float] = number("fitted value", gaps=True)
+    standard_error: Series[float] = number("standard error", at_least=0, gaps=True)
+    printed_value: Series[float] = number("printed value", gaps=True)
+    distance: Series[float] = number("(fitted - printed) in standard errors", gaps=True)
+
+
+class Curves(Table):
+    """Exactly what a figure of mu against slip draws."""
+
+    panel: Series[str] = text("panel letter")
+    series: Series[str] = text("legend entry")
+    kind: Series[str] = text("measured: points; fit: line", one_of=("measured", "fit"))
+    oil: Series[str] = text("oil")
+    slide_roll_ratio: Series[float] = number("abscissa")
+    traction_coefficient: Series[float] = number("ordinate")
+    traction_coefficient_se: Series[float] = number(
+        "standard error; the bar drawn is 1.96 times as long to either side, none where null",
+        gaps=True,
+    )
+
+
+class CoverageMap(Table):
+    """Exactly what the coverage map draws: a row a cell, all rigs together."""
+
+    panel: Series[str] = text("number of the panel, in reading order")
+    oil: Series[str] = text("oil")
+    nominal_inlet_temperature_c: Series[float] = number(
+        "set point of the panel", at_least=ABSOLUTE_ZERO_C, gaps=True
+    )
+    nominal_entrainment_speed_m_s: Series[float] = number("abscissa", at_least=0, gaps=True)
+    nominal_max_hertz_pressure_gpa: Series[float] = number("ordinate", at_least=0, gaps=True)
+    nominal_load_n: Series[float] = number("ordinate without pressure", at_least=0, gaps=True)
+    runs_accepted: Series[np.int64] = count("first number of the cell")
+    runs: Series[np.int64] = count("second number of the cell: all runs")
+    state: Series[str] = text(
+        "symbol and colour of the cell", one_of=("accepted", "refused", "missing")
+    )
+    planned: Series[bool] = flag("false: drawn with a broken edge, if there is a matrix")
+
+
+class LawPanels(Table):
+    """Exactly what the figure of the laws' weaknesses draws (Fig. 4)."""
+
+    panel: Series[str] = text("panel letter")
+    law: Series[str] = text("traction law")
+    oil: Series[str] = text("oil")
+    kind: Series[str] = text(
+        "zero slip: mu at no slip at a tested condition; the others: error of a law over mu",
+        one_of=("zero slip", "fitted curves", "curve left out", "end level left out"),
+    )
+    x: Series[float] = number("abscissa", gaps=True)
+    y: Series[float] = number("ordinate; of errors the place of the row")
+
+
+class ExtrapolationPanels(Table):
+    """Exactly what the figure of the extrapolation draws."""
+
+    panel: Series[str] = text("panel letter")
+    kind: Series[str] = text(
+        "what the ordinate is: true mu, fitted mu, or a law's relative rms error",
+        one_of=("true", "fit", "error"),
+    )
+    law: Series[str] = text("traction law; empty for the truth")
+    oil: Series[str] = text("oil")
+    x: Series[float] = number(
+        "abscissa, in the unit of its panel: S; U in m/s; P in GPa; T in degC; relative rms error "
+        "in the tested box",
+        gaps=True,
+    )
+    y: Series[float] = number("ordinate: mu, or relative rms error beyond the box", gaps=True)
+
+
+class SignStudy(Table):
+    """Exactly what the figure of the sign study draws."""
+
+    panel: Series[str] = text("panel letter")
+    oil: Series[str] = text("oil")
+    series: Series[str] = text("all sets, set in use, best set, or margin and its verdict")
+    label: Series[str] = text("signs, statement or exponent with its sign")
+    rank: Series[float] = number("abscissa of the totals", gaps=True)
+    value: Series[float] = number("total, share or margin")
+    weakest_margin: Series[float] = number("tick on the bar of a margin", gaps=True)
+
+
+class ClaimsPage(Table):
+    """Exactly what the page of claims draws: two lines a claim, one a basis."""
+
+    claim: Series[str] = text("id of the claim")
+    statement: Series[str] = text("what the claim comes to")
+    basis: Series[str] = text("first line refit, second printed", one_of=("refit", "printed"))
+    verdict: Series[str] = text("colour and symbol")
+    share: Series[float] = number("length of the bar", at_least=0, at_most=1, gaps=True)
+    share_tested_box: Series[float] = number("place of the tick", gaps=True)
+    words: Series[str] = text("to the right of the bar")
+
+
+class SelectionMap(Table):
+    """Exactly what the map of oils draws: a row a cell."""
+
+    panel: Series[str] = text("panel letter")
+    basis: Series[str] = text("basis drawn", one_of=("refit", "printed"))
+    inlet_temperature_c: Series[float] = number("of the panel")
+    slide_roll_ratio: Series[float] = number("of the panel")
+    entrainment_speed_m_s: Series[float] = number("abscissa", at_least=0)
+    max_hertz_pressure_gpa: Series[float] = number("ordinate", at_least=0)
+    advised_oil: Series[str] = text("colour of the cell; white where empty")
+    best_oil: Series[str] = text("symbol, drawn where the judgement is not agree")
+    judgement: Series[str] = text("as in the table of selection")
+
+
+class TorqueDrawn(Table):
+    """Exactly what a figure of torque against speed draws."""
+
+    panel: Series[str] = text("panel letter")
+    series: Series[str] = text("measured, or the basis of the law")
+    oil: Series[str] = text("oil")
+    axial_load_n: Series[float] = number("set of points: mean axial load")
+    inner_speed_rpm: Series[float] = number("abscissa")
+    torque_n_m: Series[float] = number("ordinate of the panels of torque", gaps=True)
+    torque_n_m_se: Series[float] = number(
+        "standard error; the bar drawn is 1.96 times as long to either side", gaps=True
+    )
+    relative_error: Series[float] = number("ordinate of the panels of error", gaps=True)
+
+
+TABLES: dict[str, type[Table]] = {
+    "coefficient_table": CoefficientTable,
+    "curves": Curves,
+    "coverage_map": CoverageMap,
+    "law_panels": LawPanels,
+    "extrapolation_panels": ExtrapolationPanels,
+    "sign_study": SignStudy,
+    "claims_page": ClaimsPage,
+    "selection_map": SelectionMap,
+    "torque_drawn": TorqueDrawn,
+}
