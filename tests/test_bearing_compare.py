@@ -53,6 +53,7 @@ def plateaus(torque_n_m: np.ndarray, speed_rpm: np.ndarray, se: float = 0.01) ->
             "oil": "4050",
             "bearing": "mainshaft-167",
             "sha256": "",
+            "reader": "csv",
             "first_row": place,
             "inner_speed_rpm": speed,
             "axial_load_n": 20000.0,
