@@ -35,7 +35,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint bench-bearing bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade \
+.PHONY: all setup test lint verify bench-bearing bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade \
 	clean help
 .DELETE_ON_ERROR:
 
@@ -53,6 +53,9 @@ lint: $(READY) ## every static check: style, format, types, workflow
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+
+verify: $(READY) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
+	$(IN_VENV) $(BIN)/python tests/reproduce.py $(or $(CAMPAIGN),demo)
 
 bench-bearing: $(READY) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py

@@ -4,8 +4,9 @@ from snakemake.exceptions import WorkflowError
 
 from oilfilm.config import BEARING_FIGURES, resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.provenance import code_digest
-from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
+from oilfilm.one_run import begin_run, forget_killed_runs
+from oilfilm.provenance import code_digest, file_digest
+from oilfilm.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 
@@ -17,6 +18,7 @@ try:
     if SIMULATED:
         FILES = [run.name for run in planned_runs(CAMPAIGN)]
         refuse_strangers(RAW, FILES)
+        refuse_altered(RAW, Path("results", CAMPAIGN["name"], "twin/logs.sha256"))
     else:
         FILES = raw_files(RAW)
     TORQUE_RAW = Path("data/raw", f"{CAMPAIGN['name']}-torque")
@@ -25,10 +27,15 @@ try:
     if TORQUE_SIMULATED:
         TORQUE_FILES = [run.name for run in planned_torque_runs(CAMPAIGN)]
         refuse_strangers(TORQUE_RAW, TORQUE_FILES)
+        refuse_altered(TORQUE_RAW, Path("results", CAMPAIGN["name"], "twin/torque_logs.sha256"))
     elif "torque" in CAMPAIGN:
         TORQUE_FILES = raw_files(TORQUE_RAW)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
+
+RECORDS = Path(".snakemake")
+if workflow.is_main_process:
+    forget_killed_runs(RECORDS)
 
 OILS = list(CONFIG["oils"])
 TRACTION_FIGURES = [name for name in CAMPAIGN["figures"] if name not in BEARING_FIGURES]
@@ -69,11 +76,23 @@ def files_of_shard(wildcards):
     return [file for file in FILES if shard_of(file, CONFIG["shards"]) == int(wildcards.shard)]
 
 
+def with_digests(folder, files, simulated):
+    """Each log with its digest, whatever its time stamp says; the twin has yet to write its own."""
+    return {file: "" if simulated else file_digest(folder / file) for file in files}
+
+
 def logs_of_shard(wildcards):
     """The logs of one share; the twin's folder as a whole, because one job writes it."""
     if SIMULATED:
         return RAW.as_posix()
     return [(RAW / file).as_posix() for file in files_of_shard(wildcards)]
+
+
+def begin():
+    try:
+        begin_run(RECORDS)
+    except OilfilmError as mistake:
+        raise WorkflowError(str(mistake)) from None
 
 
 def print_summary():

@@ -5,6 +5,7 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.job import job
 from oilfilm.summary import summarise
+from oilfilm.whole import write_text
 
 with job(snakemake) as provenance:
     found = snakemake.input
@@ -25,4 +26,4 @@ with job(snakemake) as provenance:
         film=snakemake.params.config["film"],
         gates=snakemake.params.config["gates"],
     )
-    Path(snakemake.output[0]).write_text(text, encoding="utf-8")
+    write_text(text, Path(snakemake.output[0]))

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 
 from oilfilm.captions import provenance
+from oilfilm.whole import whole_file
 
 SINGLE_COLUMN_IN = 85 / 25.4
 DOUBLE_COLUMN_IN = 170 / 25.4
@@ -131,7 +132,11 @@ def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
     metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
     for path in paths:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside = path.with_name(f".{path.name}.part{path.suffix}")
-        figure.savefig(aside, metadata=metadata[path.suffix], bbox_inches="tight", pad_inches=0.04)
-        aside.replace(path)
+        with whole_file(path) as aside:
+            figure.savefig(
+                aside,
+                format=path.suffix[1:],
+                metadata=metadata[path.suffix],
+                bbox_inches="tight",
+                pad_inches=0.04,
+            )
