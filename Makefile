@@ -16,6 +16,9 @@ READY := $(VENV)/ready-$(PLACE)
 PYTHON ?=
 PYTHONS = $(or $(PYTHON),python3.13 python3.12 python3.11 python3.14 python3)
 
+# What `make nightly` and `make verify` make; choose another one with `make verify CAMPAIGN=...`.
+CAMPAIGN ?= demo
+
 # A name on PATH may be a shim that starts nothing, so each is asked. In an activated .venv the
 # answer is the Python behind it, because that .venv is about to be made anew.
 FIND_PYTHON = for name in $(PYTHONS); do \
@@ -35,7 +38,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint verify bench-bearing bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade \
+.PHONY: all setup test lint nightly verify bench-bearing bench-faults bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade \
 	clean help
 .DELETE_ON_ERROR:
 
@@ -53,12 +56,19 @@ lint: $(READY) ## every static check: style, format, types, workflow
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+
+nightly: $(READY) ## the pinned campaign anew: release, drift gate, rebuild (6 min)
+	$(IN_VENV) $(BIN)/python .ci/nightly.py $(CAMPAIGN)
 
 verify: $(READY) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
-	$(IN_VENV) $(BIN)/python tests/reproduce.py $(or $(CAMPAIGN),demo)
+	$(IN_VENV) $(BIN)/python tests/reproduce.py $(CAMPAIGN)
 
 bench-bearing: $(READY) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py
+
+bench-faults: $(READY) ## 30 runs killed at random moments and run again (half an hour)
+	$(BIN)/python benchmarks/faults.py 30
 
 bench-fuzz: $(READY) ## 20 000 damaged logs: a verdict for each (about half an hour)
 	$(BIN)/python benchmarks/fuzz.py 20000
