@@ -38,7 +38,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint nightly verify bench-bearing bench-faults bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade \
+.PHONY: all setup test lint nightly verify bench-bearing bench-faults bench-fuzz bench-ingest bench-fit bench-coverage lock licences upgrade \
 	clean help
 .DELETE_ON_ERROR:
 
@@ -56,6 +56,7 @@ lint: $(READY) ## every static check: style, format, types, workflow
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 
 nightly: $(READY) ## the pinned campaign anew: release, drift gate, rebuild (6 min)
@@ -127,6 +128,9 @@ lock: ## renew requirements.lock after a change of pyproject.toml
 	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
 		--generate-hashes --no-emit-index-url --python-version 3.11 --constraint requirements.lock \
 		--custom-compile-command "make lock" benchmarks/rivals.in --output-file benchmarks/rivals.lock
+
+licences: $(READY) ## renew docs/licences.csv after a change of requirements.lock
+	$(BIN)/python tests/lint/licences.py --write
 
 upgrade: ## the same, with the newest release of everything
 	@$(MAKE) lock UPGRADE=--upgrade
