@@ -1,9 +1,11 @@
 """Runs killed at random moments: each must end, when run again, in the bytes of an undisturbed one.
 
 Run by `make bench-faults`; prints a line a kill and the counts. The whole process group gets
-SIGKILL: no program can see it coming.
+SIGKILL: no program can see it coming. A killed run is copied as it lies there; the copy is run to
+its end and compared, the killed one goes on to be killed again, until it ends and another begins.
 """
 
+import shutil
 import sys
 import tempfile
 import time
@@ -20,37 +22,46 @@ SEED = 1
 
 
 def main(kills: int) -> int:
-    """Kill as many runs; 0 where every one came to the same bytes."""
+    """Kill as often; 0 where every run came to the same bytes."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-faults-") as folder:
-        whole = Path(folder, "undisturbed")
+        whole, place, copy = (Path(folder, name) for name in ("undisturbed", "killed", "copy"))
         lay_out_small(whole)
-        begun = time.perf_counter()
-        done = run(whole, Surroundings("2"), *TARGET)
-        assert done.returncode == 0, done.stdout + done.stderr
-        length_s = time.perf_counter() - begun
-        print(f"undisturbed: {length_s:.0f} s", flush=True)
+        length_s = timed(whole, *TARGET)
+        start_s = timed(whole, "--dry-run", *TARGET)
+        print(f"undisturbed: {length_s:.0f} s, of which {start_s:.0f} s to begin", flush=True)
+        lay_out_small(place)
         struck = same = 0
-        for number, share in enumerate(generator(SEED, "kills").uniform(0, 1, kills), start=1):
-            found = one_kill(Path(folder, f"kill-{number}"), whole, share * length_s)
-            struck += found[0]
-            same += found[1]
-        print(f"{kills} runs: {struck} killed, {kills - struck} had ended; {same} the same bytes")
+        # a run gets so far each time that it ends after about as many kills
+        longest_s = 2 * (start_s + length_s / kills)
+        moments = generator(SEED, "kills")
+        while struck < kills:
+            seconds = moments.uniform(0, longest_s)
+            if not killed(place, seconds, "--cores", "2", *TARGET):
+                shutil.rmtree(place)
+                lay_out_small(place)
+                continue
+            struck += 1
+            begun = unfinished(place)
+            shutil.copytree(place, copy, symlinks=True)
+            done = run(copy, Surroundings("2"), *TARGET)
+            found = compare(whole, copy) if done.returncode == 0 else done.stderr[-2000:]
+            same += not found
+            print(
+                f"{struck:3d}: killed after {seconds:4.1f} s with {len(begun):2d} files unfinished "
+                f"{begun[:1]}: {found or 'the same bytes'}",
+                flush=True,
+            )
+            shutil.rmtree(copy)
+        print(f"{struck} kills: {same} runs came to the same bytes")
         return int(same < kills)
 
 
-def one_kill(place: Path, whole: Path, seconds: float) -> tuple[bool, bool]:
-    """Whether the kill struck a run, and whether the next run came to the same bytes."""
-    lay_out_small(place)
-    struck = killed(place, seconds, "--cores", "2", *TARGET)
-    begun = unfinished(place)
-    done = run(place, Surroundings("2"), *TARGET)
-    found = compare(whole, place) if done.returncode == 0 else done.stderr[-2000:]
-    print(
-        f"{'killed' if struck else 'ended '} at {seconds:5.1f} s, "
-        f"{len(begun)} files unfinished {begun[:1]}: {found or 'the same bytes'}",
-        flush=True,
-    )
-    return struck, not found
+def timed(place: Path, *arguments: str) -> float:
+    """Seconds that snakemake takes."""
+    begun = time.perf_counter()
+    done = run(place, Surroundings("2"), *arguments)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return time.perf_counter() - begun
 
 
 if __name__ == "__main__":
