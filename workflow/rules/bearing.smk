@@ -58,20 +58,23 @@ rule torque:
 
 
 rule bearing_maps:
-    "Cage slip over speed and load, the size effect, and a published power loss."
+    "Cage slip over speed and load and the oil that holds it, the size effect, a published loss."
     input:
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
         published="data/reference/power_loss.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",
+        slip_advice="<tables>/slip_advice.parquet",
         size_effect="<tables>/size_effect.parquet",
         power_loss="<tables>/power_loss.parquet",
     log:
         "<logs>/bearing-maps.log",
     params:
         code=code("bearing_maps.py"),
-        config=part("rigs", "oils", "bearings", "bearing", campaign=("torque",)),
+        config=part(
+            "rigs", "oils", "bearings", "bearing", "gates", "selection", campaign=("torque",)
+        ),
     script:
         "../scripts/bearing_maps.py"
 
@@ -90,6 +93,7 @@ rule bearing_figures:
         runs=rules.torque_runs.output.runs,
         torque=rules.torque.output.torque,
         cage_slip=rules.bearing_maps.output.cage_slip,
+        slip_advice=rules.bearing_maps.output.slip_advice,
         size_effect=rules.bearing_maps.output.size_effect,
         power_loss=rules.bearing_maps.output.power_loss,
     output:
@@ -101,6 +105,6 @@ rule bearing_figures:
     params:
         code=code("bearing_figures.py"),
         figures=BEARING_FIGURES,
-        config=part("oils", "bearing", "figures"),
+        config=part("oils", "bearing", "figures", "selection"),
     script:
         "../scripts/bearing_figures.py"

@@ -13,6 +13,7 @@ with job(snakemake) as provenance:
         tables.read("torque_runs", Path(found.runs)),
         tables.read("torque", Path(found.torque)),
         tables.read("cage_slip", Path(found.cage_slip)),
+        tables.read("slip_advice", Path(found.slip_advice)),
         tables.read("size_effect", Path(found.size_effect)),
         tables.read("power_loss", Path(found.power_loss)),
     )
