@@ -45,6 +45,8 @@ rule torque:
         runs=rules.torque_runs.output.runs,
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        law_coefficients=rules.comparisons.output.law_coefficients,
+        law_quality=rules.comparisons.output.law_fit_quality,
     output:
         torque="<tables>/torque.parquet",
         inversion="<tables>/torque_inversion.parquet",
@@ -62,6 +64,8 @@ rule bearing_maps:
     input:
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        law_coefficients=rules.comparisons.output.law_coefficients,
+        law_quality=rules.comparisons.output.law_fit_quality,
         published="data/reference/power_loss.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",

@@ -5,6 +5,8 @@ from pandera.typing.pandas import Series
 
 from oilfilm.tables.fields import Table, count, flag, number, share, text
 
+_BASES = ("stress", "load", "dimensionless_load", "wang-deng-load", "wang-deng-groups")
+
 
 class TorqueRuns(Table):
     """One steady plateau of a torque log: one speed of a bearing under one axial load."""
@@ -98,8 +100,9 @@ class Torque(BearingFriction):
     oil: Series[str] = text("oil")
     bearing: Series[str] = text("bearing")
     basis: Series[str] = text(
-        "what the law takes for the load: maximum Hertz stress, load in N, or W/(E' Rx^2)",
-        one_of=("stress", "load", "dimensionless_load"),
+        "what the law takes for the load: maximum Hertz stress, load in N, or W/(E' Rx^2); or the "
+        "name of a law on load fitted to the same points",
+        one_of=_BASES,
     )
     inner_speed_rpm: Series[float] = number("speed of the inner ring")
     axial_load_n: Series[float] = number("axial load")
@@ -202,7 +205,7 @@ class SizeEffect(BearingFriction):
     )
     ball_diameter_mm: Series[float] = number("diameter of the balls")
     groove_curvature: Series[float] = number("groove radius over ball diameter")
-    basis: Series[str] = text("as in torque", one_of=("stress", "load", "dimensionless_load"))
+    basis: Series[str] = text("as in torque", one_of=_BASES)
     axial_load_n: Series[float] = number("axial load")
     inner_speed_rpm: Series[float] = number("speed of the inner ring")
     inlet_temperature_c: Series[float] = number("oil temperature at the inlet")
