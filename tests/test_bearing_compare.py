@@ -226,9 +226,8 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
         size_effect_table(*fits, config),
         power_loss_table(published, *fits, config),
     )
-    draw, table = FIGURES[name]
-    figure, drawn = draw(results, config)
-    tables.conform(drawn, table, name)
+    figure, drawn = FIGURES[name].draw(results, config)
+    tables.conform(drawn, FIGURES[name].table, name)
     assert len(drawn)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
 
@@ -248,7 +247,7 @@ def test_figures_of_nothing_say_so(config, name):
             )
         )
     )
-    figure, drawn = FIGURES[name][0](nothing, config)
+    figure, drawn = FIGURES[name].draw(nothing, config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 

@@ -2,12 +2,13 @@
 
 import itertools
 import string
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -17,6 +18,7 @@ from matplotlib.patches import Patch
 
 from oilfilm import tables
 from oilfilm.figures import style
+from oilfilm.figures.drawing import Drawing
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
 _BASES: dict[str, tuple[str, Any, str]] = {
@@ -287,6 +289,11 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
         axes[0].legend(loc="upper left")
         handles = _basis_handles()[1:]
         axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
+    style.say_key(
+        figure,
+        "(a) all lengths in proportion, the same stress and surface speed; (b) the same load and "
+        "speed.",
+    )
     return _finish(figure, config), table
 
 
@@ -302,10 +309,12 @@ def power_loss(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figu
     turning = table["inner_speed_rpm"] * np.pi / 30
     watts = [table[f"{term}_torque_n_m"] * turning for term in _TERMS]
     speed = table["inner_speed_rpm"] / 1e3
-    greys = [str(level) for level in np.linspace(0.35, 0.9, len(_TERMS))]
-    axis.stackplot(speed, watts, labels=_TERMS, colors=greys, edgecolor="white", linewidth=0.3)
+    shades = colormaps["cividis"](np.linspace(0, 1, len(_TERMS)))
+    axis.stackplot(speed, watts, labels=_TERMS, colors=shades, edgecolor="white", linewidth=0.3)
     axis.plot(speed, table["published_power_w"], "o", color="#D55E00", label="published")
-    axis.legend(loc="upper left")
+    axis.set_axisbelow(True)
+    # from the top, as the areas lie
+    axis.legend(loc="upper left", reverse=True)
     style.say_key(figure, "Points: NASA TP-2275, second-hand. Areas: calculated.")
     axis.set_title(f"{table['bearing'].iloc[0]}, {table['axial_load_n'].iloc[0]:g} N")
     return _finish(figure, config), table
@@ -320,12 +329,10 @@ def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
     return figure
 
 
-Draw = Callable[[BearingResults, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
-
-# Name of a figure -> how it is drawn, and the table model of what it draws.
-FIGURES: dict[str, tuple[Draw, str]] = {
-    "fig06": (fig06, "torque_drawn"),
-    "cage-slip": (cage_slip, "cage_slip_map"),
-    "size-effect": (size_effect, "size_effect"),
-    "power-loss": (power_loss, "power_loss"),
-}
+_ALL = (
+    Drawing("fig06", fig06, "torque_drawn"),
+    Drawing("cage-slip", cage_slip, "cage_slip_map"),
+    Drawing("size-effect", size_effect, "size_effect"),
+    Drawing("power-loss", power_loss, "power_loss"),
+)
+FIGURES: dict[str, Drawing[BearingResults]] = {drawing.name: drawing for drawing in _ALL}
