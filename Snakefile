@@ -20,6 +20,9 @@ include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
 
 
+report: caption_file("campaign")
+
+
 rule all:
     "Everything of one campaign: tables, their description, fits, figures and the summary."
     default_target: True
@@ -29,9 +32,9 @@ rule all:
         rules.coverage.output,
         rules.refused.output,
         rules.audit.output,
-        rules.figures.output,
-        rules.bearing_figures.output,
+        rules.figures.input,
         rules.metadata.output,
+        rules.captions.output,
         rules.exports.output,
 
 
