@@ -4,7 +4,7 @@ from snakemake.exceptions import WorkflowError
 
 from oilfilm.config import BEARING_FIGURES, resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.provenance import code_digest
+from oilfilm.provenance import code_digest, input_digest
 from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 
