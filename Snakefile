@@ -21,6 +21,9 @@ include: "workflow/rules/summary.smk"
 include: "workflow/rules/report.smk"
 
 
+report: caption_file("campaign")
+
+
 rule all:
     "Everything of one campaign: tables, their description, fits, figures and the summary."
     default_target: True
@@ -31,9 +34,9 @@ rule all:
         rules.coverage.output,
         rules.refused.output,
         rules.audit.output,
-        rules.figures.output,
-        rules.bearing_figures.output,
+        rules.figures.input,
         rules.metadata.output,
+        rules.captions.output,
         rules.exports.output,
 
 

@@ -17,6 +17,8 @@ from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.errors import OilfilmError
 from oilfilm.readers import READERS, find_reader
 from oilfilm.readers.base import LARGEST_LOG, LoggedRun, Nominal, Reading, refused_file
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.traction_log import TRACTION
 from oilfilm.rigs import contact_of
 from oilfilm.units import PA_PER_GPA
 
@@ -88,8 +90,16 @@ def read_bytes(path: Path) -> bytes:
         raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
 
 
-def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str, Reading]:
+def read_log(
+    content: bytes, file: str, config: Mapping[str, Any], kind: LogKind = TRACTION
+) -> tuple[str, Reading]:
     """The reader's name and what it found in one file's bytes.
+
+    Args:
+        content: The file's bytes.
+        file: Its name, unique among the logs.
+        config: The resolved configuration.
+        kind: Whose log it is to be.
 
     Raises:
         AssertionError: The reader lost a row.
@@ -106,7 +116,7 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
     reader = find_reader(content)
     if reader is None:
         return "none", _unknown(content)
-    reading = reader.read(content, file, config)
+    reading = reader.read(content, file, config, kind)
     if not reading.runs and not reading.refusals:
         return reader.name, refused_file(
             reading.rows,

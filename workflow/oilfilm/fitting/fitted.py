@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
@@ -174,7 +174,7 @@ class FittedLaw:
         # at no slip there is no traction and no doubt about it
         relative = np.divide(error, mu, out=np.zeros_like(mu), where=mu > 0)
         relative[np.isnan(error)] = np.nan
-        factor = np.exp(norm.ppf(0.5 + level / 2) * relative)
+        factor = np.exp(ndtri(0.5 + level / 2) * relative)
         ends = np.sort([sign * mu / factor, sign * mu * factor], axis=0)
         distance = self._distance(conditions, slip)
         return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance)
