@@ -31,7 +31,7 @@ _ABOUT = ("title", "licence", "creators", "sources")
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 # Figures that need a bearing.
-BEARING_FIGURES = {"fig06", "cage-slip", "size-effect", "power-loss"}
+_BEARING_FIGURES = {"tab03", "fig06", "cage-slip", "size-effect", "power-loss"}
 _SCHEMAS = Path(__file__).parents[1] / "schemas"
 
 
@@ -205,7 +205,7 @@ def _contradictions(
     if "twin" in campaign and "matrix" not in campaign:
         yield ["twin"], "the rig twin needs a `matrix` of conditions."
     torque = campaign.get("torque", {})
-    if "torque" not in campaign and (drawn := set(campaign["figures"]) & BEARING_FIGURES):
+    if "torque" not in campaign and (drawn := set(campaign["figures"]) & _BEARING_FIGURES):
         yield (
             ["figures"],
             f"{sorted(drawn)[0]} shows a bearing, and the campaign has no `torque`; add it, or "
