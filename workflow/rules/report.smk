@@ -26,8 +26,8 @@ rule report:
         refits=rules.fits.output.refits,
         comparison=rules.comparisons.output.comparison,
         claims=rules.audit.output.claims,
-        png=[*rules.figures.output.png, *rules.bearing_figures.output.png],
-        svg=[*rules.figures.output.svg, *rules.bearing_figures.output.svg],
+        png=expand("<figures>/{figure}.png", figure=CAMPAIGN["figures"]),
+        svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN["figures"]),
     output:
         page="<results>/report.html",
     log:
