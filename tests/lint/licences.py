@@ -34,6 +34,7 @@ STATED = {
 
 # What the metadata do not say, or say of several parts at once; from the packages' own files.
 READ = {
+    "axe-playwright-python": "MIT",
     "conda-inject": "MIT",
     "docutils": "BSD-2-Clause",  # most of it is in the public domain; its GPL part is for Emacs
     "packaging": "Apache-2.0 OR BSD-2-Clause",

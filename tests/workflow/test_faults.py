@@ -3,18 +3,14 @@
 `make bench-faults` kills thirty times; here are a few kills and one of every other fault.
 """
 
-import os
 import shutil
 import subprocess
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import yaml
 
-from campaigns import ROOT, lay_out_small, write_campaign
-from oilfilm import tables
+from campaigns import ROOT, lay_out_small
 from oilfilm.releases.pin import pin
 from reproduce import (
     Surroundings,
@@ -25,7 +21,6 @@ from reproduce import (
     run,
     unusual,
     usual,
-    works,
 )
 
 pytestmark = pytest.mark.workflow

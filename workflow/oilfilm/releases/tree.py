@@ -4,6 +4,7 @@ import platform
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -52,12 +53,14 @@ def environment(root: Path) -> dict[str, Any]:
         "python": platform.python_version(),
         # bytes are promised on one kind of machine: mathematical libraries differ between them
         "platform": f"{sys.platform} {platform.machine()}",
-        "packages": _versions([Requirement(text) for text in project["dependencies"]]),
+        "packages": _versions(tuple(project["dependencies"])),
     }
 
 
-def _versions(wanted: list[Requirement]) -> dict[str, str]:
+@cache
+def _versions(asked: tuple[str, ...]) -> dict[str, str]:
     """Installed versions of these packages and of all that they need in turn."""
+    wanted = [Requirement(text) for text in asked]
     versions: dict[str, str] = {}
     seen: set[tuple[str, frozenset[str]]] = set()
     while wanted:
