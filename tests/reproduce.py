@@ -115,13 +115,15 @@ def run(
     )
 
 
-def killed(place: Path, seconds: float, *arguments: str) -> bool:
+def killed(
+    place: Path, seconds: float, *arguments: str, clock: Mapping[str, str] | None = None
+) -> bool:
     """Run snakemake and kill it and all its jobs; false where it had ended by itself."""
     called, environment = command(place, *arguments)
     with subprocess.Popen(
         called,
         cwd=place,
-        env=environment,
+        env={**environment, **(clock or {})},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,

@@ -101,6 +101,7 @@ def table_file(path: Path, folder: Path) -> TableFile:
         OilfilmError: The file is missing, damaged or was not written by oilfilm.
     """
     footer = tables.read_footer(path)
+    tables.refuse_damaged(path)
     return TableFile(
         table=footer["table"],
         path=path.relative_to(folder).as_posix(),

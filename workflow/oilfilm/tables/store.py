@@ -183,6 +183,15 @@ def _read_part(table: str, path: Path) -> arrow.Table:
     return _content(path).replace_schema_metadata(None)
 
 
+def refuse_damaged(path: Path) -> None:
+    """See that every page of a file is as it was written.
+
+    Raises:
+        OilfilmError: One is not, or the file is missing.
+    """
+    _content(path)
+
+
 def _content(path: Path, **asked: Any) -> arrow.Table:
     """What a file holds, each page checked; not as part of a set, whose folder adds a column."""
     try:
