@@ -38,8 +38,8 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint nightly verify bench-bearing bench-faults bench-fuzz bench-ingest bench-fit bench-coverage lock licences upgrade \
-	clean help
+.PHONY: all setup test lint nightly verify bench-bearing bench-cpu bench-faults bench-fuzz \
+	bench-ingest bench-fit bench-coverage lock licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -70,6 +70,9 @@ bench-bearing: $(READY) ## equilibria of a bearing, one by one and by the thousa
 
 bench-faults: $(READY) ## 30 runs killed at random moments and run again (half an hour)
 	$(BIN)/python benchmarks/faults.py 30
+
+bench-cpu: $(READY) ## how far numbers move on other types of CPU (5 min)
+	$(BIN)/python benchmarks/cpu_types.py
 
 bench-fuzz: $(READY) ## 20 000 damaged logs: a verdict for each (about half an hour)
 	$(BIN)/python benchmarks/fuzz.py 20000

@@ -31,9 +31,9 @@ def begin_run(records: Path) -> None:
     Raises:
         OilfilmError: Another run, or a job that outlived one, is at work.
     """
-    with _opened(records) as file:
-        lock = os.dup(file.fileno())  # never closed
     try:
+        with _opened(records) as file:
+            lock = os.dup(file.fileno())  # never closed
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         # shared from here on, because the jobs hold it too
         fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -42,7 +42,7 @@ def begin_run(records: Path) -> None:
             f"Another run is at work in {records.absolute().parent}, or a job of one that was "
             "killed still is. Wait until it ends, or end it, then run snakemake again."
         ) from None
-    except OSError:  # a file system without such locks: Snakemake's own must do
+    except OSError:  # a file system that has no such locks: Snakemake's own must do
         pass
 
 
