@@ -16,10 +16,18 @@ from oilfilm import tables
 from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.errors import OilfilmError
 from oilfilm.readers import READERS, find_reader
-from oilfilm.readers.base import LARGEST_LOG, LoggedRun, Nominal, Reading, refused_file
+from oilfilm.readers.base import (
+    LARGEST_LOG,
+    LoggedRun,
+    Nominal,
+    Reading,
+    printable,
+    refused_file,
+)
 from oilfilm.rigs import contact_of
 from oilfilm.units import PA_PER_GPA
 
+_LONGEST_LABEL = 200
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
@@ -64,7 +72,10 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
                 | {"refused_rows": rows_refused}
             )
             logged[run.oil].append(run)
-        refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
+        refused += [
+            {**about, "stage": "ingest", **asdict(refusal), "reason": printable(refusal.reason)}
+            for refusal in reading.refusals
+        ]
     return Ingested(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
@@ -159,7 +170,7 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
         "oil": run.oil,
         "rig": run.rig,
         "kind": run.kind,
-        "label": run.label,
+        "label": printable(run.label)[:_LONGEST_LABEL],
         **{
             f"nominal_{name}": math.nan if value is None else value
             for name, value in set_points.items()

@@ -3,7 +3,6 @@
 A format finds names, units, header keys and numbers; everything that follows from them is here.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +18,7 @@ from oilfilm.readers.base import (
     Nominal,
     Refusal,
     as_ranges,
+    number,
     samples_of_run,
 )
 from oilfilm.rigs import contact_of
@@ -79,7 +79,6 @@ class Vocabulary:
 
 
 TRACTION = Vocabulary("traction", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS)
-_UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
 # No oil is liquid there; its properties have no meaning.
 _HOTTEST_C = 1000.0
 FORMAT_ADVICE = "data/raw/README.md describes the format."
@@ -108,13 +107,26 @@ def meaning(
     for quantity, given in renamed.items():
         if name == given["name"]:
             return quantity, given.get("unit")
-    bracketed = _UNIT_IN_NAME.match(name)
-    bare, unit = (bracketed["name"], bracketed["unit"]) if bracketed else (name, None)
+    bare, unit = _apart(name)
     plain = plain_key(bare)
     if plain in vocabulary.own_names:
         quantity, own_unit = vocabulary.own_names[plain]
         return quantity, unit or own_unit
     return (plain, unit) if plain in vocabulary.quantities else None
+
+
+def _apart(name: str) -> tuple[str, str | None]:
+    """A name and the unit in brackets at its end; None where there are none.
+
+    No regular expression: names come out of files, and one of many brackets would take hours.
+    """
+    if not name.endswith(("]", ")")):
+        return name, None
+    inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
+    opened = [place for mark in "[(" if (place := name.find(mark, inside)) >= 0]
+    if not opened:
+        return name, None
+    return name[: min(opened)].rstrip(" \t_"), name[min(opened) + 1 : -1]
 
 
 def plain_key(text: str) -> str:
@@ -159,15 +171,15 @@ def find_columns(
             raise ValueError(f"the log repeats the column {quantity!r}")
         if not unit:
             raise ValueError(
-                f"the column {name!r} has no unit; write it in brackets, in a row below the names "
-                "or under `columns` of the campaign file"
+                f"the column {name[:60]!r} has no unit; write it in brackets, in a row below the "
+                "names or under `columns` of the campaign file"
             )
         try:
             found[quantity] = Column(
                 quantity, place, conversion(unit, vocabulary.quantities[quantity])
             )
         except ValueError as error:
-            raise ValueError(f"the column {name!r}: {error}") from error
+            raise ValueError(f"the column {name[:60]!r}: {error}") from error
     either = vocabulary.either
     chosen = next((some for some in either if all(name in found for name in some)), either[0])
     needed = [*vocabulary.always, *chosen]
@@ -192,7 +204,7 @@ def header_problem(
         if name not in known:
             return (
                 f"unknown_{kind}",
-                f"the header says {kind} {name!r}; the campaign knows {', '.join(known)}",
+                f"the header says {kind} {name[:60]!r}; the campaign knows {', '.join(known)}",
                 f"Correct the header, or add the {kind} to the campaign file.",
             )
     if keys.get("simulated", "no") != "no" and config["campaign"]["data"] == "measured":
@@ -215,7 +227,7 @@ def header_problem(
 def _set_point(name: str, text: str) -> float | None:
     """The number that a header gives, with a decimal point or comma; None where it gives none."""
     try:
-        value = float(text if "." in text else text.replace(",", ".", 1))
+        value = number(text if "." in text else text.replace(",", ".", 1))
     except ValueError:
         return None
     return value if _least(name) < value < LARGEST_READING else None
@@ -302,9 +314,9 @@ def refused_table(table: LoggedTable, rule: str, reason: str, advice: str) -> Re
 def _numbers(table: LoggedTable, place: int) -> FloatArray:
     column = table.values[place]
     if column.dtype.kind not in "iuf":
-        raise ValueError(f"the column {table.names[place]!r} does not hold numbers")
+        raise ValueError(f"the column {table.names[place][:60]!r} does not hold numbers")
     if len(column) != table.rows:
-        raise ValueError(f"the column {table.names[place]!r} has {len(column)} rows")
+        raise ValueError(f"the column {table.names[place][:60]!r} has {len(column)} rows")
     return column.astype(np.float64)
 
 
