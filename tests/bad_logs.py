@@ -275,6 +275,16 @@ def _bad_logs() -> Iterator[Bad]:
         "time_disorder",
         "time does not go on",
     )
+    yield Bad("time_of_ages", row_changed(50, cell(0, b"5e12")), "unreadable_row", "time_s", True)
+    as_pressure = changed("load", lambda load: np.full_like(load, 1.25))
+    as_pressure["load"][[50, 51]] = 1e6, -1e6  # GPa: the load would be 4e19 N
+    yield Bad(
+        "absurd_pressure",
+        csv(as_pressure, units={**UNITS, "load": "GPa"}),
+        "unreadable_row",
+        "rows 51 to 52: load_n comes out as 1e+12 or more",
+        used=True,
+    )
     yield Bad("time_in_wrong_unit", csv(units={**UNITS, "time": "ms"}), "zero_missing", "")
     yield Bad("clock_jump", csv(changed("time", shifted(200, 3600))), "clock_jump", "between row")
     yield Bad(

@@ -178,6 +178,17 @@ def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
     assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
 
 
+def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
+    campaign = {**CONFIG["campaign"], "semantics": {"slide_roll_ratio": "over_faster"}}
+    names = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment_speed_m_s,"
+    rows = "0,82,1,70,10,0.1\n1,82,1,70,10,2\n"
+    content = f"# oil: 4102\n{names}slide_roll_ratio\n{rows}".encode()
+    _, reading = read_log(content, "log", {**CONFIG, "campaign": campaign})
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.refused_rows) == ("unreadable_row", 2, 1)
+    assert len(reading.runs[0]) == 1
+
+
 @pytest.mark.parametrize("value", ["nan", "inf", "-1.25", "0", "1e12", "one"])
 def test_set_point_that_is_none_is_refused(value: str) -> None:
     names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"

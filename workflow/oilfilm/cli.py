@@ -138,6 +138,7 @@ def check_logs(logs: Sequence[tuple[str, bytes]], config: Mapping[str, Any]) -> 
     samples = pd.concat(found.samples.values(), ignore_index=True)
     whole = collect([curate(samples, found.runs, config)], [found.quarantine], config)
     # what the workflow could not write must not pass here
+    tables.conform(samples, "samples", "samples of these logs")
     tables.conform(whole.points, "points", "points of these logs")
     return whole
 

@@ -4,7 +4,7 @@ import errno
 import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +21,13 @@ from oilfilm.readers.base import (
     LoggedRun,
     Nominal,
     Reading,
+    Refusal,
+    as_ranges,
     printable,
     refused_file,
 )
 from oilfilm.rigs import contact_of
+from oilfilm.tables import LARGEST
 from oilfilm.units import PA_PER_GPA
 
 _LONGEST_LABEL = 200
@@ -117,7 +120,7 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
     reader = find_reader(content)
     if reader is None:
         return "none", _unknown(content)
-    reading = reader.read(content, file, config)
+    reading = _without_absurd(reader.read(content, file, config))
     if not reading.runs and not reading.refusals:
         return reader.name, refused_file(
             reading.rows,
@@ -131,6 +134,37 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
         f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
     )
     return reader.name, reading
+
+
+def _without_absurd(reading: Reading) -> Reading:
+    """The reading without rows whose numbers no table may hold, as the load of 1e6 GPa.
+
+    Cells are judged by the readers; this is about what units and definitions make of them.
+    """
+    runs, refusals = [], list(reading.refusals)
+    for run in reading.runs:
+        held = np.ones(len(run), dtype=bool)
+        for name, values in run.samples.items():
+            # extremes first: they hardly ever lead on, and cost a tenth of a mask
+            if max(np.fmax.reduce(values, initial=0), -np.fmin.reduce(values, initial=0)) < LARGEST:
+                continue
+            absurd = held & (np.abs(values) >= LARGEST)
+            refusals += [
+                Refusal(
+                    "unreadable_row",
+                    f"rows {first} to {last}: {name} comes out as {LARGEST:g} or more",
+                    "Look at these rows of the raw log; the rows around them are used.",
+                    run.run_id,
+                    first,
+                    last,
+                    last - first + 1,
+                )
+                for first, last in as_ranges(run.samples["row"][absurd])
+            ]
+            held &= ~absurd
+        kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
+        runs.append(replace(run, samples=kept))
+    return Reading(reading.rows, runs, refusals)
 
 
 def unpack(content: bytes) -> bytes:
