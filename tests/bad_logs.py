@@ -229,6 +229,7 @@ def _bad_logs() -> Iterator[Bad]:
     yield Bad("negative_set_point", csv(entrainment_speed_m_s=-30), "header", "m_s: '-30'")
     yield Bad("python_number", csv(max_hertz_pressure_gpa="1_25"), "header", "gpa: '1_25'")
     yield Bad("two_oils", csv(oil="4050\n# oil: 4102"), "unknown_oil", "oil '4050 / 4102'")
+    yield Bad("pressure_in_pa", csv(max_hertz_pressure_gpa=1.25e9), "header", "below 1000")
     yield Bad("set_point_in_words", csv(inlet_temperature_c="warm"), "header", "c: 'warm'")
     yield Bad("impossible_cold", csv(inlet_temperature_c=-300), "header", "above -273.15")
     # --- columns and units

@@ -20,6 +20,7 @@ from oilfilm.curation.gates import advice_for
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
 from oilfilm.ingest import ingest_logs, read_bytes
+from oilfilm.readers.base import LARGEST_READING
 from oilfilm.units import conversion
 
 
@@ -88,8 +89,10 @@ def quantity(text: str, unit: str, option: str) -> float:
     if number is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
     try:
-        value = np.array(float(number[1]))
-        return float(conversion(number[2] or unit, (unit,)).of(value))
+        value = float(number[1])
+        if abs(value) >= LARGEST_READING:
+            raise ValueError(f"no quantity is {LARGEST_READING:g} or more")
+        return float(conversion(number[2] or unit, (unit,)).of(np.array(value)))
     except ValueError as error:
         raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None
 

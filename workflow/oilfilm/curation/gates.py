@@ -164,6 +164,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 def _temperature_drift(signals: Signals, points: Columns, limits: Limits) -> Finding:
     levels = points["inlet_temperature_c"]
+    levels = levels[~np.isnan(levels)]
     if len(levels) == 0 or levels.max() - levels.min() <= limits["temperature_drift_max_c"]:
         return None
     return (

@@ -79,6 +79,8 @@ class Vocabulary:
 
 
 TRACTION = Vocabulary("traction", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS)
+# No material bears more; the load that goes with the cube of it would be no number of a table.
+_HARDEST_GPA = 1e3
 # No oil is liquid there; its properties have no meaning.
 _HOTTEST_C = 1000.0
 FORMAT_ADVICE = "data/raw/README.md describes the format."
@@ -218,7 +220,7 @@ def header_problem(
             return (
                 "header",
                 f"the header says {name}: {keys[name][:60]!r}; expected a number above "
-                f"{_least(name):g}",
+                f"{_least(name):g}, below {_most(name):g}",
                 f"Correct the header. {FORMAT_ADVICE}",
             )
     return _rig_problem(columns, rig, config["rigs"][rig])
@@ -230,11 +232,15 @@ def _set_point(name: str, text: str) -> float | None:
         value = number(text if "." in text else text.replace(",", ".", 1))
     except ValueError:
         return None
-    return value if _least(name) < value < LARGEST_READING else None
+    return value if _least(name) < value < _most(name) else None
 
 
 def _least(name: str) -> float:
     return ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
+
+
+def _most(name: str) -> float:
+    return _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 
 
 def _rig_problem(

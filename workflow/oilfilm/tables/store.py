@@ -218,6 +218,8 @@ def read_footer(path: Path) -> dict[str, Any]:
     """
     try:
         metadata = parquet.read_schema(path).metadata or {}
+    except FileNotFoundError as error:
+        raise OilfilmError(f"{path}: there is no such table; snakemake makes it.") from error
     except (OSError, arrow.ArrowException) as error:
         raise OilfilmError(
             f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
