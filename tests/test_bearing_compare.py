@@ -53,6 +53,7 @@ def plateaus(torque_n_m: np.ndarray, speed_rpm: np.ndarray, se: float = 0.01) ->
             "oil": "4050",
             "bearing": "mainshaft-167",
             "sha256": "",
+            "reader": "csv",
             "first_row": place,
             "inner_speed_rpm": speed,
             "axial_load_n": 20000.0,
@@ -207,9 +208,8 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
         size_effect_table(*fits, config),
         power_loss_table(published, *fits, config),
     )
-    draw, table = FIGURES[name]
-    figure, drawn = draw(results, config)
-    tables.conform(drawn, table, name)
+    figure, drawn = FIGURES[name].draw(results, config)
+    tables.conform(drawn, FIGURES[name].table, name)
     assert len(drawn)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
 
@@ -222,6 +222,6 @@ def test_figures_of_nothing_say_so(config, name):
             for table in ("torque_runs", "torque", "cage_slip", "size_effect", "power_loss")
         )
     )
-    figure, drawn = FIGURES[name][0](nothing, config)
+    figure, drawn = FIGURES[name].draw(nothing, config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)

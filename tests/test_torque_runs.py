@@ -1,16 +1,22 @@
 """Torque logs: the tare comes off, planted torque comes back, and what is wrong is refused."""
 
+import gzip
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as arrow
 import pytest
 
+import formats
 from campaigns import ROOT
 from oilfilm.bearing.torque_runs import measure_torque
 from oilfilm.config import resolve
+from oilfilm.readers import READERS
 
 RATE = 20
+BEARING = "mainshaft-167"
 NAMES = (
     "time_s",
     "axial_load_n",
@@ -90,6 +96,10 @@ def test_other_units_and_dialects_read_the_same(config):
         np.testing.assert_allclose(converted[name], plain[name], rtol=1e-6)
 
 
+def stuck(frame: pd.DataFrame) -> pd.DataFrame:
+    return frame.assign(torque_n_m=frame["torque_n_m"].where(frame["inner_speed_rpm"] < 5000, 3.25))
+
+
 def moved_tare(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(torque_n_m=frame["torque_n_m"] + 0.01 * frame["time_s"])
 
@@ -107,7 +117,9 @@ def moved_tare(frame: pd.DataFrame) -> pd.DataFrame:
         (log(signals(), "# oil: 4050\n# bearing: other\n"), "other_bearing", "mainshaft-167"),
         (log(signals().drop(columns="torque_n_m")), "columns", "lacks the columns torque"),
         (log(signals().rename(columns={"torque_n_m": "torque [N]"})), "columns", "'torque [N]'"),
-        (b"\x00\x01 rubbish", "columns", "columns of a torque log"),
+        (b"\x00\x01 rubbish", "unknown_format", "no reader knows this content"),
+        (b"a,b,c,d\n1,2,3,4\n", "columns", "columns of a torque log"),
+        (log(stuck(signals())), "stuck_sensor", "stays at exactly 3.25 N m"),
         (b"\x1f\x8brubbish", "damaged_archive", "cannot be unpacked"),
         (log(signals())[:-200], "truncated", "in the middle of row"),
     ],
@@ -161,3 +173,130 @@ def test_no_logs_give_empty_tables(config):
     runs, refused = measure_torque([], config)
     assert runs.empty
     assert refused.empty
+
+
+UNITS = {
+    "time": "s",
+    "axial_load": "N",
+    "inner_speed": "rpm",
+    "oil_temperature": "degC",
+    "outer_ring_temperature": "degC",
+    "torque": "N m",
+}
+Write = Callable[..., bytes]
+WRITERS: dict[str, Write] = {
+    "csv": formats.csv,
+    "tdms": formats.tdms,
+    "lvm": formats.lvm,
+    "parquet": formats.as_parquet,
+}
+
+
+def named(frame: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Columns by quantity, as the writers of `formats` want them."""
+    return {quantity: frame[name].to_numpy() for quantity, name in zip(UNITS, NAMES, strict=True)}
+
+
+def packings(content: bytes) -> list[bytes]:
+    return [content, gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)]
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_gives_the_table_of_the_text_log(config, name):
+    values = named(signals())
+    text, _ = measure_torque([("a", formats.csv(values, UNITS, {"oil": "4050"}))], config)
+    for content in packings(WRITERS[name](values, UNITS, {"oil": "4050", "bearing": BEARING})):
+        runs, refused = measure_torque([("a", content)], config)
+        assert refused.empty
+        assert set(runs["reader"]) == {name}
+        unlike = ["sha256", "reader"]
+        pd.testing.assert_frame_equal(runs.drop(columns=unlike), text.drop(columns=unlike))
+
+
+def test_groups_of_a_tdms_file_are_runs_of_their_own(config):
+    one, other = named(signals(1)), named(signals(2, levels=(1.0, 2.0, 4.0)))
+    content = formats.tdms_file(
+        [formats.RootObject({"oil": "4050"})],
+        formats.tdms_channels("cold", one, UNITS),
+        formats.tdms_channels("warm", other, UNITS),
+    )
+    runs, refused = measure_torque([("a.tdms", content)], config)
+    assert refused.empty
+    levels = runs.groupby("run_id")["torque_n_m"].first()
+    assert levels.to_dict() == pytest.approx({"a.tdms:cold": 2.0, "a.tdms:warm": 1.0}, abs=0.03)
+
+
+def broken(write: Write) -> list[tuple[str, bytes, str]]:
+    """What, content and rule of logs in one format that cannot be used."""
+    frame, keys = signals(), {"oil": "4050"}
+    whole = write(named(frame), UNITS, keys)
+    unknown = named(frame) | {"torque": frame["torque_n_m"].to_numpy()}
+    lacking = {quantity: column for quantity, column in unknown.items() if quantity != "torque"}
+    return [
+        ("tare", write(named(moved_tare(frame)), UNITS, keys), "tare"),
+        ("stuck", write(named(stuck(frame)), UNITS, keys), "stuck_sensor"),
+        ("oil", write(named(frame), UNITS, {"oil": "9999"}), "unknown_oil"),
+        ("no oil", write(named(frame), UNITS, {"note": "x"}), "header"),
+        ("bearing", write(named(frame), UNITS, {**keys, "bearing": "other"}), "other_bearing"),
+        ("column", write(lacking, UNITS, keys), "columns"),
+        ("unit", write(unknown, {**UNITS, "torque": "N"}, keys), "columns"),
+        ("damaged archive", gzip.compress(whole)[:-9], "damaged_archive"),
+    ]
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_broken_log_of_any_format_is_listed_with_a_sentence(config, name):
+    cases = broken(WRITERS[name])
+    # half a binary file is damaged or truncated, as its format has it; half a text log lacks the
+    # closing tare even where the cut falls between two rows
+    whole = WRITERS[name](named(signals()), UNITS, {"oil": "4050"})
+    cases += [("half", whole[: len(whole) // 2], "truncated damaged_file tare")]
+    runs, refused = measure_torque([(what, content) for what, content, _ in cases], config)
+    assert runs.empty
+    for what, _, rules in cases:
+        of_case = refused[refused["file"] == what]
+        assert set(of_case["rule"]) & set(rules.split()), what
+        assert of_case["reason"].str.len().min() > 20
+        assert (of_case["advice"] != "").all()
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_row_that_is_no_measurement_is_refused_in_any_format(config, name):
+    frame = signals()
+    frame.loc[199:200, "torque_n_m"] = np.nan
+    content = WRITERS[name](named(frame), UNITS, {"oil": "4050"})
+    runs, refused = measure_torque([("a", content)], config)
+    assert len(runs) == 3
+    (row,) = refused.to_dict("records")
+    assert (row["rule"], row["first_row"], row["last_row"]) == ("unreadable_row", 200, 201)
+
+
+def test_a_copy_of_a_log_is_refused_by_the_name_of_the_first(config):
+    content = log(signals())
+    runs, refused = measure_torque([("a.csv", content), ("b.csv", content)], config)
+    assert set(runs["run_id"]) == {"a.csv"}
+    assert refused["rule"].tolist() == ["duplicate_log"]
+    assert "a.csv, which is kept" in refused["reason"].iloc[0]
+
+
+def test_a_traction_log_among_torque_logs_is_refused(config):
+    traction = formats.csv(formats.columns(9))
+    export = b"Test Data File\nStep 1 started at 01/02/2024 10:00:00\n"
+    runs, refused = measure_torque([("a", traction), ("b", export)], config)
+    assert runs.empty
+    assert refused["rule"].tolist() == ["columns", "columns"]
+    assert "no line names columns of a torque log" in refused["reason"].iloc[0]
+    assert "no torque log" in refused["reason"].iloc[1]
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("cut", [0.03, 0.5, 0.9, 0.999])
+def test_a_log_cut_anywhere_never_ends_in_nothing(config, name, cut):
+    whole = WRITERS[name](named(signals()), UNITS, {"oil": "4050"})
+    runs, refused = measure_torque([("a", whole[: int(cut * len(whole))])], config)
+    assert len(runs) or len(refused)
+
+
+def test_the_same_readers_serve_torque_and_traction():
+    # PCS rigs log no torque
+    assert {reader.name for reader in READERS} == {*WRITERS, "pcs"}

@@ -30,7 +30,7 @@ _ABOUT = ("title", "licence", "creators", "sources")
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 # Figures that need a bearing.
-_TORQUE_FIGURES = {"fig06", "cage-slip", "size-effect", "power-loss"}
+BEARING_FIGURES = {"fig06", "cage-slip", "size-effect", "power-loss"}
 # No quantity of a rig or an oil is larger in its unit; arithmetic with such would overflow.
 _LARGEST = 1e15
 _SCHEMAS = Path(__file__).parents[1] / "schemas"
@@ -181,7 +181,7 @@ def _contradictions(
     if "twin" in campaign and "matrix" not in campaign:
         yield ["twin"], "the rig twin needs a `matrix` of conditions."
     torque = campaign.get("torque", {})
-    if "torque" not in campaign and (drawn := set(campaign["figures"]) & _TORQUE_FIGURES):
+    if "torque" not in campaign and (drawn := set(campaign["figures"]) & BEARING_FIGURES):
         yield (
             ["figures"],
             f"{sorted(drawn)[0]} shows a bearing, and the campaign has no `torque`; add it, or "

@@ -26,6 +26,8 @@ from oilfilm.readers.base import (
     printable,
     refused_file,
 )
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.traction_log import TRACTION
 from oilfilm.rigs import contact_of
 from oilfilm.tables import LARGEST
 from oilfilm.units import PA_PER_GPA
@@ -75,10 +77,7 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
                 | {"refused_rows": rows_refused}
             )
             logged[run.oil].append(run)
-        refused += [
-            {**about, "stage": "ingest", **asdict(refusal), "reason": printable(refusal.reason)}
-            for refusal in reading.refusals
-        ]
+        refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
     return Ingested(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
@@ -102,8 +101,16 @@ def read_bytes(path: Path) -> bytes:
         raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
 
 
-def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str, Reading]:
+def read_log(
+    content: bytes, file: str, config: Mapping[str, Any], kind: LogKind = TRACTION
+) -> tuple[str, Reading]:
     """The reader's name and what it found in one file's bytes.
+
+    Args:
+        content: The file's bytes.
+        file: Its name, unique among the logs.
+        config: The resolved configuration.
+        kind: Whose log it is to be.
 
     Raises:
         AssertionError: The reader lost a row.
@@ -120,7 +127,7 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
     reader = find_reader(content)
     if reader is None:
         return "none", _unknown(content)
-    reading = _without_absurd(reader.read(content, file, config))
+    reading = _without_absurd(reader.read(content, file, config, kind))
     if not reading.runs and not reading.refusals:
         return reader.name, refused_file(
             reading.rows,
@@ -133,7 +140,8 @@ def read_log(content: bytes, file: str, config: Mapping[str, Any]) -> tuple[str,
     assert kept + refused == reading.rows, (
         f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
     )
-    return reader.name, reading
+    told = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return reader.name, replace(reading, refusals=told)
 
 
 def _without_absurd(reading: Reading) -> Reading:

@@ -93,14 +93,14 @@ rule bearing_figures:
         size_effect=rules.bearing_maps.output.size_effect,
         power_loss=rules.bearing_maps.output.power_loss,
     output:
-        png=expand("<figures>/{figure}.png", figure=BEARING_FIGURES),
-        svg=expand("<figures>/{figure}.svg", figure=BEARING_FIGURES),
-        drawn=expand("<figures>/{figure}.parquet", figure=BEARING_FIGURES),
+        png=expand("<figures>/{figure}.png", figure=TORQUE_FIGURES),
+        svg=expand("<figures>/{figure}.svg", figure=TORQUE_FIGURES),
+        drawn=expand("<figures>/{figure}.parquet", figure=TORQUE_FIGURES),
     log:
         "<logs>/bearing-figures.log",
     params:
         code=code("bearing_figures.py"),
-        figures=BEARING_FIGURES,
+        figures=TORQUE_FIGURES,
         config=part("oils", "bearing", "figures"),
     script:
         "../scripts/bearing_figures.py"

@@ -2,7 +2,7 @@ from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 
-from oilfilm.config import resolve
+from oilfilm.config import BEARING_FIGURES, resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.provenance import code_digest
 from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
@@ -30,9 +30,8 @@ except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
 OILS = list(CONFIG["oils"])
-OF_BEARING = {"fig06", "cage-slip", "size-effect", "power-loss"}
-FIGURES = [name for name in CAMPAIGN["figures"] if name not in OF_BEARING]
-BEARING_FIGURES = [name for name in CAMPAIGN["figures"] if name in OF_BEARING]
+TRACTION_FIGURES = [name for name in CAMPAIGN["figures"] if name not in BEARING_FIGURES]
+TORQUE_FIGURES = [name for name in CAMPAIGN["figures"] if name in BEARING_FIGURES]
 # What the twin's truth is computed from, beside the campaign file.
 TRUTH = ["rigs", "oils"] if "thermal_ehl" in CAMPAIGN.get("twin", {}) else ["rigs"]
 SHARDS = sorted({shard_of(file, CONFIG["shards"]) for file in FILES})

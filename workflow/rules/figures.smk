@@ -14,14 +14,14 @@ rule figures:
         comparison=rules.comparisons.output.comparison,
         law_coefficients=rules.comparisons.output.law_coefficients,
     output:
-        png=expand("<figures>/{figure}.png", figure=FIGURES),
-        svg=expand("<figures>/{figure}.svg", figure=FIGURES),
-        drawn=expand("<figures>/{figure}.parquet", figure=FIGURES),
+        png=expand("<figures>/{figure}.png", figure=TRACTION_FIGURES),
+        svg=expand("<figures>/{figure}.svg", figure=TRACTION_FIGURES),
+        drawn=expand("<figures>/{figure}.parquet", figure=TRACTION_FIGURES),
     log:
         "<logs>/figures.log",
     params:
         code=code("figures.py"),
-        figures=FIGURES,
+        figures=TRACTION_FIGURES,
         config=part("oils", "rigs", "figures", "printed", campaign=("matrix", "film_unjudged")),
     script:
         "../scripts/figures.py"

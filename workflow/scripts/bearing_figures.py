@@ -20,7 +20,7 @@ with job(snakemake) as provenance:
     for name, png, svg, kept in zip(
         snakemake.params.figures, made.png, made.svg, made.drawn, strict=True
     ):
-        draw, table = FIGURES[name]
-        figure, drawn = draw(results, snakemake.params.config)
-        tables.write(drawn, table, Path(kept), provenance)
+        drawing = FIGURES[name]
+        figure, drawn = drawing.draw(results, snakemake.params.config)
+        tables.write(drawn, drawing.table, Path(kept), provenance)
         style.save(figure, Path(png), Path(svg))

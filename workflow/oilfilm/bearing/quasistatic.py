@@ -22,8 +22,9 @@ Control = Literal["outer", "inner"]
 
 # Axial load of a ball from which the search for its place starts where it bears less.
 _LIGHTEST_N = 1e-3
-# Halvings of that search: to hundred-thousandths of a radian, near enough for Newton's method.
-_HALVINGS = 17
+# Into how many parts that search divides the angle, how often: to hundred-thousandths of a radian,
+# near enough for Newton's method.
+_PARTS, _NARROWINGS = 8, 6
 
 
 @dataclass(frozen=True)
@@ -206,14 +207,17 @@ def rolling_motion(
     sine, cosine = side * contacts.normal[..., 0, :], side * contacts.normal[..., 1, :]
     race = contacts.orbit_radius_m[..., np.newaxis] + side * radius * cosine
     place = 1 if control == "outer" else 0
-    tilt = np.arctan2(
-        sine[..., place], cosine[..., place] + side[place] * radius / contacts.orbit_radius_m
-    )
-    lever = np.cos(np.arctan2(sine, cosine) - tilt[..., np.newaxis])
-    reach = race / lever
-    orbit = (inner_speed_rad_s * reach[..., 0] + outer_speed_rad_s * reach[..., 1]) / reach.sum(-1)
-    spin = (orbit - outer_speed_rad_s) * reach[..., 1] / radius
-    return Motion(orbit, np.stack([-spin * np.cos(tilt), spin * np.sin(tilt), 0 * spin], axis=-1))
+    # the ball's axis, of length `size`, and its height above both races
+    along = cosine[..., place] + side[place] * radius / contacts.orbit_radius_m
+    size = np.hypot(along, sine[..., place])
+    lever = cosine * along[..., np.newaxis] + sine * sine[..., place, np.newaxis]
+    reach = race * size[..., np.newaxis] / lever
+    inner, outer = reach[..., 0], reach[..., 1]
+    orbit = (inner_speed_rad_s * inner + outer_speed_rad_s * outer) / (inner + outer)
+    turning = (orbit - outer_speed_rad_s) * outer / (radius * size)
+    spin = np.zeros((*turning.shape, 3))
+    spin[..., 0], spin[..., 1] = -turning * along, turning * sine[..., place]
+    return Motion(orbit, spin)
 
 
 def centrifugal_force_n(bearing: Bearing, contacts: Contacts, motion: Motion) -> FloatArray:
@@ -323,7 +327,7 @@ def raceway_control(
     force, length, lever = scales(bearing, points)
     force = np.maximum(force, np.finfo(float).tiny)
     place = 1 if control == "outer" else 0
-    grip = 2 * gyroscopic_sign / bearing.ball_diameter_m
+    grip_1_m = 2 * gyroscopic_sign / bearing.ball_diameter_m
     sideways = np.arange(loads.shape[1]) > 0
 
     def ball_state(own: FloatArray, shared: FloatArray, which: IntArray) -> tuple[Contacts, Motion]:
@@ -339,13 +343,12 @@ def raceway_control(
             own: FloatArray, shared: FloatArray, which: IntArray
         ) -> tuple[FloatArray, FloatArray, FloatArray]:
             contacts, motion = ball_state(own, shared, which)
-            across = share * grip * gyroscopic_moment_n_m(bearing, motion)[..., 2]
-            pull = np.zeros_like(contacts.load_n)
-            pull[..., place] = across
-            on_ball = (
-                pull[..., np.newaxis, :] * tangent(contacts.normal)
-                - contacts.load_n[..., np.newaxis, :] * contacts.normal
-            )
+            # the force along the tangent by which the controlling race supplies the moment about t
+            momentum = bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
+            grip = share * grip_1_m * momentum * motion.spin_rad_s[..., 1]
+            on_ball = -contacts.load_n[..., np.newaxis, :] * contacts.normal
+            on_ball[..., 0, place] -= grip * contacts.normal[..., 1, place]
+            on_ball[..., 1, place] += grip * contacts.normal[..., 0, place]
             residual = on_ball.sum(axis=-1)
             residual[..., 1] += centrifugal_force_n(bearing, contacts, motion)
             on_ring = np.zeros((*residual.shape[:-1], 3))
@@ -379,7 +382,7 @@ def _start(
 
     With q the axial load of a ball, Q = q/sin(alpha) on both races, cot(alpha_o) - cot(alpha_i) is
     the centrifugal force over q, and the radial distance of the groove centres is known: one
-    equation for alpha_i, monotone, solved by halving. Radial load and moment add to q.
+    equation for alpha_i, monotone, solved by narrowing down. Radial load and moment add to q.
     """
     loads = points.loads()
     ring = np.abs(loads / scales(bearing, points)[2]).sum(axis=1)
@@ -390,15 +393,16 @@ def _start(
     outward = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit**2 / per_ball
     softness = bearing.under_unit_load(np.full(2, cosine))[0] ** (-2 / 3)
     radial = bearing.groove_centre_distance_m * cosine
-    low, high = np.zeros(len(loads)), np.full(len(loads), np.pi)
-    for _ in range(_HALVINGS):
-        inner_angle = (low + high) / 2
-        cotangent = 1 / np.tan(inner_angle)
-        angle = np.stack([inner_angle, np.arctan2(1.0, cotangent + outward)], axis=-1)
-        load = per_ball[:, np.newaxis] / np.sin(angle)
-        length = bearing.groove_offset_m + softness * load ** (2 / 3)
+    low, width = np.zeros((len(loads), 1)), np.pi
+    known = per_ball[:, np.newaxis, np.newaxis], outward[:, np.newaxis]
+    for _ in range(_NARROWINGS):
+        width /= _PARTS
+        inner_angle = low + width * np.arange(1, _PARTS)
+        angle, length = _without_friction(bearing, inner_angle, *known, softness)
         too_low = (length * np.cos(angle)).sum(axis=-1) > radial
-        low, high = np.where(too_low, inner_angle, low), np.where(too_low, high, inner_angle)
+        low = low + width * too_low.sum(axis=-1, keepdims=True)
+    angle, length = _without_friction(bearing, low + width / 2, *known, softness)
+    angle, length = angle[:, 0], length[:, 0]
     arm = length[:, np.newaxis, :] * np.stack([np.sin(angle), np.cos(angle)], axis=1)
     shared = np.zeros(loads.shape)
     side = np.where(points.axial_load_n < 0, -1.0, 1.0)
@@ -406,3 +410,25 @@ def _start(
     shared[:, 0] = side * arm[:, 0].sum(axis=-1) - start
     ball = arm[:, :, 1] * np.stack([side, np.ones_like(side)], axis=1)
     return np.repeat(ball[:, np.newaxis], len(azimuth), axis=1), shared
+
+
+def _without_friction(
+    bearing: Bearing,
+    inner_angle: FloatArray,
+    per_ball_n: FloatArray,
+    outward: FloatArray,
+    softness: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Contact angles and arms from groove centre to ball centre, (..., 2), by the inner angle.
+
+    Args:
+        bearing: The bearing.
+        inner_angle: alpha_i.
+        per_ball_n: Axial load of a ball.
+        outward: Centrifugal force over it.
+        softness: delta/Q^(2/3) of each contact.
+    """
+    outer_angle = np.arctan2(1.0, 1 / np.tan(inner_angle) + outward)
+    angle = np.stack([inner_angle, outer_angle], axis=-1)
+    load = per_ball_n / np.sin(angle)
+    return angle, bearing.groove_offset_m + softness * np.cbrt(load) ** 2

@@ -6,7 +6,7 @@ of another: the Jacobian has the shape of an arrow and is solved ball by ball.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,8 @@ _DIFFERENCE = 1e-7
 _LONGEST_STEP = 0.3
 # Steps with one Jacobian; those after the first must lower the residual to this share.
 _CHORDS, _CHORD_GAIN = 3, 0.2
+# With so few balls a Jacobian costs hardly more than the residuals alone: each step gets its own.
+_FEW = 16
 # By how much a step may raise the residual in the first half of the iterations: a ball that must
 # travel along its groove first leaves it by more than the contacts are pressed together.
 _GROWTH = 1e3
@@ -110,35 +112,45 @@ def solve(
     damping, residual = np.zeros(len(own)), np.full(len(own), np.inf)
     iterations = np.zeros(len(own), dtype=np.int64)
     active = np.arange(len(own))
+    few = own.shape[0] * own.shape[1] <= _FEW
+    known: tuple[_Jacobian, _State] | None = None
     for number in range(max_iterations):
         settling = number >= _NEWTON
         allowed = np.inf if settling else _GROWTH
         if number == _NEWTON:
             damping[active] = _FIRST_DAMPING
             own[active], shared[active] = start[0][active], start[1][active]
+            known = None
         scales = own_scale[active], shared_scale[active]
-        jacobian, state = _linearised(equations, own[active], shared[active], scales, active)
+        jacobian, state = known or _linearised(
+            equations, own[active], shared[active], scales, active
+        )
         iterations[active] += 1
-        for chord in range(_CHORDS):
+        for chord in range(1 if few else _CHORDS):
             step_own, step_shared, length = _step(jacobian, state, damping[active])
-            trial = _evaluated(
-                equations,
+            at = (
                 state.own + step_own * scales[0][:, np.newaxis],
                 state.shared + step_shared * scales[1],
-                active,
             )
+            if few:
+                next_jacobian, trial = _linearised(equations, *at, scales, active)
+            else:
+                trial = _evaluated(equations, *at, active)
             better = trial.size < state.size * (allowed if chord == 0 else _CHORD_GAIN)
             if chord == 0:
                 damping[active] = _next_damping(damping[active], better, length, settling)
-            state = _State(
-                *(_where(better, new, old) for new, old in zip(trial, state, strict=True))
-            )
+            state = _chosen(better, trial, state)
+            if few:
+                jacobian = _chosen(better, next_jacobian, jacobian)
             if not better.any() or state.size.max() <= tolerance:
                 break
         own[active], shared[active], residual[active] = state.own, state.shared, state.size
-        active = active[state.size > tolerance]
+        going = state.size > tolerance
+        active = active[going]
         if len(active) == 0:
             break
+        if few:
+            known = _chosen_rows(jacobian, going), _chosen_rows(state, going)
     return Solution(own, shared, residual, iterations, residual <= tolerance)
 
 
@@ -245,8 +257,24 @@ def _state(own: FloatArray, shared: FloatArray, r: FloatArray, s: FloatArray) ->
     return _State(own, shared, r, s, np.where(np.isfinite(size), size, np.inf))
 
 
-def _where(better: BoolArray, new: FloatArray, old: FloatArray) -> FloatArray:
-    return np.where(better.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
+_Parts = TypeVar("_Parts", _State, _Jacobian)
+
+
+def _chosen(better: BoolArray, new: _Parts, old: _Parts) -> _Parts:
+    """Of each point the new parts where they are better."""
+    if better.all():
+        return new
+    return type(new)(
+        *(
+            np.where(better.reshape(-1, *(1,) * (one.ndim - 1)), one, other)
+            for one, other in zip(new, old, strict=True)
+        )
+    )
+
+
+def _chosen_rows(parts: _Parts, which: BoolArray) -> _Parts:
+    """The parts of some points."""
+    return parts if which.all() else type(parts)(*(one[which] for one in parts))
 
 
 def _linearised(

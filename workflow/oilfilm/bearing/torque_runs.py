@@ -10,49 +10,16 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation import statistics
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.ingest import unpack
-from oilfilm.readers.base import Reading, Refusal, refused_file
-from oilfilm.readers.columns import Vocabulary
-from oilfilm.readers.csv import TextRows, read_rows
+from oilfilm.curation.signals import sampling_interval
+from oilfilm.ingest import read_log
+from oilfilm.readers.base import LoggedRun, Refusal
+from oilfilm.readers.torque_log import TORQUE
 from oilfilm.units import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
-
-VOCABULARY = Vocabulary(
-    name="torque",
-    quantities={
-        "time": ("s",),
-        "axial_load": ("N",),
-        "inner_speed": ("rpm",),
-        "oil_temperature": ("degC",),
-        "outer_ring_temperature": ("degC",),
-        "torque": ("N m",),
-    },
-    own_names={
-        "time_s": ("time", "s"),
-        "axial_load_n": ("axial_load", "N"),
-        "inner_speed_rpm": ("inner_speed", "rpm"),
-        "oil_temperature_c": ("oil_temperature", "degC"),
-        "outer_ring_temperature_c": ("outer_ring_temperature", "degC"),
-        "torque_n_m": ("torque", "N m"),
-    },
-    always=(
-        "time",
-        "axial_load",
-        "inner_speed",
-        "oil_temperature",
-        "outer_ring_temperature",
-        "torque",
-    ),
-    either=((),),
-)
-_HEADER_ADVICE = "data/raw/README.md describes torque logs."
 
 
 @dataclass(frozen=True)
@@ -104,7 +71,7 @@ def measure_torque(
     """Steady plateaus of torque logs, and what had to be refused.
 
     Args:
-        logs: Path of each log in its folder, and its bytes.
+        logs: Path of each log in its folder, and its bytes, in any format of `oilfilm.readers`.
         config: The resolved configuration.
 
     Returns:
@@ -112,101 +79,89 @@ def measure_torque(
     """
     points: list[pd.DataFrame] = []
     refused: list[dict[str, Any]] = []
+    earlier: dict[str, str] = {}
     for file, content in logs:
-        found, refusals = _measure_log(file, content, config)
-        points += [found] if found is not None else []
-        about = {"campaign": config["campaign"]["name"], "file": file, "stage": "ingest"}
-        refused += [about | asdict(refusal) for refusal in refusals]
+        reader, reading = read_log(content, file, config, TORQUE)
+        about = {"campaign": config["campaign"]["name"], "file": file}
+        refused += [about | {"stage": "ingest"} | asdict(found) for found in reading.refusals]
+        digest = hashlib.sha256(content).hexdigest()
+        first = earlier.setdefault(digest, file)
+        for run in reading.runs:
+            found = _measured(run, config) if first == file else _copied(run, first)
+            if isinstance(found, Refusal):
+                refused.append(about | {"stage": "curate"} | asdict(found))
+            else:
+                points.append(found.assign(sha256=digest, reader=reader))
     whole = pd.concat(points, ignore_index=True) if points else tables.empty("torque_runs")
     return (
-        tables.conform(whole, "torque_runs", "torque logs"),
+        tables.conform(whole[tables.columns("torque_runs")], "torque_runs", "torque logs"),
         tables.from_rows(refused, "quarantine"),
     )
 
 
-def _measure_log(
-    file: str, content: bytes, config: Mapping[str, Any]
-) -> tuple[pd.DataFrame | None, list[Refusal]]:
-    try:
-        plain = unpack(content)
-    except OSError as error:
-        reason = f"the compressed file cannot be unpacked: {error}"
-        return None, refused_file(0, "damaged_archive", reason, "Copy it again.").refusals
-    log = read_rows(plain, file, config["campaign"]["torque"].get("columns", {}), VOCABULARY)
-    if isinstance(log, Reading):
-        return None, log.refusals
-    problem = _header_problem(log.layout.keys, config) or _trouble(log)
-    if problem is not None:
-        return None, [*log.refusals, _refused_run(file, log, *problem)]
-    tare = _tare(log, config["torque_logs"], config["curation"]["spikes"]["threshold"])
+def _measured(run: LoggedRun, config: Mapping[str, Any]) -> pd.DataFrame | Refusal:
+    """The plateaus of a run with the gates' verdicts, or why it has none."""
+    settings, curation = config["torque_logs"], config["curation"]
+    trouble = _trouble(run)
+    if trouble is not None:
+        return trouble
+    tare = _tare(run, settings, curation["spikes"]["threshold"])
     if isinstance(tare, str):
         advice = "Let the bearing stand still, loaded, before and after the run."
-        return None, [*log.refusals, _refused_run(file, log, "tare", tare, advice)]
-    measured = _plateaus(log, tare, config)
+        return _refused_run(run, "tare", tare, advice)
+    stuck = _stuck(run, tare.between, curation["stuck"])
+    if stuck is not None:
+        return stuck
+    measured = _plateaus(run, tare, config)
     if measured.empty:
         reason = "no steady speed was found between the two tares"
-        return None, [
-            *log.refusals,
-            _refused_run(file, log, "no_plateau", reason, "Hold each speed longer."),
-        ]
-    about = {
-        "run_id": file,
-        "oil": log.layout.keys["oil"],
-        "bearing": config["campaign"]["torque"]["bearing"],
-        "sha256": hashlib.sha256(content).hexdigest(),
-    }
-    return _judged(measured.assign(**about), config["torque_logs"]), log.refusals
+        return _refused_run(run, "no_plateau", reason, "Hold each speed longer.")
+    return _judged(measured.assign(run_id=run.run_id, oil=run.oil, bearing=run.rig), settings)
 
 
-def _refused_run(file: str, log: TextRows, rule: str, reason: str, advice: str) -> Refusal:
-    rows = len(log.numbers)
-    first, last = (int(log.numbers[0]), int(log.numbers[-1])) if rows else (0, 0)
-    return Refusal(rule, reason, advice, file, first, last, rows)
+def _refused_run(run: LoggedRun, rule: str, reason: str, advice: str) -> Refusal:
+    rows = run.samples["row"]
+    first, last = (int(rows[0]), int(rows[-1])) if len(rows) else (0, 0)
+    return Refusal(rule, reason, advice, run.run_id, first, last, len(rows))
 
 
-def _header_problem(
-    keys: Mapping[str, str], config: Mapping[str, Any]
-) -> tuple[str, str, str] | None:
-    oil, bearing = keys.get("oil"), config["campaign"]["torque"]["bearing"]
-    if oil is None:
-        return "header", "the header has no line `# oil: ...`", f"Add it. {_HEADER_ADVICE}"
-    if oil not in config["oils"]:
-        known = ", ".join(config["oils"])
-        return (
-            "unknown_oil",
-            f"the header says oil {oil[:60]!r}; the campaign knows {known}",
-            "Correct the header, or add the oil to the campaign file.",
-        )
-    if keys.get("bearing", bearing) != bearing:
-        return (
-            "other_bearing",
-            f"the header says bearing {keys['bearing'][:60]!r}; the campaign's is {bearing!r}",
-            "Correct the header, or put the log into a campaign of its own.",
-        )
-    if keys.get("simulated", "no") != "no" and config["campaign"]["data"] == "measured":
-        return (
-            "simulated_log",
-            "the header says that the log is simulated; the campaign file says data: measured",
-            "Take the log out, or say data: simulated in the campaign file.",
-        )
+def _copied(run: LoggedRun, first: str) -> Refusal:
+    reason = f"the same bytes, one by one, as {first}, which is kept"
+    return _refused_run(run, "duplicate_log", reason, "Take one of the files out.")
+
+
+def _trouble(run: LoggedRun) -> Refusal | None:
+    """Why nothing can be measured on a run, tare or not."""
+    if run.flaw:
+        rule, _, reason = run.flaw.partition(": ")
+        return _refused_run(run, rule, reason, "Repeat the run: its closing tare is missing.")
+    rows, time = run.samples["row"], run.samples["time_s"]
+    if not len(rows):
+        reason = "the log has no readable row of data"
+        return _refused_run(run, "no_rows", reason, "Take it out, or export it again.")
+    back = np.diff(time) <= 0
+    if back.any():
+        reason = f"time does not go on after row {rows[np.argmax(back)]}"
+        advice = "Check the logger's clock, and whether two logs were joined."
+        return _refused_run(run, "time_disorder", reason, advice)
     return None
 
 
-def _trouble(log: TextRows) -> tuple[str, str, str] | None:
-    if log.flaw:
-        rule, _, reason = log.flaw.partition(": ")
-        return rule, reason, "Repeat the run: its closing tare is missing."
-    if not len(log.numbers):
-        return "no_rows", "the log has no readable row of data", "Take it out, or export it again."
-    if np.any(np.diff(log.values["time"]) <= 0):
-        place = int(np.argmax(np.diff(log.values["time"]) <= 0))
-        reason = f"time does not go on after row {log.numbers[place]}"
-        return (
-            "time_disorder",
-            reason,
-            "Check the logger's clock, and whether two logs were joined.",
-        )
-    return None
+def _stuck(run: LoggedRun, turning: slice, limits: Mapping[str, Any]) -> Refusal | None:
+    """A torque sensor that says the same again and again while the bearing turns."""
+    torque, rows = run.samples["torque_n_m"][turning], run.samples["row"][turning]
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(torque) != 0) + 1, [len(torque)]])
+    longest = int(np.argmax(np.diff(edges)))
+    start, stop = edges[longest], edges[longest + 1]
+    held_s = (stop - start) * sampling_interval(run.samples["time_s"])
+    if held_s < limits["duration_s"] or stop - start < limits["samples"]:
+        return None
+    reason = (
+        f"the torque stays at exactly {torque[start]:g} N m from row {rows[start]} to row "
+        f"{rows[stop - 1]}; expected noise within {limits['duration_s']:g} s"
+    )
+    advice = "Check the torque sensor, its cable and amplifier, and repeat the run."
+    return _refused_run(run, "stuck_sensor", reason, advice)
 
 
 @dataclass(frozen=True)
@@ -219,15 +174,15 @@ class _Tare:
     between: slice
 
 
-def _tare(log: TextRows, settings: Mapping[str, Any], spike: float) -> _Tare | str:
-    time, torque = log.values["time"], log.values["torque"]
-    resting = np.abs(log.values["inner_speed"]) <= settings["tare"]["max_speed_rpm"]
+def _tare(run: LoggedRun, settings: Mapping[str, Any], spike: float) -> _Tare | str:
+    time, torque = run.samples["time_s"], run.samples["torque_n_m"]
+    resting = np.abs(run.samples["inner_speed_rpm"]) <= settings["tare"]["max_speed_rpm"]
     if resting.all():
         return "the bearing never turns"
     first = int(np.argmin(resting))
     last = len(resting) - int(np.argmin(resting[::-1]))
     phases = {"opening": (0, first), "closing": (last, len(resting))}
-    interval = float(np.median(np.diff(time)))
+    interval = sampling_interval(time)
     for name, (start, stop) in phases.items():
         if (stop - start) * interval < settings["tare"]["min_duration_s"]:
             return (
@@ -250,13 +205,13 @@ def _tare(log: TextRows, settings: Mapping[str, Any], spike: float) -> _Tare | s
     )
 
 
-def _plateaus(log: TextRows, tare: _Tare, config: Mapping[str, Any]) -> pd.DataFrame:
+def _plateaus(run: LoggedRun, tare: _Tare, config: Mapping[str, Any]) -> pd.DataFrame:
     settings = config["torque_logs"]["plateaus"]
-    values = {name: column[tare.between] for name, column in log.values.items()}
-    rows, time = log.numbers[tare.between], values["time"]
-    interval = float(np.median(np.diff(log.values["time"])))
+    values = {name: column[tare.between] for name, column in run.samples.items()}
+    rows, time = values.pop("row"), values["time_s"]
+    interval = sampling_interval(run.samples["time_s"])
     steps = find_steps(
-        values["inner_speed"], interval, settings | {"min_step": settings["min_step_rpm"]}
+        values["inner_speed_rpm"], interval, settings | {"min_step": settings["min_step_rpm"]}
     )
     starts, stops = settled_parts(len(time), steps, interval, settings)
     # the first level has had a step to settle from: that out of rest; the last ends in one
@@ -268,7 +223,9 @@ def _plateaus(log: TextRows, tare: _Tare, config: Mapping[str, Any]) -> pd.DataF
         return pd.DataFrame()
     stretches, inside = statistics.cut(np.stack(list(values.values())), starts, stops)
     of_name = dict(zip(values, stretches, strict=True))
-    wild = statistics.spikes(of_name["torque"], inside, config["curation"]["spikes"]["threshold"])
+    wild = statistics.spikes(
+        of_name["torque_n_m"], inside, config["curation"]["spikes"]["threshold"]
+    )
     steady = inside & ~wild
     early = statistics.first_part(steady, 1 / 2)
     late = steady & ~early
@@ -278,7 +235,7 @@ def _plateaus(log: TextRows, tare: _Tare, config: Mapping[str, Any]) -> pd.DataF
     def change(name: str) -> FloatArray:
         return statistics.means(of_name[name], late) - statistics.means(of_name[name], early)
 
-    place = (mean["time"] - tare.time_s[0]) / np.diff(tare.time_s)
+    place = (mean["time_s"] - tare.time_s[0]) / np.diff(tare.time_s)
     weights = np.stack([1 - place, place], axis=1)
     return pd.DataFrame(
         {
@@ -286,17 +243,17 @@ def _plateaus(log: TextRows, tare: _Tare, config: Mapping[str, Any]) -> pd.DataF
             "last_row": rows[stops - 1],
             "n_samples": steady.sum(axis=1),
             "n_spikes": wild.sum(axis=1),
-            "time_s": mean["time"],
+            "time_s": mean["time_s"],
             "duration_s": (stops - starts) * interval,
-            "inner_speed_rpm": mean["inner_speed"],
-            "axial_load_n": mean["axial_load"],
-            "oil_temperature_c": mean["oil_temperature"],
-            "outer_ring_temperature_c": mean["outer_ring_temperature"],
+            "inner_speed_rpm": mean["inner_speed_rpm"],
+            "axial_load_n": mean["axial_load_n"],
+            "oil_temperature_c": mean["oil_temperature_c"],
+            "outer_ring_temperature_c": mean["outer_ring_temperature_c"],
             "tare_n_m": weights @ tare.torque_n_m,
-            "torque_n_m": mean["torque"] - weights @ tare.torque_n_m,
-            "torque_n_m_se": np.sqrt(error["torque"] ** 2 + weights**2 @ tare.torque_se_n_m**2),
-            "torque_change_n_m": change("torque"),
-            "oil_temperature_change_c": change("oil_temperature"),
+            "torque_n_m": mean["torque_n_m"] - weights @ tare.torque_n_m,
+            "torque_n_m_se": np.sqrt(error["torque_n_m"] ** 2 + weights**2 @ tare.torque_se_n_m**2),
+            "torque_change_n_m": change("torque_n_m"),
+            "oil_temperature_change_c": change("oil_temperature_c"),
         }
     )
 
@@ -307,4 +264,4 @@ def _judged(points: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:
     failed = pd.DataFrame({gate.name: gate.fails(points, limits) for gate in GATES})
     names = np.array(failed.columns)
     reasons = pd.Series([";".join(names[row]) for row in failed.to_numpy()], dtype=str)
-    return points.assign(reasons=reasons, accepted=reasons == "")[tables.columns("torque_runs")]
+    return points.assign(reasons=reasons, accepted=reasons == "")

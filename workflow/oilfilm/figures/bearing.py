@@ -2,7 +2,7 @@
 
 import itertools
 import string
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 
 from oilfilm import tables
 from oilfilm.figures import style
+from oilfilm.figures.drawing import Drawing
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
 _BASES: dict[str, tuple[str, Any, str]] = {
@@ -246,12 +247,10 @@ def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
     return figure
 
 
-Draw = Callable[[BearingResults, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
-
-# Name of a figure -> how it is drawn, and the table model of what it draws.
-FIGURES: dict[str, tuple[Draw, str]] = {
-    "fig06": (fig06, "torque_drawn"),
-    "cage-slip": (cage_slip, "cage_slip"),
-    "size-effect": (size_effect, "size_effect"),
-    "power-loss": (power_loss, "power_loss"),
-}
+_ALL = (
+    Drawing("fig06", fig06, "torque_drawn"),
+    Drawing("cage-slip", cage_slip, "cage_slip"),
+    Drawing("size-effect", size_effect, "size_effect"),
+    Drawing("power-loss", power_loss, "power_loss"),
+)
+FIGURES: dict[str, Drawing[BearingResults]] = {drawing.name: drawing for drawing in _ALL}

@@ -10,6 +10,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 
+from oilfilm.captions import provenance
+
 SINGLE_COLUMN_IN = 85 / 25.4
 DOUBLE_COLUMN_IN = 170 / 25.4
 
@@ -94,15 +96,9 @@ def _is_wide(figure: Figure) -> bool:
 
 def say_source(figure: Figure, campaign: Mapping[str, Any]) -> None:
     """Say on the figure itself whether its data were simulated or measured."""
-    words = (
-        f"SIMULATED data (rig twin, campaign {campaign['name']!r}), not a measurement"
-        if campaign["data"] == "simulated"
-        else f"Measured data, campaign {campaign['name']!r}"
-    )
-    if campaign.get("film_unjudged", {}).get("accept"):
-        words += "; film thickness NOT JUDGED"
     # above the key where the figure is too narrow for both in one line
     height = 1.002 if _is_wide(figure) else 1.002 + _LINE_IN / figure.get_figheight()
+    words = provenance(campaign)
     figure.text(0.995, height, words, ha="right", va="bottom", fontsize=6, color="#555555")
 
 

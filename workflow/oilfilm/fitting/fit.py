@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from oilfilm import tables
 from oilfilm.fitting.certificate import Certificate, certify
@@ -299,7 +299,7 @@ def sign_reach(constants: int, confidence: float) -> float:
         constants: Constants that are judged.
         confidence: That no sign is called wrongly, as a share.
     """
-    return float(norm.ppf(1 - (1 - confidence) / (2 * constants)))
+    return float(ndtri(1 - (1 - confidence) / (2 * constants)))
 
 
 def _reported_one(problem: Problem, value: float, place: int) -> float:

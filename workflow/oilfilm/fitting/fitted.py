@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
@@ -161,7 +161,7 @@ class FittedLaw:
             some = slice(start, start + _CHUNK)
             mu[some], error[some] = self._predict_some(conditions[some], slip[some], root)
         sign = np.where(slip < 0, -1.0, 1.0)
-        reach, above = norm.ppf(0.5 + level / 2) * error, mu > 0
+        reach, above = ndtri(0.5 + level / 2) * error, mu > 0
         relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
         # far out the interval may be endless
         with np.errstate(over="ignore"):

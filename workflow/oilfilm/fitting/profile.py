@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from oilfilm.fitting.descent import descend
 from oilfilm.fitting.engine import Optimum
@@ -58,7 +58,7 @@ def profile_interval(
         degrees: Points minus constants.
         level: Of confidence.
     """
-    limit = float(student.ppf(0.5 + level / 2, degrees))
+    limit = float(stdtrit(degrees, 0.5 + level / 2))
     rising = np.concatenate([[True], np.diff(z) > 0])
     if not np.isfinite(z).all() or not rising.all():
         return float("nan"), float("nan")

@@ -3,12 +3,36 @@
 A file's format is recognised by its content, never by its name.
 """
 
-from oilfilm.readers.base import Reader
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from oilfilm.readers.base import Reading
 from oilfilm.readers.csv import CsvReader
+from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.lvm import LvmReader
 from oilfilm.readers.parquet import ParquetReader
 from oilfilm.readers.pcs import PcsReader
 from oilfilm.readers.tdms import TdmsReader
+
+
+class Reader(Protocol):
+    """A raw format. It knows its format and nothing else."""
+
+    name: str
+
+    def recognises(self, head: bytes) -> bool:
+        """True where the first bytes of a file look like this format."""
+        ...
+
+    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
+        """Runs and refusals of a file's bytes, read as logs of one kind of rig.
+
+        Runs are named after `file`, which is unique.
+
+        Raises nothing for a bad file: what cannot be used comes back among the refusals.
+        """
+        ...
+
 
 # The first that recognises a file reads it: csv, which takes any text in columns, comes last.
 READERS: tuple[Reader, ...] = (

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -92,23 +92,6 @@ class Reading:
     rows: int
     runs: list[LoggedRun] = field(default_factory=list)
     refusals: list[Refusal] = field(default_factory=list)
-
-
-class Reader(Protocol):
-    """A raw format. It knows its format and nothing else."""
-
-    name: str
-
-    def recognises(self, head: bytes) -> bool:
-        """True where the first bytes of a file look like this format."""
-        ...
-
-    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
-        """Runs and refusals of a file's bytes; runs are named after `file`, which is unique.
-
-        Raises nothing for a bad file: what cannot be used comes back among the refusals.
-        """
-        ...
 
 
 def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> Columns:

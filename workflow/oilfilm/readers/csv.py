@@ -4,7 +4,6 @@ data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,16 +13,7 @@ import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
 from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
-from oilfilm.readers.columns import (
-    COLUMNS_ADVICE,
-    TRACTION,
-    Renamed,
-    Vocabulary,
-    converted,
-    header_problem,
-    logged_run,
-    unreadable_rows,
-)
+from oilfilm.readers.columns import columns_advice, converted, unreadable_rows
 from oilfilm.readers.layout import (
     Layout,
     LayoutError,
@@ -32,6 +22,7 @@ from oilfilm.readers.layout import (
     find_layout,
     normalise,
 )
+from oilfilm.readers.log_kind import LogKind
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
@@ -51,64 +42,31 @@ class CsvReader:
             line.count(mark) >= 3 for line in text.splitlines()[:100] for mark in ",;\t|"
         )
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
         """See `Reader.read`."""
-        found = read_rows(content, file, config["campaign"].get("columns", {}))
-        if isinstance(found, Reading):
-            return found
-        layout = found.layout
-        problem = header_problem(layout.keys, layout.columns, config)
+        vocabulary = kind.vocabulary
+        try:
+            layout = find_layout(content, kind.renamed(config["campaign"]), vocabulary)
+        except LayoutError as error:
+            return refused_file(error.rows, "columns", str(error), columns_advice(vocabulary))
+        problem = kind.header_problem(layout.keys, layout.columns, config)
+        rows = count_rows(layout.table)
         if problem:
-            return refused_file(found.rows, *problem)
-        run = logged_run(
-            file, found.numbers, found.values, layout.columns, layout.keys, config, found.flaw
-        )
-        return Reading(found.rows, [run], found.refusals)
-
-
-@dataclass(frozen=True)
-class TextRows:
-    """The rows of a text log.
-
-    Attributes:
-        layout: How the log is written, with its header keys and columns.
-        rows: How many rows there are, good and bad.
-        values: Good rows' numbers by quantity, in the units of the layout's columns.
-        numbers: Their row numbers.
-        refusals: The other rows.
-        flaw: What is wrong with the run as a whole, if anything.
-    """
-
-    layout: Layout
-    rows: int
-    values: dict[str, FloatArray]
-    numbers: IndexArray
-    refusals: list[Refusal]
-    flaw: str
-
-
-def read_rows(
-    content: bytes, file: str, renamed: Renamed, vocabulary: Vocabulary = TRACTION
-) -> TextRows | Reading:
-    """Rows of a text log of one run named after its file; the refusal where it has no columns."""
-    try:
-        layout = find_layout(content, renamed, vocabulary)
-    except LayoutError as error:
-        return refused_file(error.rows, "columns", str(error), COLUMNS_ADVICE)
-    whole, _, tail = layout.table.rpartition(b"\n")
-    rows = count_rows(layout.table)
-    values, numbers, bad = _parse(whole, layout)
-    lines = layout.table.split(b"\n") if len(bad) else []
-    refusals = [
-        _bad_range(file, first, last, lines[first - 1], layout.first_line)
-        for first, last in as_ranges(bad)
-    ]
-    cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
-    cut = cut_row(cells, layout.width, rows, file)
-    if cut is not None:
-        refusals.append(cut)
-    flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
-    return TextRows(layout, rows, values, numbers, refusals, flaw)
+            return refused_file(rows, *problem)
+        whole, _, tail = layout.table.rpartition(b"\n")
+        values, numbers, bad = _parse(whole, layout)
+        lines = layout.table.split(b"\n") if len(bad) else []
+        refusals = [
+            _bad_range(file, first, last, lines[first - 1], layout.first_line)
+            for first, last in as_ranges(bad)
+        ]
+        cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
+        cut = cut_row(cells, layout.width, rows, file)
+        if cut is not None:
+            refusals.append(cut)
+        flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
+        run = kind.run(file, numbers, values, layout.columns, layout.keys, config, flaw)
+        return Reading(rows, [run], refusals)
 
 
 def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:

@@ -12,16 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.readers.base import Refusal
-from oilfilm.readers.columns import (
-    TRACTION,
-    Column,
-    Renamed,
-    Vocabulary,
-    find_columns,
-    fits,
-    meaning,
-    plain_key,
-)
+from oilfilm.readers.columns import find_columns, fits, meaning, plain_key
+from oilfilm.readers.log_kind import Column, Renamed, Vocabulary
 
 _DELIMITERS = (",", ";", "\t", "|")
 _EMPTY_LINES = re.compile(rb"\n{2,}")
@@ -57,7 +49,7 @@ class LayoutError(Exception):
         self.rows = rows
 
 
-def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary = TRACTION) -> Layout:
+def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Layout:
     """Find out how a log is written.
 
     Args:

@@ -17,13 +17,13 @@ from oilfilm.readers.base import LoggedRun, Reading, Refusal, damaged_file, refu
 from oilfilm.readers.columns import (
     FORMAT_ADVICE,
     LoggedTable,
-    Renamed,
     meaning,
     plain_key,
     read_table,
     refused_table,
 )
 from oilfilm.readers.layout import cut_row, normalise
+from oilfilm.readers.log_kind import LogKind
 
 FloatArray = npt.NDArray[np.float64]
 Cells = Mapping[str, Sequence[str]]
@@ -53,7 +53,7 @@ class LvmReader:
         """True for text that begins with the title of LVM."""
         return normalise(head).lstrip(b" \t\n").startswith(_TITLE)
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
         """See `Reader.read`."""
         text = normalise(content).decode("utf-8", "replace")
         mark = _SEPARATOR.search(text[:4000])
@@ -71,10 +71,12 @@ class LvmReader:
             run_id = f"{file}:segment{number}" if len(segments) > 1 else file
             complete = whole or number < len(segments)
             try:
-                table, cut = _table(header, segment, separator, complete, run_id, rows + 1, config)
+                table, cut = _table(
+                    header, segment, separator, complete, run_id, rows + 1, config, kind
+                )
             except Exception as error:  # whatever a damaged file makes the library stumble over
                 return damaged_file("lvm", error)
-            found, refused = _read(table, segment, config)
+            found, refused = _read(table, segment, config, kind)
             runs += found
             refusals += [*refused, *cut]
             rows += len(segment.rows)
@@ -82,7 +84,7 @@ class LvmReader:
 
 
 def _read(
-    table: LoggedTable, segment: _Segment, config: Mapping[str, Any]
+    table: LoggedTable, segment: _Segment, config: Mapping[str, Any], kind: LogKind
 ) -> tuple[list[LoggedRun], list[Refusal]]:
     """Run and refusals of a segment; none of one without rows."""
     if not segment.rows:
@@ -90,7 +92,7 @@ def _read(
     if not segment.names:
         reason = "the segment has no line `X_Value` with the names of its channels"
         return [], [refused_table(table, "columns", reason, FORMAT_ADVICE)]
-    return read_table(table, config)
+    return read_table(table, config, kind)
 
 
 def _split(lines: Sequence[str], separator: str) -> tuple[Cells, list[_Segment]]:
@@ -128,6 +130,7 @@ def _table(
     run_id: str,
     first_row: int,
     config: Mapping[str, Any],
+    kind: LogKind,
 ) -> tuple[LoggedTable, list[Refusal]]:
     """A segment as a table, and the refusal of a last row that may be cut."""
     kept, cut = list(segment.rows), []
@@ -140,9 +143,7 @@ def _table(
         cut = [found] if found else []
     decimal_mark = (header.get("decimal_separator") or ["."])[0] or "."
     values = _numbers(segment.names, kept, separator, decimal_mark)
-    names, units, columns_ = _named(
-        header, segment, values, decimal_mark, config["campaign"].get("columns", {})
-    )
+    names, units, columns_ = _named(header, segment, values, decimal_mark, config["campaign"], kind)
     flaw = _flaw(segment, cut)
     keys = _keys(header) | _keys(segment.header)
     return LoggedTable(run_id, keys, names, units, columns_, len(kept), first_row, flaw), cut
@@ -205,14 +206,16 @@ def _named(
     segment: _Segment,
     values: FloatArray,
     decimal_mark: str,
-    renamed: Renamed,
+    campaign: Mapping[str, Any],
+    kind: LogKind,
 ) -> tuple[list[str], list[str], list[FloatArray]]:
     """Names, units and columns, the X column being the time where no channel is."""
     names = list(segment.names)
     labels = ["", *segment.header.get("y_unit_label", [])]
     units = [labels[place] if place < len(labels) else "" for place in range(len(names))]
     columns = list(values.T)
-    known = [meaning(name, renamed) for name in names]
+    renamed = kind.renamed(campaign)
+    known = [meaning(name, renamed, kind.vocabulary) for name in names]
     is_time = (segment.header.get("x_dimension") or ["Time"])[0] in {"Time", ""}
     if not names or not is_time or any(found and found[0] == "time" for found in known):
         return names, units, columns

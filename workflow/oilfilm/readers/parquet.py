@@ -12,12 +12,12 @@ import pyarrow.parquet as parquet
 from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
 from oilfilm.readers.columns import (
     LoggedTable,
-    Renamed,
     header_text,
     meaning,
     plain_key,
     read_table,
 )
+from oilfilm.readers.log_kind import LogKind
 
 _MARKS = (b"PAR1", b"PARE")
 _OWN_TABLE = b"oilfilm"
@@ -35,7 +35,7 @@ class ParquetReader:
         """True for the mark of Parquet, encrypted or not."""
         return head.startswith(_MARKS)
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
         """See `Reader.read`."""
         if content.startswith(b"PARE"):
             return refused_file(
@@ -46,10 +46,10 @@ class ParquetReader:
             metadata = log.schema_arrow.metadata or {}
             if _OWN_TABLE in metadata:
                 return _own_table(log.metadata.num_rows, metadata[_OWN_TABLE])
-            table = _table(log, file, config["campaign"].get("columns", {}))
+            table = _table(log, file, config["campaign"], kind)
         except Exception as error:  # Arrow raises whatever a damaged file makes it stumble over
             return damaged_file("parquet", error)
-        runs, refusals = read_table(table, config)
+        runs, refusals = read_table(table, config, kind)
         # a table without rows is left to `ingest`, which says so
         return Reading(table.rows, runs, refusals) if table.rows else Reading(0)
 
@@ -64,14 +64,17 @@ def _own_table(rows: int, footer: bytes) -> Reading:
     )
 
 
-def _table(log: parquet.ParquetFile, file: str, renamed: Renamed) -> LoggedTable:
+def _table(
+    log: parquet.ParquetFile, file: str, campaign: Mapping[str, Any], kind: LogKind
+) -> LoggedTable:
     """The columns that mean something to a run; of the others only names are kept.
 
     Raises:
         ValueError: The numbers would not fit any log's size.
     """
     schema = log.schema_arrow
-    wanted = [name for name in schema.names if meaning(name, renamed) is not None]
+    renamed, vocabulary = kind.renamed(campaign), kind.vocabulary
+    wanted = [name for name in schema.names if meaning(name, renamed, vocabulary) is not None]
     _check_claims(log.metadata, len(wanted))
     columns = log.read(columns=list(dict.fromkeys(wanted)), use_threads=False)
     values, units = [], []

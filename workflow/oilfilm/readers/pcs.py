@@ -27,6 +27,8 @@ from oilfilm.readers.base import (
     refused_file,
     samples_of_run,
 )
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.traction_log import TRACTION
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -88,11 +90,18 @@ class PcsReader:
         text = head.decode("utf-8-sig", "replace")
         return any(_STEP.match(line) or "Test Data File" in line for line in text.splitlines()[:40])
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
         """See `Reader.read`."""
         text = _decode(content)
         steps = _with_own_labels(_steps(text.splitlines()))
         rows = sum(len(step.lines) for step in steps)
+        if kind is not TRACTION:
+            return refused_file(
+                rows,
+                "columns",
+                f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log",
+                "Move it to the folder of the campaign's traction logs.",
+            )
         oils = list(config["oils"])
         if len(oils) != 1 or len(config["rigs"]) != 1:
             return refused_file(

@@ -22,12 +22,12 @@ from oilfilm.readers.base import (
 )
 from oilfilm.readers.columns import (
     LoggedTable,
-    Renamed,
     header_text,
     meaning,
     plain_key,
     read_table,
 )
+from oilfilm.readers.log_kind import LogKind
 
 Values = npt.NDArray[Any]
 
@@ -63,7 +63,7 @@ class TdmsReader:
         """True where the first segment's tag stands at the very beginning."""
         return head.startswith(_TAG)
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any]) -> Reading:
+    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
         """See `Reader.read`."""
         flaw = _cut(content)
         try:
@@ -75,14 +75,13 @@ class TdmsReader:
         if flaw and not groups:
             return refused_file(0, "damaged_file", flaw, "Copy it again, or repeat the run.")
         labels = distinct(group.name for group in groups)
-        renamed = config["campaign"].get("columns", {})
         runs: list[LoggedRun] = []
         refusals: list[Refusal] = []
         rows = 0
         for group, label in zip(groups, labels, strict=True):
             run_id = f"{file}:{label}" if len(groups) > 1 else file
-            table, behind = _table(group, run_id, rows + 1, flaw, renamed)
-            found, refused = read_table(table, config)
+            table, behind = _table(group, run_id, rows + 1, flaw, config["campaign"], kind)
+            found, refused = read_table(table, config, kind)
             runs += found
             refusals += refused + behind
             rows += table.rows + sum(refusal.refused_rows for refusal in behind)
@@ -167,14 +166,20 @@ def _seconds(values: Values) -> Values:
 
 
 def _table(
-    group: _Group, run_id: str, first: int, flaw: str, renamed: Renamed
+    group: _Group,
+    run_id: str,
+    first: int,
+    flaw: str,
+    campaign: Mapping[str, Any],
+    kind: LogKind,
 ) -> tuple[LoggedTable, list[Refusal]]:
     """The rows that all channels of a run have, and the refusal of those behind them.
 
     Channels that mean nothing to a run may be of any length: they are not read. Time is made of
     the sampling interval where no channel has it.
     """
-    known = {name: meaning(name, renamed) for name in group.names}
+    renamed = kind.renamed(campaign)
+    known = {name: meaning(name, renamed, kind.vocabulary) for name in group.names}
     used = {
         name: len(column)
         for name, column in zip(group.names, group.values, strict=True)

@@ -9,10 +9,11 @@ from oilfilm.tables.fields import Table, count, flag, number, share, text
 class TorqueRuns(Table):
     """One steady plateau of a torque log: one speed of a bearing under one axial load."""
 
-    run_id: Series[str] = text("the log, relative to the folder of torque logs")
+    run_id: Series[str] = text("the log, as in the traction rig's `runs`: file, or file:group")
     oil: Series[str] = text("oil as named in config/oils")
     bearing: Series[str] = text("bearing as named in config/bearings")
     sha256: Series[str] = text("of the raw log's bytes")
+    reader: Series[str] = text("format that it was read as")
     first_row: Series[np.int64] = count("first row of the settled part, in the raw log")
     last_row: Series[np.int64] = count("last row of the settled part")
     n_samples: Series[np.int64] = count("rows averaged; flagged spikes are not among them")

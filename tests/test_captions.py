@@ -1,0 +1,40 @@
+"""Captions: every figure has one, and it says where its data are from."""
+
+import json
+
+import pytest
+
+from campaigns import ROOT
+from oilfilm.captions import CAPTIONS, caption
+from oilfilm.config import BEARING_FIGURES
+from oilfilm.figures import FIGURES, bearing
+
+DRAWN = FIGURES | bearing.FIGURES
+SIMULATED = {"name": "demo", "data": "simulated"}
+MEASURED = {"name": "june", "data": "measured", "film_unjudged": {"accept": True}}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_caption_is_whole_sentences_that_say_where_the_data_are_from(name: str) -> None:
+    words = caption(name, SIMULATED)
+    assert words.startswith(DRAWN[name].caption)
+    assert DRAWN[name].caption.endswith(".")
+    assert not DRAWN[name].title.endswith(".")
+    assert ("SIMULATED data" in words) == CAPTIONS[name].shows_data
+    if CAPTIONS[name].shows_data:
+        assert caption(name, MEASURED).endswith(
+            "Measured data, campaign 'june'; film thickness NOT JUDGED."
+        )
+
+
+def test_figures_of_the_paper_name_their_place_in_it() -> None:
+    assert "Fig. 2 of Deng et al., Lubricants 14 (2026) 33." in caption("fig02", SIMULATED)
+    named = {name for name, known in CAPTIONS.items() if known.paper}
+    assert named == {name for name, known in CAPTIONS.items() if known.category == "Paper"}
+
+
+def test_campaigns_may_ask_for_every_figure_that_is_drawn_and_for_no_other() -> None:
+    schema = json.loads((ROOT / "workflow/schemas/campaign.schema.json").read_text("utf-8"))
+    allowed = schema["properties"]["figures"]["items"]["enum"]
+    assert set(allowed) == set(DRAWN)
+    assert set(bearing.FIGURES) == BEARING_FIGURES

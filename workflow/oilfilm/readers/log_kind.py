@@ -1,0 +1,84 @@
+"""What the logs of one kind of rig may hold, and what is made of them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from oilfilm.readers.base import LoggedRun
+from oilfilm.units import Conversion
+
+FloatArray = npt.NDArray[np.float64]
+IndexArray = npt.NDArray[np.int64]
+Renamed = Mapping[str, Mapping[str, str]]
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """What the logs of one kind of rig may hold.
+
+    Attributes:
+        name: Kind of log, in a word.
+        columns_key: Key of the campaign file that says which columns have names of their own.
+        quantities: Quantity -> the units that can be used of it.
+        own_names: Column names that carry their unit -> quantity and unit.
+        always: Quantities that every log must have.
+        either: Sets of quantities of which one must be there; the first is what a log is asked for.
+    """
+
+    name: str
+    columns_key: str
+    quantities: Mapping[str, tuple[str, ...]]
+    own_names: Mapping[str, tuple[str, str]]
+    always: tuple[str, ...]
+    either: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a quantity stands in a row and what makes the reader's unit of it."""
+
+    quantity: str
+    place: int
+    to: Conversion
+
+
+class LogKind(Protocol):
+    """A kind of log: formats find names, units, keys and numbers, and it makes a run of them."""
+
+    vocabulary: Vocabulary
+
+    def renamed(self, campaign: Mapping[str, Any]) -> Renamed:
+        """Quantity -> `name` and `unit` of the columns with names of their own in a campaign."""
+        ...
+
+    def header_problem(
+        self, keys: Mapping[str, str], columns: Sequence[Column], config: Mapping[str, Any]
+    ) -> tuple[str, str, str] | None:
+        """Why a log with these keys and columns cannot be used: rule, reason, advice."""
+        ...
+
+    def run(
+        self,
+        run_id: str,
+        rows: IndexArray,
+        values: Mapping[str, FloatArray],
+        columns: Sequence[Column],
+        keys: Mapping[str, str],
+        config: Mapping[str, Any],
+        flaw: str = "",
+    ) -> LoggedRun:
+        """A continuous run out of the numbers of a log whose header has no problem.
+
+        Args:
+            run_id: Unique name of the run.
+            rows: Row numbers in the log, shape (n,).
+            values: Quantity -> numbers in the units of `columns`, each of shape (n,).
+            columns: As `find_columns` gave them.
+            keys: Header keys.
+            config: The resolved configuration.
+            flaw: What is wrong with the run as a whole, if anything.
+        """
+        ...

@@ -1,0 +1,88 @@
+"""Logs of a torque rig: what they hold, and the run that their columns make."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from oilfilm.readers.base import LoggedRun, Nominal
+from oilfilm.readers.columns import oil_problem, simulation_problem
+from oilfilm.readers.log_kind import Column, FloatArray, IndexArray, Renamed, Vocabulary
+
+# Column names that carry their unit, as the project writes them: every log must have them all.
+_OWN_NAMES = {
+    "time_s": ("time", "s"),
+    "axial_load_n": ("axial_load", "N"),
+    "inner_speed_rpm": ("inner_speed", "rpm"),
+    "oil_temperature_c": ("oil_temperature", "degC"),
+    "outer_ring_temperature_c": ("outer_ring_temperature", "degC"),
+    "torque_n_m": ("torque", "N m"),
+}
+
+
+class TorqueLog:
+    """Axial load, speed, temperatures and friction torque of a bearing against time.
+
+    The samples of its runs have the columns of the project's own names and `row`; a run's `rig` is
+    its bearing.
+    """
+
+    vocabulary = Vocabulary(
+        "torque",
+        "torque: columns",
+        {quantity: (unit,) for quantity, unit in _OWN_NAMES.values()},
+        _OWN_NAMES,
+        tuple(quantity for quantity, _ in _OWN_NAMES.values()),
+        ((),),
+    )
+
+    def renamed(self, campaign: Mapping[str, Any]) -> Renamed:
+        """See `LogKind.renamed`."""
+        return dict(campaign["torque"].get("columns", {}))
+
+    def header_problem(
+        self, keys: Mapping[str, str], columns: Sequence[Column], config: Mapping[str, Any]
+    ) -> tuple[str, str, str] | None:
+        """See `LogKind.header_problem`."""
+        bearing = config["campaign"]["torque"]["bearing"]
+        return (
+            oil_problem(keys, config)
+            or _bearing_problem(keys.get("bearing", bearing), bearing)
+            or simulation_problem(keys, config)
+        )
+
+    def run(
+        self,
+        run_id: str,
+        rows: IndexArray,
+        values: Mapping[str, FloatArray],
+        columns: Sequence[Column],
+        keys: Mapping[str, str],
+        config: Mapping[str, Any],
+        flaw: str = "",
+    ) -> LoggedRun:
+        """See `LogKind.run`."""
+        samples = {name: values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
+        bearing = config["campaign"]["torque"]["bearing"]
+        label = keys.get("run", "")
+        return LoggedRun(
+            run_id,
+            keys["oil"],
+            bearing,
+            "continuous",
+            Nominal(),
+            {"row": rows, **samples},
+            flaw,
+            label,
+        )
+
+
+TORQUE = TorqueLog()
+
+
+def _bearing_problem(named: str, bearing: str) -> tuple[str, str, str] | None:
+    if named == bearing:
+        return None
+    return (
+        "other_bearing",
+        f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
+        "Correct the header, or put the log into a campaign of its own.",
+    )

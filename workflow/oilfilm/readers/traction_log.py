@@ -1,0 +1,192 @@
+"""Logs of a traction rig: what they hold, and the run that their columns make."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from oilfilm.contact import load_for_max_hertz_pressure
+from oilfilm.readers.base import (
+    LARGEST_READING,
+    SET_POINTS,
+    LoggedRun,
+    Nominal,
+    number,
+    samples_of_run,
+)
+from oilfilm.readers.columns import FORMAT_ADVICE, oil_problem, simulation_problem, unknown
+from oilfilm.readers.log_kind import Column, FloatArray, IndexArray, Renamed, Vocabulary
+from oilfilm.rigs import contact_of
+from oilfilm.semantics import Semantics, semantics_of
+from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA, rpm_to_surface_speed
+
+# What a log may hold -> the units that can be used of it.
+QUANTITIES = {
+    "time": ("s",),
+    "load": ("N", "GPa"),
+    "traction_force": ("N",),
+    "inlet_temperature": ("degC",),
+    "ball_speed": ("rpm", "m/s"),
+    "disc_speed": ("rpm", "m/s"),
+    "entrainment_speed": ("m/s",),
+    "slide_roll_ratio": ("1",),
+}
+_ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
+# Either pair gives both surface speeds; the first is what a log is asked for.
+_SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
+# Column names that carry their unit, as the project writes them.
+_OWN_NAMES = {
+    "time_s": ("time", "s"),
+    "load_n": ("load", "N"),
+    "max_hertz_pressure_gpa": ("load", "GPa"),
+    "traction_force_n": ("traction_force", "N"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+    "ball_speed_rpm": ("ball_speed", "rpm"),
+    "ball_speed_m_s": ("ball_speed", "m/s"),
+    "disc_speed_rpm": ("disc_speed", "rpm"),
+    "disc_speed_m_s": ("disc_speed", "m/s"),
+    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
+    "slide_roll_ratio": ("slide_roll_ratio", "1"),
+}
+# No material bears more; the load that goes with the cube of it would be no number of a table.
+_HARDEST_GPA = 1e3
+
+
+class TractionLog:
+    """Load, traction force, surface speeds and temperature against time."""
+
+    vocabulary = Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS)
+
+    def renamed(self, campaign: Mapping[str, Any]) -> Renamed:
+        """See `LogKind.renamed`."""
+        return dict(campaign.get("columns", {}))
+
+    def header_problem(
+        self, keys: Mapping[str, str], columns: Sequence[Column], config: Mapping[str, Any]
+    ) -> tuple[str, str, str] | None:
+        """See `LogKind.header_problem`."""
+        rig = _rig_name(keys, config)
+        return (
+            oil_problem(keys, config)
+            or unknown("rig", rig, config["rigs"])
+            or simulation_problem(keys, config)
+            or _set_point_problem(keys)
+            or _rig_problem(columns, rig, config["rigs"][rig])
+        )
+
+    def run(
+        self,
+        run_id: str,
+        rows: IndexArray,
+        values: Mapping[str, FloatArray],
+        columns: Sequence[Column],
+        keys: Mapping[str, str],
+        config: Mapping[str, Any],
+        flaw: str = "",
+    ) -> LoggedRun:
+        """See `LogKind.run`."""
+        rig_name = _rig_name(keys, config)
+        rig = config["rigs"][rig_name]
+        units = {column.quantity: column.to.unit for column in columns}
+        log = semantics_of(config["campaign"], rig_name)
+        ball, disc = _surface_speeds(values, units, rig, log)
+        samples = samples_of_run(
+            row=rows,
+            time_s=values["time"],
+            load_n=_load_n(values["load"], units["load"], rig),
+            traction_force_n=values["traction_force"],
+            ball_speed_m_s=ball,
+            disc_speed_m_s=disc,
+            inlet_temperature_c=values["inlet_temperature"],
+        )
+        given = {name: _set_point(name, keys[name]) for name in SET_POINTS if name in keys}
+        header = {name: value for name, value in given.items() if value is not None}
+        nominal = Nominal.planned(config["campaign"], header)
+        return LoggedRun(
+            run_id, keys["oil"], rig_name, "continuous", nominal, samples, flaw, keys.get("run", "")
+        )
+
+
+TRACTION = TractionLog()
+
+
+def _set_point_problem(keys: Mapping[str, str]) -> tuple[str, str, str] | None:
+    """What is wrong with a set point of the header."""
+    for name in SET_POINTS:
+        if name in keys and _set_point(name, keys[name]) is None:
+            return (
+                "header",
+                f"the header says {name}: {keys[name][:60]!r}; expected a number above "
+                f"{_least(name):g}, below {_most(name):g}",
+                f"Correct the header. {FORMAT_ADVICE}",
+            )
+    return None
+
+
+def _set_point(name: str, text: str) -> float | None:
+    """The number that a header gives, with a decimal point or comma; None where it gives none."""
+    try:
+        value = number(text if "." in text else text.replace(",", ".", 1))
+    except ValueError:
+        return None
+    return value if _least(name) < value < _most(name) else None
+
+
+def _least(name: str) -> float:
+    return ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
+
+
+def _most(name: str) -> float:
+    return _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
+
+
+def _rig_problem(
+    columns: Sequence[Column], name: str, rig: Mapping[str, Any]
+) -> tuple[str, str, str] | None:
+    """What the columns need of the rig and its file does not say."""
+    units = {column.quantity: column.to.unit for column in columns}
+    needed = [
+        f"{body}_track_radius_m" for body in ("ball", "disc") if units.get(f"{body}_speed") == "rpm"
+    ]
+    needed += ["ball_radius_m"] if units["load"] == "GPa" else []
+    missing = [key for key in needed if key not in rig]
+    if not missing:
+        return None
+    return (
+        "rig",
+        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
+        f"Add it to config/rigs/{name}.yaml.",
+    )
+
+
+def _rig_name(keys: Mapping[str, str], config: Mapping[str, Any]) -> str:
+    return keys.get("rig", next(iter(config["rigs"])))
+
+
+def _load_n(values: FloatArray, unit: str, rig: Mapping[str, Any]) -> FloatArray:
+    """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
+    contact = contact_of(rig)
+    if unit == "N" or contact is None:
+        return values
+    return load_for_max_hertz_pressure(
+        values * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
+    )
+
+
+def _surface_speeds(
+    values: Mapping[str, FloatArray],
+    units: Mapping[str, str],
+    rig: Mapping[str, Any],
+    log: Semantics,
+) -> tuple[FloatArray, FloatArray]:
+    """Surface speeds of ball and disc in m/s, from theirs or from entrainment speed and slip."""
+    if "ball_speed" in values:
+        ball, disc = (
+            values[f"{body}_speed"]
+            if units[f"{body}_speed"] == "m/s"
+            else rpm_to_surface_speed(values[f"{body}_speed"], rig[f"{body}_track_radius_m"])
+            for body in ("ball", "disc")
+        )
+        return ball, disc
+    mean = values["entrainment_speed"]
+    # a logged ratio is positive with the slower body slowed
+    sliding = log.direction * log.over_mean(values["slide_roll_ratio"]) * mean
+    return mean - sliding / 2, mean + sliding / 2
