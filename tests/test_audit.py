@@ -386,6 +386,21 @@ def test_full_film_leaves_out_what_is_not_of_the_matrix(demo: Campaign) -> None:
     assert (refit.points["lambda_ratio"] > 3).all()
 
 
+def test_full_film_counts_logs_that_note_a_load_or_round_their_set_points(demo: Campaign) -> None:
+    coefficients = demo.fit("4102", bootstrap=20, searches=2).coefficients
+    runs = demo.curated.runs
+    noted = runs.assign(
+        nominal_max_hertz_pressure_gpa=np.nan,
+        nominal_load_n=runs["nominal_load_n"].round(1),
+        nominal_inlet_temperature_c=runs["nominal_inlet_temperature_c"] + 0.3,
+    )
+    of_runs = (
+        refit_evidence(coefficients, demo.curated.points, some, OILS, demo.config).points
+        for some in (runs, noted)
+    )
+    pd.testing.assert_frame_equal(*of_runs)
+
+
 def test_claim_about_oils_that_were_not_fitted_cannot_be_checked(
     config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
 ) -> None:

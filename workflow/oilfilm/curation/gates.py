@@ -406,8 +406,8 @@ POINT_GATES = (
             | (points["traction_transient"].abs() > limits["traction_transient_max"])
         ).to_numpy(),
         lambda points, limits: (
-            f"the first fifth of the plateaus differs from the rest by up to "
-            f"{points['slip_transient'].abs().max():.4f} in slip and "
+            f"the first {limits['transient_share']:.0%} of the plateaus differ from the rest by up "
+            f"to {points['slip_transient'].abs().max():.4f} in slip and "
             f"{points['traction_transient'].abs().max():.4f} in traction; allowed "
             f"{limits['slip_transient_max']:g} and {limits['traction_transient_max']:g}"
         ),
