@@ -2,6 +2,7 @@
 
 import gzip
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from campaigns import ROOT
+from oilfilm import ingest
 from oilfilm.config import resolve
 from oilfilm.ingest import read_log, unpack
 from oilfilm.readers.layout import encoding_of
@@ -244,3 +246,15 @@ def test_encoding_is_known_without_a_mark(text: str, encoding: str) -> None:
 def test_impossible_unit_is_refused_in_words(unit: str) -> None:
     with pytest.raises(ValueError, match="is none of N or GPa"):
         conversion(unit, ("N", "GPa"))
+
+
+def test_file_larger_than_any_log_is_refused_and_never_read_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ingest, "LARGEST_LOG", 1000)
+    log = tmp_path / "log.csv"
+    log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
+    content = ingest.read_bytes(log)
+    assert len(content) == 1001
+    (refusal,) = ingest.read_log(content, "log.csv", CONFIG)[1].refusals
+    assert refusal.rule == "too_large"
