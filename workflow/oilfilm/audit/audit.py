@@ -153,7 +153,9 @@ def _judge(
     except NotCheckableError as reason:
         return _row("cannot be checked", f"cannot be checked: {reason}", _PLACES[check.where])
     finding = found[check.where]
-    assert finding is not None
+    if finding is None:
+        words = f"cannot be checked: {_PLACES[check.where]} has no place that the claim is about"
+        return _row("cannot be checked", words, _PLACES[check.where])
     share = finding.share
     if share >= settings["holds_share"] and finding.complete:
         verdict = "holds"

@@ -14,6 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.signals import Signals
+from oilfilm.units import conversion
 
 BoolArray = npt.NDArray[np.bool_]
 FloatArray = npt.NDArray[np.float64]
@@ -21,8 +22,8 @@ Limits = Mapping[str, Any]
 # Plateaus of one run: column -> array over them.
 Columns = dict[str, npt.NDArray[Any]]
 
-# What a load is multiplied by when its unit is mistaken for N.
-_LOAD_UNITS = {"kgf": 1 / 9.80665, "lbf": 1 / 4.4482216, "gf": 1000 / 9.80665}
+# What a load may be in where it is said to be in N.
+_LOAD_UNITS = ("kgf", "lbf", "gf")
 
 
 @dataclass(frozen=True)
@@ -266,8 +267,8 @@ def _describe_load(points: pd.DataFrame, limits: Limits) -> str:
     load, nominal = points["load_n"].mean(), points["nominal_load_n"].iloc[0]
     hints = [
         f"; {load / nominal:.4f} is the ratio of {unit} to N, so the load may be in {unit}"
-        for unit, ratio in _LOAD_UNITS.items()
-        if abs(load / nominal / ratio - 1) < 2 * limits["load_tolerance"]
+        for unit in _LOAD_UNITS
+        if abs(load / nominal * conversion(unit, ("N",)).scale - 1) < 2 * limits["load_tolerance"]
     ]
     return (
         f"the load is {load:.2f} N on average, nominal {nominal:.2f} N "
