@@ -21,7 +21,7 @@ from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.traction import LAWS
 
 LAW = LAWS["deng2026"]
-SAME = resolve(ROOT / "config", {})["same_set_point"]
+
 
 BOX = {  # config/campaigns/demo.yaml
     "max_hertz_pressure_gpa": (1.0, 1.5),
@@ -64,7 +64,7 @@ def compared(
 ) -> tuple[dict[str, Any], pd.DataFrame]:
     config = resolve(ROOT / "config", {"campaign": campaign})
     truth, quality = truth_grid(config, printed()), quality_of(coefficients, box)
-    return config, extrapolate(truth, coefficients, tables.empty("refits"), quality, SAME)
+    return config, extrapolate(truth, coefficients, tables.empty("refits"), quality)
 
 
 def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
@@ -82,7 +82,6 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
         pd.concat([fit.coefficients for fit in fits]),
         pd.concat([fit.refits for fit in fits]),
         pd.concat([fit.fit_quality for fit in fits]),
-        SAME,
     )
     # tools.md, simulated: curve-level errors of 2 % gain, 1 K and 1 % stress make mu uncertain by
     # 0.9-1.4 % in the test box and 4-5 % at 2.5 GPa and 200 m/s; the twin's are half as large
@@ -168,8 +167,7 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: 
             for number in range(laws)
         ]
     )
-    empty = (tables.empty(name) for name in ("points", "runs", "coefficients", "coverage"))
-    figure, drawn = FIGURES["extrapolation"].draw(Results(*empty, several), config)
+    figure, drawn = FIGURES["extrapolation"].draw(Results(extrapolation=several), config)
     assert set(drawn["law"]) == {"", *(f"law {number}" for number in range(laws))}
     assert (drawn["kind"] == "error").sum() == 3 * laws
     true = drawn[drawn["kind"] == "true"]
@@ -184,8 +182,9 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: 
 def test_law_that_runs_away_does_not_press_the_others_flat() -> None:
     config, found = compared("thermal", constants_of(printed()))
     wild = found.assign(law="wild", traction_coefficient=found["traction_coefficient"] * 1e3)
-    empty = (tables.empty(name) for name in ("points", "runs", "coefficients", "coverage"))
-    figure, _ = FIGURES["extrapolation"].draw(Results(*empty, pd.concat([found, wild])), config)
+    figure, _ = FIGURES["extrapolation"].draw(
+        Results(extrapolation=pd.concat([found, wild])), config
+    )
     panel, *_, errors = figure.axes
     largest = found.loc[found["oil"] == "4050", "true_traction_coefficient"].max()
     assert panel.get_ylim()[1] <= 2 * largest

@@ -8,14 +8,17 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
+from oilfilm.units import FloatArray
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
+_SLACK = 0.005  # relative, of a tested level
 _WORDS = ("pressure", "speed", "temperature")  # of CONDITIONS
 
 
@@ -24,7 +27,6 @@ def extrapolate(
     coefficients: pd.DataFrame,
     refits: pd.DataFrame,
     quality: pd.DataFrame,
-    same_set_point: Mapping[str, float],
     laws: Mapping[str, Mapping[str, Law]] | None = None,
 ) -> pd.DataFrame:
     """Every fitted law's traction, with its own interval, beside the true one.
@@ -34,8 +36,6 @@ def extrapolate(
         coefficients: Table of coefficients, of any number of laws.
         refits: Table of refits.
         quality: Table of fit quality, which knows each fit's tested box.
-        same_set_point: How far a level may be from a tested one and be tested all the same
-            (configuration).
         laws: The laws by name, for each oil; without it those that need no properties of the oil.
 
     Returns:
@@ -56,7 +56,7 @@ def extrapolate(
                 "upper": found.upper,
             }
             of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law)]
-            beyond = _beyond(of_oil, of_fit.iloc[0], same_set_point)
+            beyond = _beyond(of_oil, of_fit.iloc[0])
             cut = {name: np.clip(mu, -_CUT_OFF, _CUT_OFF) for name, mu in numbers.items()}
             parts.append(named.assign(law=law, beyond=beyond, **cut))
     return tables.conform(pd.concat(parts, ignore_index=True), "extrapolation", "extrapolation")
@@ -110,17 +110,25 @@ def relative_rms(compared: pd.DataFrame) -> float:
     return float(_errors(compared)["relative_rms"])
 
 
-def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]", same: Mapping[str, float]) -> list[str]:
-    """The conditions of each row that lie outside those fitted, joined; all where none is known."""
-    low, high = (
-        np.array([fit[f"tested_{end}_{name}"] for name in CONDITIONS], dtype=float)
-        for end in ("min", "max")
-    )
-    at = truth[list(CONDITIONS)].to_numpy()
+def is_beyond(at: FloatArray, box: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which levels lie outside those tested; all where none is known.
+
+    Args:
+        at: Levels, shape (points, conditions).
+        box: Smallest and largest tested level of each condition, shape (conditions, 2).
+    """
+    low, high = box.T
     # a level that every run of it missed by a trifle is tested all the same
-    degrees = np.array([name == "inlet_temperature_c" for name in CONDITIONS])
-    slack = np.where(degrees, same["temperature_c"], same["relative"] * high)
-    outside = ~((at >= low - slack) & (at <= high + slack))
+    slack = _SLACK * high
+    return np.asarray(~((at >= low - slack) & (at <= high + slack)))
+
+
+def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]") -> list[str]:
+    """The conditions of each row that lie outside those fitted, joined."""
+    box = np.array(
+        [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS], dtype=float
+    )
+    outside = is_beyond(truth[list(CONDITIONS)].to_numpy(), box)
     return [", ".join(np.array(_WORDS)[row]) for row in outside]
 
 

@@ -45,6 +45,8 @@ rule torque:
         runs=rules.torque_runs.output.runs,
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        law_coefficients=rules.comparisons.output.law_coefficients,
+        law_quality=rules.comparisons.output.law_fit_quality,
     output:
         torque="<tables>/torque.parquet",
         inversion="<tables>/torque_inversion.parquet",
@@ -58,20 +60,25 @@ rule torque:
 
 
 rule bearing_maps:
-    "Cage slip over speed and load, the size effect, and a published power loss."
+    "Cage slip over speed and load and the oil that holds it, the size effect, a published loss."
     input:
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        law_coefficients=rules.comparisons.output.law_coefficients,
+        law_quality=rules.comparisons.output.law_fit_quality,
         published="data/reference/power_loss.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",
+        slip_advice="<tables>/slip_advice.parquet",
         size_effect="<tables>/size_effect.parquet",
         power_loss="<tables>/power_loss.parquet",
     log:
         "<logs>/bearing-maps.log",
     params:
         code=code("bearing_maps.py"),
-        config=part("rigs", "oils", "bearings", "bearing", campaign=("torque",)),
+        config=part(
+            "rigs", "oils", "bearings", "bearing", "gates", "selection", campaign=("torque",)
+        ),
     script:
         "../scripts/bearing_maps.py"
 
@@ -82,25 +89,3 @@ TORQUE = (
     if "torque" in CAMPAIGN
     else []
 )
-
-
-rule bearing_figures:
-    "The figures of the bearing, as PNG and SVG, and exactly what each draws."
-    input:
-        runs=rules.torque_runs.output.runs,
-        torque=rules.torque.output.torque,
-        cage_slip=rules.bearing_maps.output.cage_slip,
-        size_effect=rules.bearing_maps.output.size_effect,
-        power_loss=rules.bearing_maps.output.power_loss,
-    output:
-        png=expand("<figures>/{figure}.png", figure=TORQUE_FIGURES),
-        svg=expand("<figures>/{figure}.svg", figure=TORQUE_FIGURES),
-        drawn=expand("<figures>/{figure}.parquet", figure=TORQUE_FIGURES),
-    log:
-        "<logs>/bearing-figures.log",
-    params:
-        code=code("bearing_figures.py"),
-        figures=TORQUE_FIGURES,
-        config=part("oils", "bearing", "figures"),
-    script:
-        "../scripts/bearing_figures.py"

@@ -14,7 +14,6 @@ with job(snakemake) as provenance:
         tables.read("law_coefficients", Path(found.coefficients)),
         tables.read("law_refits", Path(found.refits)),
         tables.read("law_fit_quality", Path(found.quality)),
-        snakemake.params.config["same_set_point"],
         {oil: laws_of(oil, snakemake.params.config) for oil in snakemake.params.config["oils"]},
     )
     tables.write(compared, "extrapolation", Path(made.compared), provenance)
