@@ -54,7 +54,7 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
         config: The resolved configuration.
 
     Raises:
-        OilfilmError: A file cannot be read at all.
+        OilfilmError: A file cannot be read at all, or has the name of a run of another one.
         AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
     """
     return ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
@@ -65,12 +65,19 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
     logged: dict[str, list[LoggedRun]] = {oil: [] for oil in config["oils"]}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
+    named: dict[str, str] = {}
     name = config["campaign"]["name"]
     for file, content in logs:
         reader_name, reading = read_log(content, file, config)
         about = {"campaign": name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
         for run in reading.runs:
+            other = named.setdefault(run.run_id, file)
+            if other != file:
+                raise OilfilmError(
+                    f"{file}: its run would have the name {run.run_id!r}, as one of {other} has "
+                    "already. Rename the file."
+                )
             rows_refused = sum(r.refused_rows for r in reading.refusals if r.run_id == run.run_id)
             runs.append(
                 {**about, **_about_run(run, config), "sha256": digest, "reader": reader_name}
