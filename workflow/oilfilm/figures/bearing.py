@@ -152,8 +152,10 @@ def cage_slip(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figur
         _say_nothing(axes[0], "No oil has a law that a bearing could use.")
         return _finish(figure, config), tables.empty("cage_slip_map")
     count = len(oils) + (not advice.empty)
-    rows = -(-count // 2)
-    figure, axes = style.panels(rows, 2, style.DOUBLE_COLUMN_IN, 2.2 * rows + 0.4)
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    width = style.DOUBLE_COLUMN_IN if columns > 1 else style.SINGLE_COLUMN_IN
+    figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.4)
     drawn = []
     for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
         of_oil = table[table["oil"] == oil]
@@ -172,7 +174,7 @@ def cage_slip(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figur
     axes[0].yaxis.set_major_formatter("{x:g}")
     bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
     bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
-    for axis in axes[max(count - 2, 0) :]:
+    for axis in axes[max(count - columns, 0) :]:
         axis.set_xlabel("Pitch diameter times speed (million mm rpm)")
     figure.supylabel("Axial load (kN)", fontsize=8)
     temperature = config["bearing"]["cage_slip"]["inlet_temperature_c"]
@@ -263,10 +265,10 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     axes = figure.subplots(1, 2, sharey=True)
     panels = (
-        ("ball size", "ball_diameter_mm", "Ball diameter (mm)"),
-        ("conformity", "groove_curvature", "Groove radius over ball diameter (1)"),
+        ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "stress and surface speed"),
+        ("conformity", "groove_curvature", "Groove radius over ball diameter (1)", "load, speed"),
     )
-    for letter, axis, (varied, column, label) in zip("ab", axes, panels, strict=True):
+    for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
         rows = table[(table["varied"] == varied) & (table["basis"] != "stress")]
         for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
             of_series = rows[(rows["oil"] == oil) & (rows["basis"] == basis)]
@@ -281,7 +283,7 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
             )
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(label)
-        axis.set_title(f"({letter}) {varied}")
+        axis.set_title(f"({letter}) {varied} at the same {held}")
     axes[0].set_ylabel("Traction torque against\nthe stress basis (%)")
     if table.empty:
         _say_nothing(axes[0], "No oil has a law that a bearing could use.")
@@ -289,11 +291,6 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
         axes[0].legend(loc="upper left")
         handles = _basis_handles()[1:]
         axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
-    style.say_key(
-        figure,
-        "(a) all lengths in proportion, the same stress and surface speed; (b) the same load and "
-        "speed.",
-    )
     return _finish(figure, config), table
 
 

@@ -35,11 +35,11 @@ def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, s
         renamed: Quantity -> `name` and `unit`, for columns with names of their own.
         vocabulary: What such logs may hold.
     """
-    for quantity, given in renamed.items():
-        if name == given["name"]:
-            return quantity, given.get("unit")
     bracketed = _UNIT_IN_NAME.match(name)
     bare, unit = (bracketed["name"], bracketed["unit"]) if bracketed else (name, None)
+    for quantity, given in renamed.items():
+        if given["name"] in (name, bare):
+            return quantity, given.get("unit") or unit
     plain = plain_key(bare)
     if plain in vocabulary.own_names:
         quantity, own_unit = vocabulary.own_names[plain]
