@@ -18,6 +18,10 @@ include: "workflow/rules/audit.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
+include: "workflow/rules/report.smk"
+
+
+report: caption_file("campaign")
 
 
 rule all:
@@ -25,14 +29,19 @@ rule all:
     default_target: True
     input:
         rules.summary.output,
+        rules.report.output,
         rules.certified.output,
         rules.coverage.output,
         rules.refused.output,
         rules.audit.output,
-        rules.figures.output,
-        rules.bearing_figures.output,
+        rules.figures.input,
         rules.metadata.output,
+        rules.captions.output,
         rules.exports.output,
+
+
+# It takes what `all` asks for.
+include: "workflow/rules/release.smk"
 
 
 onsuccess:

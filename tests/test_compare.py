@@ -137,9 +137,6 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
         tables.conform(table, name, name)
     results = Results(
         refused,
-        tables.empty("runs"),
-        tables.empty("coefficients"),
-        tables.empty("coverage"),
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,
     )
@@ -155,9 +152,6 @@ def test_fig04_draws_what_the_table_says(quick: dict[str, Any]) -> None:
     found = compare_laws(points, "4050", config)
     results = Results(
         points,
-        tables.empty("runs"),
-        tables.empty("coefficients"),
-        tables.empty("coverage"),
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,
     )

@@ -17,7 +17,7 @@ from oilfilm.figures import FIGURES, Results, style
 def results(demo: Campaign) -> Results:
     curated = demo.curated
     covered = coverage(curated.runs, demo.config)
-    return Results(curated.points, curated.runs, tables.empty("coefficients"), covered)
+    return Results(curated.points, curated.runs, coverage=covered)
 
 
 def without_matrix(config: dict[str, Any]) -> dict[str, Any]:
@@ -35,8 +35,7 @@ def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]
 
 
 def map_of(covered: pd.DataFrame, config: dict[str, Any]) -> tuple[Any, pd.DataFrame, str]:
-    empty = tables.empty("points"), tables.empty("runs"), tables.empty("coefficients")
-    figure, drawn = FIGURES["coverage"].draw(Results(*empty, covered), config)
+    figure, drawn = FIGURES["coverage"].draw(Results(coverage=covered), config)
     figure.canvas.draw()
     words = [text.get_text() for axis in figure.axes for text in axis.texts]
     return figure, drawn, " ".join(words)

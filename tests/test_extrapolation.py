@@ -167,8 +167,7 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: 
             for number in range(laws)
         ]
     )
-    empty = (tables.empty(name) for name in ("points", "runs", "coefficients", "coverage"))
-    figure, drawn = FIGURES["extrapolation"].draw(Results(*empty, several), config)
+    figure, drawn = FIGURES["extrapolation"].draw(Results(extrapolation=several), config)
     assert set(drawn["law"]) == {"", *(f"law {number}" for number in range(laws))}
     assert (drawn["kind"] == "error").sum() == 3 * laws
     true = drawn[drawn["kind"] == "true"]
@@ -183,8 +182,9 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: 
 def test_law_that_runs_away_does_not_press_the_others_flat() -> None:
     config, found = compared("thermal", constants_of(printed()))
     wild = found.assign(law="wild", traction_coefficient=found["traction_coefficient"] * 1e3)
-    empty = (tables.empty(name) for name in ("points", "runs", "coefficients", "coverage"))
-    figure, _ = FIGURES["extrapolation"].draw(Results(*empty, pd.concat([found, wild])), config)
+    figure, _ = FIGURES["extrapolation"].draw(
+        Results(extrapolation=pd.concat([found, wild])), config
+    )
     panel, *_, errors = figure.axes
     largest = found.loc[found["oil"] == "4050", "true_traction_coefficient"].max()
     assert panel.get_ylim()[1] <= 2 * largest

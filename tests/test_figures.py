@@ -97,7 +97,7 @@ def test_figure_without_any_accepted_point_says_so(
 ) -> None:
     refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
     fits = [fit_oil(refused, oil, None, config).coefficients for oil in config["oils"]]
-    results = Results(refused, demo.curated.runs, pd.concat(fits), tables.empty("coverage"))
+    results = Results(refused, demo.curated.runs, pd.concat(fits))
     figure, drawn = FIGURES[name].draw(results, config)
     tables.conform(drawn, FIGURES[name].table, name)
     if name != "eqs11-13":
@@ -119,9 +119,8 @@ def test_real_curves_are_called_measured(etm: Campaign) -> None:
 def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> None:
     settings = printed_settings(config)
     studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
-    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
     signs, sign_verdicts = studied
-    results = Results(*nothing, signs=signs, sign_verdicts=sign_verdicts)
+    results = Results(signs=signs, sign_verdicts=sign_verdicts)
     figure, drawn = FIGURES["signs"].draw(results, config)
     tables.conform(drawn, "sign_study", "signs")
     words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
@@ -134,8 +133,7 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
 
 
 def test_sign_study_of_oils_without_printed_constants_says_so(config: dict[str, Any]) -> None:
-    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
-    figure, drawn = FIGURES["signs"].draw(Results(*nothing), config)
+    figure, drawn = FIGURES["signs"].draw(Results(), config)
     assert drawn.empty
     assert "no oil of this campaign" in figure.axes[0].texts[0].get_text()
 
@@ -174,10 +172,9 @@ def audited(config: dict[str, Any]) -> Results:
         replace(printed_evidence(printed(), list(printed()), config), basis=basis)
         for basis in ("refit", "printed")
     ]
-    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
     advice = select(bases, config["selection"], config["printed"]["boxes"]["extrapolated"])
     claims = audit(read_claims(CLAIMS), bases, config)
-    return Results(*nothing, claims=claims, selection=advice)
+    return Results(claims=claims, selection=advice)
 
 
 def test_bars_of_the_claims_are_as_long_as_their_shares(
@@ -211,7 +208,6 @@ def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
 
 
 def test_map_of_oils_that_are_not_there_says_so(config: dict[str, Any]) -> None:
-    nothing = [tables.empty(name) for name in ("points", "runs", "coefficients", "coverage")]
-    figure, drawn = FIGURES["selection"].draw(Results(*nothing), config)
+    figure, drawn = FIGURES["selection"].draw(Results(), config)
     assert drawn.empty
     assert "no map" in figure.axes[0].texts[0].get_text()

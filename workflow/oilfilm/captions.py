@@ -8,6 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 _PAPER = "Deng et al., Lubricants 14 (2026) 33"
+_REFIT = (
+    " Full lines: the refit in its 95 % interval; thin dashed lines: the constants printed in the "
+    "paper, signs restored; shaded: beyond the conditions tested."
+)
+_TEMPERATURES = " The temperatures are ours: the paper does not print its own." + _REFIT
 
 
 @dataclass(frozen=True)
@@ -52,11 +57,10 @@ CAPTIONS: dict[str, Caption] = {
     "tab02": Caption(
         "Test matrix",
         "Levels of maximum Hertz pressure (GPa), entrainment speed (m/s), inlet temperature "
-        "(\N{DEGREE SIGN}C) and slide-roll ratio, as configured. The paper's own table is lost; "
-        "this is the natural reading of its text.",
+        "(\N{DEGREE SIGN}C) and slide-roll ratio, as configured, and the curves that were "
+        "accepted. The paper's own table is lost; what its text still says stands beside it.",
         "Paper",
         "Table 2",
-        shows_data=False,
     ),
     "fig02": Caption(
         "Traction curves of one oil",
@@ -117,28 +121,29 @@ CAPTIONS: dict[str, Caption] = {
     "fig07": Caption(
         "Traction against slip at 200 m/s",
         "Traction coefficient of all oils against slide-roll ratio, a panel a pressure, at several "
-        "inlet temperatures.",
+        "inlet temperatures." + _TEMPERATURES,
         "Paper",
         "Fig. 7",
     ),
     "fig08": Caption(
         "Traction against entrainment speed",
         "Traction coefficient of all oils against entrainment speed (m/s) at 1.5 GPa, a panel a "
-        "slide-roll ratio, at several inlet temperatures.",
+        "slide-roll ratio, at several inlet temperatures." + _TEMPERATURES,
         "Paper",
         "Fig. 8",
     ),
     "fig09": Caption(
         "Traction against pressure",
         "Traction coefficient of all oils against maximum Hertz pressure (GPa), fast and slow, at "
-        "little and at much slip, at several inlet temperatures.",
+        "little and at much slip, at several inlet temperatures." + _TEMPERATURES,
         "Paper",
         "Fig. 9",
     ),
     "fig10": Caption(
         "Traction against temperature",
         "Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), light and "
-        "heavy, fast and slow, at several slide-roll ratios.",
+        "heavy, fast and slow, at several slide-roll ratios. These are ours: the paper does not "
+        "print its own." + _REFIT,
         "Paper",
         "Fig. 10",
     ),
@@ -164,7 +169,7 @@ CAPTIONS: dict[str, Caption] = {
     ),
     "identifiability": Caption(
         "How well the data tell the constants apart",
-        "Left: correlation of each pair of constants over refits to curves drawn again. Right: "
+        "Above: correlation of each pair of constants over refits to curves drawn again. Below: "
         "profile of each constant, the signed root of the rise of the squared error over its "
         "distance from the optimum in naive standard errors; a straight line is a well-posed "
         "constant.",

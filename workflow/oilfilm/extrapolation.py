@@ -8,12 +8,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
+from oilfilm.units import FloatArray
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _SLACK = 0.005  # relative, of a tested level
@@ -108,16 +110,25 @@ def relative_rms(compared: pd.DataFrame) -> float:
     return float(_errors(compared)["relative_rms"])
 
 
-def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]") -> list[str]:
-    """The conditions of each row that lie outside those fitted, joined; all where none is known."""
-    low, high = (
-        np.array([fit[f"tested_{end}_{name}"] for name in CONDITIONS], dtype=float)
-        for end in ("min", "max")
-    )
-    at = truth[list(CONDITIONS)].to_numpy()
+def is_beyond(at: FloatArray, box: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which levels lie outside those tested; all where none is known.
+
+    Args:
+        at: Levels, shape (points, conditions).
+        box: Smallest and largest tested level of each condition, shape (conditions, 2).
+    """
+    low, high = box.T
     # a level that every run of it missed by a trifle is tested all the same
     slack = _SLACK * high
-    outside = ~((at >= low - slack) & (at <= high + slack))
+    return np.asarray(~((at >= low - slack) & (at <= high + slack)))
+
+
+def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]") -> list[str]:
+    """The conditions of each row that lie outside those fitted, joined."""
+    box = np.array(
+        [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS], dtype=float
+    )
+    outside = is_beyond(truth[list(CONDITIONS)].to_numpy(), box)
     return [", ".join(np.array(_WORDS)[row]) for row in outside]
 
 

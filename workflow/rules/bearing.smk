@@ -89,26 +89,3 @@ TORQUE = (
     if "torque" in CAMPAIGN
     else []
 )
-
-
-rule bearing_figures:
-    "The figures of the bearing, as PNG and SVG, and exactly what each draws."
-    input:
-        runs=rules.torque_runs.output.runs,
-        torque=rules.torque.output.torque,
-        cage_slip=rules.bearing_maps.output.cage_slip,
-        slip_advice=rules.bearing_maps.output.slip_advice,
-        size_effect=rules.bearing_maps.output.size_effect,
-        power_loss=rules.bearing_maps.output.power_loss,
-    output:
-        png=expand("<figures>/{figure}.png", figure=TORQUE_FIGURES),
-        svg=expand("<figures>/{figure}.svg", figure=TORQUE_FIGURES),
-        drawn=expand("<figures>/{figure}.parquet", figure=TORQUE_FIGURES),
-    log:
-        "<logs>/bearing-figures.log",
-    params:
-        code=code("bearing_figures.py"),
-        figures=TORQUE_FIGURES,
-        config=part("oils", "bearing", "figures", "selection"),
-    script:
-        "../scripts/bearing_figures.py"

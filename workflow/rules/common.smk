@@ -1,11 +1,15 @@
+import mimetypes
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
-from oilfilm.config import BEARING_FIGURES, resolve
+from oilfilm.captions import CAPTIONS
+from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.provenance import code_digest
+from oilfilm.provenance import code_digest, input_digest
 from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
+from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 
 try:
@@ -29,9 +33,10 @@ try:
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
+# In Snakemake's report a table is a file to save, not a text to show.
+mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
+
 OILS = list(CONFIG["oils"])
-TRACTION_FIGURES = [name for name in CAMPAIGN["figures"] if name not in BEARING_FIGURES]
-TORQUE_FIGURES = [name for name in CAMPAIGN["figures"] if name in BEARING_FIGURES]
 # What the twin's truth is computed from, beside the campaign file.
 TRUTH = ["rigs", "oils"] if "thermal_ehl" in CAMPAIGN.get("twin", {}) else ["rigs"]
 SHARDS = sorted({shard_of(file, CONFIG["shards"]) for file in FILES})
@@ -57,6 +62,11 @@ def part(*keys, campaign=()):
     chosen = {key: CONFIG[key] for key in sorted(keys)}
     of_campaign = sorted(key for key in ("name", "data", *campaign) if key in CAMPAIGN)
     return {"campaign": {key: CAMPAIGN[key] for key in of_campaign}, **chosen}
+
+
+def caption_file(*place):
+    """Caption of a figure or table; its whole path, or Snakemake would look beside the rule."""
+    return Path("results", CAMPAIGN["name"], "captions", *place).resolve().as_posix() + ".rst"
 
 
 def code(script):

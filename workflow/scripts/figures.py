@@ -1,31 +1,20 @@
-"""Draw the figures and keep exactly what each draws."""
+"""Draw a family of figures and keep exactly what each draws."""
 
 from pathlib import Path
 
 from oilfilm import tables
+from oilfilm.config import load_checked
 from oilfilm.figures import FIGURES, Results, style
 from oilfilm.job import job
 
 with job(snakemake) as provenance:
-    found = snakemake.input
-    results = Results(
-        tables.read("points", Path(found.points)),
-        tables.read("runs", Path(found.runs)),
-        tables.read("coefficients", Path(found.coefficients)),
-        tables.read("coverage", Path(found.coverage)),
-        tables.read("extrapolation", *map(Path, found.extrapolation)),
-        tables.read("signs", Path(found.signs)),
-        tables.read("sign_verdicts", Path(found.sign_verdicts)),
-        tables.read("claims", Path(found.claims)),
-        tables.read("selection", Path(found.selection)),
-        tables.read("comparison", Path(found.comparison)),
-        tables.read("law_coefficients", Path(found.law_coefficients)),
-    )
+    config, given = dict(snakemake.params.config), dict(snakemake.input.items())
+    if "paper_tables" in given:
+        config["paper_tables"] = load_checked(Path(given.pop("paper_tables")), "paper_tables")
+    results = Results.read(given)
     made = snakemake.output
-    for name, png, svg, kept in zip(
-        snakemake.params.figures, made.png, made.svg, made.drawn, strict=True
-    ):
-        drawing = FIGURES[name]
-        figure, drawn = drawing.draw(results, snakemake.params.config)
+    for png, svg, kept in zip(made.png, made.svg, made.drawn, strict=True):
+        drawing = FIGURES[Path(png).stem]
+        figure, drawn = drawing.draw(results, config)
         tables.write(drawn, drawing.table, Path(kept), provenance)
         style.save(figure, Path(png), Path(svg))

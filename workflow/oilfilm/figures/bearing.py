@@ -3,7 +3,6 @@
 import itertools
 import string
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,32 +17,24 @@ from matplotlib.patches import Patch
 
 from oilfilm import tables
 from oilfilm.figures import style
-from oilfilm.figures.drawing import Drawing
+from oilfilm.figures.traction_curves import Results
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
 _BASES: dict[str, tuple[str, Any, str]] = {
-    "stress": ("stress", "-", "o"),
-    "load": ("load W", "--", "s"),
-    "dimensionless_load": ("load W/(E'R\N{SUPERSCRIPT TWO})", ":", "^"),
+    "stress": ("stress", style.LINES["fit"], "o"),
+    "load": ("load W", style.LINES["load"], "s"),
+    "dimensionless_load": (
+        "load W/(E'R\N{SUPERSCRIPT TWO})",
+        style.LINES["dimensionless load"],
+        "^",
+    ),
 }
 _TERMS = ("traction", "rolling", "hysteresis", "drag", "pocket", "land")
 # Measured loads and temperatures within this share of each other belong to one set.
 _LIKE = 0.05
 
 
-@dataclass(frozen=True)
-class BearingResults:
-    """The finished tables that figures of the bearing are drawn from."""
-
-    runs: pd.DataFrame
-    torque: pd.DataFrame
-    cage_slip: pd.DataFrame
-    slip_advice: pd.DataFrame
-    size_effect: pd.DataFrame
-    power_loss: pd.DataFrame
-
-
-def fig06(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Measured torque and each basis against speed, an oil a column; relative errors below."""
     asked = config["figures"]["fig06"]["inlet_temperature_c"]
     near = (results.torque["inlet_temperature_c"] - asked).abs() <= _LIKE * asked
@@ -76,7 +67,7 @@ def fig06(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, p
 def _basis_handles() -> list[Line2D]:
     """Entries of a legend that tell the bases apart, in grey."""
     return [
-        Line2D([], [], linestyle=line, marker=marker, color="#555555", linewidth=0.9, label=name)
+        Line2D([], [], linestyle=line, marker=marker, color=style.GREY, linewidth=0.9, label=name)
         for name, line, marker in _BASES.values()
     ]
 
@@ -101,11 +92,11 @@ def _draw_oil(
                     label=f"{load / 1e3:.0f} kN",
                 )
                 rows.append(_drawn(of_basis, letters[0], "measured", load))
-            axes[0].plot(speed, of_basis["torque_n_m"], line, color=shade, linewidth=0.9)
+            axes[0].plot(speed, of_basis["torque_n_m"], linestyle=line, color=shade, linewidth=0.9)
             axes[1].plot(
                 speed,
                 100 * of_basis["relative_error"],
-                line,
+                linestyle=line,
                 marker=marker,
                 color=shade,
                 linewidth=0.6,
@@ -142,7 +133,7 @@ _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _FIELD = 0.45  # share of an oil's colour in the field of the advice
 
 
-def cage_slip(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def cage_slip(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
     table, advice = results.cage_slip, results.slip_advice
     every = list(config["oils"])
@@ -259,7 +250,7 @@ def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return np.concatenate([[2 * centres[0] - middles[0]], middles, [2 * centres[-1] - middles[-1]]])
 
 
-def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Traction torque of the load bases against the stress basis, by ball size and conformity."""
     table = results.size_effect
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
@@ -276,7 +267,7 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
             axis.plot(
                 of_series[column],
                 100 * of_series["relative_to_stress"],
-                line,
+                linestyle=line,
                 marker=marker,
                 color=style.oil_colour(oil, list(config["oils"])),
                 label=oil if basis == "load" else None,
@@ -294,7 +285,7 @@ def size_effect(results: BearingResults, config: Mapping[str, Any]) -> tuple[Fig
     return _finish(figure, config), table
 
 
-def power_loss(results: BearingResults, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def power_loss(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Calculated power loss term by term under a published one: plausibility alone."""
     table = results.power_loss
     figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)
@@ -324,12 +315,3 @@ def _say_nothing(axis: Axes, words: str) -> None:
 def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
     style.say_source(figure, config["campaign"])
     return figure
-
-
-_ALL = (
-    Drawing("fig06", fig06, "torque_drawn"),
-    Drawing("cage-slip", cage_slip, "cage_slip_map"),
-    Drawing("size-effect", size_effect, "size_effect"),
-    Drawing("power-loss", power_loss, "power_loss"),
-)
-FIGURES: dict[str, Drawing[BearingResults]] = {drawing.name: drawing for drawing in _ALL}

@@ -46,7 +46,7 @@ def claims_page(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
         (_BAR, "holds in ... of cases"),
         (_WORDS, "worst case, or why it cannot be checked"),
     ):
-        axis.text(place, -0.35, head, va="center", fontsize=7, color="#555555")
+        axis.text(place, -0.35, head, va="center", fontsize=7, color=style.GREY)
     for row, claim in enumerate(claims):
         of_claim = drawn[drawn["claim"] == claim].set_index("basis")
         axis.axhline(row, color="#dddddd", linewidth=0.5)
@@ -65,7 +65,7 @@ def claims_page(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
 
 def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None:
     colour = style.VERDICT_COLOURS[line["verdict"]]
-    axis.text(_BAR - 0.025, y, basis, ha="right", va="center", fontsize=6, color="#555555")
+    axis.text(_BAR - 0.025, y, basis, ha="right", va="center", fontsize=6, color=style.GREY)
     axis.plot(_BAR - 0.012, y, style.VERDICT_MARKERS[line["verdict"]], color=colour, markersize=4)
     if not np.isnan(line["share"]):
         frame: dict[str, Any] = {"height": 0.26, "linewidth": 0.4}

@@ -43,7 +43,7 @@ def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Da
         note += "; none where there are too few"
     if shown["printed_value"].notna().any():
         note += ". Printed: Deng et al. 2026, signs reconstructed"
-    axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color="#555555")
+    axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color=style.GREY)
     style.say_source(figure, config["campaign"])
     return figure, drawn.reset_index(drop=True)
 
@@ -61,7 +61,7 @@ def _draw_oil(
         start + 0.53 * span, -1.3, oil, ha="center", va="center", color=colour, fontweight="bold"
     )
     for end, head in zip(ends, heads, strict=True):
-        axis.text(end, -0.5, head, ha="right", va="center", color="#555555")
+        axis.text(end, -0.5, head, ha="right", va="center", color=style.GREY)
     naive = rows["naive_standard_error"].to_numpy()
     for height, row in enumerate(rows[columns].to_numpy(dtype=float)):
         # digits beyond the second of the error say nothing

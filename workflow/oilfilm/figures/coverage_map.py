@@ -22,7 +22,6 @@ _LABELS_IN = 0.6  # left of the panels
 _MARGIN_IN = 0.35  # of a panel, for its title and its ticks
 _LONGEST_IN = 9.0  # a page
 _NOT_STATED = "not stated"
-_BROKEN = (0, (2, 1.5))
 
 _SPEED = "nominal_entrainment_speed_m_s"
 _TEMPERATURE = "nominal_inlet_temperature_c"
@@ -174,7 +173,7 @@ def _draw(
                 facecolor="white" if state == "missing" else style.tint(colour, 0.22),
                 edgecolor=colour,
                 linewidth=0.7,
-                linestyle=_BROKEN if outside else "-",
+                linestyle=style.LINES["not planned"] if outside else "-",
             )
         )
         with_number = cell_in > 0 and cell["words"] != ""
@@ -257,7 +256,11 @@ def _say_key(figure: Figure, cells: pd.DataFrame, columns: int) -> None:
     ]
     if cells["planned"].any() and not cells["planned"].all():
         outside = (~cells["planned"]).sum()
-        edge: dict[str, Any] = {"facecolor": "white", "edgecolor": "#555555", "linestyle": _BROKEN}
+        edge: dict[str, Any] = {
+            "facecolor": "white",
+            "edgecolor": style.GREY,
+            "linestyle": style.LINES["not planned"],
+        }
         handles.append(Rectangle((0, 0), 1, 1, label=f"not in the matrix ({outside})", **edge))
     figure.legend(
         handles=handles,

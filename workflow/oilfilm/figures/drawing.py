@@ -2,18 +2,17 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm.captions import CAPTIONS
-
-Tables = TypeVar("Tables")
+from oilfilm.figures.traction_curves import Results
 
 
 @dataclass(frozen=True)
-class Drawing(Generic[Tables]):
+class Drawing:
     """How a figure is drawn from finished tables, and the table model of what it draws.
 
     Attributes:
@@ -23,7 +22,7 @@ class Drawing(Generic[Tables]):
     """
 
     name: str
-    draw: Callable[[Tables, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
+    draw: Callable[[Results, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
     table: str
 
     @property

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from oilfilm import tables
@@ -35,7 +36,6 @@ _LEVELS = {
     "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
     "slide_roll_ratio": "S = {:g}",
 }
-_DASHES: Sequence[Any] = ("--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 2)))
 _ROW_IN = 0.24
 
 
@@ -93,14 +93,15 @@ def _cut(
 def _draw_cut(
     axis: Axes, panel: str, cut: pd.DataFrame, abscissa: str, colour: Any, laws: Sequence[str]
 ) -> Iterator[pd.DataFrame]:
-    """The truth, each law, and a tint where the oil was tested."""
+    """The truth, each law, and a tint where no test reaches."""
     if cut.empty:
         words = "no such condition\n(config: figures, extrapolation)"
         axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
         return
+    axis.set_facecolor(style.EXTRAPOLATED)
     tested = cut.loc[cut["beyond"] == "", abscissa]
     if len(tested):
-        axis.axvspan(tested.min(), tested.max(), color="#eeeeee", linewidth=0, zorder=0)
+        axis.axvspan(tested.min(), tested.max(), color="white", linewidth=0, zorder=0)
     one = cut[cut["law"] == laws[0]]
     axis.plot(one[abscissa], one["true_traction_coefficient"], color=colour, linewidth=1.8)
     yield _rows(panel, "true", "", one, abscissa, "true_traction_coefficient")
@@ -176,11 +177,11 @@ def _draw_errors(
 
 
 def _line_of_law(place: int) -> dict[str, Any]:
-    """Colours are for oils: laws differ by dashes, symbols and grey."""
+    """Colours are for oils, dashes for what a law was fitted to: laws differ by symbol and grey."""
     return {
         "color": ("black", "#777777")[place % 2],
         "linewidth": 0.9,
-        "linestyle": _DASHES[place % len(_DASHES)],
+        "linestyle": style.LINES["fit"],
         # one symbol along each sixth of the panel's diagonal, not all at one abscissa
         "marker": style.MARKERS[place % len(style.MARKERS)],
         "markevery": (0.03 * place, 0.17),
@@ -195,6 +196,6 @@ def _say_key(figure: Figure, oil: str, colour: Any, laws: Sequence[str]) -> None
     handles = [
         Line2D([], [], color=colour, linewidth=1.8, label=f"truth of the twin, {oil}"),
         *(Line2D([], [], label=law, **_line_of_law(place)) for place, law in enumerate(laws)),
-        Line2D([], [], color="#dddddd", linewidth=6, label="tested"),
+        Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)

@@ -241,7 +241,7 @@ def _shade_plateaus(axis: Axes, signals: Signals, points: pd.DataFrame) -> None:
 def _mark(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
     start, stop = _times(signals, entry["first_row"], entry["last_row"])
     for edge in (start, stop):
-        axis.axvline(edge, color=style.STATE_COLOURS["refused"], linewidth=1.0, linestyle="--")
+        axis.axvline(edge, color=style.STATE_COLOURS["refused"], linewidth=1.0, linestyle="-")
 
 
 def _say_place(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:

@@ -117,8 +117,7 @@ def _draw_tested(axis: Axes, box: Mapping[str, Sequence[float]]) -> None:
     (left, right), (low, high) = box[_SPEED], box[_PRESSURE]
     axis.add_patch(
         Rectangle(
-            (left, low), right - left, high - low, fill=False, edgecolor="black", linestyle="--",
-            linewidth=0.9,
+            (left, low), right - left, high - low, fill=False, edgecolor="black", linewidth=0.9,
         )
     )  # fmt: skip
 
@@ -146,16 +145,14 @@ def _say_key(figure: Figure, oils: Sequence[str], table: pd.DataFrame) -> None:
         )
         for oil in shown
     ]
-    symbols = [
+    symbols: list[Any] = [
         Line2D(
             [], [], linestyle="", marker=_marker(oil, oils), color=style.oil_colour(oil, oils),
             markersize=3.5, label=f"numbers prefer {oil}",
         )
         for oil in shown
     ]  # fmt: skip
-    symbols.append(
-        Line2D([], [], linestyle="--", color="black", linewidth=0.9, label="tested P and U")
-    )
+    symbols.append(Rectangle((0, 0), 1, 1, fill=False, edgecolor="black", label="tested P and U"))
     fields.append(
         Line2D(
             [], [], linestyle="", marker="x", color="#555555", markersize=4,

@@ -1,4 +1,4 @@
-"""How every figure looks: sizes of a journal, one colour an oil, one marker a level."""
+"""How every figure looks: widths of a journal, one colour an oil, one line style a meaning."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,12 +12,24 @@ from matplotlib.font_manager import findfont, get_font
 
 from oilfilm.captions import provenance
 
-SINGLE_COLUMN_IN = 85 / 25.4
-DOUBLE_COLUMN_IN = 170 / 25.4
+# Columns of a page, 84 and 174 mm.
+SINGLE_COLUMN_IN = 84 / 25.4
+DOUBLE_COLUMN_IN = 174 / 25.4
 
 # Okabe and Ito's colours, which stay apart for every kind of colour vision.
 _PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P")
+# One style a meaning: what a law was fitted to, or where its constants are from.
+LINES: dict[str, Any] = {
+    "fit": "-",
+    "printed": (0, (4, 2)),
+    "load": "-.",
+    "dimensionless load": ":",
+    "not planned": (0, (6, 1.5)),
+}
+GREY = "#555555"  # of words and keys that belong to no oil
+EXTRAPOLATED = "#ececec"  # behind what no test reaches
+_SMALL_PRINT: dict[str, Any] = {"va": "top", "fontsize": 6, "color": GREY}
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
@@ -73,7 +85,7 @@ def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
 
 
 # Height of a line of small print.
-_LINE_IN = 0.11
+_LINE_IN = 0.12
 
 
 def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
@@ -90,21 +102,37 @@ def label_traction_axes(figure: Figure) -> None:
     figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
 
 
-def _is_wide(figure: Figure) -> bool:
-    return figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
-
-
 def say_source(figure: Figure, campaign: Mapping[str, Any]) -> None:
     """Say on the figure itself whether its data were simulated or measured."""
-    # above the key where the figure is too narrow for both in one line
-    height = 1.002 if _is_wide(figure) else 1.002 + _LINE_IN / figure.get_figheight()
-    words = provenance(campaign)
-    figure.text(0.995, height, words, ha="right", va="bottom", fontsize=6, color="#555555")
+    _put_above(figure, provenance(campaign), right=True)
 
 
 def say_key(figure: Figure, words: str) -> None:
     """What symbols and lines mean, above the panels, where it covers no data."""
-    figure.text(0.005, 1.002, words, ha="left", va="bottom", fontsize=6, color="#555555")
+    _put_above(figure, words, right=False)
+
+
+def _put_above(figure: Figure, words: str, *, right: bool) -> None:
+    """Small print above the panels, for which the figure grows; the panels keep their height."""
+    side = "right" if right else "left"
+    figure.text(1 if right else 0, 1, words, ha=side, gid="small print", **_SMALL_PRINT)
+    print_above = [text for text in figure.texts if text.get_gid() == "small print"]
+    # which the settings above give to every figure
+    layout: Any = figure.get_layout_engine()
+    panels_in = figure.get_figheight() * layout.get()["rect"][3]
+    heights = [_LINE_IN * (text.get_text().count("\n") + 1) for text in print_above]
+    # in one line where that is wide enough for both
+    wide = figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
+    height_in = panels_in + (max(heights) if wide else sum(heights))
+    figure.set_figheight(height_in)
+    top = height_in
+    for text, height in zip(print_above, heights, strict=True):
+        margin_in = 0.02
+        x = margin_in / figure.get_figwidth()
+        at_right = text.get_horizontalalignment() == "right"
+        text.set_position((1 - x if at_right else x, (top - margin_in) / height_in))
+        top -= 0 if wide else height
+    layout.set(rect=(0, 0, 1, panels_in / height_in))
 
 
 def tint(colour: str, share: float) -> tuple[float, float, float]:
@@ -133,5 +161,7 @@ def save(figure: Figure, *paths: Path) -> None:
     for path in paths:
         path.parent.mkdir(parents=True, exist_ok=True)
         aside = path.with_name(f".{path.name}.part{path.suffix}")
-        figure.savefig(aside, metadata=metadata[path.suffix], bbox_inches="tight", pad_inches=0.04)
+        figure.savefig(aside, metadata=metadata[path.suffix])
         aside.replace(path)
+        # what is laid out once stays so
+        figure.set_layout_engine("none")

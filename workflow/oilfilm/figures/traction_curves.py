@@ -2,8 +2,10 @@
 
 import itertools
 import string
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,19 +23,40 @@ _SE_DRAWN = 1.96  # error bars are 95 % intervals
 
 @dataclass(frozen=True)
 class Results:
-    """The finished tables that figures are drawn from."""
+    """The finished tables that figures are drawn from; each attribute is named after its table."""
 
-    points: pd.DataFrame
-    runs: pd.DataFrame
-    coefficients: pd.DataFrame
-    coverage: pd.DataFrame
-    extrapolation: pd.DataFrame = field(default_factory=lambda: tables.empty("extrapolation"))
-    signs: pd.DataFrame = field(default_factory=lambda: tables.empty("signs"))
-    sign_verdicts: pd.DataFrame = field(default_factory=lambda: tables.empty("sign_verdicts"))
-    claims: pd.DataFrame = field(default_factory=lambda: tables.empty("claims"))
-    selection: pd.DataFrame = field(default_factory=lambda: tables.empty("selection"))
-    comparison: pd.DataFrame = field(default_factory=lambda: tables.empty("comparison"))
-    law_coefficients: pd.DataFrame = field(default_factory=lambda: tables.empty("law_coefficients"))
+    points: pd.DataFrame = field(default_factory=partial(tables.empty, "points"))
+    runs: pd.DataFrame = field(default_factory=partial(tables.empty, "runs"))
+    coefficients: pd.DataFrame = field(default_factory=partial(tables.empty, "coefficients"))
+    coverage: pd.DataFrame = field(default_factory=partial(tables.empty, "coverage"))
+    fit_quality: pd.DataFrame = field(default_factory=partial(tables.empty, "fit_quality"))
+    refits: pd.DataFrame = field(default_factory=partial(tables.empty, "refits"))
+    correlations: pd.DataFrame = field(default_factory=partial(tables.empty, "correlations"))
+    profiles: pd.DataFrame = field(default_factory=partial(tables.empty, "profiles"))
+    extrapolation: pd.DataFrame = field(default_factory=partial(tables.empty, "extrapolation"))
+    signs: pd.DataFrame = field(default_factory=partial(tables.empty, "signs"))
+    sign_verdicts: pd.DataFrame = field(default_factory=partial(tables.empty, "sign_verdicts"))
+    claims: pd.DataFrame = field(default_factory=partial(tables.empty, "claims"))
+    selection: pd.DataFrame = field(default_factory=partial(tables.empty, "selection"))
+    comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "comparison"))
+    law_coefficients: pd.DataFrame = field(
+        default_factory=partial(tables.empty, "law_coefficients")
+    )
+    torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
+    cage_slip: pd.DataFrame = field(default_factory=partial(tables.empty, "cage_slip"))
+    slip_advice: pd.DataFrame = field(default_factory=partial(tables.empty, "slip_advice"))
+    size_effect: pd.DataFrame = field(default_factory=partial(tables.empty, "size_effect"))
+    power_loss: pd.DataFrame = field(default_factory=partial(tables.empty, "power_loss"))
+
+    @classmethod
+    def read(cls, paths: Mapping[str, str | Sequence[str]]) -> "Results":
+        """Those tables that are given, by name; a table without files is empty.
+
+        Raises:
+            OilfilmError: As `tables.read`.
+        """
+        files = {name: [some] if isinstance(some, str) else some for name, some in paths.items()}
+        return cls(**{name: tables.read(name, *map(Path, some)) for name, some in files.items()})
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,34 @@ class CoefficientTable(Table):
     distance: Series[float] = number("(fitted - printed) in standard errors", gaps=True)
 
 
+class Schematic(Table):
+    """Exactly what the schematic drawing of a rig draws: a row a mark, later ones above."""
+
+    panel: Series[str] = text("panel letter")
+    mark: Series[str] = text(
+        "box: from corner to corner; circle: to_x is its radius; words: joined to their end by a "
+        "line",
+        one_of=("box", "circle", "line", "film", "arrow", "turn", "words"),
+    )
+    kind: Series[str] = text("what it is made of, or does: its colour; else empty")
+    x: Series[float] = number("start, in units of the drawing")
+    y: Series[float] = number("start")
+    to_x: Series[float] = number("end")
+    to_y: Series[float] = number("end")
+    words: Series[str] = text("what is written")
+
+
+class StatedValues(Table):
+    """The tables of oils, test matrix and bearing, as drawn: a row a cell (Tables 1-3)."""
+
+    thing: Series[str] = text("column of the table: what has the value, or the paper's text")
+    quantity: Series[str] = text("row of the table")
+    unit: Series[str] = text("unit of the value; empty where it has none")
+    words: Series[str] = text("what stands in the cell; * marks what is assumed")
+    value: Series[float] = number("the value, null where words alone are known", gaps=True)
+    source: Series[str] = text("where it is from")
+
+
 class Curves(Table):
     """Exactly what a figure of mu against slip draws."""
 
@@ -64,6 +92,50 @@ class LawPanels(Table):
     )
     x: Series[float] = number("abscissa", gaps=True)
     y: Series[float] = number("ordinate; of errors the place of the row")
+
+
+class ModelCurves(Table):
+    """Exactly what a figure of the law's curves draws (Figs 7-10): a row a vertex of a line."""
+
+    panel: Series[str] = text("panel letter")
+    oil: Series[str] = text("oil, colour of the line")
+    series: Series[str] = text(
+        "refit: full line in its interval; printed: thin dashed line", one_of=("refit", "printed")
+    )
+    max_hertz_pressure_gpa: Series[float] = number("maximum Hertz pressure", at_least=0)
+    entrainment_speed_m_s: Series[float] = number("entrainment speed", at_least=0)
+    inlet_temperature_c: Series[float] = number("inlet temperature", at_least=ABSOLUTE_ZERO_C)
+    slide_roll_ratio: Series[float] = number("slide-roll ratio", at_least=0)
+    traction_coefficient: Series[float] = number("ordinate")
+    lower: Series[float] = number("lower edge of the band, none where null", gaps=True)
+    upper: Series[float] = number("upper edge", gaps=True)
+    extrapolated: Series[bool] = flag(
+        "outside what the oil was tested at; shaded where it is so for any curve of the panel"
+    )
+
+
+class ResidualsDrawn(Table):
+    """Exactly what the figure of residuals draws: a row a point or mean."""
+
+    panel: Series[str] = text("panel letter")
+    oil: Series[str] = text("oil")
+    condition: Series[str] = text("column of points along the abscissa")
+    kind: Series[str] = text("a plateau, or the mean of a level", one_of=("point", "mean"))
+    x: Series[float] = number("abscissa", gaps=True)
+    y: Series[float] = number("ordinate: measured minus fitted mu, in thousandths")
+    spread: Series[float] = number("bar to either side of a mean", at_least=0, gaps=True)
+
+
+class Identifiability(Table):
+    """Exactly what the figure of identifiability draws: a row a square or vertex."""
+
+    panel: Series[str] = text("panel letter")
+    oil: Series[str] = text("oil")
+    kind: Series[str] = text("square or vertex of a line", one_of=("correlation", "profile"))
+    constant: Series[str] = text("constant")
+    other: Series[str] = text("the other one of a pair; else empty")
+    x: Series[float] = number("abscissa of a profile: distance in standard errors", gaps=True)
+    value: Series[float] = number("colour of a square, ordinate of a profile", gaps=True)
 
 
 class ExtrapolationPanels(Table):
@@ -152,9 +224,14 @@ class CageSlipMap(Table):
 
 TABLES: dict[str, type[Table]] = {
     "coefficient_table": CoefficientTable,
+    "schematic": Schematic,
+    "stated_values": StatedValues,
     "curves": Curves,
     "coverage_map": CoverageMap,
     "law_panels": LawPanels,
+    "model_curves": ModelCurves,
+    "residuals_drawn": ResidualsDrawn,
+    "identifiability": Identifiability,
     "extrapolation_panels": ExtrapolationPanels,
     "sign_study": SignStudy,
     "claims_page": ClaimsPage,

@@ -1,0 +1,17 @@
+"""Write the captions of figures and tables for Snakemake's report."""
+
+from pathlib import Path
+
+from oilfilm.job import job
+from oilfilm.rst import campaign_caption, figure_caption, table_caption
+
+with job(snakemake):
+    campaign = snakemake.params.config["campaign"]
+    made = snakemake.output
+    texts = {made.campaign: campaign_caption(campaign)}
+    texts |= {path: figure_caption(Path(path).stem, campaign) for path in made.figures}
+    for path in made.tables:
+        table = Path(path).stem
+        texts[path] = table_caption(snakemake.params.models.get(table, table), campaign)
+    for path, text in texts.items():
+        Path(path).write_text(text, encoding="utf-8")
