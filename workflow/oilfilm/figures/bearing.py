@@ -201,7 +201,7 @@ def _draw_advice(axis: Axes, advice: pd.DataFrame, oils: list[str]) -> None:
     axis.pcolormesh(*_cells(speed, load), places, cmap=colours, vmin=-0.5, vmax=len(oils) + 0.5)
     for oil in oils:
         apart = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
-        _draw_places(axis, apart, _marker(oil, oils), style.oil_colour(oil, oils))
+        _draw_places(axis, apart, style.oil_marker(oil, oils), style.oil_colour(oil, oils))
     _draw_places(axis, advice[advice["judgement"] == "no film"], "x", "#555555")
     axis.grid(False)
 
@@ -216,15 +216,11 @@ def _draw_places(axis: Axes, rows: pd.DataFrame, marker: str, colour: str) -> No
     )
 
 
-def _marker(oil: str, oils: list[str]) -> str:
-    return style.MARKERS[oils.index(oil) % len(style.MARKERS)]
-
-
 def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
     shown = [oil for oil in oils if oil in {*advice["advised_oil"], *advice["best_oil"]}]
     handles: list[Any] = []
     for oil in shown:
-        colour, symbol = style.oil_colour(oil, oils), _marker(oil, oils)
+        colour, symbol = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
         handles += [
             Patch(facecolor=style.tint(colour, _FIELD), label=f"the paper's rules advise {oil}"),
             _symbol(symbol, colour, f"slip speaks for {oil}"),
