@@ -222,10 +222,10 @@ def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
     for oil in shown:
         colour, symbol = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
         handles += [
-            Patch(facecolor=style.tint(colour, _FIELD), label=f"the paper's rules advise {oil}"),
+            Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
             _symbol(symbol, colour, f"slip speaks for {oil}"),
         ]
-    handles.append(_symbol("x", "#555555", "no oil has enough film"))
+    handles.append(_symbol("x", "#555555", "film too thin"))
     figure.legend(handles=handles, loc="outside lower left", ncols=4)
 
 
@@ -253,7 +253,12 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
     axes = figure.subplots(1, 2, sharey=True)
     panels = (
         ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "stress and surface speed"),
-        ("conformity", "groove_curvature", "Groove radius over ball diameter (1)", "load, speed"),
+        (
+            "conformity",
+            "groove_curvature",
+            "Groove radius over ball diameter (1)",
+            "load and speed",
+        ),
     )
     for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
         rows = table[(table["varied"] == varied) & (table["basis"] != "stress")]
