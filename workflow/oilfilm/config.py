@@ -14,6 +14,7 @@ from typing import Any
 import jsonschema
 import yaml
 
+from oilfilm.bearing.possible import impossible
 from oilfilm.errors import OilfilmError
 
 _TYPE_NAMES = {
@@ -160,10 +161,14 @@ def _bearings(folder: Path, campaign: Mapping[str, Any], path: Path) -> dict[str
     asked_by = f"{path}, line {_line_at(path, ['torque', 'bearing'])}"
     name = campaign["torque"]["bearing"]
     others = set(_names_in(folder / "bearings")) - {name}
-    return {
+    found = {
         name: _load_named(folder / "bearings", name, "bearing", asked_by)
         for name in [name, *sorted(others)]
     }
+    file = folder / "bearings" / f"{name}.yaml"
+    for key, complaint in impossible(found[name]):
+        raise OilfilmError(f"{file}, line {_line_at(file, key.split('.'))}, `{key}`: {complaint}")
+    return found
 
 
 def _contradictions(

@@ -14,6 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.signals import Signals
+from oilfilm.curation.statistics import longest_hold
 from oilfilm.units import conversion
 
 BoolArray = npt.NDArray[np.bool_]
@@ -67,10 +68,7 @@ Finding = tuple[str, int, int] | None
 
 def _stuck_sensor(signals: Signals, points: Columns, limits: Limits) -> Finding:
     force, duration_s = signals.traction_force_n, limits["stuck_duration_s"]
-    changes = np.flatnonzero(np.diff(force) != 0) + 1
-    edges = np.concatenate([[0], changes, [len(force)]])
-    longest = int(np.argmax(np.diff(edges)))
-    start, stop = int(edges[longest]), int(edges[longest + 1])
+    start, stop = longest_hold(force)
     long_enough = (stop - start) * signals.interval_s >= duration_s
     if not long_enough or stop - start < limits["stuck_samples"]:
         return None

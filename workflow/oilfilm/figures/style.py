@@ -72,6 +72,11 @@ def oil_colour(oil: str, oils: Sequence[str]) -> str:
     return _PALETTE[list(oils).index(oil) % len(_PALETTE)]
 
 
+def oil_marker(oil: str, oils: Sequence[str]) -> str:
+    """The marker of an oil, beside its colour."""
+    return MARKERS[list(oils).index(oil) % len(MARKERS)]
+
+
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
     """`count` shades of one colour, from the colour itself darkened to a light tint of it."""
     red, green, blue = to_rgb(colour)

@@ -33,10 +33,10 @@ def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, s
         renamed: Quantity -> `name` and `unit`, for columns with names of their own.
         vocabulary: What such logs may hold.
     """
-    for quantity, given in renamed.items():
-        if name == given["name"]:
-            return quantity, given.get("unit")
     bare, unit = _apart(name)
+    for quantity, given in renamed.items():
+        if given["name"] in (name, bare):
+            return quantity, given.get("unit") or unit
     plain = plain_key(bare)
     if plain in vocabulary.own_names:
         quantity, own_unit = vocabulary.own_names[plain]
