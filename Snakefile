@@ -18,6 +18,7 @@ include: "workflow/rules/audit.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/metadata.smk"
 include: "workflow/rules/summary.smk"
+include: "workflow/rules/report.smk"
 
 
 report: caption_file("campaign")
@@ -28,6 +29,7 @@ rule all:
     default_target: True
     input:
         rules.summary.output,
+        rules.report.output,
         rules.certified.output,
         rules.coverage.output,
         rules.refused.output,
@@ -36,6 +38,10 @@ rule all:
         rules.metadata.output,
         rules.captions.output,
         rules.exports.output,
+
+
+# It takes what `all` asks for.
+include: "workflow/rules/release.smk"
 
 
 onsuccess:

@@ -57,6 +57,17 @@ class Coefficients:
         off = to_internal(law, self.shifted) - to_internal(law, self.constants)
         return np.asarray(random + off.T @ off)
 
+    def root(self, law: Law) -> FloatArray:
+        """R with R R^T = covariance; constants held at zero give it directions without size.
+
+        NaN where there are no refits.
+        """
+        covariance = self.covariance(law)
+        if np.isnan(covariance).any():
+            return covariance
+        size, directions = np.linalg.eigh(covariance)
+        return np.asarray(directions * np.sqrt(np.maximum(size, 0)))
+
 
 @dataclass(frozen=True)
 class Prediction:
@@ -154,7 +165,7 @@ class FittedLaw:
             slip: Slide-roll ratio of each point, shape (points,).
             level: Of confidence.
         """
-        root = _root(self.coefficients.covariance(self.law))
+        root = self.coefficients.root(self.law)
         mu, error = np.empty(len(slip)), np.empty(len(slip))
         for start in range(0, len(slip), _CHUNK):
             some = slice(start, start + _CHUNK)
@@ -195,14 +206,6 @@ class FittedLaw:
         with np.errstate(divide="ignore", invalid="ignore"):
             ranges = np.where(beyond == 0, 0.0, beyond / width)
         return np.asarray(ranges.max(axis=1))
-
-
-def _root(covariance: FloatArray) -> FloatArray:
-    """R with R R^T = covariance; constants held at zero give it directions without size."""
-    if np.isnan(covariance).any():
-        return covariance
-    size, directions = np.linalg.eigh(covariance)
-    return np.asarray(directions * np.sqrt(np.maximum(size, 0)))
 
 
 def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
