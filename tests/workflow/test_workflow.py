@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -73,6 +74,27 @@ def test_run_ends_with_a_summary_of_what_was_made(place: Path, finished: str) ->
     for name in ("eqs11-13", "curves"):
         for ending in ("png", "svg", "parquet"):
             assert (place / f"results/small/figures/{name}.{ending}").stat().st_size > 1000
+
+
+def test_snakemakes_own_report_has_every_figure_and_table_with_its_caption(
+    place: Path, snakemake: Run, finished: str
+) -> None:
+    done = snakemake("--config", "campaign=small", "--report", "report-snakemake.html")
+    assert done.returncode == 0, done.stdout + done.stderr
+    page = (place / "report-snakemake.html").read_text(encoding="utf-8")
+    for words in ("Fitted constants beside the printed ones", "All curves", "Data quality"):
+        assert words in page
+    for name in ("coefficients", "fit_quality", "points", "quarantine"):
+        assert f"tables/{name}.parquet" in page
+    assert "One constant of one traction law for one oil." in page
+    # nothing is fetched, so that it opens without a network
+    assert not re.search(r"<(script|link|img)[^>]+(src|href)=[\"']?(https?:)?//", page)
+
+
+def test_target_figures_makes_the_figures_and_no_more(snakemake: Run, finished: str) -> None:
+    assert "Nothing to be done" in str(snakemake("figures", "--config", "campaign=small"))
+    again = snakemake("-n", "figures", "--forcerun", "law_figures", "--config", "campaign=small")
+    assert planned(again) == {"law_figures", "figures", "total"}
 
 
 def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
@@ -148,7 +170,8 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
     try:
         module.write_text(before + "\n# touched\n", encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
-            "figures",
+            "data_figures",
+            "law_figures",
             "refused",
             "all",
             "total",

@@ -51,6 +51,7 @@ _SETTINGS: Any = {
     "axes.spines.right": False,
     "axes.linewidth": 0.6,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "#e5e5e5",
     "grid.linewidth": 0.5,
     "legend.fontsize": 7,
