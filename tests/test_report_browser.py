@@ -334,6 +334,14 @@ def test_constants_saved_and_copied_are_the_table(page: Page, results: Results) 
     assert copied.replace("\r\n", "\n") == text.replace("\r\n", "\n")
 
 
+def test_drawing_is_saved_as_it_was_made(page: Page, report: Path) -> None:
+    with page.expect_download() as saving:
+        page.click("[data-drawing=fig02]")
+    assert saving.value.suggested_filename == "fig02.svg"
+    saved = Path(saving.value.path()).read_bytes()
+    assert saved == (report.parent / "fig02.svg").read_bytes()
+
+
 def test_hostile_names_are_shown_as_text(
     browser: Browser, results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:

@@ -7,7 +7,6 @@ rule report:
     input:
         **(
             {
-                "torque_runs": rules.torque_runs.output.runs,
                 "torque_quarantine": rules.torque_runs.output.quarantine,
                 "torque": rules.torque.output.torque,
                 "torque_inversion": rules.torque.output.inversion,
@@ -26,8 +25,8 @@ rule report:
         refits=rules.fits.output.refits,
         comparison=rules.comparisons.output.comparison,
         claims=rules.audit.output.claims,
-        png=[*rules.figures.output.png, *rules.bearing_figures.output.png],
-        svg=[*rules.figures.output.svg, *rules.bearing_figures.output.svg],
+        png=expand("<figures>/{figure}.png", figure=CAMPAIGN["figures"]),
+        svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN["figures"]),
     output:
         page="<results>/report.html",
     log:

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from oilfilm.audit.audit import films
 from oilfilm.audit.evidence import usable
-from oilfilm.figures.style import oil_colour
+from oilfilm.colours import oil_colour
 from oilfilm.film import thermal_loading_parameter
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.operating_grid import AXES, Film, Grid
@@ -101,7 +101,7 @@ def explorer(
     chosen = _thinned(accepted[accepted["oil"].isin(shown)], config["report"]["points_max"])
     return {
         "axes": [_axis(axis, nearby) for axis in axes],
-        "factor": float(norm.ppf(0.5 + LEVEL / 2)),
+        "factor": float(ndtri(0.5 + LEVEL / 2)),
         "oils": [
             {
                 "name": oil,

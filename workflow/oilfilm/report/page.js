@@ -8,6 +8,7 @@
 const read = (id) => JSON.parse(document.getElementById(id).textContent);
 const DATA = read("explorer-data");
 const DOWNLOADS = read("downloads");
+const DRAWINGS = read("drawings");
 const POINTS_OF_CURVE = 201;
 const byId = (id) => document.getElementById(id);
 const numbers = (values) => values.map((value) => value ?? NaN);
@@ -320,13 +321,20 @@ function update({ keepAddress = false } = {}) {
 
 // ---------------------------------------------------------------- saving and copying
 
-function save(name, text) {
+const KINDS = { csv: "text/csv;charset=utf-8", json: "application/json", svg: "image/svg+xml" };
+
+function save(name, content) {
   const link = document.createElement("a");
-  const kind = name.endsWith(".json") ? "application/json" : "text/csv;charset=utf-8";
-  link.href = URL.createObjectURL(new Blob([text], { type: kind }));
+  link.href = URL.createObjectURL(new Blob([content], { type: KINDS[name.split(".").pop()] }));
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+async function saveDrawing(name) {
+  const packed = Uint8Array.from(atob(DRAWINGS[name]), (letter) => letter.charCodeAt(0));
+  const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  save(`${name}.svg`, await new Response(unpacked).arrayBuffer());
 }
 
 async function copy(text, status) {
@@ -341,6 +349,9 @@ async function copy(text, status) {
 function listen() {
   for (const button of document.querySelectorAll("[data-save]")) {
     button.addEventListener("click", () => save(button.dataset.save, DOWNLOADS[button.dataset.save]));
+  }
+  for (const button of document.querySelectorAll("[data-drawing]")) {
+    button.addEventListener("click", () => saveDrawing(button.dataset.drawing));
   }
   for (const button of document.querySelectorAll("[data-copy]")) {
     button.addEventListener("click", () => copy(DOWNLOADS[button.dataset.copy], byId("copied")));

@@ -3,8 +3,9 @@
 import base64
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
@@ -13,14 +14,14 @@ from typing import Any
 
 import pandas as pd
 import yaml
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.captions import CAPTIONS, caption
 from oilfilm.report import chart, sections
 from oilfilm.report.explorer import explorer
-from oilfilm.report.pictures import data_address, png_address, size_of
+from oilfilm.report.pictures import packed, png_address, size_of
 from oilfilm.report.sections import Results
 from oilfilm.report.verdict import verdict
 from oilfilm.spreadsheet import csv_text
@@ -31,6 +32,7 @@ _PACKAGES = (
     *("bokeh", "jinja2"),
 )
 _FIGURE_PX, _REFUSED_PX = 1400, 900
+_TAG = 500  # bytes around a picture, at most
 _SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
 # Texts of verdicts -> how they look.
 _LOOKS = {
@@ -52,7 +54,7 @@ class Picture:
         width: On a wide screen, in CSS pixels.
         height: The same.
         png: The picture as a data address.
-        svg: The drawing as a data address, to be saved.
+        svg: The drawing, packed.
     """
 
     name: str
@@ -153,7 +155,7 @@ def page(
     addresses = [png_address(refused / f"{one.name}.png", _REFUSED_PX) for one in pages]
     taken, room = _taken(addresses, room)
     pages = [replace(one, png=png) for one, png in zip(pages, taken, strict=True)]
-    taken, room = _taken([_svg(figures[one.name][1]) for one in pictures], room)
+    taken, room = _taken([packed(figures[one.name][1]) for one in pictures], room)
     pictures = [replace(one, svg=svg) for one, svg in zip(pictures, taken, strict=True)]
     return _render({**context, "pictures": pictures, "pages": pages})
 
@@ -162,13 +164,10 @@ def _taken(addresses: Iterable[str], room: int) -> tuple[list[str], int]:
     """The addresses for which there is room, empty for the others; and the room that is left."""
     taken = []
     for address in addresses:
-        taken.append(address if len(address) <= room else "")
-        room -= len(taken[-1])
+        size = len(address) + _TAG
+        taken.append(address if size <= room else "")
+        room -= size * (size <= room)
     return taken, room
-
-
-def _svg(path: Path) -> str:
-    return data_address("image/svg+xml", path.read_bytes())
 
 
 def _downloads(results: Results) -> dict[str, str]:
@@ -200,7 +199,8 @@ def _source_hash(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
 
 
-def _render(context: Mapping[str, Any]) -> str:
+@cache
+def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(_HERE),
         autoescape=True,
@@ -211,8 +211,14 @@ def _render(context: Mapping[str, Any]) -> str:
     # Bokeh reads a model where it first stands, and elsewhere by its number
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False}
     environment.filters["source_hash"] = _source_hash
+    return environment.get_template("page.html")
+
+
+def _render(context: Mapping[str, Any]) -> str:
+    pictures: Sequence[Picture] = context["pictures"]
     gallery = [
         (category, list(shown))
-        for category, shown in groupby(context["pictures"], lambda one: one.category)
+        for category, shown in groupby(pictures, lambda picture: picture.category)
     ]
-    return environment.get_template("page.html").render(context, gallery=gallery)
+    drawings = {picture.name: picture.svg for picture in pictures if picture.svg}
+    return _template().render(context, gallery=gallery, drawings=drawings)

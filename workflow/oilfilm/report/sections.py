@@ -40,7 +40,6 @@ class Results:
     refits: pd.DataFrame
     comparison: pd.DataFrame
     claims: pd.DataFrame
-    torque_runs: pd.DataFrame = field(default_factory=lambda: tables.empty("torque_runs"))
     torque_quarantine: pd.DataFrame = field(default_factory=lambda: tables.empty("quarantine"))
     torque: pd.DataFrame = field(default_factory=lambda: tables.empty("torque"))
     torque_inversion: pd.DataFrame = field(default_factory=lambda: tables.empty("torque_inversion"))
@@ -131,9 +130,9 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         [
             Choice("constant", "Constant"),
             Choice("value", "Value", unit=""),
+            Choice("lower", "95 % interval", unit=""),
             Choice("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
             Choice("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
-            Choice("lower", "95 % interval", unit=""),
             Choice("verdict", "Verdict", is_verdict=True),
             Choice("printed_value", "Printed", unit=""),
         ],
