@@ -40,6 +40,10 @@ rule all:
         rules.exports.output,
 
 
+# It takes what `all` asks for.
+include: "workflow/rules/release.smk"
+
+
 onsuccess:
     print_summary()
 

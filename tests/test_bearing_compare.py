@@ -10,24 +10,40 @@ import pandas as pd
 import pytest
 from scipy.optimize import least_squares
 
-from bearings import RPM, TESTED, lubrication, printed_fits, printed_law, shipped
+from bearings import (
+    RIG,
+    RPM,
+    SETTINGS,
+    TESTED,
+    lubrication,
+    printed_fits,
+    printed_law,
+    shipped,
+)
 from campaigns import ROOT, printed
 from oilfilm import tables
+from oilfilm.bearing.bases import BASES, FittedBasis
 from oilfilm.bearing.compare import (
+    OilInBearing,
     cage_slip_table,
     power_loss_table,
     size_effect_table,
     torque_table,
 )
 from oilfilm.bearing.ellipse import Conditions
+from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.bearing.torque_runs import measure_torque
+from oilfilm.bearing.words import BearingTables, bearing_words
 from oilfilm.config import load_checked, resolve
 from oilfilm.figures import FIGURES, Results
+from oilfilm.fitting.fitted import Coefficients, FittedLaw
+from oilfilm.oils import oil_from_config
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
-from oilfilm.traction import LAWS
+from oilfilm.slip_advice import advise
+from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import Observations, to_constants, to_internal
 
 
@@ -201,9 +217,11 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
     fits = printed_fits()
     runs = plateaus(np.array([5.0, 6.5]), np.array([6000.0, 9000.0]))
     published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
+    slip = cage_slip_table(*fits, config)
     results = Results(
         torque=torque_table(runs, *fits, config)[0],
-        cage_slip=cage_slip_table(*fits, config),
+        cage_slip=slip,
+        slip_advice=advise(slip, config["selection"], config["gates"]["lambda_limit"]),
         size_effect=size_effect_table(*fits, config),
         power_loss=power_loss_table(published, *fits, config),
     )
@@ -218,3 +236,124 @@ def test_figures_of_nothing_say_so(config, name):
     figure, drawn = FIGURES[name].draw(Results(), config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
+
+
+def load_law_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Constants of the law on load for 4050, as a comparison of laws would give them."""
+    law = LAWS["wang-deng-load"]
+    coefficients, quality = (table[table["oil"] == "4050"] for table in printed_fits())
+    rows = pd.concat([coefficients.iloc[:1]] * len(law.constants), ignore_index=True)
+    names, values = [one.name for one in law.constants], np.where(WANG_DENG == 0, 1e-9, WANG_DENG)
+    return (
+        rows.assign(law=law.name, constant=names, value=values),
+        quality.assign(law=law.name),
+    )
+
+
+# A, B, C, D of the law, each by load, speed and temperature
+WANG_DENG = np.array(
+    [-0.02, 0.15, -0.3, -0.1, 0.5, 0.4, -0.3, -0.9, 25, 0.2, 0.1, 0.3, 0.0205, 0.15, -0.3, -0.1]
+)
+
+
+def test_a_law_on_load_of_its_own_stands_beside_the_bases(config):
+    law, runs = LAWS["wang-deng-load"], plateaus(np.array([5.0]), np.array([9000.0]))
+    torque, _ = torque_table(runs, *printed_fits(), config, load_law_fits())
+    row = torque.set_index("basis").loc["wang-deng-load"]
+    assert row["converged"]
+    assert set(torque["basis"]) == {*BASES, law.name}
+    # 20 kN over 20 balls press each with little more than 1 kN
+    known = OilInBearing.of("4050", *printed_fits(), config, load_law_fits())
+    asked = []
+
+    def told(at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
+        mu = known.basis(law.name)(at, slide_roll_ratio)
+        asked.append((at.load_n.ravel(), at.entrainment_speed_m_s.ravel(), slide_roll_ratio, mu))
+        return mu
+
+    found = friction_equilibrium(
+        shipped("mainshaft-167"),
+        OperatingPoints.axial(20000.0, 9000 * RPM),
+        lubrication("4050", 100, 1),
+        told,
+    )
+    load, speed, slip, mu = asked[-1]
+    contacts = found.balance.contacts
+    np.testing.assert_array_equal(load, contacts.load_n.ravel())
+    push = contacts.load_n[0, 0, 0] * np.sin(contacts.contact_angle_rad[0, 0, 0])
+    assert 20 * push == pytest.approx(20000.0, rel=0.03)  # friction carries a little
+    # the law's own equation at that load, written out: X = X0 (W/100 N)^X1 (U/20)^X2 (T/20)^X3
+    of_each = WANG_DENG.reshape(4, 4)
+    a, b, c, d = (
+        x0 * (load / 100) ** x1 * (speed / 20) ** x2 * (100 / 20) ** x3
+        for x0, x1, x2, x3 in of_each
+    )
+    slip = slip.reshape(len(load), -1).T
+    np.testing.assert_allclose(
+        mu.reshape(len(load), -1).T, (a + b * slip) * np.exp(-c * slip) + d, rtol=1e-9
+    )
+
+
+def test_groups_of_a_law_are_those_of_the_bearings_contact():
+    # W/(E' R^2), eta0 U/(E' R), eta0 beta U^2/k with the contact's own Rx and E'
+    oil = oil_from_config(load_checked(ROOT / "config/oils/4050.yaml", "oil"))
+    law = laws_for(oil, RIG)["wang-deng-groups"]
+    fitted = FittedLaw(law, Coefficients.bare(law, WANG_DENG))
+    radius, modulus = np.array([0.004, 0.012]), 2.5e11
+    load, speed = np.array([200.0, 900.0]), np.array([30.0, 60.0])
+
+    def each(values: np.ndarray | float) -> np.ndarray:
+        return np.broadcast_to(values, (2,))[:, np.newaxis].astype(float)
+
+    at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
+    mu = FittedBasis(fitted, "stress", RIG, SETTINGS["law_floor"])(at, np.full((2, 1), 0.02))
+    eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
+    groups = (
+        load / (modulus * radius**2) / 1e-6,
+        eta * speed / (modulus * radius) / 1e-10,
+        eta * beta * speed**2 / oil.thermal_conductivity_w_mk(100.0),
+    )
+    a, b, c, d = (
+        x0 * groups[0] ** x1 * groups[1] ** x2 * groups[2] ** x3
+        for x0, x1, x2, x3 in WANG_DENG.reshape(4, 4)
+    )
+    np.testing.assert_allclose(mu[:, 0], (a + b * 0.02) * np.exp(-c * 0.02) + d)
+
+
+def test_shares_beyond_an_unknown_box_are_unknown(config):
+    coefficients, quality = printed_fits()
+    blank = quality.assign(
+        tested_min_max_hertz_pressure_gpa=np.nan, tested_max_max_hertz_pressure_gpa=np.nan
+    )
+    runs = plateaus(np.array([5.0]), np.array([9000.0]))
+    table, _ = torque_table(runs, coefficients, blank, config)
+    assert table["share_beyond_pressure"].isna().all()
+    assert table["share_beyond_speed"].between(0, 1).all()
+
+
+def test_the_summary_tells_of_logs_errors_and_advice(config):
+    logs = list(simulate_torque(small(config), printed()))
+    runs, refused = measure_torque([(plan.name, content) for plan, content, _ in logs], config)
+    fits = printed_fits()
+    torque, inversion = torque_table(runs, *fits, config)
+    slip = cage_slip_table(*fits, config)
+    advice = advise(slip, config["selection"], config["gates"]["lambda_limit"])
+    text = "\n".join(bearing_words(BearingTables(runs, refused, torque, inversion, advice)))
+    assert "torque logs 2 read of 3; plateaus 8 accepted of 8" in text
+    assert "torque quarantine, tare 1: 4050_F05000_T070.csv: the tare moves" in text
+    assert "; load " in text
+    assert "of 24 equilibria none not found" in text
+    assert "pressure " in text
+    assert "the paper's rules advise" in text
+    empty = [tables.empty(name) for name in ("torque_runs", "quarantine", "torque")]
+    nothing = BearingTables(*empty, tables.empty("torque_inversion"), tables.empty("slip_advice"))
+    assert bearing_words(nothing)[1] == "  torque logs 0 read of 0; plateaus 0 accepted of 0"
+
+
+def small(config: dict[str, Any]) -> dict[str, Any]:
+    """The campaign with three torque logs of one oil."""
+    campaign = config["campaign"]
+    matrix = campaign["torque"]["matrix"] | {"oil_temperature_c": [70]}
+    torque = campaign["torque"] | {"matrix": matrix}
+    oils = [oil for oil in campaign["oils"] if oil == "4050"]
+    return {**config, "campaign": {**campaign, "oils": oils, "torque": torque}}

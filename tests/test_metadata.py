@@ -34,7 +34,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:ConjunctiveGraph is deprecated")
 
 VOCABULARY = ROOT / "data/reference/vocabulary.ttl"
 SAMPLES = [f"samples/oil={oil}/part-{part}.parquet" for oil in ("4010", "4102") for part in (0, 1)]
-WHOLE = ("runs", "points", "quarantine", "coefficients", "fit_quality")
+RIG = ("runs", "points", "quarantine", "coefficients", "fit_quality")
+BEARING = ("torque_runs", "torque", "cage_slip", "slip_advice", "size_effect")
+WHOLE = (*RIG, *BEARING)
 DESCRIBED = ("samples", *WHOLE)
 HOSTILE = 'two "quotes", </script><script>alert(1)</script> \\ and\na line; <b>µ</b>'
 ONE_LINERS = re.findall(
@@ -325,6 +327,10 @@ def test_every_column_of_a_term_exists_and_has_its_unit(vocabulary: Vocabulary) 
         ("slide_roll_ratio", "slide_roll_ratio"),
         ("nominal_entrainment_speed_m_s", "entrainment_speed"),
         ("measured_film_thickness_um", "film_thickness"),
+        ("axial_load_n", "axial_load"),  # of a bearing, not of a contact
+        ("inner_max_hertz_pressure_gpa", "max_hertz_pressure"),
+        ("measured_torque_n_m", "friction_torque"),
+        ("measured_torque_n_m_se", None),
         ("traction_coefficient_se", None),  # the error of a coefficient is no coefficient
         ("load_systematic_n", None),
         ("run_id", None),

@@ -204,13 +204,16 @@ CAPTIONS: dict[str, Caption] = {
     "cage-slip": Caption(
         "Cage slip",
         "Slip of the cage at friction equilibrium over speed and axial load (kN), an oil a panel; "
-        "the line is the paper's limit for its choice of oils.",
+        "the line is the paper's limit for its choice of oils. Last panel: fields have the colour "
+        "of the oil that the paper's rules advise, symbols show where another holds the cage with "
+        "less torque, or slips less.",
         "Bearing",
     ),
     "size-effect": Caption(
         "Size effect of laws on load",
         "Traction torque of the laws on load against that of the law on stress (%), by ball "
-        "diameter (mm) and by conformity, at the same stress and surface speed.",
+        "diameter (mm; all lengths in proportion, the same stress and surface speed) and by "
+        "conformity (the same load and speed).",
         "Bearing",
     ),
     "power-loss": Caption(

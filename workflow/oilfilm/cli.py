@@ -1,4 +1,4 @@
-"""The command `oilfilm`: a verdict on a log at the rig, a traction coefficient at the desk.
+"""The command `oilfilm`: a verdict on a log, a traction coefficient, releases checked and compared.
 
 Everything else is done by snakemake.
 """
@@ -20,6 +20,7 @@ from oilfilm.curation.gates import advice_for
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
 from oilfilm.ingest import ingest_logs, read_bytes
+from oilfilm.releases.commands import add_commands
 from oilfilm.units import conversion
 
 
@@ -50,6 +51,7 @@ def _parser() -> argparse.ArgumentParser:
     predict.add_argument("--campaign", default="demo", help="whose fit (default: demo)")
     predict.add_argument("--results", type=Path, default=Path("results"), help="results folder")
     predict.set_defaults(run=_predict)
+    add_commands(commands)
     return parser
 
 

@@ -69,6 +69,12 @@ def load_checked(path: Path, schema_name: str) -> dict[str, Any]:
     return values
 
 
+def first_mistake(values: Any, schema_name: str) -> str:
+    """What is wrong first with values against a schema, in a sentence; empty where nothing is."""
+    problem = _first_problem(values, schema_name)
+    return "" if problem is None else _explain(problem)
+
+
 def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Everything that one campaign's run is told: settings, campaign, rigs and oils in one tree.
 
@@ -115,6 +121,30 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     merged["bearings"] = _bearings(folder, campaign, path)
     merged["oils"] |= {oil: None for oil in campaign.get("oils_without_properties", [])}
     return merged
+
+
+def as_yaml(values: Mapping[str, Any]) -> str:
+    """Plain values as YAML that `load_yaml` reads back, keys in their own order."""
+    # no aliases, which are refused; no sorting: tables follow the order of levels and oils
+    return yaml.dump(values, Dumper=_Plain, sort_keys=False, allow_unicode=True, width=100)
+
+
+class _Plain(yaml.SafeDumper):
+    def ignore_aliases(self, _: Any) -> bool:
+        return True
+
+
+def unresolve(config: Mapping[str, Any]) -> dict[str, str]:
+    """A configuration folder that `resolve` turns into this: paths below it and their text."""
+    settings, campaign = dict(config), dict(config["campaign"])
+    name = settings["campaign"] = campaign.pop("name")
+    about = settings.pop("dataset")
+    files = {f"campaigns/{_safe_name(name, 'campaign')}.yaml": {**campaign, **about}}
+    for kind in ("rigs", "oils", "bearings"):
+        for thing, values in settings.pop(kind).items():
+            if values is not None:
+                files[f"{kind}/{_safe_name(thing, kind)}.yaml"] = values
+    return {path: as_yaml(values) for path, values in {"config.yaml": settings, **files}.items()}
 
 
 def _bearings(folder: Path, campaign: Mapping[str, Any], path: Path) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def _map(
     film = np.stack([evidence.films[oil].over(grid)[1].ravel() for oil in oils])
     places = grid.places()
     enough = film > evidence.lambda_limit
-    said = _Sayings(settings["rules"], oils, states(places, settings["limits"]), enough)
+    said = Sayings(settings["rules"], oils, states(places, settings["limits"]), enough)
     ruled = said.applies.any(axis=0)
     if not ruled.all():
         where = ", ".join(f"{name} {value:.3g}" for name, value in places[~ruled].iloc[0].items())
@@ -112,8 +112,15 @@ def _map(
 
 
 @dataclass(frozen=True)
-class _Sayings:
-    """What each rule says at each place."""
+class Sayings:
+    """What each rule says at each place.
+
+    Attributes:
+        rules: As in `selection` of the configuration.
+        oils: The oils that may be advised.
+        states: What a rule may ask, for every place.
+        enough: Whether an oil has enough film, shape (oils, places).
+    """
 
     rules: Sequence[Mapping[str, Any]]
     oils: Sequence[str]

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.bearing.words import BearingTables, bearing_words
 from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.extrapolation import extrapolation_words
 from oilfilm.fitting.remarks import fit_remarks
@@ -32,6 +33,7 @@ def summarise(
     oils: Mapping[str, Any],
     film: Mapping[str, Any],
     gates: Mapping[str, Any],
+    bearing: BearingTables | None = None,
 ) -> str:
     """What was made, how good each fit is and where to look, as text."""
     name = campaign["name"]
@@ -55,6 +57,7 @@ def summarise(
         "",
         *_printed(judged, signs, sign_verdicts, campaign),
         *_claimed(claims),
+        *(bearing_words(bearing) if bearing is not None else []),
         f"Report:  results/{name}/report.html (open it in a browser; it needs no network)",
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",

@@ -45,6 +45,8 @@ rule torque:
         runs=rules.torque_runs.output.runs,
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        law_coefficients=rules.comparisons.output.law_coefficients,
+        law_quality=rules.comparisons.output.law_fit_quality,
     output:
         torque="<tables>/torque.parquet",
         inversion="<tables>/torque_inversion.parquet",
@@ -58,20 +60,25 @@ rule torque:
 
 
 rule bearing_maps:
-    "Cage slip over speed and load, the size effect, and a published power loss."
+    "Cage slip over speed and load and the oil that holds it, the size effect, a published loss."
     input:
         coefficients=rules.fits.output.coefficients,
         quality=rules.fits.output.fit_quality,
+        law_coefficients=rules.comparisons.output.law_coefficients,
+        law_quality=rules.comparisons.output.law_fit_quality,
         published="data/reference/power_loss.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",
+        slip_advice="<tables>/slip_advice.parquet",
         size_effect="<tables>/size_effect.parquet",
         power_loss="<tables>/power_loss.parquet",
     log:
         "<logs>/bearing-maps.log",
     params:
         code=code("bearing_maps.py"),
-        config=part("rigs", "oils", "bearings", "bearing", campaign=("torque",)),
+        config=part(
+            "rigs", "oils", "bearings", "bearing", "gates", "selection", campaign=("torque",)
+        ),
     script:
         "../scripts/bearing_maps.py"
 

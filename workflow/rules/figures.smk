@@ -107,6 +107,7 @@ rule bearing_figures:
     input:
         torque=rules.torque.output.torque,
         cage_slip=rules.bearing_maps.output.cage_slip,
+        slip_advice=rules.bearing_maps.output.slip_advice,
         size_effect=rules.bearing_maps.output.size_effect,
         power_loss=rules.bearing_maps.output.power_loss,
     output:
@@ -115,7 +116,7 @@ rule bearing_figures:
         "<logs>/bearing-figures.log",
     params:
         code=code("figures.py"),
-        config=part("oils", "bearing", "figures"),
+        config=part("oils", "bearing", "figures", "selection"),
     script:
         "../scripts/figures.py"
 

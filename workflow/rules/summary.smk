@@ -12,6 +12,12 @@ rule summary:
         signs=rules.signs.output.signs,
         sign_verdicts=rules.signs.output.verdicts,
         claims=rules.audit.output.claims,
+        # none of these in campaigns without torque logs
+        torque_runs=TORQUE and [rules.torque_runs.output.runs],
+        torque_quarantine=TORQUE and [rules.torque_runs.output.quarantine],
+        torque=TORQUE and [rules.torque.output.torque],
+        torque_inversion=TORQUE and [rules.torque.output.inversion],
+        slip_advice=TORQUE and [rules.bearing_maps.output.slip_advice],
     output:
         "<results>/summary.txt",
     log:

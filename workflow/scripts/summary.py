@@ -3,11 +3,19 @@
 from pathlib import Path
 
 from oilfilm import tables
+from oilfilm.bearing.words import BearingTables
 from oilfilm.job import job
 from oilfilm.summary import summarise
 
 with job(snakemake) as provenance:
     found = snakemake.input
+    bearing = BearingTables(
+        torque_runs=tables.read("torque_runs", *map(Path, found.torque_runs)),
+        torque_quarantine=tables.read("quarantine", *map(Path, found.torque_quarantine)),
+        torque=tables.read("torque", *map(Path, found.torque)),
+        torque_inversion=tables.read("torque_inversion", *map(Path, found.torque_inversion)),
+        slip_advice=tables.read("slip_advice", *map(Path, found.slip_advice)),
+    )
     text = summarise(
         runs=tables.read("runs", Path(found.runs)),
         points=tables.read("points", Path(found.points)),
@@ -24,5 +32,6 @@ with job(snakemake) as provenance:
         oils=snakemake.params.config["oils"],
         film=snakemake.params.config["film"],
         gates=snakemake.params.config["gates"],
+        bearing=bearing if found.torque_runs else None,
     )
     Path(snakemake.output[0]).write_text(text, encoding="utf-8")

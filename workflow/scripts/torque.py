@@ -13,6 +13,10 @@ with job(snakemake) as provenance:
         tables.read("coefficients", Path(found.coefficients)),
         tables.read("fit_quality", Path(found.quality)),
         snakemake.params.config,
+        (
+            tables.read("law_coefficients", Path(found.law_coefficients)),
+            tables.read("law_fit_quality", Path(found.law_quality)),
+        ),
     )
     tables.write(torque, "torque", Path(snakemake.output.torque), provenance)
     tables.write(inversion, "torque_inversion", Path(snakemake.output.inversion), provenance)

@@ -13,6 +13,8 @@ from oilfilm.traction.law import FloatArray, to_internal
 from oilfilm.units import PA_PER_GPA
 
 BASES = ("stress", "load", "dimensionless_load")
+# Laws on load that are fitted to the same points by a form of their own, where they are compared.
+LOAD_LAWS = ("wang-deng-load", "wang-deng-groups")
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class FittedBasis:
     the stress, so that data which one fits the others fit as well, with a third of the exponents.
     In a bearing, with other balls and elliptical contacts, they differ; R is then Rx, the reduced
     radius along the rolling direction. A law that was fitted to load itself is the same on every
-    basis.
+    basis: it is given the load of the contact, or groups made with its Rx and E'.
 
     Attributes:
         fitted: The law.
@@ -50,8 +52,8 @@ class FittedBasis:
         conditions = np.stack(
             [np.maximum(levels[name], self.floor[name]) for name in law.conditions], axis=-1
         )
-        conditions = np.where(coefficients.known, conditions, law.reference)
-        design = law.design(conditions.reshape(-1, conditions.shape[-1]))
+        law = law.in_contacts(at.radius_x_m.ravel(), at.reduced_modulus_pa)
+        design = law.design(conditions.reshape(-1, conditions.shape[-1]), coefficients.known)
         sizes = law.sizes(to_internal(law, coefficients.constants), design)
         return law.value(sizes.reshape(-1, *conditions.shape[:-1]), slide_roll_ratio)
 

@@ -8,13 +8,14 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.bearing.bases import BASES, FittedBasis
+from oilfilm.bearing.bases import BASES, LOAD_LAWS, FittedBasis
 from oilfilm.bearing.catalogue import palmgren_torque_n_m, skf_torque_n_m
 from oilfilm.bearing.ellipse import Conditions, TractionBasis
 from oilfilm.bearing.geometry import Bearing, bearing_from_config
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.bearing.torque import torque_terms
+from oilfilm.fitting.compare import laws_of
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.oils import Oil, oil_from_config
 from oilfilm.rigs import Contact, contact_of
@@ -22,21 +23,41 @@ from oilfilm.units import FloatArray
 
 _RAD_S_PER_RPM = np.pi / 30
 _MM_PER_M = 1e3
+_TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
+
+
+# Coefficients and fit quality of further laws, as the comparison of laws makes them.
+OtherFits = tuple[pd.DataFrame, pd.DataFrame] | None
 
 
 @dataclass(frozen=True)
 class OilInBearing:
-    """One oil as bearings know it: its properties, its fitted law and the rig behind it."""
+    """One oil as bearings know it: its properties, its fitted laws and the rig behind them.
+
+    Attributes:
+        name: As in config/oils.
+        oil: Its properties.
+        laws: Fitted law by basis; each of `BASES` has the campaign's own.
+        rig: Contact of the traction rig.
+        tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
+        settings: Config's `bearing`.
+    """
 
     name: str
     oil: Oil
-    fitted: FittedLaw
+    laws: Mapping[str, FittedLaw]
     rig: Contact
+    tested: Mapping[str, tuple[float, float]]
     settings: Mapping[str, Any]
 
     @classmethod
     def of(
-        cls, name: str, coefficients: pd.DataFrame, quality: pd.DataFrame, config: Mapping[str, Any]
+        cls,
+        name: str,
+        coefficients: pd.DataFrame,
+        quality: pd.DataFrame,
+        config: Mapping[str, Any],
+        others: OtherFits = None,
     ) -> "OilInBearing | None":
         """The oil; None where its law, its properties or its rig are not known."""
         rig = contact_of(next(iter(config["rigs"].values())))
@@ -44,20 +65,18 @@ class OilInBearing:
         about = config["oils"][name]
         if rig is None or about is None or np.isnan(fitted.coefficients.constants).any():
             return None
-        return cls(name, oil_from_config(about), fitted, rig, config["bearing"])
+        laws = dict.fromkeys(BASES, fitted)
+        if others is not None:
+            laws |= _load_laws(name, *others, config)
+        row = quality[(quality["oil"] == name) & (quality["law"] == fitted.law.name)].iloc[0]
+        tested = {
+            of: (float(row[f"tested_min_{of}"]), float(row[f"tested_max_{of}"])) for of in _TESTED
+        }
+        return cls(name, oil_from_config(about), laws, rig, tested, config["bearing"])
 
     def basis(self, basis: str) -> FittedBasis:
         """The fitted law on a basis."""
-        return FittedBasis(self.fitted, basis, self.rig, self.settings["law_floor"])
-
-    @property
-    def tested(self) -> dict[str, tuple[float, float]]:
-        """Lowest and highest tested level of each condition and of the slip."""
-        names = (*self.fitted.law.conditions, "slide_roll_ratio")
-        box = dict(zip(names, map(tuple, self.fitted.coefficients.box), strict=True))
-        unknown = (np.nan, np.nan)
-        wanted = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
-        return {name: box.get(name, unknown) for name in wanted}
+        return FittedBasis(self.laws[basis], basis, self.rig, self.settings["law_floor"])
 
     def run(
         self,
@@ -70,25 +89,39 @@ class OilInBearing:
         """Friction at operating points, columns as of the tables of bearing friction."""
         points = OperatingPoints.axial(axial_load_n, speed_rpm * _RAD_S_PER_RPM)
         lubrication = Lubrication.of(self.oil, inlet_temperature_c, self.settings)
-        terms = pd.DataFrame(torque_terms(bearing, points, lubrication, law, self.tested))
-        return _without_failures(terms)
+        return _without_failures(torque_terms(bearing, points, lubrication, law, self.tested))
 
 
-def _without_failures(terms: pd.DataFrame) -> pd.DataFrame:
+def _load_laws(
+    oil: str, coefficients: pd.DataFrame, quality: pd.DataFrame, config: Mapping[str, Any]
+) -> dict[str, FittedLaw]:
+    """The laws on load that were fitted to an oil's points as well, by name."""
+    known = laws_of(oil, config)
+    fitted = set(coefficients.loc[coefficients["oil"] == oil, "law"]) & set(known)
+    laws = {
+        name: FittedLaw.of(coefficients, oil, quality=quality, law=known[name])
+        for name in LOAD_LAWS
+        if name in fitted
+    }
+    return {
+        name: law for name, law in laws.items() if not np.isnan(law.coefficients.constants).any()
+    }
+
+
+def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Null where there is no equilibrium, with the reason."""
-    failed = ~terms["converged"]
-    residual, angle = terms["residual"], terms["inner_contact_angle_deg"]
-    why = [
-        "" if fine else _why(residual[row], angle[row])
-        for row, fine in enumerate(terms["converged"])
-    ]
-    numbers = [name for name in terms.columns if name not in ("converged", "residual")]
-    cleared = terms[numbers].astype(float).mask(failed)
-    return cleared.assign(
-        converged=terms["converged"],
-        residual=terms["residual"].where(np.isfinite(terms["residual"])),
-        why=pd.Series(why, dtype=str),
-    )
+    found, residual = terms["converged"].astype(bool), terms["residual"]
+    angle = terms["inner_contact_angle_deg"]
+    about = {
+        "converged": found,
+        "residual": np.where(np.isfinite(residual), residual, np.nan),
+        "why": np.array(
+            ["" if fine else _why(residual[row], angle[row]) for row, fine in enumerate(found)],
+            dtype=object,
+        ),
+    }
+    cleared = {name: np.where(found, values, np.nan) for name, values in terms.items()}
+    return pd.DataFrame(cleared | about)
 
 
 # Beyond this inner contact angle no groove is left for the ball to lie in.
@@ -107,6 +140,7 @@ def torque_table(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     config: Mapping[str, Any],
+    others: OtherFits = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measured plateaus against every basis, and the traction that each plateau has by inversion.
 
@@ -115,6 +149,7 @@ def torque_table(
         coefficients: Table of coefficients.
         quality: Table of fit quality.
         config: The resolved configuration.
+        others: Fits of further laws; those on load are compared as well.
 
     Returns:
         The tables `torque` and `torque_inversion`.
@@ -124,10 +159,10 @@ def torque_table(
     accepted = runs[runs["accepted"]]
     torque: list[pd.DataFrame] = []
     inversion: list[pd.DataFrame] = []
-    for known in _known_oils(coefficients, quality, config):
+    for known in _known_oils(coefficients, quality, config, others):
         rows = accepted[accepted["oil"] == known.name].reset_index(drop=True)
         if len(rows):
-            of_basis = {basis: _torque(bearing, rows, known, basis) for basis in BASES}
+            of_basis = {basis: _torque(bearing, rows, known, basis) for basis in known.laws}
             torque += of_basis.values()
             inversion.append(_inversion(bearing, rows, known, of_basis["stress"], config))
     return _table(torque, "torque"), _table(inversion, "torque_inversion")
@@ -266,10 +301,13 @@ def cage_slip_table(
 
 
 def _known_oils(
-    coefficients: pd.DataFrame, quality: pd.DataFrame, config: Mapping[str, Any]
+    coefficients: pd.DataFrame,
+    quality: pd.DataFrame,
+    config: Mapping[str, Any],
+    others: OtherFits = None,
 ) -> Iterator[OilInBearing]:
     for oil in config["oils"]:
-        known = OilInBearing.of(oil, coefficients, quality, config)
+        known = OilInBearing.of(oil, coefficients, quality, config, others)
         if known is not None:
             yield known
 
@@ -299,13 +337,16 @@ def _cage_slip(known: OilInBearing, config: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def size_effect_table(
-    coefficients: pd.DataFrame, quality: pd.DataFrame, config: Mapping[str, Any]
+    coefficients: pd.DataFrame,
+    quality: pd.DataFrame,
+    config: Mapping[str, Any],
+    others: OtherFits = None,
 ) -> pd.DataFrame:
     """Every basis on balls of other sizes and closer grooves, by config's `bearing.size_effect`."""
     return _table(
         (
             part
-            for known in _known_oils(coefficients, quality, config)
+            for known in _known_oils(coefficients, quality, config, others)
             for part in _size_effect(known, config)
         ),
         "size_effect",
@@ -327,7 +368,7 @@ def _size_effect(known: OilInBearing, config: Mapping[str, Any]) -> Iterator[pd.
         temperature = np.array([float(asked["inlet_temperature_c"])])
         of_basis = {
             basis: known.run(changed, load, speed, temperature, known.basis(basis))
-            for basis in BASES
+            for basis in known.laws
         }
         by_stress = of_basis["stress"]["traction_torque_n_m"]
         for basis, terms in of_basis.items():

@@ -79,7 +79,7 @@ def torque_terms(
             film.coefficient, grid(*quadrature).share * load[..., np.newaxis]
         ),
         "share_beyond_slip": _mean(
-            (film.slide_roll_ratio > tested["slide_roll_ratio"][1]).astype(float),
+            _beyond(film.slide_roll_ratio, (0.0, tested["slide_roll_ratio"][1])),
             place_heat * (load * at.entrainment_speed_m_s[..., 0])[..., np.newaxis],
         ),
         "share_beyond_pressure": _mean(
@@ -186,7 +186,8 @@ def _traction_heat(
 def _beyond(values: FloatArray, tested: tuple[float, float]) -> FloatArray:
     # a thousandth of leeway, for levels that a rig holds only so well
     low, high = tested
-    return ((values < low * 0.999) | (values > high * 1.001)).astype(float)
+    beyond = ((values < low * 0.999) | (values > high * 1.001)).astype(float)
+    return np.where(np.isfinite(low + high), beyond, np.nan)
 
 
 def _mean(values: FloatArray, weights: FloatArray) -> FloatArray:

@@ -39,7 +39,7 @@ _ALL = (
     Drawing("signs", sign_study, "sign_study"),
     Drawing("claims", claims_page, "claims_page"),
     Drawing("selection", selection_map, "selection_map"),
-    Drawing("cage-slip", cage_slip, "cage_slip"),
+    Drawing("cage-slip", cage_slip, "cage_slip_map"),
     Drawing("size-effect", size_effect, "size_effect"),
     Drawing("power-loss", power_loss, "power_loss"),
 )

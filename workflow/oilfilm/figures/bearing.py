@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from oilfilm import tables
 from oilfilm.figures import style
@@ -127,45 +130,116 @@ def _drawn(rows: pd.DataFrame, panel: str, series: str, load: float) -> pd.DataF
 
 
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
+_FIELD = 0.45  # share of an oil's colour in the field of the advice
 
 
 def cage_slip(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
-    """Cage slip against speed and axial load, an oil a panel; the paper's limit as a line."""
-    table, limit = results.cage_slip, config["bearing"]["cage_slip"]["limit"]
-    oils = [oil for oil in config["oils"] if (table["oil"] == oil).any()]
-    figure, axes = style.panels(1, max(len(oils), 1), style.DOUBLE_COLUMN_IN, 2.7)
-    for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
-        grid = table[table["oil"] == oil].pivot(
-            index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip"
-        )
-        speed, load = grid.columns.to_numpy() / 1e6, grid.index.to_numpy() / 1e3
-        slip = np.ma.masked_invalid(grid.to_numpy())
-        filled = axis.pcolormesh(
-            _edges(speed),
-            np.exp(_edges(np.log(load))),
-            slip,
-            cmap="cividis_r",
-            norm=BoundaryNorm(_SLIP_LEVELS, 256),
-        )
-        axis.contour(
-            speed, load, slip, [limit], colors=[style.oil_colour(oil, list(config["oils"]))]
-        )
-        axis.set_yscale("log")
-        axis.grid(False)
-        axis.set_title(f"({letter}) {oil}")
-    if oils:
-        bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
-        bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
-    else:
+    """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
+    table, advice = results.cage_slip, results.slip_advice
+    every = list(config["oils"])
+    oils = [oil for oil in every if (table["oil"] == oil).any()]
+    if not oils:
+        figure, axes = style.panels(1, 1, style.SINGLE_COLUMN_IN, 1.0)
         _say_nothing(axes[0], "No oil has a law that a bearing could use.")
-    figure.supxlabel("Pitch diameter times speed (million mm rpm)", fontsize=8)
-    axes[0].set_ylabel("Axial load (kN)")
+        return _finish(figure, config), tables.empty("cage_slip_map")
+    count = len(oils) + (not advice.empty)
+    rows = -(-count // 2)
+    figure, axes = style.panels(rows, 2, style.DOUBLE_COLUMN_IN, 2.2 * rows + 0.4)
+    drawn = []
+    for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
+        of_oil = table[table["oil"] == oil]
+        filled = _draw_slip(axis, of_oil, config["selection"]["limits"]["slip_limit"])
+        axis.set_title(f"({letter}) {oil}")
+        drawn.append(of_oil.assign(panel=letter, advised_oil="", best_oil="", judgement=""))
+    if not advice.empty:
+        letter, axis = string.ascii_letters[len(oils)], axes[len(oils)]
+        _draw_advice(axis, advice, every)
+        axis.set_title(f"({letter}) advice by slip")
+        drawn.append(advice.assign(panel=letter, oil="", cage_slip=np.nan))
+        _say_advice(figure, every, advice)
+    for axis in axes[count:]:
+        axis.set_axis_off()
+    axes[0].set_yscale("log")
+    axes[0].yaxis.set_major_formatter("{x:g}")
+    bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
+    bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
+    for axis in axes[max(count - 2, 0) :]:
+        axis.set_xlabel("Pitch diameter times speed (million mm rpm)")
+    figure.supylabel("Axial load (kN)", fontsize=8)
     temperature = config["bearing"]["cage_slip"]["inlet_temperature_c"]
+    limit = config["selection"]["limits"]["slip_limit"]
     style.say_key(
         figure,
-        f"Friction equilibrium at {temperature:g} \N{DEGREE SIGN}C; line: slip of {limit:g}.",
+        f"Friction equilibrium, {table['bearing'].iloc[0]}, {temperature:g} \N{DEGREE SIGN}C; "
+        f"line: slip of {limit:g}.",
     )
-    return _finish(figure, config), table
+    together = pd.concat(drawn, ignore_index=True)[tables.columns("cage_slip_map")]
+    return _finish(figure, config), tables.conform(together, "cage_slip_map", "map of cage slip")
+
+
+def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
+    grid = of_oil.pivot(index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip")
+    speed, load = grid.columns.to_numpy() / 1e6, grid.index.to_numpy() / 1e3
+    slip = np.ma.masked_invalid(grid.to_numpy())
+    norm = BoundaryNorm(_SLIP_LEVELS, 256)
+    filled = axis.pcolormesh(*_cells(speed, load), slip, cmap="cividis_r", norm=norm)
+    axis.contour(speed, load, slip, [limit], colors="#D55E00")
+    axis.grid(False)
+    return filled
+
+
+def _draw_advice(axis: Axes, advice: pd.DataFrame, oils: list[str]) -> None:
+    """Fields in the colour of the oil that the rules advise, symbols of the one that slip does."""
+    field = advice.pivot(index="axial_load_n", columns="pitch_speed_mm_rpm", values="advised_oil")
+    speed, load = field.columns.to_numpy() / 1e6, field.index.to_numpy() / 1e3
+    # white is for places where no oil is advised
+    fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
+    places = field.map(lambda oil: oils.index(oil) + 1 if oil else 0).to_numpy()
+    colours = ListedColormap([(1.0, 1.0, 1.0), *fields])
+    axis.pcolormesh(*_cells(speed, load), places, cmap=colours, vmin=-0.5, vmax=len(oils) + 0.5)
+    for oil in oils:
+        apart = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
+        _draw_places(axis, apart, _marker(oil, oils), style.oil_colour(oil, oils))
+    _draw_places(axis, advice[advice["judgement"] == "no film"], "x", "#555555")
+    axis.grid(False)
+
+
+def _draw_places(axis: Axes, rows: pd.DataFrame, marker: str, colour: str) -> None:
+    axis.plot(
+        rows["pitch_speed_mm_rpm"] / 1e6,
+        rows["axial_load_n"] / 1e3,
+        marker,
+        color=colour,
+        markersize=3.5,
+    )
+
+
+def _marker(oil: str, oils: list[str]) -> str:
+    return style.MARKERS[oils.index(oil) % len(style.MARKERS)]
+
+
+def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
+    shown = [oil for oil in oils if oil in {*advice["advised_oil"], *advice["best_oil"]}]
+    handles: list[Any] = []
+    for oil in shown:
+        colour, symbol = style.oil_colour(oil, oils), _marker(oil, oils)
+        handles += [
+            Patch(facecolor=style.tint(colour, _FIELD), label=f"the paper's rules advise {oil}"),
+            _symbol(symbol, colour, f"slip speaks for {oil}"),
+        ]
+    handles.append(_symbol("x", "#555555", "no oil has enough film"))
+    figure.legend(handles=handles, loc="outside lower left", ncols=4)
+
+
+def _symbol(marker: str, colour: str, label: str) -> Line2D:
+    return Line2D([], [], linestyle="", marker=marker, color=colour, label=label)
+
+
+def _cells(
+    speed: np.ndarray[Any, Any], load: np.ndarray[Any, Any]
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Edges of cells around speeds, and around loads in equal ratios."""
+    return _edges(speed), np.exp(_edges(np.log(load)))
 
 
 def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
@@ -206,6 +280,11 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
         axes[0].legend(loc="upper left")
         handles = _basis_handles()[1:]
         axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
+    style.say_key(
+        figure,
+        "(a) all lengths in proportion, the same stress and surface speed; (b) the same load and "
+        "speed.",
+    )
     return _finish(figure, config), table
 
 
@@ -221,10 +300,12 @@ def power_loss(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.
     turning = table["inner_speed_rpm"] * np.pi / 30
     watts = [table[f"{term}_torque_n_m"] * turning for term in _TERMS]
     speed = table["inner_speed_rpm"] / 1e3
-    greys = [str(level) for level in np.linspace(0.35, 0.9, len(_TERMS))]
-    axis.stackplot(speed, watts, labels=_TERMS, colors=greys, edgecolor="white", linewidth=0.3)
+    shades = colormaps["cividis"](np.linspace(0, 1, len(_TERMS)))
+    axis.stackplot(speed, watts, labels=_TERMS, colors=shades, edgecolor="white", linewidth=0.3)
     axis.plot(speed, table["published_power_w"], "o", color="#D55E00", label="published")
-    axis.legend(loc="upper left")
+    axis.set_axisbelow(True)
+    # from the top, as the areas lie
+    axis.legend(loc="upper left", reverse=True)
     style.say_key(figure, "Points: NASA TP-2275, second-hand. Areas: calculated.")
     axis.set_title(f"{table['bearing'].iloc[0]}, {table['axial_load_n'].iloc[0]:g} N")
     return _finish(figure, config), table

@@ -44,6 +44,7 @@ class Results:
     )
     torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
     cage_slip: pd.DataFrame = field(default_factory=partial(tables.empty, "cage_slip"))
+    slip_advice: pd.DataFrame = field(default_factory=partial(tables.empty, "slip_advice"))
     size_effect: pd.DataFrame = field(default_factory=partial(tables.empty, "size_effect"))
     power_loss: pd.DataFrame = field(default_factory=partial(tables.empty, "power_loss"))
 

@@ -5,6 +5,8 @@ from pandera.typing.pandas import Series
 
 from oilfilm.tables.fields import Table, count, flag, number, share, text
 
+_BASES = ("stress", "load", "dimensionless_load", "wang-deng-load", "wang-deng-groups")
+
 
 class TorqueRuns(Table):
     """One steady plateau of a torque log: one speed of a bearing under one axial load."""
@@ -98,8 +100,9 @@ class Torque(BearingFriction):
     oil: Series[str] = text("oil")
     bearing: Series[str] = text("bearing")
     basis: Series[str] = text(
-        "what the law takes for the load: maximum Hertz stress, load in N, or W/(E' Rx^2)",
-        one_of=("stress", "load", "dimensionless_load"),
+        "what the law takes for the load: maximum Hertz stress, load in N, or W/(E' Rx^2); or the "
+        "name of a law on load fitted to the same points",
+        one_of=_BASES,
     )
     inner_speed_rpm: Series[float] = number("speed of the inner ring")
     axial_load_n: Series[float] = number("axial load")
@@ -152,6 +155,44 @@ class CageSlip(BearingFriction):
     inlet_temperature_c: Series[float] = number("oil temperature at the inlet")
 
 
+class SlipAdvice(Table):
+    """One operating point of a bearing: the oil that holds its cage, beside the paper's advice."""
+
+    bearing: Series[str] = text("bearing")
+    inlet_temperature_c: Series[float] = number("oil temperature at the inlet")
+    pitch_speed_mm_rpm: Series[float] = number("pitch diameter times speed, d_m n")
+    inner_speed_rpm: Series[float] = number("speed of the inner ring")
+    axial_load_n: Series[float] = number("axial load")
+    oils_within_limit: Series[str] = text(
+        "oils with enough film whose cage slip stays within selection.limits.slip_limit, joined by "
+        "'; '; empty where none does"
+    )
+    rule: Series[str] = text("first rule of selection.rules that applies")
+    slip_that_decides: Series[float] = number(
+        "cage slip with the oil that the rules advise where nothing slips; null without film",
+        gaps=True,
+    )
+    advised_oil: Series[str] = text(
+        "oil that the rule advises: of those it prefers the first with enough film that holds the "
+        "cage, the last with enough film where none does; empty where none has enough film"
+    )
+    advised_cage_slip: Series[float] = number("with that oil", gaps=True)
+    advised_torque_n_m: Series[float] = number("friction torque with that oil", gaps=True)
+    best_oil: Series[str] = text(
+        "of the oils within the limit the one with the least torque; where there is none, that "
+        "with the least slip; empty where no oil has enough film"
+    )
+    best_cage_slip: Series[float] = number("with the best oil", gaps=True)
+    best_torque_n_m: Series[float] = number("friction torque with the best oil", gaps=True)
+    judgement: Series[str] = text(
+        "of the advised oil. agree: it is the best, or within selection.indifference of it; slips: "
+        "beyond the limit while another oil does not; slips more: all do, and another less; heats "
+        "more: within the limit, with more torque than another; rule has none: no oil that it "
+        "prefers has enough film, another has; no film: none has",
+        one_of=("agree", "slips", "slips more", "heats more", "rule has none", "no film"),
+    )
+
+
 class SizeEffect(BearingFriction):
     """What a basis of the traction law makes of balls of another size or closer grooves."""
 
@@ -164,7 +205,7 @@ class SizeEffect(BearingFriction):
     )
     ball_diameter_mm: Series[float] = number("diameter of the balls")
     groove_curvature: Series[float] = number("groove radius over ball diameter")
-    basis: Series[str] = text("as in torque", one_of=("stress", "load", "dimensionless_load"))
+    basis: Series[str] = text("as in torque", one_of=_BASES)
     axial_load_n: Series[float] = number("axial load")
     inner_speed_rpm: Series[float] = number("speed of the inner ring")
     inlet_temperature_c: Series[float] = number("oil temperature at the inlet")
@@ -207,7 +248,19 @@ TABLES: dict[str, type[Table]] = {
     "torque": Torque,
     "torque_inversion": TorqueInversion,
     "cage_slip": CageSlip,
+    "slip_advice": SlipAdvice,
     "size_effect": SizeEffect,
     "power_loss": PowerLoss,
     "torque_truth": TorqueTruth,
+}
+# columns that no two rows of a table share
+KEYS: dict[str, tuple[str, ...]] = {
+    "torque_runs": ("run_id", "first_row"),
+    "torque": ("run_id", "first_row", "basis"),
+    "torque_inversion": ("run_id", "first_row"),
+    "cage_slip": ("oil", "pitch_speed_mm_rpm", "axial_load_n"),
+    "slip_advice": ("pitch_speed_mm_rpm", "axial_load_n"),
+    "size_effect": ("oil", "varied", "ball_diameter_mm", "groove_curvature", "basis"),
+    "power_loss": ("inner_speed_rpm",),
+    "torque_truth": ("run_id", "inner_speed_rpm"),
 }

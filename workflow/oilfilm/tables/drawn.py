@@ -209,6 +209,19 @@ class TorqueDrawn(Table):
     relative_error: Series[float] = number("ordinate of the panels of error", gaps=True)
 
 
+class CageSlipMap(Table):
+    """Exactly what the map of cage slip draws: a row a cell."""
+
+    panel: Series[str] = text("panel letter")
+    oil: Series[str] = text("oil of the panel; empty in the last one, which shows the advice")
+    pitch_speed_mm_rpm: Series[float] = number("abscissa")
+    axial_load_n: Series[float] = number("ordinate")
+    cage_slip: Series[float] = number("colour of the cell, and the line at the limit", gaps=True)
+    advised_oil: Series[str] = text("colour of the cell of the last panel")
+    best_oil: Series[str] = text("its symbol, drawn where the judgement is not agree")
+    judgement: Series[str] = text("as in the table of slip advice")
+
+
 TABLES: dict[str, type[Table]] = {
     "coefficient_table": CoefficientTable,
     "schematic": Schematic,
@@ -224,4 +237,5 @@ TABLES: dict[str, type[Table]] = {
     "claims_page": ClaimsPage,
     "selection_map": SelectionMap,
     "torque_drawn": TorqueDrawn,
+    "cage_slip_map": CageSlipMap,
 }

@@ -25,7 +25,7 @@ TABLES: dict[str, type[Table]] = {
     **bearing.TABLES,
     **drawn.TABLES,
 }
-_KEYS = {**rig.KEYS, **fits.KEYS, **paper.KEYS}
+_KEYS = {**rig.KEYS, **fits.KEYS, **paper.KEYS, **bearing.KEYS}
 
 
 def columns(table: str) -> list[str]:

@@ -102,6 +102,15 @@ class Law(ABC):
         """Rows of groups from rows of conditions."""
         return conditions
 
+    def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "Law":
+        """The law with its groups made in other contacts, a row of conditions each.
+
+        Args:
+            radius_m: Reduced radius along the rolling direction, shape (rows,).
+            reduced_modulus_pa: E' = 2 E*.
+        """
+        return self
+
     def varied_groups(self, varied: BoolArray) -> BoolArray:
         """Which groups vary where these conditions do.
 

@@ -15,6 +15,7 @@ References: K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, section
 Advanced Dynamics of Rolling Elements, Springer (1984), for the slip part.
 """
 
+from copy import copy
 from typing import ClassVar
 
 import numpy as np
@@ -125,7 +126,8 @@ class WangDengGroups(WangDengLoad):
 
     def __init__(self, oil: Oil, contact: Contact) -> None:
         self._oil = oil
-        self._contact = contact
+        self._radius_m: FloatArray | float = contact.radius_m
+        self._modulus_pa = contact.reduced_modulus_pa
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -135,7 +137,7 @@ class WangDengGroups(WangDengLoad):
     def group_values(self, conditions: FloatArray) -> FloatArray:
         """The three groups from W in N, U in m/s and T in degC."""
         load_n, speed_m_s, temperature_c = conditions.T
-        modulus_pa, radius_m = self._contact.reduced_modulus_pa, self._contact.radius_m
+        modulus_pa, radius_m = self._modulus_pa, self._radius_m
         viscosity_pa_s = self._oil.dynamic_viscosity_pa_s(temperature_c)
         heating = thermal_loading_parameter(
             entrainment_speed_m_s=speed_m_s,
@@ -152,6 +154,12 @@ class WangDengGroups(WangDengLoad):
                 heating,
             ]
         )
+
+    def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "WangDengGroups":
+        """See `Law.in_contacts`."""
+        other = copy(self)
+        other._radius_m, other._modulus_pa = radius_m, reduced_modulus_pa
+        return other
 
     def varied_groups(self, varied: BoolArray) -> BoolArray:
         """Speed and thermal loading can be told apart where both U and T vary.

@@ -1,0 +1,165 @@
+"""Where a release came from, for other programs: a Workflow Run RO-Crate (profile 0.5).
+
+One action, the run, made the release's files from the raw logs and the configuration by the
+workflow under `code`. Who ran it and when is not said: a release must not depend on either.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import PurePosixPath
+from typing import Any
+
+from rocrate.model import ComputationalWorkflow, ContextEntity, File
+from rocrate.model.entity import Entity
+from rocrate.rocrate import ROCrate
+
+from oilfilm.releases.manifest import FileRecord, canonical, version_of
+
+CRATE = "ro-crate-metadata.json"
+_WORKFLOW = "code/Snakefile"
+_CONFIG = "config.yaml"
+# The version of RO-Crate that the profiles below are written for.
+_RO_CRATE = "1.1"
+_PROFILES = {
+    "https://w3id.org/ro/wfrun/process/0.5": "Process Run Crate",
+    "https://w3id.org/ro/wfrun/workflow/0.5": "Workflow Run Crate",
+    "https://w3id.org/workflowhub/workflow-ro-crate/1.0": "Workflow RO-Crate",
+}
+_BIOSCHEMAS = "https://bioschemas.org/profiles"
+_MEDIA_TYPES = {
+    ".csv": "text/csv",
+    ".html": "text/html",
+    ".json": "application/json",
+    ".jsonld": "application/ld+json",
+    ".md": "text/markdown",
+    ".parquet": "application/vnd.apache.parquet",
+    ".png": "image/png",
+    ".svg": "image/svg+xml",
+    ".ttl": "text/turtle",
+    ".txt": "text/plain",
+    ".yaml": "application/yaml",
+}
+
+
+def run_crate(
+    config: Mapping[str, Any], made_from: Mapping[str, Any], files: Sequence[FileRecord]
+) -> str:
+    """The text of `ro-crate-metadata.json`.
+
+    Args:
+        config: As resolved.
+        made_from: What the manifest says the release was made from.
+        files: The files of the release, without the crate itself.
+    """
+    crate = ROCrate(version=_RO_CRATE)
+    about, campaign = config["dataset"], config["campaign"]
+    crate.name = about.get("title", f"Traction campaign {campaign['name']}")
+    crate.description = f"{campaign['description']} ({campaign['data']} data)"
+    crate.license = about.get("licence", "not stated")
+    # from the configuration; the library would write down the time of day
+    crate.datePublished = config["release"]["date"]
+    crate.root_dataset["version"] = version_of(made_from)
+    crate.root_dataset["conformsTo"] = [_profile(crate, *each) for each in _PROFILES.items()]
+    crate.metadata["conformsTo"] = [
+        {"@id": f"https://w3id.org/ro/crate/{_RO_CRATE}"},
+        {"@id": "https://w3id.org/workflowhub/workflow-ro-crate/1.0"},
+    ]
+    made = {record.path: _file(crate, record) for record in files if record.path != _WORKFLOW}
+    logs = [_raw(crate, FileRecord(**each)) for each in made_from["raw"]]
+    results = [file for path, file in made.items() if _is_result(path)]
+    workflow = _workflow(crate, made_from)
+    crate.mainEntity = workflow
+    workflow["input"] = [
+        _parameter(crate, "configuration", [made[_CONFIG]]),
+        _parameter(crate, "raw logs", logs),
+    ]
+    workflow["output"] = [_parameter(crate, "results", results)]
+    action = _add(
+        crate,
+        "#run",
+        "CreateAction",
+        name=f"Run of the campaign {campaign['name']}",
+        description="From raw logs to tables, fits, figures and exports, by snakemake.",
+        instrument=workflow,
+        object=[made[_CONFIG], *logs],
+        result=results,
+        actionStatus="http://schema.org/CompletedActionStatus",
+    )
+    crate.root_dataset["mentions"] = [action]
+    content = crate.metadata.generate()
+    content["@graph"].sort(key=lambda entity: entity["@id"])
+    return canonical(content)
+
+
+def _is_result(path: str) -> bool:
+    """Whether the run made a file; code, lock and environment are what it was made with."""
+    return not path.startswith("code/") and path not in {
+        _CONFIG,
+        "environment.json",
+        "requirements.lock",
+    }
+
+
+def _add(crate: ROCrate, address: str, kind: str | list[str], **properties: Any) -> Entity:
+    entity = crate.add(ContextEntity(crate, address, properties={"@type": kind}))
+    for name, value in properties.items():
+        entity[name] = value
+    return entity
+
+
+def _profile(crate: ROCrate, address: str, name: str) -> Entity:
+    version = address.rpartition("/")[2]
+    return _add(crate, address, "CreativeWork", name=name, version=version)
+
+
+def _described(record: FileRecord) -> dict[str, Any]:
+    media_type = _MEDIA_TYPES.get(PurePosixPath(record.path).suffix)
+    return {
+        "name": record.path,
+        "contentSize": str(record.size),
+        "sha256": record.sha256,
+        **({"encodingFormat": media_type} if media_type else {}),
+    }
+
+
+def _file(crate: ROCrate, record: FileRecord) -> Entity:
+    return crate.add(File(crate, dest_path=record.path, properties=_described(record)))
+
+
+def _raw(crate: ROCrate, record: FileRecord) -> Entity:
+    """A raw log, which is not in the release: named by its hash (RFC 6920 in hex: ni, nih)."""
+    address = f"nih:sha-256;{record.sha256}"
+    return crate.add(File(crate, source=address, properties=_described(record)))
+
+
+def _workflow(crate: ROCrate, made_from: Mapping[str, Any]) -> Entity:
+    workflow = crate.add(ComputationalWorkflow(crate, dest_path=_WORKFLOW))
+    packages = made_from["environment"]["packages"]
+    workflow["name"] = "oilfilm"
+    workflow["version"] = made_from["code"][:12]
+    workflow["conformsTo"] = {"@id": f"{_BIOSCHEMAS}/ComputationalWorkflow/1.0-RELEASE"}
+    workflow["programmingLanguage"] = _add(
+        crate,
+        "https://w3id.org/workflowhub/workflow-ro-crate#snakemake",
+        "ComputerLanguage",
+        name="Snakemake",
+        identifier={"@id": "https://doi.org/10.1093/bioinformatics/bts480"},
+        url={"@id": "https://snakemake.readthedocs.io"},
+        version=packages["snakemake"],
+    )
+    return workflow
+
+
+def _parameter(crate: ROCrate, name: str, examples: Iterable[Entity]) -> Entity:
+    several = list(examples)
+    parameter = _add(
+        crate,
+        f"#{name.replace(' ', '-')}",
+        "FormalParameter",
+        name=name,
+        additionalType="File",
+        conformsTo={"@id": f"{_BIOSCHEMAS}/FormalParameter/1.0-RELEASE"},
+        workExample=several,
+    )
+    for example in several:
+        example["exampleOfWork"] = parameter
+    return parameter

@@ -1,0 +1,184 @@
+"""The manifest of a release: every file in it, and everything it was made from, by sha256.
+
+A manifest may come from a stranger: it is bounded, checked against its schema, and no path in it
+leads out of its folder.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from oilfilm.config import first_mistake
+from oilfilm.errors import OilfilmError
+from oilfilm.provenance import file_digest
+
+MANIFEST = "manifest.json"
+# The same in a pin, which keeps only some of the files that its manifest names.
+PINNED_MANIFEST = "pinned-manifest.json"
+# A manifest of a hundred thousand files has about this many bytes.
+_LARGEST = 1 << 25
+
+
+@dataclass(frozen=True, order=True)
+class FileRecord:
+    """One file: path below its folder, with `/` between the parts, hash and size in bytes."""
+
+    path: str
+    sha256: str
+    size: int
+
+    @classmethod
+    def of(cls, folder: Path, path: str) -> "FileRecord":
+        """The record of a file that is there."""
+        file = folder / path
+        return cls(path, file_digest(file), file.stat().st_size)
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a release holds and what it was made from.
+
+    Attributes:
+        made_from: Campaign, tag, digests of configuration, code and lock, the environment, and
+            every raw log. The version depends on it and on nothing else.
+        files: Every file of the release but the manifest itself.
+        samples: The samples' files, which a release leaves out.
+    """
+
+    made_from: Mapping[str, Any]
+    files: tuple[FileRecord, ...]
+    samples: tuple[FileRecord, ...]
+
+    @property
+    def version(self) -> str:
+        """Tag and the first 12 hex digits of the hash over what the release was made from."""
+        return version_of(self.made_from)
+
+    @property
+    def raw(self) -> list[FileRecord]:
+        """The raw logs; paths from the top folder of the project."""
+        return [FileRecord(**each) for each in self.made_from["raw"]]
+
+    def text(self) -> str:
+        """The manifest as it is written; it ends with the hash over all the rest."""
+        content = {
+            "format": 1,
+            "version": self.version,
+            "made_from": self.made_from,
+            "files": [asdict(file) for file in self.files],
+            "samples": [asdict(file) for file in self.samples],
+        }
+        return canonical({**content, "sha256": _digest(content)})
+
+
+def version_of(made_from: Mapping[str, Any]) -> str:
+    """The version of a release that is made from this."""
+    return f"{made_from['tag']}-{_digest(made_from)[:12]}"
+
+
+def canonical(content: Any) -> str:
+    """JSON that is the same for the same content."""
+    return json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def sha256_of(text: str) -> str:
+    """sha256 of a text in UTF-8, in hex."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _digest(content: Any) -> str:
+    return sha256_of(canonical(content))
+
+
+def records_digest(records: Iterable[FileRecord]) -> str:
+    """One hash over several files: their paths, hashes and sizes."""
+    return _digest([asdict(each) for each in sorted(records)])
+
+
+def read_manifest(folder: Path) -> tuple[Manifest, bool]:
+    """The manifest in a folder, and whether the folder is only a pin.
+
+    Raises:
+        OilfilmError: There is none, or it is not as `Manifest.text` writes it: damaged, altered,
+            of another format, or with a path that leads out of the folder.
+    """
+    for name in (MANIFEST, PINNED_MANIFEST):
+        path = folder / name
+        if path.is_file() and not path.is_symlink():
+            return _parse(path), name == PINNED_MANIFEST
+    raise OilfilmError(
+        f"{folder}: is no release: it holds no {MANIFEST}. `snakemake release` makes one in "
+        "results/releases/<campaign>."
+    )
+
+
+def _parse(path: Path) -> Manifest:
+    if path.stat().st_size > _LARGEST:
+        raise OilfilmError(f"{path}: is larger than {_LARGEST} bytes, which no manifest is.")
+    try:
+        text = path.read_bytes().decode("utf-8")
+        content = json.loads(text)
+    except (OSError, ValueError, RecursionError) as error:
+        raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
+    if mistake := first_mistake(content, "manifest"):
+        raise OilfilmError(f"{path}: {mistake}")
+    files, samples = (
+        tuple(FileRecord(**each) for each in content[key]) for key in ("files", "samples")
+    )
+    manifest = Manifest(content["made_from"], files, samples)
+    for record in (*files, *samples, *manifest.raw):
+        if not is_inside(record.path):
+            raise OilfilmError(
+                f"{path}: names {shown(record.path)!r}; expected a path below the folder."
+            )
+    paths = [record.path for record in files]
+    if len(set(paths)) < len(paths) or {MANIFEST, PINNED_MANIFEST} & set(paths):
+        raise OilfilmError(f"{path}: names a file twice, or itself.")
+    if manifest.text() != text:
+        raise OilfilmError(
+            f"{path}: is not as it was written: version {shown(content['version'])}, hash "
+            f"{content['sha256'][:12]}..., but its content says {shown(manifest.version)} and is "
+            "different somewhere. It is damaged or was altered."
+        )
+    return manifest
+
+
+def is_inside(path: str) -> bool:
+    """Whether a path of a manifest stays below its folder, on every system.
+
+    Examples:
+        >>> [is_inside(path) for path in ("tables/runs.parquet", "../x", "/x", "a//b", "c:x")]
+        [True, False, False, False, False]
+    """
+    return (
+        bool(path)
+        and not set(path) & set("\\:\0")
+        and PurePosixPath(path).as_posix() == path
+        and not path.startswith("/")
+        and not {"..", "."} & set(path.split("/"))
+    )
+
+
+def shown(text: object) -> str:
+    """Text of a stranger that a terminal prints as it stands: no escapes, no turned direction."""
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii")
+        for letter in str(text)
+    )
+
+
+def files_below(folder: Path) -> Iterator[str]:
+    """Paths of everything below a folder that is no folder, sorted; links are not followed."""
+    for path in sorted(folder.iterdir()):
+        if path.is_dir() and not path.is_symlink():
+            yield from (f"{path.name}/{below}" for below in files_below(path))
+        else:
+            yield path.name
+
+
+def records_of(folder: Path, paths: Sequence[str]) -> tuple[FileRecord, ...]:
+    """Records of files below a folder, sorted."""
+    return tuple(FileRecord.of(folder, path) for path in sorted(paths))

@@ -1,0 +1,93 @@
+"""A release or a pin opened for reading; nothing in it is trusted before its hash is checked."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow.parquet as parquet
+
+from oilfilm import tables
+from oilfilm.config import load_yaml
+from oilfilm.errors import OilfilmError
+from oilfilm.releases.manifest import FileRecord, Manifest, read_manifest, shown
+from oilfilm.releases.verify import complaint_about
+
+# Of one file that is read into memory, and of a table once it is unpacked.
+_LARGEST_FILE = 1 << 28
+_LARGEST_TABLE = 1 << 30
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A folder with a manifest. A pin holds a part of the files only."""
+
+    folder: Path
+    manifest: Manifest
+    pinned: bool
+
+    @classmethod
+    def at(cls, folder: Path) -> "Opened":
+        """Open a release or a pin.
+
+        Raises:
+            OilfilmError: There is no manifest, or it is damaged.
+        """
+        return cls(folder, *read_manifest(folder))
+
+    @cached_property
+    def files(self) -> dict[str, FileRecord]:
+        """The files by their paths."""
+        return {record.path: record for record in self.manifest.files}
+
+    @property
+    def name(self) -> str:
+        """Campaign and version, fit to be printed."""
+        version = f"{self.manifest.made_from['campaign']} {self.manifest.version}"
+        return shown(version) + (" (pin)" if self.pinned else "")
+
+    def holds(self, path: str) -> bool:
+        """Whether a file can be read: a pin lacks most of those that it names."""
+        return path in self.files and (not self.pinned or (self.folder / path).exists())
+
+    def file(self, path: str) -> Path:
+        """Where a file lies, once it is known to be the one that was released.
+
+        Raises:
+            OilfilmError: It is missing, is no plain file, or differs from the manifest.
+        """
+        record = self.files[path]
+        if record.size > _LARGEST_FILE:
+            raise OilfilmError(
+                f"{self.folder}: {shown(path)} has {record.size} bytes, more than are read "
+                f"({_LARGEST_FILE})."
+            )
+        if complaint := complaint_about(self.folder, record):
+            raise OilfilmError(f"{self.folder}: {complaint}")
+        return self.folder / path
+
+    def table(self, name: str) -> pd.DataFrame | None:
+        """A table; None where the release has none, or the pin does not keep it.
+
+        Raises:
+            OilfilmError: As `file`, or it is no such table, or unpacks to too much.
+        """
+        path = f"tables/{name}.parquet"
+        if not self.holds(path):
+            return None
+        file = self.file(path)
+        tables.read_footer(file)
+        metadata = parquet.read_metadata(file)
+        size = sum(
+            metadata.row_group(group).total_byte_size for group in range(metadata.num_row_groups)
+        )
+        if size > _LARGEST_TABLE:
+            raise OilfilmError(
+                f"{file}: unpacks to {size} bytes, more than are read ({_LARGEST_TABLE})."
+            )
+        return tables.read(name, file)
+
+    def config(self) -> dict[str, Any] | None:
+        """The configuration as resolved; None where the pin does not keep it."""
+        return load_yaml(self.file("config.yaml")) if self.holds("config.yaml") else None

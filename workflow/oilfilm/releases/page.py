@@ -1,0 +1,57 @@
+"""A comparison as one self-contained page, with the figures side by side."""
+
+import base64
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from oilfilm.releases.compare import Comparison, Section
+from oilfilm.releases.opened import Opened
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+_LARGEST_PNG = 1 << 24
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A figure of both releases as addresses that hold the picture; empty where there is none."""
+
+    name: str
+    before: str
+    after: str
+
+
+def page(comparison: Comparison, moved: Section) -> str:
+    """The page. Everything of a release is text in it; nothing in it runs or is fetched."""
+    before, after = comparison.before, comparison.after
+    names = sorted(_figures(before) | _figures(after))
+    differ = [name for name in names if before.files.get(name) != after.files.get(name)]
+    places = FileSystemLoader(Path(__file__).parent)
+    # whatever the template is called
+    environment = Environment(
+        loader=places, autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    return environment.get_template("compare.html.jinja").render(
+        before=before.name,
+        after=after.name,
+        simulated="simulated" in {one.manifest.made_from["data"] for one in (before, after)},
+        moved=moved,
+        sections=comparison.sections,
+        same=[name for name in names if name not in differ],
+        figures=[Pair(name, _picture(before, name), _picture(after, name)) for name in differ],
+    )
+
+
+def _figures(opened: Opened) -> set[str]:
+    return {path for path in opened.files if path.startswith("figures/") and path.endswith(".png")}
+
+
+def _picture(opened: Opened, path: str) -> str:
+    if not opened.holds(path) or opened.files[path].size > _LARGEST_PNG:
+        return ""
+    content = opened.file(path).read_bytes()
+    # a browser would guess what other bytes are
+    if not content.startswith(_PNG):
+        return ""
+    return "data:image/png;base64," + base64.b64encode(content).decode("ascii")

@@ -1,0 +1,231 @@
+"""A release made: everything gathered aside, then put into its place whole."""
+
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from oilfilm import tables
+from oilfilm.config import as_yaml
+from oilfilm.errors import OilfilmError
+from oilfilm.metadata import data_package, describe, linked_data, read_vocabulary, table_file
+from oilfilm.releases.crate import CRATE, run_crate
+from oilfilm.releases.manifest import (
+    MANIFEST,
+    FileRecord,
+    Manifest,
+    canonical,
+    files_below,
+    read_manifest,
+    records_digest,
+    records_of,
+    sha256_of,
+    version_of,
+)
+from oilfilm.releases.tree import code_files, environment
+from oilfilm.releases.verify import verify
+
+CONFIG, LOCK, ENVIRONMENT, LOG = "config.yaml", "requirements.lock", "environment.json", "log.txt"
+# The code lies in a release under this folder.
+CODE = "code"
+_SAMPLES = "tables/samples/"
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a finished run has made and what it was made from; all paths start at the top folder.
+
+    Attributes:
+        config: As resolved.
+        results: Folder of the campaign's results.
+        files: Files and folders below it, all of which the run has made or found up to date.
+        raw: The raw logs.
+        logs: Logs of the jobs.
+    """
+
+    config: Mapping[str, Any]
+    results: Path
+    files: Sequence[Path]
+    raw: Sequence[Path]
+    logs: Sequence[Path]
+
+
+def release(root: Path, made: Made, releases: Path) -> tuple[Path, bool]:
+    """Make the release of a finished run; the same run gives the same release.
+
+    Samples are left out: they are the larger part of the tables and nothing but the raw logs in SI
+    units. The manifest has their hashes.
+
+    Args:
+        root: Top folder of the project.
+        made: What to release.
+        releases: Folder of the campaign's releases.
+
+    Returns:
+        The release's folder, and whether it is new.
+
+    Raises:
+        OilfilmError: A raw log has changed since the run read it, or the release exists already
+            with other content.
+    """
+    paths = _below(made)
+    samples = records_of(made.results, [path for path in paths if path.startswith(_SAMPLES)])
+    kept = [path for path in paths if not path.startswith(_SAMPLES)]
+    raw = [FileRecord.of(root, path.as_posix()) for path in made.raw]
+    _refuse_changed(raw, made)
+    made_from = _made_from(root, made, raw)
+    version = version_of(made_from)
+    aside, place = releases / f".{version}.part", releases / version
+    for leftover in releases.glob(".*.part"):
+        _remove(leftover)
+    aside.mkdir(parents=True)
+    for path in kept:
+        _copy(made.results / path, aside / path)
+    for path in code_files(root):
+        _copy(root / path, aside / CODE / path)
+    _copy(root / LOCK, aside / LOCK)
+    _write(aside / CONFIG, as_yaml(made.config))
+    _write(aside / ENVIRONMENT, canonical(made_from["environment"]))
+    _write(aside / LOG, _log_summary(made.logs))
+    _describe(aside, made.config)
+    inside = records_of(aside, list(files_below(aside)))
+    _write(aside / CRATE, run_crate(made.config, made_from, inside))
+    files = records_of(aside, list(files_below(aside)))
+    manifest = Manifest(made_from, files, samples)
+    _write(aside / MANIFEST, manifest.text())
+    new = not place.exists()
+    if new:
+        _close(aside)
+        aside.rename(place)
+    else:
+        _refuse_other(place, manifest)
+        _remove(aside)
+    _point(releases / "latest", version)
+    return place, new
+
+
+def _below(made: Made) -> list[str]:
+    """Files that the run has made, relative to the results; of folders all that is not hidden."""
+    found = set()
+    for path in made.files:
+        inside = files_below(path) if path.is_dir() else [""]
+        found |= {
+            (path / name).relative_to(made.results).as_posix()
+            for name in inside
+            if not any(part.startswith(".") for part in name.split("/"))
+        }
+    return sorted(found)
+
+
+def _made_from(root: Path, made: Made, raw: Sequence[FileRecord]) -> dict[str, Any]:
+    code = records_of(root, code_files(root))
+    return {
+        "campaign": made.config["campaign"]["name"],
+        "data": made.config["campaign"]["data"],
+        "tag": made.config["release"]["tag"],
+        "schema_version": tables.SCHEMA_VERSION,
+        "config": sha256_of(as_yaml(made.config)),
+        "code": records_digest(code),
+        "lock": FileRecord.of(root, LOCK).sha256,
+        "environment": environment(root),
+        "raw": [vars(record) for record in sorted(raw)],
+    }
+
+
+def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
+    """What the run read must be what lies there now."""
+    name = made.config["campaign"]["name"]
+    read: dict[str, str] = {}
+    for table, folder in (("runs", name), ("torque_runs", f"{name}-torque")):
+        path = made.results / "tables" / f"{table}.parquet"
+        if path in made.files:
+            frame = tables.read(table, path)
+            read |= dict(zip(f"data/raw/{folder}/" + frame["file"], frame["sha256"], strict=True))
+    for record in raw:
+        before = read.get(record.path, record.sha256)
+        if before != record.sha256:
+            raise OilfilmError(
+                f"{record.path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
+                f"then {before[:12]}). Run snakemake again."
+            )
+
+
+def _log_summary(logs: Sequence[Path]) -> str:
+    """What the jobs had to say; one that only ended well has a line."""
+    lines = []
+    for log in sorted(logs):
+        try:
+            said = log.read_text(encoding="utf-8").rstrip("\n").split("\n")
+        except FileNotFoundError:
+            raise OilfilmError(
+                f"{log}: the log of a job is missing. Run snakemake with `--forcerun "
+                f"{log.stem.partition('-')[0]}`, then again."
+            ) from None
+        lines += [f"{log.stem}: {line}" for line in said]
+    return "\n".join(lines) + "\n"
+
+
+def _describe(aside: Path, config: Mapping[str, Any]) -> None:
+    """The tables' descriptions anew, for the tables that are here."""
+    folder = aside / "tables"
+    files = [table_file(path, folder) for path in sorted(folder.glob("*.parquet"))]
+    dataset = describe(config, files, read_vocabulary(folder / "vocabulary.ttl"))
+    _write(folder / "datapackage.json", data_package(dataset))
+    _write(folder / "dataset.jsonld", linked_data(dataset))
+
+
+def _copy(source: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(source, target)
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_bytes(text.encode("utf-8"))
+
+
+def _close(folder: Path) -> None:
+    """Make every file read-only and see that it is on the disk before the folder gets its name."""
+    for path in files_below(folder):
+        (folder / path).chmod(0o444)
+    for place in [folder, *folder.rglob("*")]:
+        descriptor = os.open(place, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _refuse_other(place: Path, manifest: Manifest) -> None:
+    """A release that exists must be the one that would be made again."""
+    if damaged := verify(place):
+        raise OilfilmError(
+            f"{place}: exists and is not as it was released: {damaged[0]} Move it away, then run "
+            "`snakemake release` again."
+        )
+    before, _ = read_manifest(place)
+    if before.text() == manifest.text():
+        return
+    old, new = ({*one.files, *one.samples} for one in (before, manifest))
+    first = min(old ^ new).path
+    raise OilfilmError(
+        f"{place}: exists and is left as it is, but the same inputs, configuration and code have "
+        f"now given other bytes, first in {first}. A release never changes: "
+        f"`oilfilm verify {place} --rebuild` says which of the two can be made again."
+    )
+
+
+def _remove(folder: Path) -> None:
+    shutil.rmtree(folder)
+
+
+def _point(link: Path, version: str) -> None:
+    """Let `latest` lead to a release, in one step.
+
+    A link rather than a text file: `latest/report.html` opens, and every command takes it.
+    """
+    aside = link.with_name(".latest.part")
+    aside.unlink(missing_ok=True)
+    aside.symlink_to(version)
+    aside.replace(link)
