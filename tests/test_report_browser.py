@@ -135,6 +135,16 @@ def test_page_loads_without_a_word_and_asks_for_nothing(opened: Opened) -> None:
     assert opened.asked == [opened.address]
 
 
+def test_page_in_a_release_says_which(browser: Browser, report: Path, page: Page) -> None:
+    assert page.inner_text("#release") == "not released"
+    file = report.parent / "releases/demo/v1-0123456789ab/report.html"
+    file.parent.mkdir(parents=True)
+    file.write_bytes(report.read_bytes())
+    opened = open_page(browser, file)
+    assert opened.page.inner_text("#release") == "v1-0123456789ab"
+    opened.page.close()
+
+
 def test_policy_stops_scripts_that_are_not_the_pages_own(page: Page) -> None:
     page.evaluate(
         "() => { const s = document.createElement('script'); s.textContent = 'globalThis.x = 1';"

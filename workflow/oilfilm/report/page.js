@@ -346,6 +346,12 @@ async function copy(text, status) {
   }
 }
 
+// The page is part of what a release's id is proof of, so it cannot hold it: the folder does.
+function showRelease() {
+  const found = location.pathname.match(/\/releases\/[^/]+\/([^/]+)\/report\.html$/);
+  if (found) byId("release").textContent = decodeURIComponent(found[1]);
+}
+
 function listen() {
   for (const button of document.querySelectorAll("[data-save]")) {
     button.addEventListener("click", () => save(button.dataset.save, DOWNLOADS[button.dataset.save]));
@@ -392,6 +398,7 @@ function listenToExplorer() {
 }
 
 async function start() {
+  showRelease();
   listen();
   if (!DATA.oils.length) return;
   const [view] = await Bokeh.embed.embed_item(read("chart-data"), "chart");

@@ -13,12 +13,12 @@ from platform import python_version
 from typing import Any
 
 import pandas as pd
-import yaml
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.captions import CAPTIONS, caption
+from oilfilm.config import as_yaml
 from oilfilm.report import chart, sections
 from oilfilm.report.explorer import explorer
 from oilfilm.report.pictures import packed, png_address, size_of
@@ -79,7 +79,6 @@ def page(
     refused: Path,
     config: Mapping[str, Any],
     provenance: Mapping[str, Any],
-    release: str = "",
 ) -> str:
     """The report of a campaign.
 
@@ -89,7 +88,6 @@ def page(
         refused: Folder of the pages of refused runs, as `refused_pages` names them.
         config: The whole configuration, resolved.
         provenance: Of the job that writes the report.
-        release: Id of the release that it belongs to; empty where there is none.
 
     Returns:
         HTML that asks the network for nothing; the same results give the same text.
@@ -102,7 +100,6 @@ def page(
     most = settings["rows_max"]
     context: dict[str, Any] = {
         "config": config,
-        "release": release,
         "verdict": verdict(results, sure, config),
         "equations": sections.equations(results),
         "fits": sections.fit_table(results, sure),
@@ -117,7 +114,7 @@ def page(
         "claims": sections.claims(results),
         "comparison": sections.comparison(results),
         "torque": sections.torque(results),
-        "inversion": sections.inversion(results),
+        "bearing": sections.bearing(results),
         "torque_quarantine": sections.refused(
             results.torque_quarantine, "torque_quarantine", "Torque logs that were refused", most
         ),
@@ -127,7 +124,7 @@ def page(
         "licence": chart.licence(),
         "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},
         "provenance": provenance,
-        "configuration": yaml.safe_dump(dict(config), allow_unicode=True, sort_keys=False),
+        "configuration": as_yaml(config),
         "style": _asset("page.css"),
         "scripts": [chart.library(), _asset("page.js")],
         "looks": _LOOKS,
@@ -211,7 +208,7 @@ def _template() -> Template:
     # Bokeh reads a model where it first stands, and elsewhere by its number
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False}
     environment.filters["source_hash"] = _source_hash
-    return environment.get_template("page.html")
+    return environment.get_template("page.html.jinja")
 
 
 def _render(context: Mapping[str, Any]) -> str:
