@@ -192,6 +192,16 @@ def test_fit_without_refits_has_no_interval(results: Results, config: dict[str, 
     assert [oil["root"] for oil in found["oils"]] == [None] * 3
 
 
+def test_condition_without_exponents_moves_no_slider(
+    results: Results, config: dict[str, Any]
+) -> None:
+    lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
+    table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
+    found = explorer(results.points, table, results.refits[:0], results.fit_quality, config)
+    assert [axis["idle"] for axis in found["axes"]] == [False, True, False, False]
+    assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
+
+
 def test_law_that_the_page_does_not_know_is_named(
     results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -235,14 +245,15 @@ def test_many_points_and_refusals_are_thinned_and_counted(
 
 @pytest.mark.parametrize(
     ("low", "high", "step"),
-    [(0.8, 2.5, 0.01), (20, 200, 1), (0.0, 0.3, 0.001), (0.0249, 0.0251, 1e-6)],
+    [(0.8, 2.5, 0.01), (20, 200, 1), (0.0, 0.3, 0.001), (0.0249, 0.0251, 1e-6), (0.5, 100.0, 0.1)],
 )
 def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: float) -> None:
     axis = Axis.over("x", low, high, (low + high) / 2)
     assert axis.step == pytest.approx(step)
     assert axis.values[0] <= low * (1 + 1e-12)
+    assert axis.values[0] > 0 or low == 0
     assert axis.values[-1] >= high * (1 - 1e-12)
-    assert len(axis.values) < 1100
+    assert len(axis.values) < 2000
 
 
 def test_measured_campaign_does_not_say_simulated(

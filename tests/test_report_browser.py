@@ -416,7 +416,8 @@ def test_explorer_works_by_keyboard_alone(page: Page) -> None:
 def test_print_shows_what_is_folded_and_no_buttons(page: Page) -> None:
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert page.locator("details:not([open])").count() == 0
+    assert page.locator("details:not([open], .on-screen)").count() == 0
+    assert page.locator("details.on-screen").first.is_hidden()
     assert page.locator("nav").is_hidden()
     assert page.locator("#save-curve").is_hidden()
     assert page.locator("#constants0").is_visible()

@@ -165,7 +165,7 @@ function restore() {
   const [section, query] = location.hash.slice(1).split("?");
   if (section !== "explorer" || !query) return false;
   const parts = new URLSearchParams(query);
-  if (DATA.axes.some((axis) => axis.symbol === parts.get("x"))) state.x = parts.get("x");
+  if (DATA.axes.some((axis) => axis.symbol === parts.get("x") && !axis.idle)) state.x = parts.get("x");
   DATA.axes.forEach((axis, i) => {
     const value = parseFloat(parts.get(axis.symbol));
     if (Number.isFinite(value)) state.place[i] = at(axis, stepOf(axis, value));
@@ -274,7 +274,11 @@ function cells(row, values) {
   }
 }
 
+const placeInWords = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
+  : [`${axis.symbol} ${state.place[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ");
+
 function tell() {
+  byId("here-caption").textContent = `At ${placeInWords()}`;
   const body = byId("here").tBodies[0];
   const warnings = [];
   body.replaceChildren(...state.oils.map((i) => {
@@ -365,7 +369,7 @@ function listen() {
   // what is folded away would be missing on paper
   let opened = [];
   addEventListener("beforeprint", () => {
-    opened = [...document.querySelectorAll("details:not([open])")];
+    opened = [...document.querySelectorAll("details:not([open], .on-screen)")];
     for (const one of opened) one.open = true;
   });
   addEventListener("afterprint", () => { for (const one of opened) one.open = false; });
