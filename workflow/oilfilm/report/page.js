@@ -350,7 +350,7 @@ async function copy(text, status) {
   }
 }
 
-// The page is part of what a release's id is proof of, so it cannot hold it: the folder does.
+// The same run gives the same page, released or not: only the folder knows.
 function showRelease() {
   const found = location.pathname.match(/\/releases\/[^/]+\/([^/]+)\/report\.html$/);
   if (found) byId("release").textContent = decodeURIComponent(found[1]);
