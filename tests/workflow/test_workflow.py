@@ -143,6 +143,14 @@ def test_fits_of_a_run_are_exported(place: Path, finished: str) -> None:
     )
 
 
+def test_run_has_a_report(place: Path, finished: str) -> None:
+    text = (place / "results/small/report.html").read_text(encoding="utf-8")
+    assert "SIMULATED data" in text
+    assert "swapped_sign" in text
+    assert str(place) not in text
+    assert len(text.encode()) < 8e6
+
+
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:
     again = snakemake("--config", "campaign=small")
     assert again.returncode == 0
@@ -173,6 +181,7 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
             "data_figures",
             "law_figures",
             "refused",
+            "report",
             "all",
             "total",
         }
@@ -189,6 +198,7 @@ def test_corrected_title_redoes_the_description_and_nothing_else(
         campaign.write_text(before.replace("title: ", "title: Corrected ", 1), encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
             "metadata",
+            "report",
             "all",
             "total",
         }

@@ -7,7 +7,7 @@ from snakemake.io import report as in_report  # at the start of a line `report` 
 from oilfilm.captions import CAPTIONS
 from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.provenance import code_digest, input_digest
+from oilfilm.provenance import code_digest, file_digest
 from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
