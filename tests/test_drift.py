@@ -278,6 +278,14 @@ def test_page_holds_everything_and_asks_for_nothing(
     assert "://" not in text
 
 
+def test_page_that_cannot_be_written_is_told(
+    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "no" / "folder.html"
+    assert main(["diff", str(place), str(place), "--html", str(page), *CONFIG]) == 2
+    assert capsys.readouterr().err == f"{page}: No such file or directory.\n"
+
+
 def test_figures_stand_side_by_side(
     make: Make, demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path
 ) -> None:
