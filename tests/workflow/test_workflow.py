@@ -15,6 +15,7 @@ import yaml
 from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.provenance import file_digest
+from oilfilm.releases.verify import verify
 
 pytestmark = pytest.mark.workflow
 
@@ -28,7 +29,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("config", "profiles", "workflow"):
         shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "data/reference", place / "data/reference")
-    shutil.copy(ROOT / "Snakefile", place)
+    for name in ("Snakefile", "pyproject.toml", "requirements.lock"):
+        shutil.copy(ROOT / name, place)
     demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
     demo["oils"] = ["4102"]
     demo["figures"] = ["eqs11-13", "curves"]
@@ -149,6 +151,21 @@ def test_run_has_a_report(place: Path, finished: str) -> None:
     assert "swapped_sign" in text
     assert str(place) not in text
     assert len(text.encode()) < 8e6
+
+
+def test_run_is_released_once(place: Path, snakemake: Run, finished: str) -> None:
+    released = snakemake("release", "--config", "campaign=small")
+    assert released.returncode == 0, released.stdout + released.stderr
+    folder = (place / "results/releases/small/latest").resolve()
+    assert f"releases/small/{folder.name}: released" in released.stdout + released.stderr
+    assert verify(folder) == []
+    assert {"report.html", "summary.txt", "exports", "figures", "refused", "tables"} <= {
+        path.name for path in folder.iterdir()
+    }
+    for path in folder.rglob("*"):
+        assert path.is_dir() or str(place).encode() not in path.read_bytes(), path
+    again = snakemake("release", "--config", "campaign=small")
+    assert "exists already, with the same bytes" in again.stdout + again.stderr
 
 
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:

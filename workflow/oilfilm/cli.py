@@ -33,6 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OilfilmError as mistake:
         print(mistake, file=sys.stderr)
         return 2
+    except OSError as error:
+        print(f"{error.filename}: {error.strerror}.", file=sys.stderr)
+        return 2
 
 
 def _parser() -> argparse.ArgumentParser:

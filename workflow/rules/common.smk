@@ -85,6 +85,12 @@ def logs_of_shard(wildcards):
     return [(RAW / file).as_posix() for file in files_of_shard(wildcards)]
 
 
+def logs_of_jobs(wildcards):
+    """Logs of all jobs behind the release, whether they ran this time or before."""
+    jobs = [job for job in workflow.dag.jobs if job.rule.name != "release"]
+    return sorted(str(log) for job in jobs for log in job.log)
+
+
 def print_summary():
     summary = Path("results", CAMPAIGN["name"], "summary.txt")
     if summary.is_file():
