@@ -213,6 +213,26 @@ def test_lost_fit_is_stopped(make: Make, demo: Campaign, frames: dict[str, pd.Da
     assert "4050 is fitted in one release only" in str(rows)
 
 
+def test_release_without_any_fit_is_stopped(
+    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
+) -> None:
+    fits = ("coefficients", "fit_quality", "refits")
+    after = make(**{name: frames[name].iloc[:0] for name in fits})
+    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    assert {row[0] for row in rows} == set(OILS)
+
+
+def test_constant_that_is_no_longer_known_is_stopped(
+    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
+) -> None:
+    coefficients = frames["coefficients"].copy()
+    lost = coefficients.index[(coefficients["oil"] == "4050") & (coefficients["constant"] == "C3")]
+    coefficients.loc[lost, "value"] = np.nan
+    after = make(coefficients=coefficients)
+    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    assert ("4050", "C3", "inf standard errors") in {(row[0], row[1], row[4]) for row in rows}
+
+
 @pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
 def test_gate_closes_at_its_limit(
     make: Make, demo: Campaign, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
@@ -258,6 +278,14 @@ def test_page_holds_everything_and_asks_for_nothing(
     assert "://" not in text
 
 
+def test_page_that_cannot_be_written_is_told(
+    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "no" / "folder.html"
+    assert main(["diff", str(place), str(place), "--html", str(page), *CONFIG]) == 2
+    assert capsys.readouterr().err == f"{page}: No such file or directory.\n"
+
+
 def test_figures_stand_side_by_side(
     make: Make, demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path
 ) -> None:
@@ -291,3 +319,17 @@ def test_pin_is_known_by_its_manifest(place: Path, tmp_path: Path) -> None:
     assert (kept / PINNED_MANIFEST).is_file()
     assert Opened.at(kept).pinned
     assert Opened.at(kept).table("points") is None
+
+
+@pytest.mark.parametrize("law", ["no-such-law", "tanh"])
+def test_tables_that_contradict_each_other_end_in_a_sentence(
+    make: Make,
+    frames: dict[str, pd.DataFrame],
+    law: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    coefficients = frames["coefficients"].assign(law=law)
+    assert main(["diff", str(make(coefficients=coefficients)), str(make()), *CONFIG]) == 2
+    said = capsys.readouterr().err
+    assert "tables/" in said
+    assert said.count("\n") == 1

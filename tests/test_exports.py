@@ -325,7 +325,7 @@ def test_example_of_the_readme_runs(
     values = dict(zip(NAMES, printed()["4102"], strict=True))
     fit = describe("4102", "4102", *tables_of(["4102"], values), config)
     save(fit, tmp_path)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    readme = (ROOT / "docs/results.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```c\n(.*?)```", readme, re.DOTALL)
     (tmp_path / "main.c").write_text(example, encoding="utf-8")
     run(tool("gcc"), "-std=c99", "main.c", "-o", "main", "-lm", place=tmp_path)

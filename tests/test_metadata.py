@@ -40,7 +40,7 @@ WHOLE = (*RIG, *BEARING)
 DESCRIBED = ("samples", *WHOLE)
 HOSTILE = 'two "quotes", </script><script>alert(1)</script> \\ and\na line; <b>µ</b>'
 ONE_LINERS = re.findall(
-    r"^(?:duckdb|pandas|polars)\..*$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M
+    r"^(?:duckdb|pandas|polars)\..*$", (ROOT / "docs/results.md").read_text(encoding="utf-8"), re.M
 )
 
 
@@ -384,4 +384,4 @@ def test_one_liner_of_the_readme_opens_the_table(
 
 def test_readme_shows_a_one_liner_for_each_program() -> None:
     assert [line.partition(".")[0] for line in ONE_LINERS] == ["duckdb", "pandas", "polars"]
-    assert "arrow::open_dataset(" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "arrow::open_dataset(" in (ROOT / "docs/results.md").read_text(encoding="utf-8")

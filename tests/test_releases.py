@@ -19,6 +19,7 @@ from oilfilm.cli import main
 from oilfilm.config import resolve, unresolve
 from oilfilm.errors import OilfilmError
 from oilfilm.provenance import file_digest
+from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
 from oilfilm.releases.crate import CRATE
 from oilfilm.releases.manifest import MANIFEST, canonical, is_inside, read_manifest, shown
@@ -290,6 +291,15 @@ def hostile(manifest: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             "made_from": {**manifest["made_from"], "campaign": "../x"},
         },
     )
+    strange = {**manifest["made_from"]["raw"][0], "path": "workflow/oilfilm/cli.py"}
+    yield (
+        "raw log elsewhere",
+        {
+            **manifest,
+            "made_from": {**manifest["made_from"], "raw": [strange]},
+        },
+    )
+    yield "long", {**manifest, "version": "v" * 100_000}
     yield "a list", []
 
 
@@ -431,3 +441,87 @@ def test_pin_does_not_change_the_version_of_what_it_pins(run: making.Made) -> No
     place = released(run)
     pin(place, run.root)
     assert released(run) == place
+
+
+# ---------------------------------------------------------------- rebuilding
+
+
+def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.Made, **changed: bytes) -> None:
+    """Stand in for the run of snakemake: the same results, some of them changed."""
+
+    def run_again(place: Path, *_: object) -> None:
+        config = resolve(place / "config", {})
+        raw = {path.name: (place / "data/raw/demo" / path.name).read_bytes() for path in run.raw}
+        again = made(place, config, raw, {"runs": runs_of(raw, place / "data")})
+        for name, content in changed.items():
+            (place / run.results / f"{name}.txt").write_bytes(content)
+        released(again)
+
+    monkeypatch.setattr(rebuild, "_run", run_again)
+
+
+@pytest.fixture
+def measured(config: dict[str, Any], tmp_path: Path) -> making.Made:
+    """A run of measured logs, which a rebuild has to find again."""
+    campaign = {key: value for key, value in config["campaign"].items() if key != "twin"}
+    del campaign["torque"]
+    campaign["figures"] = ["fig02"]
+    root = project(tmp_path / "project")
+    for name in ("profiles/default/config.yaml",):
+        (root / name).parent.mkdir(parents=True)
+        shutil.copy(ROOT / name, root / name)
+    bearings: dict[str, Any] = {}
+    own = {**config, "campaign": campaign, "bearings": bearings}
+    return made(root, own, RAW, {"runs": runs_of(RAW, tmp_path)})
+
+
+def verify_rebuilt(place: Path, run: making.Made, monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.chdir(run.root)
+    return main(["verify", str(place), "--rebuild"])
+
+
+def test_rebuild_from_the_raw_logs_gives_the_same_bytes(
+    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The release's own configuration counts, whatever lies in config/ by now."""
+    place = released(measured)
+    rebuilding(monkeypatch, measured)
+    assert verify_rebuilt(place, measured, monkeypatch) == 0
+    assert "rebuilt from the raw logs: the same bytes" in capsys.readouterr().out
+
+
+def test_rebuild_names_every_difference_and_where_the_first_begins(
+    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = released(measured)
+    rebuilding(monkeypatch, measured, summary=b"fine\nor not\n")
+    (measured.root / "workflow/fit.py").write_text("answer = 43\n", encoding="utf-8")
+    assert verify_rebuilt(place, measured, monkeypatch) == 1
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "rebuilt from the raw logs: 3 differences, the first:",
+        "code/workflow/fit.py differs: line 1: 'answer = 42', rebuilt 'answer = 43'",
+        "ro-crate-metadata.json differs",
+        "summary.txt differs",
+    ]
+
+
+def test_rebuild_wants_the_very_logs(
+    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = released(measured)
+    rebuilding(monkeypatch, measured)
+    (measured.root / "data/raw/demo/b.csv").write_bytes(b"load_n\n2.02\n")
+    assert verify_rebuilt(place, measured, monkeypatch) == 2
+    assert "data/raw/demo/b.csv: is not the log that release" in capsys.readouterr().err
+
+
+def test_first_difference_of_a_table_is_its_row_and_column(tmp_path: Path) -> None:
+    about = {"campaign": "demo", "data": "simulated"}
+    frame = runs_of(RAW, tmp_path)
+    paths = [tmp_path / f"{name}.parquet" for name in "ab"]
+    other = frame.copy()
+    other.loc[1, "nominal_load_n"] = 50.5
+    for path, table in zip(paths, (frame, other), strict=True):
+        tables.write(table, "runs", path, about)
+    said = rebuild.first_difference(*paths)
+    assert said == "row 1, column nominal_load_n: 'nan', rebuilt '50.5'"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import yaml
 from campaigns import lay_out_small
 from oilfilm import tables
 from oilfilm.provenance import file_digest
+from oilfilm.releases.verify import verify
 
 pytestmark = pytest.mark.workflow
 
@@ -54,6 +56,27 @@ def test_run_ends_with_a_summary_of_what_was_made(place: Path, finished: str) ->
     for name in ("eqs11-13", "curves"):
         for ending in ("png", "svg", "parquet"):
             assert (place / f"results/small/figures/{name}.{ending}").stat().st_size > 1000
+
+
+def test_snakemakes_own_report_has_every_figure_and_table_with_its_caption(
+    place: Path, snakemake: Run, finished: str
+) -> None:
+    done = snakemake("--config", "campaign=small", "--report", "report-snakemake.html")
+    assert done.returncode == 0, done.stdout + done.stderr
+    page = (place / "report-snakemake.html").read_text(encoding="utf-8")
+    for words in ("Fitted constants beside the printed ones", "All curves", "Data quality"):
+        assert words in page
+    for name in ("coefficients", "fit_quality", "points", "quarantine"):
+        assert f"tables/{name}.parquet" in page
+    assert "One constant of one traction law for one oil." in page
+    # nothing is fetched, so that it opens without a network
+    assert not re.search(r"<(script|link|img)[^>]+(src|href)=[\"']?(https?:)?//", page)
+
+
+def test_target_figures_makes_the_figures_and_no_more(snakemake: Run, finished: str) -> None:
+    assert "Nothing to be done" in str(snakemake("figures", "--config", "campaign=small"))
+    again = snakemake("-n", "figures", "--forcerun", "law_figures", "--config", "campaign=small")
+    assert planned(again) == {"law_figures", "figures", "total"}
 
 
 def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
@@ -102,6 +125,29 @@ def test_fits_of_a_run_are_exported(place: Path, finished: str) -> None:
     )
 
 
+def test_run_has_a_report(place: Path, finished: str) -> None:
+    text = (place / "results/small/report.html").read_text(encoding="utf-8")
+    assert "SIMULATED data" in text
+    assert "swapped_sign" in text
+    assert str(place) not in text
+    assert len(text.encode()) < 8e6
+
+
+def test_run_is_released_once(place: Path, snakemake: Run, finished: str) -> None:
+    released = snakemake("release", "--config", "campaign=small")
+    assert released.returncode == 0, released.stdout + released.stderr
+    folder = (place / "results/releases/small/latest").resolve()
+    assert f"releases/small/{folder.name}: released" in released.stdout + released.stderr
+    assert verify(folder) == []
+    assert {"report.html", "summary.txt", "exports", "figures", "refused", "tables"} <= {
+        path.name for path in folder.iterdir()
+    }
+    for path in folder.rglob("*"):
+        assert path.is_dir() or str(place).encode() not in path.read_bytes(), path
+    again = snakemake("release", "--config", "campaign=small")
+    assert "exists already, with the same bytes" in again.stdout + again.stderr
+
+
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:
     again = snakemake("--config", "campaign=small")
     assert again.returncode == 0
@@ -129,8 +175,10 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
     try:
         module.write_text(before + "\n# touched\n", encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
-            "figures",
+            "data_figures",
+            "law_figures",
             "refused",
+            "report",
             "all",
             "total",
         }
@@ -147,6 +195,7 @@ def test_corrected_title_redoes_the_description_and_nothing_else(
         campaign.write_text(before.replace("title: ", "title: Corrected ", 1), encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
             "metadata",
+            "report",
             "all",
             "total",
         }

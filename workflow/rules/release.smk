@@ -10,7 +10,6 @@ rule release:
         code=code("release.py"),
         tree=lambda wildcards: code_tree_digest(Path(workflow.basedir)),
         resolved=CONFIG,
-        results=f"results/{CAMPAIGN['name']}",
         releases=f"results/releases/{CAMPAIGN['name']}",
         raw=[(RAW / file).as_posix() for file in FILES]
         + [(TORQUE_RAW / file).as_posix() for file in TORQUE_FILES],

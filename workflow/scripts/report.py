@@ -11,11 +11,14 @@ from oilfilm.whole import write_text
 with job(snakemake) as provenance:
     found = snakemake.input
     refused = Path(found.refused)
-    paths = {name: Path(found[name]) for name in Results.models() if name in found.keys()}
-    paths["refused_pages"] = refused / "index.parquet"
-    results = Results(
-        **{name: tables.read(Results.models()[name], path) for name, path in paths.items()}
-    )
+    paths = {
+        name: [Path(found[name])] if isinstance(found[name], str) else map(Path, found[name])
+        for name in Results.models()
+        if name in found.keys()
+    }
+    paths["refused_pages"] = [refused / "index.parquet"]
+    models = Results.models()
+    results = Results(**{name: tables.read(models[name], *paths[name]) for name in models})
     pairs = zip(map(Path, found.png), map(Path, found.svg), strict=True)
     drawn = {png.stem: (png, svg) for png, svg in pairs}
     text = page(results, drawn, refused, snakemake.params.config, provenance)

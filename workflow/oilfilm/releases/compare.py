@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.releases.manifest import FileRecord
 from oilfilm.releases.opened import Opened
 from oilfilm.tables import unit_of
+from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
 
 Row = tuple[str, ...]
@@ -284,8 +286,7 @@ def _constants(before: Opened, after: Opened) -> list[Constant]:
 
 def _tractions(before: Opened, after: Opened, drift: Mapping[str, Any]) -> list[Traction]:
     old, new = _fits(before), _fits(after)
-    if not old or not new:
-        return []
+    # a release without fits has lost them all
     return [
         _traction(oil, old.get(oil), new.get(oil), drift) for oil in sorted(old.keys() | new.keys())
     ]
@@ -295,10 +296,15 @@ def _fits(opened: Opened) -> dict[str, FittedLaw]:
     coefficients, quality = opened.table("coefficients"), opened.table("fit_quality")
     if coefficients is None or quality is None:
         return {}
-    return {
-        oil: FittedLaw.of(coefficients, oil, quality=quality)
-        for oil in coefficients["oil"].unique()
-    }
+    fits = coefficients[["oil", "law"]].drop_duplicates()
+    if fits["oil"].duplicated().any() or not set(fits["law"]) <= set(LAWS):
+        raise OilfilmError(
+            f"{opened.folder}: tables/coefficients.parquet has laws that are not known here, or "
+            "more than one of an oil."
+        )
+    if len(fits.merge(quality, on=["oil", "law"])) != len(fits):
+        raise OilfilmError(f"{opened.folder}: tables/fit_quality.parquet lacks a fit.")
+    return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in fits["oil"]}
 
 
 def _traction(
@@ -355,13 +361,14 @@ def _constants_section(constants: list[Constant]) -> Section:
 
 
 def _traction_section(tractions: list[Traction]) -> Section:
-    rows = []
-    for one in tractions:
-        if one.absolute.change:
-            sizes = (f"{100 * one.relative.change:.3g} %", f"{one.absolute.change:.2g}")
-            for size, place in zip(sizes, (one.relative, one.absolute), strict=True):
-                rows.append(
-                    (one.oil, size, f"{place.before:.5f}", f"{place.after:.5f}", place.where)
-                )
+    rows = [
+        (one.oil, size, f"{place.before:.5f}", f"{place.after:.5f}", place.where)
+        for one in tractions
+        for size, place in (
+            (f"{100 * one.relative.change:.3g} %", one.relative),
+            (f"{one.absolute.change:.2g}", one.absolute),
+        )
+        if place.change
+    ]
     columns = ("oil", "largest change of mu", "A", "B", "at")
     return Section("Traction coefficient over the tested box", columns, rows)

@@ -48,7 +48,13 @@ def _lay_out(opened: Opened, config: dict[str, object], root: Path, place: Path)
     """Code, configuration and raw logs in a fresh folder."""
     for path in (*code_files(root), *_BESIDE):
         _copy(root / path, place / path)
-    for path, text in unresolve(config).items():
+    try:
+        texts = unresolve(config)
+    except (AttributeError, KeyError, TypeError) as error:
+        raise OilfilmError(
+            f"{opened.folder}: config.yaml is no resolved configuration ({error!r})."
+        ) from error
+    for path, text in texts.items():
         target = place / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
@@ -56,7 +62,7 @@ def _lay_out(opened: Opened, config: dict[str, object], root: Path, place: Path)
     simulated = _made_by_twin(config)
     for record in opened.manifest.raw:
         # what the twin writes it writes again
-        if simulated.get(record.path.split("/")[2], False):
+        if simulated.get(record.path.split("/")[2]):
             continue
         source = root / record.path
         if not source.is_file() or FileRecord.of(root, record.path) != record:
@@ -101,7 +107,9 @@ def differences(before: Opened, after: Opened) -> list[str]:
         ("samples ", before.manifest.samples, after.manifest.samples),
     ):
         was, now = ({record.path: record for record in each} for each in (old, new))
-        for path in sorted(was.keys() | now.keys()):
+        # code first: what follows may follow from it
+        paths = sorted(was.keys() | now.keys(), key=lambda path: (path[:5] != "code/", path))
+        for path in paths:
             if was.get(path) != now.get(path):
                 state = "is gone" if path not in now else "is new" if path not in was else "differs"
                 found.append((what, path, state))

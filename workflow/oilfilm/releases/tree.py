@@ -46,9 +46,12 @@ def environment(root: Path) -> dict[str, Any]:
     """Python, platform and every package that a run may import, with versions; no host.
 
     Raises:
-        OilfilmError: A package that pyproject.toml asks for is not installed.
+        OilfilmError: pyproject.toml cannot be read, or a package that it asks for is not installed.
     """
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    try:
+        project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    except (KeyError, ValueError) as error:
+        raise OilfilmError(f"pyproject.toml: cannot be read ({error}).") from error
     return {
         "python": platform.python_version(),
         # bytes are promised on one kind of machine: mathematical libraries differ between them

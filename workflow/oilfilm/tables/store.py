@@ -238,6 +238,8 @@ def read_footer(path: Path) -> dict[str, Any]:
     """
     try:
         metadata = parquet.read_schema(path).metadata or {}
+    except FileNotFoundError as error:
+        raise OilfilmError(f"{path}: there is no such table; snakemake makes it.") from error
     except (OSError, arrow.ArrowException) as error:
         raise _damaged(path, error) from error
     if b"oilfilm" not in metadata:
