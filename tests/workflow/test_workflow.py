@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from campaigns import ROOT
+from campaigns import lay_out_small
 from oilfilm import tables
 from oilfilm.provenance import file_digest
 from oilfilm.releases.verify import verify
@@ -26,27 +26,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project with a small simulated campaign: one oil, 12 runs, two defects."""
     place = tmp_path_factory.mktemp("project")
-    for name in ("config", "profiles", "workflow"):
-        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "data/reference", place / "data/reference")
-    for name in ("Snakefile", "pyproject.toml", "requirements.lock"):
-        shutil.copy(ROOT / name, place)
-    demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
-    demo["oils"] = ["4102"]
-    demo["figures"] = ["eqs11-13", "curves"]
-    del demo["torque"]
-    demo["matrix"] = {
-        "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
-        "entrainment_speed_m_s": [25, 40],
-        "inlet_temperature_c": [50, 120],
-    }
-    demo["twin"]["defects"] = [
-        {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
-        {"oil": "4102", "condition": [1.0, 40, 50], "kind": "swapped_sign"},
-    ]
-    demo["settings"] = {"fit": {"bootstrap": 20, "searches": 2}, "shards": 2}
-    small = yaml.safe_dump(demo, allow_unicode=True)
-    (place / "config/campaigns/small.yaml").write_text(small, encoding="utf-8")
+    lay_out_small(place)
     return place
 
 

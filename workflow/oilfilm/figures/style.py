@@ -12,6 +12,7 @@ from matplotlib.font_manager import findfont, get_font
 
 from oilfilm import colours
 from oilfilm.captions import provenance
+from oilfilm.whole import whole_file
 
 # Columns of a page, 84 and 174 mm.
 SINGLE_COLUMN_IN = 84 / 25.4
@@ -160,9 +161,7 @@ def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
     metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
     for path in paths:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside = path.with_name(f".{path.name}.part{path.suffix}")
-        figure.savefig(aside, metadata=metadata[path.suffix])
-        aside.replace(path)
+        with whole_file(path) as aside:
+            figure.savefig(aside, format=path.suffix[1:], metadata=metadata[path.suffix])
         # what is laid out once stays so
         figure.set_layout_engine("none")
