@@ -185,7 +185,7 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     slip = np.ma.masked_invalid(grid.to_numpy())
     norm = BoundaryNorm(_SLIP_LEVELS, 256)
     filled = axis.pcolormesh(*_cells(speed, load), slip, cmap="cividis_r", norm=norm)
-    axis.contour(speed, load, slip, [limit], colors="#D55E00")
+    axis.contour(speed, load, slip, [limit], colors="black", linewidths=1.1)
     axis.grid(False)
     return filled
 
@@ -202,7 +202,7 @@ def _draw_advice(axis: Axes, advice: pd.DataFrame, oils: list[str]) -> None:
     for oil in oils:
         apart = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
         _draw_places(axis, apart, style.oil_marker(oil, oils), style.oil_colour(oil, oils))
-    _draw_places(axis, advice[advice["judgement"] == "no film"], "x", "#555555")
+    _draw_places(axis, advice[advice["judgement"] == "no film"], "x", style.GREY)
     axis.grid(False)
 
 
@@ -225,7 +225,7 @@ def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
             Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
             _symbol(symbol, colour, f"slip speaks for {oil}"),
         ]
-    handles.append(_symbol("x", "#555555", "film too thin"))
+    handles.append(_symbol("x", style.GREY, "film too thin"))
     figure.legend(handles=handles, loc="outside lower left", ncols=4)
 
 
