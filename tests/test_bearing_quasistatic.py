@@ -43,7 +43,7 @@ def test_published_equilibria_are_met_within_half_a_percent(name):
 
 
 def test_harris_static_answer_of_the_218():
-    # 41.6 deg and 1676 N by his approximate Hertz constants (physics.md, from memory: for
+    # 41.6 deg and 1676 N by his approximate Hertz constants (not checked against print: for
     # comparison, with room for what is lost by them)
     found = raceway_control(shipped("harris-218"), OperatingPoints.axial(17800.0, 0.0))
     assert np.degrees(found.contacts.contact_angle_rad[0, 0]) == pytest.approx(41.6, rel=5e-3)
