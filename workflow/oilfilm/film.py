@@ -42,8 +42,8 @@ def central_film_thickness(
         h_c, in m.
 
     Validity: full film, ample oil, steady rolling along x. Fitted to 34 numerical solutions, of
-        k from 1 to 8 and U up to the order of 1e-11 (both limits as usually quoted, not checked against print); the rig
-        covers U from 2e-11 to 1e-9 and so extrapolates. Heating in the inlet is left out:
+        k from 1 to 8 and U up to the order of 1e-11 (both limits not checked against print); the
+        rig covers U from 2e-11 to 1e-9 and so extrapolates. Heating in the inlet is left out:
         multiply by `thermal_reduction_factor`.
 
     Reference: B. J. Hamrock and D. Dowson, Isothermal elastohydrodynamic lubrication of point
