@@ -224,7 +224,7 @@ def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
     for oil in shown:
         colour, symbol = style.oil_colour(oil, oils), _marker(oil, oils)
         handles += [
-            Patch(facecolor=style.tint(colour, _FIELD), label=f"the paper's rules advise {oil}"),
+            Patch(facecolor=style.tint(colour, _FIELD), label=f"rules advise {oil}"),
             _symbol(symbol, colour, f"slip speaks for {oil}"),
         ]
     handles.append(_symbol("x", style.GREY, "no oil has enough film"))
