@@ -12,9 +12,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from campaigns import ROOT
+from campaigns import lay_out_small
 from oilfilm import tables
 from oilfilm.provenance import file_digest
+from oilfilm.releases.verify import verify
 
 pytestmark = pytest.mark.workflow
 
@@ -25,26 +26,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project with a small simulated campaign: one oil, 12 runs, two defects."""
     place = tmp_path_factory.mktemp("project")
-    for name in ("config", "profiles", "workflow"):
-        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "data/reference", place / "data/reference")
-    shutil.copy(ROOT / "Snakefile", place)
-    demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
-    demo["oils"] = ["4102"]
-    demo["figures"] = ["eqs11-13", "curves"]
-    del demo["torque"]
-    demo["matrix"] = {
-        "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
-        "entrainment_speed_m_s": [25, 40],
-        "inlet_temperature_c": [50, 120],
-    }
-    demo["twin"]["defects"] = [
-        {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
-        {"oil": "4102", "condition": [1.0, 40, 50], "kind": "swapped_sign"},
-    ]
-    demo["settings"] = {"fit": {"bootstrap": 20, "searches": 2}, "shards": 2}
-    small = yaml.safe_dump(demo, allow_unicode=True)
-    (place / "config/campaigns/small.yaml").write_text(small, encoding="utf-8")
+    lay_out_small(place)
     return place
 
 
@@ -143,6 +125,29 @@ def test_fits_of_a_run_are_exported(place: Path, finished: str) -> None:
     )
 
 
+def test_run_has_a_report(place: Path, finished: str) -> None:
+    text = (place / "results/small/report.html").read_text(encoding="utf-8")
+    assert "SIMULATED data" in text
+    assert "swapped_sign" in text
+    assert str(place) not in text
+    assert len(text.encode()) < 8e6
+
+
+def test_run_is_released_once(place: Path, snakemake: Run, finished: str) -> None:
+    released = snakemake("release", "--config", "campaign=small")
+    assert released.returncode == 0, released.stdout + released.stderr
+    folder = (place / "results/releases/small/latest").resolve()
+    assert f"releases/small/{folder.name}: released" in released.stdout + released.stderr
+    assert verify(folder) == []
+    assert {"report.html", "summary.txt", "exports", "figures", "refused", "tables"} <= {
+        path.name for path in folder.iterdir()
+    }
+    for path in folder.rglob("*"):
+        assert path.is_dir() or str(place).encode() not in path.read_bytes(), path
+    again = snakemake("release", "--config", "campaign=small")
+    assert "exists already, with the same bytes" in again.stdout + again.stderr
+
+
 def test_second_run_has_nothing_to_do(snakemake: Run, finished: str) -> None:
     again = snakemake("--config", "campaign=small")
     assert again.returncode == 0
@@ -173,6 +178,7 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
             "data_figures",
             "law_figures",
             "refused",
+            "report",
             "all",
             "total",
         }
@@ -189,6 +195,7 @@ def test_corrected_title_redoes_the_description_and_nothing_else(
         campaign.write_text(before.replace("title: ", "title: Corrected ", 1), encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
             "metadata",
+            "report",
             "all",
             "total",
         }
