@@ -263,6 +263,9 @@ def test_measured_campaign_does_not_say_simulated(
     text = report_of(results, {**config, "campaign": campaign}, tmp_path)
     assert "SIMULATED data" not in text
     assert "Measured data" in text
+    assert "not stated in the campaign file" in text
+    dated = {**config, "campaign": campaign, "dataset": {"date": "June 2026"}}
+    assert "June 2026" in report_of(results, dated, tmp_path)
 
 
 def test_runs_that_share_a_log_are_told_apart(config: dict[str, Any]) -> None:

@@ -46,23 +46,29 @@ def chart(colours: Sequence[str]) -> dict[str, Any]:
         )  # fmt: skip
     sliders = Span(name="sliders", dimension="height", line_dash="dashed", line_color="#555555")
     plot.add_layout(sliders)
+    curve = ("x", "mu", "lower", "upper")
     for number, colour in enumerate(colours):
-        style = number % len(_MARKERS)
-        columns: tuple[str, ...] = ("x", "mu", "lower", "upper")
-        curve = ColumnDataSource({name: [] for name in columns}, name=f"curve{number}")
-        plot.varea("x", "lower", "upper", source=curve, fill_color=colour, fill_alpha=0.25)
-        plot.line("x", "mu", source=curve, color=colour, line_width=2.5, line_dash=_DASHES[style])
-        columns += ("run", "oil", "at")
-        points = ColumnDataSource({name: [] for name in columns}, name=f"points{number}")
-        plot.segment("x", "lower", "x", "upper", source=points, color=colour)
+        source = _empty(f"points{number}", *curve, "run", "oil", "at")
+        plot.segment("x", "lower", "x", "upper", source=source, color=colour)
         dots = plot.scatter(
-            "x", "mu", source=points, marker=_MARKERS[style], size=8,
-            line_color=colour, fill_color="white", line_width=1.5,
+            "x", "mu", source=source, marker=_MARKERS[number % len(_MARKERS)], size=8,
+            line_color=colour, line_width=1.5, line_alpha=0.7, fill_color="white",
         )  # fmt: skip
         # text of a log: Bokeh escapes it
         words = [("oil", "@oil"), ("run", "@run"), ("at", "@at"), ("mu", "@mu{0.00000}")]
         plot.add_tools(HoverTool(renderers=[dots], tooltips=words))
+    # over the points, which may be thousands
+    for number, colour in enumerate(colours):
+        source = _empty(f"curve{number}", *curve)
+        dash = _DASHES[number % len(_DASHES)]
+        plot.varea("x", "lower", "upper", source=source, fill_color=colour, fill_alpha=0.25)
+        plot.line("x", "mu", source=source, color="white", line_width=4.5)
+        plot.line("x", "mu", source=source, color=colour, line_width=2.5, line_dash=dash)
     return _renumbered(json_item(plot))
+
+
+def _empty(name: str, *columns: str) -> ColumnDataSource:
+    return ColumnDataSource({column: [] for column in columns}, name=name)
 
 
 def _renumbered(item: Any) -> dict[str, Any]:
