@@ -22,7 +22,7 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.operating_grid import AXES, Grid
 from oilfilm.report.sections import Results
 from oilfilm.selection import select
-from reports import HOSTILE, OILS, report_of, results_of, with_hostile_names
+from reports import CONDITIONS, HOSTILE, OILS, report_of, results_of, with_hostile_names
 
 if sys.platform != "linux":
     pytest.skip("the report is tested in Debian's chromium", allow_module_level=True)
@@ -365,11 +365,27 @@ def test_hostile_names_are_shown_as_text(
     for name in HOSTILE:
         assert " ".join(name.split()) in " ".join(shown.split())
     # the names stand in the tooltips of the points as well
-    box = page.locator("#chart").bounding_box()
-    assert box is not None
-    page.locator("#chart").scroll_into_view_if_needed()
-    for share in np.linspace(0.2, 0.9, 15):
-        page.locator("#chart").hover(position={"x": share * box["width"], "y": 150})
+    for number in (1, 2):
+        page.locator("[name=oil]").nth(number).uncheck()
+    for place, name in list(enumerate(HOSTILE))[:2]:
+        pressure, speed, temperature = CONDITIONS[place]
+        fields = {"P": pressure, "U": speed, "T": temperature}
+        for symbol, value in fields.items():
+            page.fill(f"#value-{symbol}", str(value))
+            page.keyboard.press("Enter")
+        page.locator("#chart").scroll_into_view_if_needed()
+        left, top = page.evaluate(
+            "() => { const view = Bokeh.index.roots[0], box = view.el.getBoundingClientRect();"
+            " const { x, mu } = oilfilm.model('points0').data;"
+            " return [box.x + view.frame.x_scale.compute(x[10]),"
+            " box.y + view.frame.y_scale.compute(mu[10])]; }"
+        )
+        page.mouse.move(left - 30, top)
+        page.mouse.move(left, top)
+        tip = page.locator(".bk-Tooltip")
+        tip.wait_for(state="visible")
+        assert name in tip.evaluate("tip => tip.shadowRoot.textContent")
+        page.mouse.move(0, 0)
     assert page.locator("img[src=x]").count() == 0
     assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
     assert opened.asked == [file.as_uri()]

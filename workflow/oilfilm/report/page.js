@@ -10,6 +10,7 @@ const DATA = read("explorer-data");
 const DOWNLOADS = read("downloads");
 const DRAWINGS = read("drawings");
 const POINTS_OF_CURVE = 201;
+const MANY = 300; // points beside a curve
 const byId = (id) => document.getElementById(id);
 const numbers = (values) => values.map((value) => value ?? NaN);
 
@@ -246,6 +247,8 @@ function draw() {
       at: places.map((k) => DATA.axes.map((one) => `${one.symbol} ${short(oil.points[one.name][k] ?? NaN)} ${one.unit}`).join(", ")),
     };
     shown += places.length;
+    // many points would hide the curve
+    for (const name of ["dots", "bars"]) model(`${name}${i}`).level = places.length > MANY ? "underlay" : "glyph";
     // an interval that runs away must not flatten the curves
     for (const one of line) top = Math.max(top, one.mu, Math.min(one.upper || 0, 2 * one.mu));
     for (const k of places) top = Math.max(top, mu[k]);
