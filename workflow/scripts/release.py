@@ -7,18 +7,19 @@ from oilfilm.job import job
 from oilfilm.releases.release import Made, release
 from oilfilm.releases.tree import code_tree_digest
 
-with job(snakemake) as provenance:
-    root, found, params = Path(), snakemake.input, snakemake.params
-    if code_tree_digest(root) != params.tree:
+with job(snakemake):
+    params, releases = snakemake.params, Path(snakemake.params.releases)
+    if code_tree_digest(Path()) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
     made = Made(
+        root=Path(),
         config=params.resolved,
-        results=Path(params.results),
-        files=[Path(path) for path in found.made],
+        results=releases.parents[1] / releases.name,
+        files=[Path(path) for path in snakemake.input],
         raw=[Path(path) for path in params.raw],
         logs=[Path(path) for path in params.logs],
     )
-    place, new = release(root, made, Path(params.releases))
+    place, new = release(made, releases)
     said = f"{place}: {'released' if new else 'exists already, with the same bytes'}"
     Path(snakemake.log[0]).write_text(said + "\n", encoding="utf-8")
     print(said)

@@ -6,6 +6,7 @@ from oilfilm import tables
 from oilfilm.job import job
 from oilfilm.report.page import page
 from oilfilm.report.sections import Results
+from oilfilm.whole import write_text
 
 with job(snakemake) as provenance:
     found = snakemake.input
@@ -21,4 +22,4 @@ with job(snakemake) as provenance:
     pairs = zip(map(Path, found.png), map(Path, found.svg), strict=True)
     drawn = {png.stem: (png, svg) for png, svg in pairs}
     text = page(results, drawn, refused, snakemake.params.config, provenance)
-    Path(snakemake.output.page).write_text(text, encoding="utf-8")
+    write_text(text, Path(snakemake.output.page))

@@ -1,6 +1,6 @@
 """How every figure looks: widths of a journal, one colour an oil, one line style a meaning."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from matplotlib.font_manager import findfont, get_font
 
 from oilfilm import colours
 from oilfilm.captions import provenance
+from oilfilm.whole import whole_file
 
 # Columns of a page, 84 and 174 mm.
 SINGLE_COLUMN_IN = 84 / 25.4
@@ -51,6 +52,7 @@ _SETTINGS: Any = {
     "axes.spines.right": False,
     "axes.linewidth": 0.6,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "#e5e5e5",
     "grid.linewidth": 0.5,
     "legend.fontsize": 7,
@@ -65,6 +67,11 @@ _SETTINGS: Any = {
     "figure.constrained_layout.use": True,
 }
 mpl.rcParams.update(_SETTINGS)
+
+
+def oil_marker(oil: str, oils: Sequence[str]) -> str:
+    """The marker of an oil, beside its colour."""
+    return MARKERS[list(oils).index(oil) % len(MARKERS)]
 
 
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
@@ -154,9 +161,7 @@ def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
     metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
     for path in paths:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside = path.with_name(f".{path.name}.part{path.suffix}")
-        figure.savefig(aside, metadata=metadata[path.suffix])
-        aside.replace(path)
+        with whole_file(path) as aside:
+            figure.savefig(aside, format=path.suffix[1:], metadata=metadata[path.suffix])
         # what is laid out once stays so
         figure.set_layout_engine("none")

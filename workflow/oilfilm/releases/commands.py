@@ -15,9 +15,6 @@ from oilfilm.releases.rebuild import rebuild
 from oilfilm.releases.said import said, section_text
 from oilfilm.releases.verify import verify
 
-# A table of what moved is never cut.
-_ALL = 1 << 30
-
 
 def add_commands(commands: Any) -> None:
     """Add the commands to those of a parser."""
@@ -76,7 +73,9 @@ def _diff(given: argparse.Namespace) -> int:
         print(said(comparison))
         return 0
     if too_far.rows:
-        print(f"A {before.name}\nB {after.name}\n{section_text(too_far, _ALL)}")
+        # whole: a table of what moved is never cut
+        table = section_text(too_far, len(too_far.rows))
+        print(f"A {before.name}\nB {after.name}\n{table}")
     return int(bool(too_far.rows))
 
 

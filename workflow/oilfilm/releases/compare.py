@@ -1,5 +1,6 @@
 """Two releases held against each other: what went in, what was judged, what came out."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,9 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.releases.manifest import FileRecord
 from oilfilm.releases.opened import Opened
+from oilfilm.tables import unit_of
+from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
 
 Row = tuple[str, ...]
@@ -56,9 +60,6 @@ class Extreme:
     before: float
     after: float
     where: str
-
-    def __str__(self) -> str:
-        return f"mu {self.before:.5f} -> {self.after:.5f} at {self.where}"
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,10 @@ def _inputs(before: Opened, after: Opened) -> Section:
         (oils.get(path, ""), path, _word(was, now), _hash(was), _hash(now))
         for path, was, now in _changed(old, new)
     ]
-    return Section("Raw logs", ("oil", "raw log", "", "A", "B"), sorted(rows))
+    counts = sorted(Counter(row[0] for row in rows).items())
+    of_oils = ", ".join(f"{count} of {oil or 'no run'}" for oil, count in counts)
+    title = f"Raw logs ({of_oils})" if rows else "Raw logs"
+    return Section(title, ("oil", "raw log", "", "A", "B"), sorted(rows))
 
 
 def _hash(record: FileRecord | None) -> str:
@@ -248,7 +252,7 @@ def _verdicts(before: Opened, after: Opened) -> Section:
 def _verdicts_of(old: pd.DataFrame, new: pd.DataFrame, columns: list[str]) -> Iterator[Row]:
     """Rows of which one release says otherwise; the first column decides, others explain."""
     verdict = columns[0]
-    both = old[columns].join(new[columns], how="outer", lsuffix=" A", rsuffix=" B")
+    both = old[columns].add_suffix(" A").join(new[columns].add_suffix(" B"), how="outer")
     differs = both[f"{verdict} A"].astype(object) != both[f"{verdict} B"].astype(object)
     for index, row in both[differs].iterrows():
         name = ", ".join(map(str, index)) if isinstance(index, tuple) else str(index)
@@ -282,8 +286,7 @@ def _constants(before: Opened, after: Opened) -> list[Constant]:
 
 def _tractions(before: Opened, after: Opened, drift: Mapping[str, Any]) -> list[Traction]:
     old, new = _fits(before), _fits(after)
-    if not old or not new:
-        return []
+    # a release without fits has lost them all
     return [
         _traction(oil, old.get(oil), new.get(oil), drift) for oil in sorted(old.keys() | new.keys())
     ]
@@ -293,10 +296,15 @@ def _fits(opened: Opened) -> dict[str, FittedLaw]:
     coefficients, quality = opened.table("coefficients"), opened.table("fit_quality")
     if coefficients is None or quality is None:
         return {}
-    return {
-        oil: FittedLaw.of(coefficients, oil, quality=quality)
-        for oil in coefficients["oil"].unique()
-    }
+    fits = coefficients[["oil", "law"]].drop_duplicates()
+    if fits["oil"].duplicated().any() or not set(fits["law"]) <= set(LAWS):
+        raise OilfilmError(
+            f"{opened.folder}: tables/coefficients.parquet has laws that are not known here, or "
+            "more than one of an oil."
+        )
+    if len(fits.merge(quality, on=["oil", "law"])) != len(fits):
+        raise OilfilmError(f"{opened.folder}: tables/fit_quality.parquet lacks a fit.")
+    return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in fits["oil"]}
 
 
 def _traction(
@@ -316,19 +324,19 @@ def _traction(
     )
     change = np.abs(new - old)
     # mu that neither release has is no change; mu that only one has is one without measure
-    change = np.where(
-        np.isnan(old) & np.isnan(new), 0.0, np.where(np.isnan(change), np.inf, change)
-    )
+    change[np.isnan(change)] = np.inf
+    change[np.isnan(old) & np.isnan(new)] = 0.0
     with np.errstate(divide="ignore"):
         relative = np.divide(change, np.abs(old), out=np.zeros_like(change), where=change > 0)
     relative[np.isnan(relative)] = np.inf
-    names = (*before.law.conditions, "slide_roll_ratio")
 
     def extreme(size: FloatArray) -> Extreme:
         worst = int(size.argmax())
-        at = zip(names, places[worst], strict=True)
-        where = ", ".join(f"{name} {value:.4g}" for name, value in at)
-        return Extreme(float(size[worst]), float(old[worst]), float(new[worst]), where)
+        *at, slip = places[worst]
+        levels = zip(before.law.conditions, at, strict=True)
+        where = ", ".join(f"{value:.4g} {unit_of(name)}" for name, value in levels)
+        mu = float(old[worst]), float(new[worst])
+        return Extreme(float(size[worst]), *mu, f"{where}, S {slip:.4g}")
 
     return Traction(oil, extreme(relative), extreme(change))
 
@@ -354,15 +362,13 @@ def _constants_section(constants: list[Constant]) -> Section:
 
 def _traction_section(tractions: list[Traction]) -> Section:
     rows = [
-        (
-            one.oil,
-            f"{100 * one.relative.change:.3g} %",
-            str(one.relative),
-            f"{one.absolute.change:.2g}",
-            str(one.absolute),
-        )
+        (one.oil, size, f"{place.before:.5f}", f"{place.after:.5f}", place.where)
         for one in tractions
-        if one.absolute.change != 0
+        for size, place in (
+            (f"{100 * one.relative.change:.3g} %", one.relative),
+            (f"{one.absolute.change:.2g}", one.absolute),
+        )
+        if place.change
     ]
-    columns = ("oil", "largest relative change", "where", "largest change", "where")
+    columns = ("oil", "largest change of mu", "A", "B", "at")
     return Section("Traction coefficient over the tested box", columns, rows)

@@ -4,7 +4,7 @@ One action, the run, made the release's files from the raw logs and the configur
 workflow under `code`. Who ran it and when is not said: a release must not depend on either.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -24,7 +24,10 @@ _PROFILES = {
     "https://w3id.org/ro/wfrun/workflow/0.5": "Workflow Run Crate",
     "https://w3id.org/workflowhub/workflow-ro-crate/1.0": "Workflow RO-Crate",
 }
-_BIOSCHEMAS = "https://bioschemas.org/profiles"
+# Where `sha256` of a file is defined.
+_CONTEXT = "https://w3id.org/ro/terms/workflow-run/context"
+_BIOSCHEMAS = "https://bioschemas.org/profiles/ComputationalWorkflow/1.0-RELEASE"
+# Every other file is text.
 _MEDIA_TYPES = {
     ".csv": "text/csv",
     ".html": "text/html",
@@ -35,7 +38,6 @@ _MEDIA_TYPES = {
     ".png": "image/png",
     ".svg": "image/svg+xml",
     ".ttl": "text/turtle",
-    ".txt": "text/plain",
     ".yaml": "application/yaml",
 }
 
@@ -51,6 +53,7 @@ def run_crate(
         files: The files of the release, without the crate itself.
     """
     crate = ROCrate(version=_RO_CRATE)
+    crate.metadata.extra_contexts.append(_CONTEXT)
     about, campaign = config["dataset"], config["campaign"]
     crate.name = about.get("title", f"Traction campaign {campaign['name']}")
     crate.description = f"{campaign['description']} ({campaign['data']} data)"
@@ -64,15 +67,10 @@ def run_crate(
         {"@id": "https://w3id.org/workflowhub/workflow-ro-crate/1.0"},
     ]
     made = {record.path: _file(crate, record) for record in files if record.path != _WORKFLOW}
-    logs = [_raw(crate, FileRecord(**each)) for each in made_from["raw"]]
+    logs = _raw(crate, [FileRecord(**each) for each in made_from["raw"]])
     results = [file for path, file in made.items() if _is_result(path)]
     workflow = _workflow(crate, made_from)
     crate.mainEntity = workflow
-    workflow["input"] = [
-        _parameter(crate, "configuration", [made[_CONFIG]]),
-        _parameter(crate, "raw logs", logs),
-    ]
-    workflow["output"] = [_parameter(crate, "results", results)]
     action = _add(
         crate,
         "#run",
@@ -84,7 +82,8 @@ def run_crate(
         result=results,
         actionStatus="http://schema.org/CompletedActionStatus",
     )
-    crate.root_dataset["mentions"] = [action]
+    made["log.txt"]["about"] = action
+    crate.root_dataset["mentions"] = action
     content = crate.metadata.generate()
     content["@graph"].sort(key=lambda entity: entity["@id"])
     return canonical(content)
@@ -112,12 +111,11 @@ def _profile(crate: ROCrate, address: str, name: str) -> Entity:
 
 
 def _described(record: FileRecord) -> dict[str, Any]:
-    media_type = _MEDIA_TYPES.get(PurePosixPath(record.path).suffix)
     return {
         "name": record.path,
         "contentSize": str(record.size),
         "sha256": record.sha256,
-        **({"encodingFormat": media_type} if media_type else {}),
+        "encodingFormat": _MEDIA_TYPES.get(PurePosixPath(record.path).suffix, "text/plain"),
     }
 
 
@@ -125,10 +123,20 @@ def _file(crate: ROCrate, record: FileRecord) -> Entity:
     return crate.add(File(crate, dest_path=record.path, properties=_described(record)))
 
 
-def _raw(crate: ROCrate, record: FileRecord) -> Entity:
-    """A raw log, which is not in the release: named by its hash (RFC 6920 in hex: ni, nih)."""
-    address = f"nih:sha-256;{record.sha256}"
-    return crate.add(File(crate, source=address, properties=_described(record)))
+def _raw(crate: ROCrate, records: Sequence[FileRecord]) -> list[Entity]:
+    """The raw logs, which are not in the release: named by their hashes (RFC 6920)."""
+    # copies of one log are one thing with several names
+    named: dict[str, list[FileRecord]] = {}
+    for record in records:
+        named.setdefault(record.sha256, []).append(record)
+    logs = []
+    for sha256, copies in named.items():
+        log = crate.add(
+            File(crate, source=f"nih:sha-256;{sha256}", properties=_described(copies[0]))
+        )
+        log["name"] = ", ".join(copy.path for copy in copies)
+        logs.append(log)
+    return logs
 
 
 def _workflow(crate: ROCrate, made_from: Mapping[str, Any]) -> Entity:
@@ -136,7 +144,7 @@ def _workflow(crate: ROCrate, made_from: Mapping[str, Any]) -> Entity:
     packages = made_from["environment"]["packages"]
     workflow["name"] = "oilfilm"
     workflow["version"] = made_from["code"][:12]
-    workflow["conformsTo"] = {"@id": f"{_BIOSCHEMAS}/ComputationalWorkflow/1.0-RELEASE"}
+    workflow["conformsTo"] = {"@id": _BIOSCHEMAS}
     workflow["programmingLanguage"] = _add(
         crate,
         "https://w3id.org/workflowhub/workflow-ro-crate#snakemake",
@@ -147,19 +155,3 @@ def _workflow(crate: ROCrate, made_from: Mapping[str, Any]) -> Entity:
         version=packages["snakemake"],
     )
     return workflow
-
-
-def _parameter(crate: ROCrate, name: str, examples: Iterable[Entity]) -> Entity:
-    several = list(examples)
-    parameter = _add(
-        crate,
-        f"#{name.replace(' ', '-')}",
-        "FormalParameter",
-        name=name,
-        additionalType="File",
-        conformsTo={"@id": f"{_BIOSCHEMAS}/FormalParameter/1.0-RELEASE"},
-        workExample=several,
-    )
-    for example in several:
-        example["exampleOfWork"] = parameter
-    return parameter

@@ -20,6 +20,8 @@ MANIFEST = "manifest.json"
 PINNED_MANIFEST = "pinned-manifest.json"
 # A manifest of a hundred thousand files has about this many bytes.
 _LARGEST = 1 << 25
+# Letters of a complaint that quotes it.
+_LONGEST = 500
 
 
 @dataclass(frozen=True, order=True)
@@ -124,7 +126,8 @@ def _parse(path: Path) -> Manifest:
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
     if mistake := first_mistake(content, "manifest"):
-        raise OilfilmError(f"{path}: {mistake}")
+        # what is found may be as long as the file
+        raise OilfilmError(f"{path}: {mistake[:_LONGEST]}")
     files, samples = (
         tuple(FileRecord(**each) for each in content[key]) for key in ("files", "samples")
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm import tables
@@ -14,9 +15,10 @@ from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import FileRecord, Manifest, read_manifest, shown
 from oilfilm.releases.verify import complaint_about
 
-# Of one file that is read into memory, and of a table once it is unpacked.
+# Bytes of one file that is read into memory, of a table once it is unpacked, of a configuration.
 _LARGEST_FILE = 1 << 28
 _LARGEST_TABLE = 1 << 30
+_LARGEST_CONFIG = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -51,17 +53,17 @@ class Opened:
         """Whether a file can be read: a pin lacks most of those that it names."""
         return path in self.files and (not self.pinned or (self.folder / path).exists())
 
-    def file(self, path: str) -> Path:
+    def file(self, path: str, largest: int = _LARGEST_FILE) -> Path:
         """Where a file lies, once it is known to be the one that was released.
 
         Raises:
             OilfilmError: It is missing, is no plain file, or differs from the manifest.
         """
         record = self.files[path]
-        if record.size > _LARGEST_FILE:
+        if record.size > largest:
             raise OilfilmError(
                 f"{self.folder}: {shown(path)} has {record.size} bytes, more than are read "
-                f"({_LARGEST_FILE})."
+                f"({largest})."
             )
         if complaint := complaint_about(self.folder, record):
             raise OilfilmError(f"{self.folder}: {complaint}")
@@ -77,17 +79,33 @@ class Opened:
         if not self.holds(path):
             return None
         file = self.file(path)
-        tables.read_footer(file)
-        metadata = parquet.read_metadata(file)
-        size = sum(
-            metadata.row_group(group).total_byte_size for group in range(metadata.num_row_groups)
-        )
-        if size > _LARGEST_TABLE:
-            raise OilfilmError(
-                f"{file}: unpacks to {size} bytes, more than are read ({_LARGEST_TABLE})."
-            )
-        return tables.read(name, file)
+        try:
+            _refuse_unpacking(file)
+            return tables.read(name, file)
+        except (arrow.ArrowException, OSError, ValueError, RecursionError) as error:
+            raise OilfilmError(f"{file}: is no table that can be read ({error}).") from error
 
     def config(self) -> dict[str, Any] | None:
-        """The configuration as resolved; None where the pin does not keep it."""
-        return load_yaml(self.file("config.yaml")) if self.holds("config.yaml") else None
+        """The configuration as resolved; None where the pin does not keep it.
+
+        Raises:
+            OilfilmError: As `file`, or it is no YAML.
+        """
+        if not self.holds("config.yaml"):
+            return None
+        path = self.file("config.yaml", _LARGEST_CONFIG)
+        try:
+            return load_yaml(path)
+        except RecursionError:
+            raise OilfilmError(f"{path}: its groups lie too deep in each other.") from None
+
+
+def _refuse_unpacking(file: Path) -> None:
+    """A small file may hold a table that no memory can."""
+    metadata = parquet.read_metadata(file)
+    groups = range(metadata.num_row_groups)
+    size = sum(metadata.row_group(group).total_byte_size for group in groups)
+    if size > _LARGEST_TABLE:
+        raise OilfilmError(
+            f"{file}: unpacks to {size} bytes, more than are read ({_LARGEST_TABLE})."
+        )

@@ -7,11 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
-
-from oilfilm import tables
 from oilfilm.config import unresolve
+from oilfilm.differing import difference
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import FileRecord, shown
 from oilfilm.releases.opened import Opened
@@ -51,7 +48,13 @@ def _lay_out(opened: Opened, config: dict[str, object], root: Path, place: Path)
     """Code, configuration and raw logs in a fresh folder."""
     for path in (*code_files(root), *_BESIDE):
         _copy(root / path, place / path)
-    for path, text in unresolve(config).items():
+    try:
+        texts = unresolve(config)
+    except (AttributeError, KeyError, TypeError) as error:
+        raise OilfilmError(
+            f"{opened.folder}: config.yaml is no resolved configuration ({error!r})."
+        ) from error
+    for path, text in texts.items():
         target = place / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
@@ -59,7 +62,7 @@ def _lay_out(opened: Opened, config: dict[str, object], root: Path, place: Path)
     simulated = _made_by_twin(config)
     for record in opened.manifest.raw:
         # what the twin writes it writes again
-        if simulated.get(record.path.split("/")[2], False):
+        if simulated.get(record.path.split("/")[2]):
             continue
         source = root / record.path
         if not source.is_file() or FileRecord.of(root, record.path) != record:
@@ -104,43 +107,14 @@ def differences(before: Opened, after: Opened) -> list[str]:
         ("samples ", before.manifest.samples, after.manifest.samples),
     ):
         was, now = ({record.path: record for record in each} for each in (old, new))
-        for path in sorted(was.keys() | now.keys()):
+        # code first: what follows may follow from it
+        paths = sorted(was.keys() | now.keys(), key=lambda path: (path[:5] != "code/", path))
+        for path in paths:
             if was.get(path) != now.get(path):
                 state = "is gone" if path not in now else "is new" if path not in was else "differs"
                 found.append((what, path, state))
     lines = [f"{what}{shown(path)} {state}" for what, path, state in found]
     if found and found[0][0] == "" and found[0][2] == "differs":
         path = found[0][1]
-        lines[0] += ": " + first_difference(before.file(path), after.file(path))
+        lines[0] += ": " + difference(before.file(path), after.file(path))
     return lines
-
-
-def first_difference(before: Path, after: Path) -> str:
-    """Where two files begin to differ: row and column, line, or byte."""
-    if before.suffix == ".parquet":
-        return _first_cell(before, after)
-    old, new = before.read_bytes(), after.read_bytes()
-    try:
-        lines = zip(old.decode().splitlines(), new.decode().splitlines(), strict=False)
-        for number, (one, other) in enumerate(lines, start=1):
-            if one != other:
-                return f"line {number}: {shown(one)[:200]!r}, rebuilt {shown(other)[:200]!r}"
-        return "one is longer"
-    except UnicodeDecodeError:
-        pairs = enumerate(zip(old, new, strict=False))
-        at = next((place for place, (one, other) in pairs if one != other), min(len(old), len(new)))
-        return f"byte {at}"
-
-
-def _first_cell(before: Path, after: Path) -> str:
-    name = tables.read_footer(before)["table"]
-    old, new = tables.read(name, before), tables.read(name, after)
-    if len(old) != len(new):
-        return f"{len(old)} rows, rebuilt {len(new)}"
-    for column in old:
-        same = (old[column] == new[column]) | (old[column].isna() & new[column].isna())
-        if not same.all():
-            row = int(np.argmin(same.to_numpy()))
-            one, other = (pd.Series(frame[column]).iloc[row] for frame in (old, new))
-            return f"row {row}, column {column}: {shown(one)!r}, rebuilt {shown(other)!r}"
-    return "the same rows; what the footer says of their making differs"

@@ -3,7 +3,7 @@
 import os
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,11 @@ from oilfilm.releases.manifest import (
     canonical,
     files_below,
     read_manifest,
-    records_digest,
     records_of,
     sha256_of,
     version_of,
 )
-from oilfilm.releases.tree import code_files, environment
+from oilfilm.releases.tree import code_files, code_tree_digest, environment
 from oilfilm.releases.verify import verify
 
 CONFIG, LOCK, ENVIRONMENT, LOG = "config.yaml", "requirements.lock", "environment.json", "log.txt"
@@ -35,9 +34,10 @@ _SAMPLES = "tables/samples/"
 
 @dataclass(frozen=True)
 class Made:
-    """What a finished run has made and what it was made from; all paths start at the top folder.
+    """What a finished run has made and what it was made from.
 
     Attributes:
+        root: Top folder of the project; all other paths start there.
         config: As resolved.
         results: Folder of the campaign's results.
         files: Files and folders below it, all of which the run has made or found up to date.
@@ -45,6 +45,7 @@ class Made:
         logs: Logs of the jobs.
     """
 
+    root: Path
     config: Mapping[str, Any]
     results: Path
     files: Sequence[Path]
@@ -52,14 +53,13 @@ class Made:
     logs: Sequence[Path]
 
 
-def release(root: Path, made: Made, releases: Path) -> tuple[Path, bool]:
+def release(made: Made, releases: Path) -> tuple[Path, bool]:
     """Make the release of a finished run; the same run gives the same release.
 
     Samples are left out: they are the larger part of the tables and nothing but the raw logs in SI
     units. The manifest has their hashes.
 
     Args:
-        root: Top folder of the project.
         made: What to release.
         releases: Folder of the campaign's releases.
 
@@ -67,71 +67,83 @@ def release(root: Path, made: Made, releases: Path) -> tuple[Path, bool]:
         The release's folder, and whether it is new.
 
     Raises:
-        OilfilmError: A raw log has changed since the run read it, or the release exists already
-            with other content.
+        OilfilmError: A raw log has changed since the run read it, the release exists already with
+            other content, or it cannot be written.
     """
-    paths = _below(made)
-    samples = records_of(made.results, [path for path in paths if path.startswith(_SAMPLES)])
-    kept = [path for path in paths if not path.startswith(_SAMPLES)]
-    raw = [FileRecord.of(root, path.as_posix()) for path in made.raw]
-    _refuse_changed(raw, made)
-    made_from = _made_from(root, made, raw)
-    version = version_of(made_from)
-    aside, place = releases / f".{version}.part", releases / version
-    for leftover in releases.glob(".*.part"):
-        _remove(leftover)
-    aside.mkdir(parents=True)
-    for path in kept:
-        _copy(made.results / path, aside / path)
-    for path in code_files(root):
-        _copy(root / path, aside / CODE / path)
-    _copy(root / LOCK, aside / LOCK)
-    _write(aside / CONFIG, as_yaml(made.config))
-    _write(aside / ENVIRONMENT, canonical(made_from["environment"]))
-    _write(aside / LOG, _log_summary(made.logs))
-    _describe(aside, made.config)
-    inside = records_of(aside, list(files_below(aside)))
-    _write(aside / CRATE, run_crate(made.config, made_from, inside))
-    files = records_of(aside, list(files_below(aside)))
-    manifest = Manifest(made_from, files, samples)
-    _write(aside / MANIFEST, manifest.text())
-    new = not place.exists()
-    if new:
-        _close(aside)
-        aside.rename(place)
-    else:
-        _refuse_other(place, manifest)
-        _remove(aside)
-    _point(releases / "latest", version)
+    try:
+        made_from = _made_from(made)
+        version = version_of(made_from)
+        aside, place = releases / f".{version}.part", releases / version
+        for leftover in releases.glob(".*.part"):
+            shutil.rmtree(leftover)
+        manifest = _gather(made, made_from, aside)
+        new = not place.exists()
+        if new:
+            _close(aside)
+            aside.rename(place)
+        else:
+            _refuse_other(place, manifest)
+            shutil.rmtree(aside)
+        _point(releases / "latest", version)
+    except OSError as error:
+        raise OilfilmError(
+            f"{error.filename}: {error.strerror}. Nothing was released; run `snakemake release` "
+            "again once that is mended."
+        ) from error
     return place, new
 
 
-def _below(made: Made) -> list[str]:
-    """Files that the run has made, relative to the results; of folders all that is not hidden."""
-    found = set()
-    for path in made.files:
-        inside = files_below(path) if path.is_dir() else [""]
-        found |= {
-            (path / name).relative_to(made.results).as_posix()
-            for name in inside
-            if not any(part.startswith(".") for part in name.split("/"))
-        }
-    return sorted(found)
-
-
-def _made_from(root: Path, made: Made, raw: Sequence[FileRecord]) -> dict[str, Any]:
-    code = records_of(root, code_files(root))
+def _made_from(made: Made) -> dict[str, Any]:
+    """The stable part of the manifest: what the version depends on."""
+    raw = records_of(made.root, [path.as_posix() for path in made.raw])
+    _refuse_changed(raw, made)
     return {
         "campaign": made.config["campaign"]["name"],
         "data": made.config["campaign"]["data"],
         "tag": made.config["release"]["tag"],
         "schema_version": tables.SCHEMA_VERSION,
         "config": sha256_of(as_yaml(made.config)),
-        "code": records_digest(code),
-        "lock": FileRecord.of(root, LOCK).sha256,
-        "environment": environment(root),
-        "raw": [vars(record) for record in sorted(raw)],
+        "code": code_tree_digest(made.root),
+        "lock": FileRecord.of(made.root, LOCK).sha256,
+        "environment": environment(made.root),
+        "raw": [asdict(record) for record in raw],
     }
+
+
+def _gather(made: Made, made_from: Mapping[str, Any], aside: Path) -> Manifest:
+    """Everything of a release in a folder, and the manifest of it."""
+    root, results = made.root, made.root / made.results
+    paths = _below(made)
+    samples = [path for path in paths if path.startswith(_SAMPLES)]
+    for path in paths:
+        if path not in samples:
+            _copy(results / path, aside / path)
+    for path in code_files(root):
+        _copy(root / path, aside / CODE / path)
+    _copy(root / LOCK, aside / LOCK)
+    _write(aside / CONFIG, as_yaml(made.config))
+    _write(aside / ENVIRONMENT, canonical(made_from["environment"]))
+    _write(aside / LOG, _log_summary(made))
+    _describe(aside / "tables", made.config)
+    inside = records_of(aside, list(files_below(aside)))
+    _write(aside / CRATE, run_crate(made.config, made_from, inside))
+    files = records_of(aside, list(files_below(aside)))
+    manifest = Manifest(made_from, files, records_of(results, samples))
+    _write(aside / MANIFEST, manifest.text())
+    return manifest
+
+
+def _below(made: Made) -> list[str]:
+    """Files that the run has made, relative to the results; of folders all that is not hidden."""
+    found = set()
+    for path in made.files:
+        inside = files_below(made.root / path) if (made.root / path).is_dir() else [""]
+        found |= {
+            (path / name).relative_to(made.results).as_posix()
+            for name in inside
+            if not any(part.startswith(".") for part in name.split("/"))
+        }
+    return sorted(found)
 
 
 def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
@@ -141,7 +153,7 @@ def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
     for table, folder in (("runs", name), ("torque_runs", f"{name}-torque")):
         path = made.results / "tables" / f"{table}.parquet"
         if path in made.files:
-            frame = tables.read(table, path)
+            frame = tables.read(table, made.root / path)
             read |= dict(zip(f"data/raw/{folder}/" + frame["file"], frame["sha256"], strict=True))
     for record in raw:
         before = read.get(record.path, record.sha256)
@@ -152,24 +164,23 @@ def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
             )
 
 
-def _log_summary(logs: Sequence[Path]) -> str:
+def _log_summary(made: Made) -> str:
     """What the jobs had to say; one that only ended well has a line."""
     lines = []
-    for log in sorted(logs):
+    for log in sorted(made.logs):
         try:
-            said = log.read_text(encoding="utf-8").rstrip("\n").split("\n")
+            said = (made.root / log).read_text(encoding="utf-8").rstrip("\n").split("\n")
         except FileNotFoundError:
             raise OilfilmError(
-                f"{log}: the log of a job is missing. Run snakemake with `--forcerun "
-                f"{log.stem.partition('-')[0]}`, then again."
+                f"{log}: the log of a job is missing. Make its job run again with `snakemake "
+                "--forcerun`, then release."
             ) from None
         lines += [f"{log.stem}: {line}" for line in said]
     return "\n".join(lines) + "\n"
 
 
-def _describe(aside: Path, config: Mapping[str, Any]) -> None:
+def _describe(folder: Path, config: Mapping[str, Any]) -> None:
     """The tables' descriptions anew, for the tables that are here."""
-    folder = aside / "tables"
     files = [table_file(path, folder) for path in sorted(folder.glob("*.parquet"))]
     dataset = describe(config, files, read_vocabulary(folder / "vocabulary.ttl"))
     _write(folder / "datapackage.json", data_package(dataset))
@@ -208,7 +219,8 @@ def _refuse_other(place: Path, manifest: Manifest) -> None:
     if before.text() == manifest.text():
         return
     old, new = ({*one.files, *one.samples} for one in (before, manifest))
-    first = min(old ^ new).path
+    # the crate repeats the hashes of the others
+    first = min(old ^ new, key=lambda record: (record.path == CRATE, record)).path
     raise OilfilmError(
         f"{place}: exists and is left as it is, but the same inputs, configuration and code have "
         f"now given other bytes, first in {first}. A release never changes: "
@@ -216,16 +228,12 @@ def _refuse_other(place: Path, manifest: Manifest) -> None:
     )
 
 
-def _remove(folder: Path) -> None:
-    shutil.rmtree(folder)
-
-
 def _point(link: Path, version: str) -> None:
     """Let `latest` lead to a release, in one step.
 
     A link rather than a text file: `latest/report.html` opens, and every command takes it.
     """
-    aside = link.with_name(".latest.part")
+    aside = link.with_name(".latest.new")
     aside.unlink(missing_ok=True)
     aside.symlink_to(version)
     aside.replace(link)

@@ -4,6 +4,7 @@ import platform
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -45,19 +46,24 @@ def environment(root: Path) -> dict[str, Any]:
     """Python, platform and every package that a run may import, with versions; no host.
 
     Raises:
-        OilfilmError: A package that pyproject.toml asks for is not installed.
+        OilfilmError: pyproject.toml cannot be read, or a package that it asks for is not installed.
     """
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    try:
+        project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    except (KeyError, ValueError) as error:
+        raise OilfilmError(f"pyproject.toml: cannot be read ({error}).") from error
     return {
         "python": platform.python_version(),
         # bytes are promised on one kind of machine: mathematical libraries differ between them
         "platform": f"{sys.platform} {platform.machine()}",
-        "packages": _versions([Requirement(text) for text in project["dependencies"]]),
+        "packages": _versions(tuple(project["dependencies"])),
     }
 
 
-def _versions(wanted: list[Requirement]) -> dict[str, str]:
+@cache
+def _versions(asked: tuple[str, ...]) -> dict[str, str]:
     """Installed versions of these packages and of all that they need in turn."""
+    wanted = [Requirement(text) for text in asked]
     versions: dict[str, str] = {}
     seen: set[tuple[str, frozenset[str]]] = set()
     while wanted:

@@ -51,7 +51,10 @@ def complaint_about(folder: Path, record: FileRecord) -> str:
         return (
             f"{shown(record.path)}: differs: {found.st_size} bytes, {record.size} in the manifest."
         )
-    digest = file_digest(path)
+    try:
+        digest = file_digest(path)
+    except OSError as error:
+        return f"{shown(record.path)}: cannot be read ({error.strerror})."
     if digest != record.sha256:
         return (
             f"{shown(record.path)}: differs: sha256 {digest[:12]}..., {record.sha256[:12]}... in "

@@ -1,0 +1,85 @@
+"""A small project with results, ready to be released, for the tests of releases."""
+
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from campaigns import ROOT, Campaign
+from oilfilm import tables
+from oilfilm.releases.release import Made, release
+
+PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(64))
+
+
+def project(root: Path) -> Path:
+    """The top folder of a project: a little code, the real reference data and lock."""
+    (root / "workflow").mkdir(parents=True)
+    (root / "workflow/fit.py").write_text("answer = 42\n", encoding="utf-8")
+    (root / "Snakefile").write_text("# rules\n", encoding="utf-8")
+    shutil.copytree(ROOT / "data/reference", root / "data/reference")
+    for name in ("pyproject.toml", "requirements.lock"):
+        shutil.copy(ROOT / name, root)
+    return root
+
+
+def made(
+    root: Path,
+    config: Mapping[str, Any],
+    raw: Mapping[str, bytes],
+    frames: Mapping[str, pd.DataFrame],
+) -> Made:
+    """A finished run in a project: its raw logs, tables, one figure, one log."""
+    name = config["campaign"]["name"]
+    logs, results = root / "data/raw" / name, Path("results", name)
+    about = {"campaign": name, "data": "simulated", "rule": "test"}
+    logs.mkdir(parents=True, exist_ok=True)
+    for file, content in raw.items():
+        (logs / file).write_bytes(content)
+    files = [results / "tables" / f"{table}.parquet" for table in frames]
+    for path, (table, frame) in zip(files, frames.items(), strict=True):
+        tables.write(frame, table, root / path, about)
+    sample = results / "tables/samples/oil=4102/part-0.parquet"
+    tables.write(tables.empty("samples"), "samples", root / sample, about)
+    others: dict[Path, bytes] = {
+        results / "tables/vocabulary.ttl": (ROOT / "data/reference/vocabulary.ttl").read_bytes(),
+        results / "figures/fig02.png": PNG,
+        results / "summary.txt": b"fine\n",
+        results / "exports/4102/law.h": b"double mu;\n",
+        results / "exports/.snakemake_timestamp": b"",
+        results / "logs/fit-4102.log": b"4102: certified\ndone\n",
+    }
+    for path, content in others.items():
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_bytes(content)
+    single = [path for path in others if path.parts[2] not in {"exports", "logs"}]
+    return Made(
+        root=root,
+        config=config,
+        results=results,
+        files=[*files, sample, *single, results / "exports"],
+        raw=[Path("data/raw", name, file) for file in sorted(raw)],
+        logs=[results / "logs/fit-4102.log"],
+    )
+
+
+def released(run: Made) -> Path:
+    """The release of a run in its own project."""
+    name = run.config["campaign"]["name"]
+    place, _ = release(run, run.root / "results/releases" / name)
+    return place
+
+
+def tables_of(campaign: Campaign, oils: Sequence[str]) -> dict[str, pd.DataFrame]:
+    """Runs, points and quick fits of some oils of a campaign."""
+    fits = [campaign.fit(oil, searches=1, bootstrap=200).tables() for oil in oils]
+    judged = {"runs": campaign.curated.runs, "points": campaign.curated.points}
+    return {
+        **{name: table[table["oil"].isin(oils)] for name, table in judged.items()},
+        **{
+            name: pd.concat([fit[name] for fit in fits], ignore_index=True)
+            for name in ("coefficients", "fit_quality", "refits")
+        },
+    }
