@@ -205,12 +205,12 @@ def test_condition_without_exponents_moves_no_slider(
 def test_law_that_the_page_does_not_know_is_named(
     results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:
-    other = results.coefficients.replace({"law": {"deng2026": "eyring"}})
+    other = results.coefficients.replace({"law": {"deng2026": "wang-deng-load"}})
     found = explorer(
         results.points,
         other,
-        results.refits.replace({"law": {"deng2026": "eyring"}}),
-        results.fit_quality.replace({"law": {"deng2026": "eyring"}}),
+        results.refits.replace({"law": {"deng2026": "wang-deng-load"}}),
+        results.fit_quality.replace({"law": {"deng2026": "wang-deng-load"}}),
         config,
     )
     assert found["oils"] == []

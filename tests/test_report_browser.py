@@ -1,6 +1,6 @@
 """The report in a browser: what it computes, and that it can be used by everyone.
 
-Needs Debian's chromium (`.ci/tools` installs it); skipped where there is none.
+Needs chromium or Chrome (`.ci/tools` installs Debian's chromium); skipped where there is none.
 """
 
 import csv
@@ -18,10 +18,14 @@ import pytest
 from oilfilm import predict
 from oilfilm.audit.audit import films
 from oilfilm.audit.evidence import Evidence
-from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.operating_grid import AXES, Grid
+from oilfilm.report.explorer import LAWS as LAWS_OF_PAGE
+from oilfilm.report.explorer import law_of
 from oilfilm.report.sections import Results
 from oilfilm.selection import select
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import bounds, to_constants
 from reports import CONDITIONS, HOSTILE, OILS, report_of, results_of, with_hostile_names
 
 if sys.platform != "linux":
@@ -29,7 +33,7 @@ if sys.platform != "linux":
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, sync_playwright
 
-CHROMIUM = shutil.which("chromium")
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 if CHROMIUM is None:
     pytest.skip("there is no chromium (.ci/tools installs it)", allow_module_level=True)
 QUIET = [
@@ -198,6 +202,30 @@ def test_page_predicts_what_python_does_anywhere(page: Page, results: Results) -
         agree([one["upper"] for one in found], expected.upper)
         assert [one["outside"] for one in found] == expected.outside.tolist()
         agree([max(one["beyond"]) for one in found], expected.distance)
+
+
+@pytest.mark.parametrize("name", LAWS_OF_PAGE)
+def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
+    law, random = LAWS[name], np.random.default_rng(9)
+    ends = bounds(law)
+    # thick and thin films, known and unknown exponents, refits scattered by 5 %
+    internal = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * random.uniform(0.4, 0.6, len(ends))
+    fixed = [one.known is not None for one in law.constants]
+    internal = np.where(fixed, law.known, internal)
+    drawn = internal + np.where(fixed, 0, 0.05) * random.standard_normal((30, len(ends)))
+    box = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])
+    known = np.array([True, False, True])
+    spread = to_constants(law, drawn)
+    fit = Coefficients(to_constants(law, internal), known, spread, spread[:3], box)
+    places = random.uniform([0.5, 5, 5, 0], [3, 250, 180, 0.5], (300, 4))
+    expected = predict(law, fit, *places.T)
+    found = page.evaluate(
+        "([law, places]) => places.map(p => oilfilm.predict(law, p))",
+        [law_of(FittedLaw(law, fit)), places.tolist()],
+    )
+    agree([one["mu"] for one in found], expected.traction_coefficient)
+    agree([one["lower"] for one in found], expected.lower)
+    agree([one["upper"] for one in found], expected.upper)
 
 
 @pytest.mark.parametrize("lambda_limit", [3.0, 8.0])
