@@ -303,6 +303,11 @@ def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     slide(page, "U", 150)
     assert "U 170, tested 25 to 40" in page.inner_text("#outside")
     assert "no: U beyond" in page.inner_text("#here")
+    # against slip nothing is tested there; against speed all but the fast part is
+    assert page.evaluate("oilfilm.model('below').right") == pytest.approx(0.3)
+    page.select_option("#abscissa", "U")
+    assert page.evaluate("oilfilm.model('below').right") == pytest.approx(25)
+    assert page.evaluate("oilfilm.model('above').left") == pytest.approx(40)
 
 
 def test_link_restores_the_state(browser: Browser, report: Path, page: Page) -> None:

@@ -243,6 +243,17 @@ function curveAsCsv() {
 
 // ---------------------------------------------------------------- page
 
+// The part of the curve that some oil shown was tested at; none of it where the sliders lie beyond.
+function testedAlong(along) {
+  const { low, high } = DATA.axes[along];
+  const within = state.oils.map((i) => DATA.oils[i]).filter((oil) => (
+    predict(oil, state.place).beyond.every((off, k) => k === along || !(off > 0))));
+  if (state.oils.length && !within.length) return [high, high];
+  const ends = within.map((oil) => numbers(oil.box[along])).filter((pair) => !pair.some(Number.isNaN));
+  if (!ends.length) return [low, high];
+  return [Math.min(...ends.map((pair) => pair[0])), Math.max(...ends.map((pair) => pair[1]))];
+}
+
 let model = (name) => null; // of the chart, once it is there
 
 function draw() {
@@ -277,13 +288,11 @@ function draw() {
   Object.assign(model("x"), { start: axis.low, end: axis.high });
   Object.assign(model("y"), { start: 0, end: 1.05 * top || 1 });
   model("chart").below[0].axis_label = `${axis.label} ${axis.symbol}${axis.unit ? ` (${axis.unit})` : ""}`;
-  const boxes = state.oils.map((i) => numbers(DATA.oils[i].box[along])).filter(([low]) => !Number.isNaN(low));
-  const [low, high] = boxes.length
-    ? [Math.min(...boxes.map((ends) => ends[0])), Math.max(...boxes.map((ends) => ends[1]))] : [axis.low, axis.high];
+  const [low, high] = testedAlong(along);
   Object.assign(model("below"), { left: axis.low, right: Math.max(low, axis.low) });
   Object.assign(model("above"), { left: Math.min(high, axis.high), right: axis.high });
   model("sliders").location = state.place[along];
-  byId("chart-note").textContent = `${shown} measured points near this place. Shaded: never tested. Dashed: the sliders.`;
+  byId("chart-note").textContent = `${shown || "No"} measured points near this place. Shaded: never tested. Dashed: the sliders.`;
 }
 
 function cells(row, values) {
@@ -304,18 +313,12 @@ const placeInWords = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
 function tell() {
   byId("here-caption").textContent = `At ${placeInWords()}`;
   const body = byId("here").tBodies[0];
-  const warnings = [];
+  const beyond = DATA.axes.map(() => []); // oils that the place lies outside of
   body.replaceChildren(...state.oils.map((i) => {
     const oil = DATA.oils[i];
     const found = predict(oil, state.place);
     const off = DATA.axes.flatMap((axis, k) => (found.beyond[k] > 0 ? [axis.symbol] : []));
-    if (off.length) {
-      warnings.push(`${oil.name} (${off.map((symbol) => {
-        const k = DATA.axes.findIndex((axis) => axis.symbol === symbol);
-        const [low, high] = oil.box[k];
-        return `${symbol} ${state.place[k]}, tested ${short(low)} to ${short(high)}`;
-      }).join("; ")})`);
-    }
+    found.beyond.forEach((distance, k) => { if (distance > 0) beyond[k].push(oil); });
     const row = document.createElement("tr");
     const values = [found.mu, found.lower, found.upper].map((value) => [short(value), false, "number"]);
     const ratio = oil.film ? lambdaRatio(oil.film, state.place) : NaN;
@@ -323,6 +326,12 @@ function tell() {
       [off.length ? `no: ${off.join(", ")} beyond` : "yes", false, off.length ? "fair" : "good"]]);
     return row;
   }));
+  const warnings = beyond.flatMap((oils, k) => {
+    if (!oils.length) return [];
+    const [low, high] = [Math.min(...oils.map((oil) => oil.box[k][0])), Math.max(...oils.map((oil) => oil.box[k][1]))];
+    const names = oils.map((oil) => oil.name).join(", ");
+    return [`${DATA.axes[k].symbol} ${state.place[k]}, tested ${short(low, 3)} to ${short(high, 3)} (${names})`];
+  });
   byId("outside").hidden = !warnings.length;
   byId("outside").textContent = warnings.length
     ? `Outside the tested box, where the law is a guess: ${warnings.join("; ")}.` : "";
