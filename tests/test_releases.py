@@ -22,6 +22,7 @@ from oilfilm.provenance import file_digest
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
 from oilfilm.releases.crate import CRATE
+from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import MANIFEST, canonical, is_inside, read_manifest, shown
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
@@ -207,6 +208,19 @@ def test_log_that_changed_after_it_was_read_is_refused(run: making.Made) -> None
     (run.root / "data/raw/demo/a.csv").write_bytes(b"load_n\n9\n")
     with pytest.raises(OilfilmError, match=r"data/raw/demo/a\.csv: has changed since the run"):
         released(run)
+
+
+def test_logs_are_known_by_their_runs_in_files_of_one_run_and_of_several(tmp_path: Path) -> None:
+    torque = pd.DataFrame(
+        {"run_id": ["x.csv", "y.tdms:low", "y.tdms:high", "a:b.csv"], "oil": "4050", "sha256": "s"}
+    )
+    frames = {"runs": runs_of(RAW, tmp_path), "torque_runs": torque}
+    raw = [f"data/raw/demo-torque/{name}" for name in ("x.csv", "y.tdms", "a:b.csv")]
+    logs = logs_read("demo", frames.get, raw)
+    assert {path: log.oil for path, log in logs.items()} == {
+        **{f"data/raw/demo/{name}": "4102" for name in RAW},
+        **dict.fromkeys(raw, "4050"),
+    }
 
 
 def test_missing_log_of_a_job_is_told(run: making.Made) -> None:
