@@ -16,6 +16,9 @@ READY := $(VENV)/ready-$(PLACE)
 PYTHON ?=
 PYTHONS = $(or $(PYTHON),python3.13 python3.12 python3.11 python3.14 python3)
 
+# What `make nightly` and `make verify` make; choose another one with `make verify CAMPAIGN=...`.
+CAMPAIGN ?= demo
+
 # A name on PATH may be a shim that starts nothing, so each is asked. In an activated .venv the
 # answer is the Python behind it, because that .venv is about to be made anew.
 FIND_PYTHON = for name in $(PYTHONS); do \
@@ -35,8 +38,8 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint bench-bearing bench-fuzz bench-ingest bench-fit bench-coverage lock upgrade \
-	clean help
+.PHONY: all setup test lint nightly verify bench-bearing bench-cpu bench-faults bench-fuzz \
+	bench-ingest bench-fit bench-coverage lock licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -53,9 +56,23 @@ lint: $(READY) ## every static check: style, format, types, workflow
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+	$(BIN)/python tests/lint/licences.py
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+
+nightly: $(READY) ## the pinned campaign anew: release, drift gate, rebuild (6 min)
+	$(IN_VENV) $(BIN)/python .ci/nightly.py $(CAMPAIGN)
+
+verify: $(READY) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
+	$(IN_VENV) $(BIN)/python tests/reproduce.py $(CAMPAIGN)
 
 bench-bearing: $(READY) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py
+
+bench-faults: $(READY) ## 30 runs killed at random moments and run again (half an hour)
+	$(BIN)/python benchmarks/faults.py 30
+
+bench-cpu: $(READY) ## how far numbers move on other types of CPU (5 min)
+	$(BIN)/python benchmarks/cpu_types.py
 
 bench-fuzz: $(READY) ## 20 000 damaged logs: a verdict for each (about half an hour)
 	$(BIN)/python benchmarks/fuzz.py 20000
@@ -114,6 +131,9 @@ lock: ## renew requirements.lock after a change of pyproject.toml
 	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
 		--generate-hashes --no-emit-index-url --python-version 3.11 --constraint requirements.lock \
 		--custom-compile-command "make lock" benchmarks/rivals.in --output-file benchmarks/rivals.lock
+
+licences: $(READY) ## renew docs/licences.csv after a change of requirements.lock
+	$(BIN)/python tests/lint/licences.py --write
 
 upgrade: ## the same, with the newest release of everything
 	@$(MAKE) lock UPGRADE=--upgrade

@@ -44,6 +44,10 @@ rule all:
 include: "workflow/rules/release.smk"
 
 
+onstart:
+    begin()
+
+
 onsuccess:
     print_summary()
 

@@ -149,10 +149,11 @@ def tdms_without_channels() -> bytes:
     return formats.tdms_file([RootObject(KEYS)])
 
 
-def tdms_of_unequal_channels() -> bytes:
-    values = good()
-    values["load"] = values["load"][:-30]
-    return formats.tdms_file([RootObject(KEYS), *formats.tdms_channels("run", values, UNITS)])
+def tdms_of_unequal_channels(colour: str = "") -> bytes:
+    values, units = good(), dict(UNITS)
+    name = f"load [{colour}N]" if colour else "load"
+    values[name], units[name] = values.pop("load")[:-30], "N"
+    return formats.tdms_file([RootObject(KEYS), *formats.tdms_channels("run", values, units)])
 
 
 def tdms_of_text() -> bytes:
@@ -226,6 +227,9 @@ def _bad_logs() -> Iterator[Bad]:
     yield Bad("unknown_rig", csv(rig="mars"), "unknown_rig", "rig 'mars'")
     yield Bad("nan_set_point", csv(max_hertz_pressure_gpa="nan"), "header", "gpa: 'nan'")
     yield Bad("negative_set_point", csv(entrainment_speed_m_s=-30), "header", "m_s: '-30'")
+    yield Bad("python_number", csv(max_hertz_pressure_gpa="1_25"), "header", "gpa: '1_25'")
+    yield Bad("two_oils", csv(oil="4050\n# oil: 4102"), "unknown_oil", "oil '4050 / 4102'")
+    yield Bad("pressure_in_pa", csv(max_hertz_pressure_gpa=1.25e9), "header", "below 1000")
     yield Bad("set_point_in_words", csv(inlet_temperature_c="warm"), "header", "c: 'warm'")
     yield Bad("impossible_cold", csv(inlet_temperature_c=-300), "header", "above -273.15")
     # --- columns and units
@@ -239,6 +243,9 @@ def _bad_logs() -> Iterator[Bad]:
     )
     yield Bad("unknown_unit", csv(units={**UNITS, "load": "stone2"}), "columns", "'stone2' is none")
     yield Bad("unit_of_mass", csv(units={**UNITS, "load": "kg"}), "columns", "'kg' is none of N")
+    endless = GOOD.replace(b"load [N]", b"load [10**10**10]")
+    yield Bad("unit_to_compute_for_ever", endless, "columns", "'10**10**10' is none of N")
+    yield Bad("endless_brackets", HEAD + b"(" * 60_000 + b"\n", "columns", "no line names columns")
     yield Bad("no_unit", GOOD.replace(b"load [N]", b"load"), "columns", "'load' has no unit")
     yield Bad("no_names", GOOD.replace(NAMES + b"\n", b""), "columns", "no line names columns")
     # --- rows
@@ -268,6 +275,16 @@ def _bad_logs() -> Iterator[Bad]:
         csv(changed("time", with_range(200, 201, 1.0))),
         "time_disorder",
         "time does not go on",
+    )
+    yield Bad("time_of_ages", row_changed(50, cell(0, b"5e12")), "unreadable_row", "time_s", True)
+    as_pressure = changed("load", lambda load: np.full_like(load, 1.25))
+    as_pressure["load"][[50, 51]] = 1e6, -1e6  # GPa: the load would be 4e19 N
+    yield Bad(
+        "absurd_pressure",
+        csv(as_pressure, units={**UNITS, "load": "GPa"}),
+        "unreadable_row",
+        "rows 51 to 52: load_n comes out as 1e+12 or more",
+        used=True,
     )
     yield Bad("time_in_wrong_unit", csv(units={**UNITS, "time": "ms"}), "zero_missing", "")
     yield Bad("clock_jump", csv(changed("time", shifted(200, 3600))), "clock_jump", "between row")
@@ -324,6 +341,8 @@ def _bad_logs() -> Iterator[Bad]:
     yield Bad("tdms_of_text", tdms_of_text(), "columns", "'load' does not hold numbers")
     yield Bad("tdms_index", b"TDSh" + tdms[4:400], "unknown_format", "begins 'TDSh")
     lvm = binary(formats.lvm)
+    coloured = tdms_of_unequal_channels("\x1b[31m")
+    yield Bad("tdms_steers_a_terminal", coloured, "unequal_channels", "[?[31mN] 370", True)
     yield Bad("lvm_without_end_of_header", lvm[: lvm.index(b"Channels")], "columns", "does not end")
     yield Bad("lvm_cut", b"\n".join(lvm.split(b"\n")[:-9]) + b"\n", "truncated", "announces 400")
     yield Bad(
@@ -356,6 +375,10 @@ def _bad_pcs() -> Iterator[Bad]:
     lacking = PCS_TABLE.replace("Ball Load (N)", "Ball Weight (N)")
     yield bad("pcs_missing_column", pcs(table=lacking), "columns", "lacks the columns Ball Load")
     yield bad("pcs_no_sweep", pcs(kind="BodTimed"), "not_a_sweep", "'BodTimed'")
+    endless = pcs().replace(b"Step 1 ", b"Step " + 5000 * b"1" + b" ")
+    yield bad("pcs_endless_number", b"PCS Test Data File\n" + endless, "no_rows", "holds no row")
+    python = PCS_ROW.replace("40.0", "4_0.0")
+    yield bad("pcs_python_number", pcs(PCS_ROW, python), "unreadable_row", "rows 2 to 2", True)
     unreadable = PCS_ROW.replace("1000.000", "----")
     yield bad("pcs_dashes", pcs(PCS_ROW, unreadable), "unreadable_row", "rows 2 to 2", True)
     yield bad("pcs_title_alone", b"PCS Test Data File\n", "no_rows", "holds no row of data")

@@ -5,6 +5,7 @@ import pandas as pd
 
 import bad_logs
 import formats
+from oilfilm import tables
 from oilfilm.curation.curate import collect, curate
 from oilfilm.ingest import ingest_logs
 
@@ -89,6 +90,7 @@ def carry(content: bytes, config: dict) -> str:
     """
     found = ingest_logs([("log", content)], config)
     samples = pd.concat(found.samples.values(), ignore_index=True)
+    tables.conform(samples, "samples", "samples")
     whole = collect([curate(samples, found.runs, config)], [found.quarantine], config)
     assert len(whole.points) == whole.runs["plateaus"].sum()
     assert ((whole.runs["verdict"] == "accepted") | (whole.runs["reason"] != "")).all()

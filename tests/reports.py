@@ -91,6 +91,7 @@ def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Results:
             {**claim, "basis": "refit", "verdict": "holds", "finding": "Holds in 100%."},
             {**claim, "basis": "printed", "verdict": "fails", "finding": "Holds in 10%."},
         ),
+        torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "tare"}),
         torque=rows(
             "torque", *({**torque, "basis": "stress", "relative_error": e} for e in (0.1, -0.3))
@@ -109,8 +110,8 @@ def drawn(
     return {name: (folder / f"{name}.png", folder / f"{name}.svg") for name in names}
 
 
-def report_of(results: Results, config: dict[str, Any], folder: Path, release: str = "") -> str:
-    return page(results, drawn(folder), folder, config, PROVENANCE, release)
+def report_of(results: Results, config: dict[str, Any], folder: Path) -> str:
+    return page(results, drawn(folder), folder, config, PROVENANCE)
 
 
 def with_hostile_names(results: Results) -> Results:

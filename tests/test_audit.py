@@ -202,6 +202,26 @@ def test_order_of_planted_oils_is_found_and_so_is_its_reverse(
     assert flat.share == 0.0
 
 
+@pytest.mark.parametrize(
+    ("claim", "limits"),
+    [
+        ("heavy-load-4010", {"heavy_from_gpa": 3.0}),
+        ("light-load-4102", {"light_below_gpa": 0.5}),
+        ("slip-15", {"slip_limit": 0.9}),
+    ],
+)
+def test_claim_about_no_place_of_the_box_cannot_be_checked(
+    config: dict[str, Any], claim: str, limits: dict[str, float]
+) -> None:
+    selection = {**config["selection"], "limits": {**config["selection"]["limits"], **limits}}
+    # with no film thick enough anywhere the thinnest oil is not asked for either
+    basis = replace(printed_evidence(printed(), OILS, config), lambda_limit=np.inf)
+    asked = [one for one in read_claims(CLAIMS) if one["id"] == claim]
+    (row,) = tables.rows(audit(asked, [basis], {**config, "selection": selection}))
+    assert row["verdict"] == "cannot be checked"
+    assert "has no place that the claim is about" in row["finding"]
+
+
 def test_oils_converge_by_the_ratio_of_their_exponents(
     config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
 ) -> None:
@@ -384,6 +404,21 @@ def test_full_film_leaves_out_what_is_not_of_the_matrix(demo: Campaign) -> None:
     # the planted run at 12 m/s is none of the matrix, and its film is thin
     assert refit.points["entrainment_speed_m_s"].min() > 20
     assert (refit.points["lambda_ratio"] > 3).all()
+
+
+def test_full_film_counts_logs_that_note_a_load_or_round_their_set_points(demo: Campaign) -> None:
+    coefficients = demo.fit("4102", bootstrap=20, searches=2).coefficients
+    runs = demo.curated.runs
+    noted = runs.assign(
+        nominal_max_hertz_pressure_gpa=np.nan,
+        nominal_load_n=runs["nominal_load_n"].round(1),
+        nominal_inlet_temperature_c=runs["nominal_inlet_temperature_c"] + 0.3,
+    )
+    of_runs = (
+        refit_evidence(coefficients, demo.curated.points, some, OILS, demo.config).points
+        for some in (runs, noted)
+    )
+    pd.testing.assert_frame_equal(*of_runs)
 
 
 def test_claim_about_oils_that_were_not_fitted_cannot_be_checked(

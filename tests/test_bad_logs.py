@@ -3,9 +3,12 @@
 import hashlib
 
 import pytest
+from nptdms import RootObject
 
-from bad_logs import BAD_LOGS, CONFIG, GOOD, Bad
+import formats
+from bad_logs import BAD_LOGS, CONFIG, GOOD, KEYS, UNITS, Bad, good
 from oilfilm.cli import check_logs
+from oilfilm.errors import OilfilmError
 
 
 def test_run_that_all_bad_ones_are_made_from_is_good() -> None:
@@ -30,3 +33,10 @@ def test_corpus_holds_at_least_40_different_files() -> None:
     assert len(BAD_LOGS) >= 40
     assert len({bad.name for bad in BAD_LOGS}) == len(BAD_LOGS)
     assert len({hashlib.sha256(bad.content).digest() for bad in BAD_LOGS}) == len(BAD_LOGS)
+
+
+def test_file_named_as_a_run_of_another_one_is_told() -> None:
+    channels = [c for group in ("a", "b") for c in formats.tdms_channels(group, good(), UNITS)]
+    log = formats.tdms_file([RootObject(KEYS), *channels])
+    with pytest.raises(OilfilmError, match=r"^log:b: its run .* as one of log has already"):
+        check_logs([("log", log), ("log:b", GOOD)], CONFIG)

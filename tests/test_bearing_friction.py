@@ -12,9 +12,11 @@ from bearings import RPM, SHIPPED, TESTED, lubrication, printed_law, shipped
 from oilfilm.bearing.bases import BASES
 from oilfilm.bearing.ellipse import Conditions, conditions, grid, sliding, traction
 from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import (
     Motion,
     OperatingPoints,
+    azimuths,
     raceway_control,
     rolling_motion,
 )
@@ -225,21 +227,10 @@ def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
         assert found.equilibrium.solution.converged.all()
 
 
-@settings(max_examples=15)
-@given(
-    ball=st.floats(0.005, 0.03),
-    room=st.floats(4.0, 12.0),
-    angle=st.floats(15.0, 45.0),
-    groove=st.floats(0.51, 0.55),
-    pressing=st.floats(0.3, 3.0),
-    dmn=st.floats(1e4, 2.5e6),
-    temperature=st.floats(40.0, 150.0),
-)
-def test_any_pressed_bearing_finds_its_motion(
-    ball, room, angle, groove, pressing, dmn, temperature
-):
+def any_bearing(ball: float, room: float, angle: float, groove: float) -> Bearing:
+    """A bearing of some ball diameter, pitch diameter over it, contact angle and conformity."""
     like = shipped("harris-218")
-    bearing = replace(
+    return replace(
         like,
         ball_diameter_m=ball,
         pitch_diameter_m=ball * room,
@@ -248,15 +239,73 @@ def test_any_pressed_bearing_finds_its_motion(
         groove_curvature=(groove, groove),
         cage=replace(like.cage, land_diameter_m=1.05 * ball * room),
     )
+
+
+@settings(max_examples=20)
+@given(
+    ball=st.floats(0.005, 0.03),
+    room=st.floats(4.0, 12.0),
+    angle=st.floats(15.0, 45.0),
+    groove=st.floats(0.51, 0.55),
+    pressing=st.floats(0.05, 3.0),
+    dmn=st.floats(1e4, 4e6),
+    temperature=st.floats(40.0, 150.0),
+)
+def test_any_bearing_finds_its_motion_or_says_how_far_it_is_from_it(
+    ball, room, angle, groove, pressing, dmn, temperature
+):
+    bearing = any_bearing(ball, room, angle, groove)
     points = OperatingPoints.axial(
         pressing * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * room * 1e3) * RPM
     )
     terms = torque_terms(
         bearing, points, lubrication("4050", temperature, 1), printed_law("4050"), TESTED
     )
-    assert terms["converged"].all()
-    assert abs(terms["energy_error"][0]) < 1e-6
-    assert terms["torque_n_m"][0] > 0
+    if not terms["converged"][0]:
+        # as the tables tell it: how much is out of balance, and where the ball lies
+        assert terms["residual"][0] > 1e-10
+        assert np.isfinite(terms["inner_contact_angle_deg"][0])
+        # pressed together in earnest, no bearing fails at speeds of today
+        assert pressing < 0.3 or dmn > 2.5e6
+    else:
+        assert abs(terms["energy_error"][0]) < 1e-6
+        assert terms["torque_n_m"][0] > 0
+
+
+@settings(max_examples=10)
+@given(
+    room=st.floats(4.0, 10.0),
+    angle=st.floats(15.0, 45.0),
+    groove=st.floats(0.51, 0.55),
+    pressing=st.floats(0.5, 3.0),
+    dmn=st.floats(1e4, 2e6),
+    radial=st.tuples(st.floats(0.01, 0.3), st.floats(-0.3, 0.3)),
+    moment=st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1)),
+)
+def test_five_freedoms_carry_all_loads_and_lose_no_power(
+    room, angle, groove, pressing, dmn, radial, moment
+):
+    bearing = any_bearing(0.02, room, angle, groove)
+    axial = pressing * 1e6 * 0.02**2 * bearing.ball_count
+    points = replace(
+        OperatingPoints.axial(axial, dmn / (20 * room) * RPM),
+        radial_load_n=axial * np.array([radial]),
+        moment_n_m=axial * bearing.pitch_diameter_m / 2 * np.array([moment]),
+    )
+    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
+    assert found.equilibrium.solution.converged.all()
+    power = -found.balance.ring_moment_n_m[..., 0].sum() * points.inner_speed_rad_s[0]
+    assert power == pytest.approx(found.balance.heat_w.sum(), rel=1e-6)
+    # what the balls do to the inner ring, summed anew in the bearing's own axes
+    place = azimuths(bearing, only_axial=False)
+    x, r, t = np.moveaxis(found.balance.ring_force_n[0], -1, 0)
+    sums = [
+        x.sum(),
+        (r * np.cos(place) - t * np.sin(place)).sum(),
+        (r * np.sin(place) + t * np.cos(place)).sum(),
+    ]
+    asked = -np.array([axial, *points.radial_load_n[0]])
+    np.testing.assert_allclose(sums, asked, atol=1e-6 * axial)
 
 
 def test_on_the_rigs_own_contact_all_bases_say_the_same():

@@ -1,9 +1,11 @@
+import shutil
+
 import numpy as np
 import pytest
 
 from bearings import FOLDER, SHIPPED, shipped
 from oilfilm.bearing.geometry import bearing_from_config
-from oilfilm.config import load_checked
+from oilfilm.config import load_checked, resolve
 from oilfilm.contact import elliptical_contact
 from oilfilm.errors import OilfilmError
 
@@ -68,3 +70,11 @@ def test_a_wrong_line_is_refused_with_its_place(tmp_path, line, change, words):
     with pytest.raises(OilfilmError, match=r"mine\.yaml, line \d+") as caught:
         load_checked(path, "bearing")
     assert words in str(caught.value)
+
+
+def test_an_impossible_bearing_of_a_campaign_is_refused_before_anything_runs(tmp_path):
+    shutil.copytree(FOLDER.parent, tmp_path / "config")
+    file = tmp_path / "config/bearings/mainshaft-167.yaml"
+    file.write_text(file.read_text("utf-8").replace("ball_count: 20", "ball_count: 30"), "utf-8")
+    with pytest.raises(OilfilmError, match=r"line 9, `ball_count`: found 30 balls.*room for 23"):
+        resolve(tmp_path / "config", {})

@@ -101,6 +101,8 @@ def test_mistakes_in_a_prediction_are_sentences(
 ) -> None:
     for changed, words in (
         ({"stress": "1.2kg"}, "--stress: found '1.2kg': the unit 'kg' is none of GPa"),
+        ({"stress": "1e400GPa"}, "--stress: found '1e400GPa': no quantity is 1e+09 or more"),
+        ({"campaign": "june"}, "june/tables/coefficients.parquet: there is no such table"),
         ({"slip": "much"}, "--slip: found 'much'; expected a number"),
         ({"temperature": "-70"}, "inlet_temperature_c above zero"),
         ({"oil": "oil"}, "no fit of oil 'oil'; there are fits of 4102"),

@@ -79,6 +79,10 @@ def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(fold
         ("rigs: [pcs-etm]", "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
         ("rigs: [pcs-etm]", "rigs: [", ["not valid YAML", "line"]),
         ("rigs: [pcs-etm]", "rigs: !!python/object:os.system x", ["not valid YAML"]),
+        ("rigs: [pcs-etm]", f"rigs: {'[' * 3000}{']' * 3000}", ["in groups without end"]),
+        ("traction_min: -0.03", f"traction_min: -1{'0' * 400}", ["1329 bits", "below 1e+15"]),
+        ("traction_min: -0.03", f"traction_min: -1{'0' * 5000}", ["a value cannot be read"]),
+        ("description: ", "description: 2026-13-45\nfigurs: ", ["a value cannot be read"]),
     ],
 )
 def test_mistake_is_told_in_a_sentence(
@@ -115,6 +119,29 @@ def test_numbers_inside_groups_of_the_command_line_are_numbers(folder: Path) -> 
     assert resolved["gates"]["load_tolerance"] == 0.05
     with pytest.raises(OilfilmError, match="found 'much', expected a number"):
         resolve(folder, {"gates": {"load_tolerance": "much"}})
+
+
+@pytest.mark.parametrize("value", ["a: b", "[[[", "*a", "2026-13-45", ".nan", float("nan")])
+def test_no_value_of_the_command_line_ends_in_a_traceback(folder: Path, value: object) -> None:
+    with pytest.raises(OilfilmError, match=r"--config.*(expected a number|expected a finite one)"):
+        resolve(folder, {"gates": {"load_tolerance": value}})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("settle_s: 0.8 ", "settle_s: 1.0e+14 ", "`curation.plateaus.settle_s`: .* 86400 or less"),
+        ("U: [25, 40]", "U: [40, 25]", "boxes.tested.entrainment_speed_m_s goes from 40 to 25"),
+    ],
+)
+def test_setting_that_would_overflow_or_turn_a_box_round_is_refused(
+    folder: Path, old: str, new: str, expected: str
+) -> None:
+    path = folder / "config.yaml"
+    old, new = (text.replace("U:", "entrainment_speed_m_s:") for text in (old, new))
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=expected):
+        resolve(folder, {})
 
 
 def test_unknown_campaign_names_the_known_ones(folder: Path) -> None:

@@ -126,6 +126,18 @@ def test_notes_of_one_set_point_are_one_condition(
     assert len(free) == 217
 
 
+def test_how_far_notes_of_one_set_point_may_be_apart_is_configured(demo: Campaign) -> None:
+    runs = demo.curated.runs.iloc[:2].assign(
+        nominal_max_hertz_pressure_gpa=1.0,
+        nominal_entrainment_speed_m_s=2.0,
+        nominal_inlet_temperature_c=[40.0, 40.4],
+    )
+    free = without_matrix(demo.config)
+    assert len(coverage(runs, free)) == 1
+    exact = {"relative": 0.0, "temperature_c": 0.0}
+    assert len(coverage(runs, {**free, "same_set_point": exact})) == 2
+
+
 def test_neighbouring_set_points_stay_apart(demo: Campaign) -> None:
     runs = demo.curated.runs.iloc[:2].assign(
         nominal_max_hertz_pressure_gpa=1.0,

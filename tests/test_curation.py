@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import bad_logs
 from campaigns import ROOT, Campaign, carry_through, printed
 from oilfilm import tables
 from oilfilm.cli import check_logs
@@ -38,6 +39,7 @@ PLATEAUS = {
     "settle_s": 0.8,
     "guard_s": 0.1,
     "min_duration_s": 1.0,
+    "transient_share": 0.2,
 }
 
 
@@ -235,6 +237,28 @@ def test_mean_of_unequal_stretches_and_of_none() -> None:
     np.testing.assert_allclose(statistics.means(stretches, early), [0.5, 5.0])
     np.testing.assert_allclose(statistics.means(stretches, inside & ~early), [2.5, 6.0])
     assert np.isnan(statistics.means(stretches, np.zeros_like(inside))).all()
+
+
+def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> None:
+    values = bad_logs.good()
+    since_step = np.tile(np.arange(80) / bad_logs.RATE_HZ, 5)
+    # exponential, 0.6 s, in mu; it halves the plateau's change but not its first fifth
+    decay = 0.0135 * np.exp(-since_step / 0.6)
+    sliding = np.repeat(np.array(bad_logs.PHASES) > 0, 80)
+    values["traction_force"] += np.where(sliding, decay * values["load"], 0)
+    points = check_logs([("log", bad_logs.csv(values))], bad_logs.CONFIG).points.query(
+        "slide_roll_ratio > 0.02"
+    )
+    assert set(points["reasons"]) == {"transient_not_ended"}
+    # 62 rows are left from 0.8 s on; the noise of 0.02 N over 82 N moves a mean by some 1e-4
+    steady = decay[80 + 16 : 80 + 78]
+    expected = steady[:12].mean() - steady[12:].mean()
+    np.testing.assert_allclose(points["traction_transient"], expected, atol=3e-4)
+    curation = bad_logs.CONFIG["curation"]
+    halves = {**curation["plateaus"], "transient_share": 0.5}
+    config = {**bad_logs.CONFIG, "curation": {**curation, "plateaus": halves}}
+    points = check_logs([("log", bad_logs.csv(values))], config).points
+    np.testing.assert_allclose(points["traction_transient"], -points["traction_change"])
 
 
 def test_spikes_are_flagged_and_gaussian_noise_is_not() -> None:

@@ -14,6 +14,7 @@ from fit_points import make_points, matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.fitting.fitted import Coefficients, FittedLaw, predict
+from oilfilm.traction import LAWS
 from oilfilm.traction.deng2026 import traction_coefficient
 
 
@@ -140,3 +141,18 @@ def test_refits_in_the_table_are_the_ones_behind_the_interval(fit: OilFit) -> No
     pd.testing.assert_series_equal(
         spread[0.025].sort_index(), rows["lower"].sort_index(), check_names=False
     )
+
+
+def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:
+    # Wang-Deng at no slip: mu = A0 + D0, here -0.002, D0 known to 5e-4
+    law = LAWS["wang-deng-load"]
+    constants = np.array([-0.012, 0, 0, 0, 0.6, 0, 0, 0, 20.0, 0, 0, 0, 0.010, 0, 0, 0])
+    spread = np.tile(constants, (4000, 1))
+    spread[:, 12] += 5e-4 * np.random.default_rng(5).standard_normal(4000)
+    bare = Coefficients.bare(law, constants)
+    unsure = Coefficients(constants, bare.known, spread, bare.shifted, bare.box)
+    found = FittedLaw(law, unsure).predict(np.array([[100.0, 20.0, 20.0]]), np.array([0.0]))
+    assert found.traction_coefficient[0] == pytest.approx(-0.002)
+    # the spread of a logarithm: 5 % of D0 bends it by a few per cent
+    assert found.lower[0] == pytest.approx(-0.002 - 1.96 * 5e-4, abs=1e-4)
+    assert found.upper[0] == pytest.approx(-0.002 + 1.96 * 5e-4, abs=1e-4)

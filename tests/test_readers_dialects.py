@@ -2,6 +2,7 @@
 
 import gzip
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from campaigns import ROOT
+from oilfilm import ingest
 from oilfilm.config import resolve
 from oilfilm.ingest import read_log, unpack
 from oilfilm.readers.layout import encoding_of
@@ -118,6 +120,21 @@ def test_what_is_written_comes_back_whatever_the_dialect(
         np.testing.assert_allclose(read, expected, rtol=1e-12, atol=2e-13 * 300)
 
 
+def test_decimal_comma_is_known_where_the_first_row_has_whole_numbers_only() -> None:
+    names = "time_s;load_n;traction_force_n;ball_speed_rpm;disc_speed_rpm;inlet_temperature_c;note"
+    rows = "0;82;0;28650;7160;70;a.b\n0,02;82,5;0,25;28650,5;7160;70;a.b\n"
+    _, reading = read_log(f"# oil: 4102\n{names}\n{rows}".encode(), "log", CONFIG)
+    assert reading.refusals == []
+    assert reading.runs[0].samples["load_n"].tolist() == [82.0, 82.5]
+
+
+def test_decimal_point_is_known_where_a_text_has_a_comma() -> None:
+    names = "time_s;load_n;traction_force_n;ball_speed_rpm;disc_speed_rpm;inlet_temperature_c;note"
+    rows = "0;82.5;0;28650;7160;70;warm, then cold\n"
+    _, reading = read_log(f"# oil: 4102\n{names}\n{rows}".encode(), "log", CONFIG)
+    assert reading.runs[0].samples["load_n"].tolist() == [82.5]
+
+
 def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
     names = "time_s,max_hertz_pressure_gpa,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
     text = f"# oil: 4102\n{names}inlet_temperature_c\n0,1.5,0.5,24,26,70\n"
@@ -161,6 +178,17 @@ def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
     (run,) = read_log(content, "log", {**CONFIG, "campaign": campaign})[1].runs
     assert run.samples["disc_speed_m_s"].tolist() == pytest.approx([11.0])
     assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
+
+
+def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
+    campaign = {**CONFIG["campaign"], "semantics": {"slide_roll_ratio": "over_faster"}}
+    names = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment_speed_m_s,"
+    rows = "0,82,1,70,10,0.1\n1,82,1,70,10,2\n"
+    content = f"# oil: 4102\n{names}slide_roll_ratio\n{rows}".encode()
+    _, reading = read_log(content, "log", {**CONFIG, "campaign": campaign})
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.refused_rows) == ("unreadable_row", 2, 1)
+    assert len(reading.runs[0]) == 1
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-1.25", "0", "1e12", "one"])
@@ -218,3 +246,15 @@ def test_encoding_is_known_without_a_mark(text: str, encoding: str) -> None:
 def test_impossible_unit_is_refused_in_words(unit: str) -> None:
     with pytest.raises(ValueError, match="is none of N or GPa"):
         conversion(unit, ("N", "GPa"))
+
+
+def test_file_larger_than_any_log_is_refused_and_never_read_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ingest, "LARGEST_LOG", 1000)
+    log = tmp_path / "log.csv"
+    log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
+    content = ingest.read_bytes(log)
+    assert len(content) == 1001
+    (refusal,) = ingest.read_log(content, "log.csv", CONFIG)[1].refusals
+    assert refusal.rule == "too_large"

@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import bad_logs
 from campaigns import ROOT, Campaign
+from oilfilm.cli import check_logs
 from oilfilm.config import resolve
 from oilfilm.curation.curate import curate
 from oilfilm.ingest import read_log
@@ -196,3 +198,11 @@ def test_table_without_its_line_of_names_is_refused_row_by_row(
         assert reading.rows == 20_560  # shared/real/README.md
         rows = np.concatenate([run.samples["row"] for run in reading.runs])
         assert len(np.unique(rows)) == len(rows)
+
+
+def test_export_without_a_temperature_is_judged_by_the_other_gates() -> None:
+    rows = [bad_logs.PCS_ROW.replace("\t6\t", f"\t{6 * step}\t") for step in range(1, 9)]
+    table = bad_logs.PCS_TABLE.replace("Lube RTD Temp (degC)", "Room")
+    verdict = check_logs([("log", bad_logs.pcs(*rows, table=table))], bad_logs.PCS_CONFIG)
+    assert verdict.runs["reason"].tolist() == [""]
+    assert verdict.points["inlet_temperature_c"].isna().all()

@@ -135,6 +135,16 @@ def test_page_loads_without_a_word_and_asks_for_nothing(opened: Opened) -> None:
     assert opened.asked == [opened.address]
 
 
+def test_page_in_a_release_says_which(browser: Browser, report: Path, page: Page) -> None:
+    assert page.inner_text("#release") == "not released"
+    file = report.parent / "releases/demo/v1-0123456789ab/report.html"
+    file.parent.mkdir(parents=True)
+    file.write_bytes(report.read_bytes())
+    opened = open_page(browser, file)
+    assert opened.page.inner_text("#release") == "v1-0123456789ab"
+    opened.page.close()
+
+
 def test_policy_stops_scripts_that_are_not_the_pages_own(page: Page) -> None:
     page.evaluate(
         "() => { const s = document.createElement('script'); s.textContent = 'globalThis.x = 1';"
@@ -334,6 +344,14 @@ def test_constants_saved_and_copied_are_the_table(page: Page, results: Results) 
     assert copied.replace("\r\n", "\n") == text.replace("\r\n", "\n")
 
 
+def test_drawing_is_saved_as_it_was_made(page: Page, report: Path) -> None:
+    with page.expect_download() as saving:
+        page.click("[data-drawing=fig02]")
+    assert saving.value.suggested_filename == "fig02.svg"
+    saved = Path(saving.value.path()).read_bytes()
+    assert saved == (report.parent / "fig02.svg").read_bytes()
+
+
 def test_hostile_names_are_shown_as_text(
     browser: Browser, results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -398,7 +416,8 @@ def test_explorer_works_by_keyboard_alone(page: Page) -> None:
 def test_print_shows_what_is_folded_and_no_buttons(page: Page) -> None:
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert page.locator("details:not([open])").count() == 0
+    assert page.locator("details:not([open], .on-screen)").count() == 0
+    assert page.locator("details.on-screen").first.is_hidden()
     assert page.locator("nav").is_hidden()
     assert page.locator("#save-curve").is_hidden()
     assert page.locator("#constants0").is_visible()

@@ -4,6 +4,7 @@ import re
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -48,15 +49,18 @@ def actions() -> Iterator[str]:
         yield from re.findall(r"(?m)^\s*(?:- )?uses:\s*(.+)$", path.read_text(encoding="utf-8"))
 
 
-def steps() -> list[str]:
-    jobs = [yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"] for path in WORKFLOWS]
-    return [
-        step["run"]
-        for several in jobs
-        for job in several.values()
-        for step in job["steps"]
-        if "run" in step
-    ]
+def workflow(path: Path) -> dict[str, Any]:
+    found = yaml.safe_load(path.read_text(encoding="utf-8"))
+    assert isinstance(found, dict)
+    return found
+
+
+def steps(path: Path) -> list[dict[str, Any]]:
+    return [step for job in workflow(path)["jobs"].values() for step in job["steps"]]
+
+
+def commands(path: Path) -> list[str]:
+    return [step["run"] for step in steps(path) if "run" in step]
 
 
 def test_no_file_names_a_path_of_somebodys_machine():
@@ -75,13 +79,41 @@ def test_machine_paths_are_recognised(folder: str):
 
 def test_ci_runs_the_users_own_command():
     script = ROOT / ".ci" / "run"
-    commands = [
+    own = [
         line
         for line in script.read_text(encoding="utf-8").splitlines()
         if line and not line.startswith(("#", "set ", "cd "))
     ]
-    assert commands == [".ci/tools", "make test"]
-    assert steps() == commands
+    assert own == [".ci/tools", "make test"]
+    assert commands(ROOT / ".github/workflows/test.yml") == own
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_what_github_runs_can_be_run_anywhere(path: Path):
+    targets = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for command in commands(path):
+        script, _, rest = command.partition(" ")
+        if script == "make":
+            assert re.search(rf"(?m)^{rest}:", targets), command
+        else:
+            assert (ROOT / script).stat().st_mode & 0o100, command
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_workflows_may_only_read_but_for_the_one_that_publishes(path: Path):
+    assert workflow(path)["permissions"] == {"contents": "read"}
+    more = [job["permissions"] for job in workflow(path)["jobs"].values() if "permissions" in job]
+    assert more == ([{"contents": "write"}] if path.name == "release.yml" else [])
+    assert "secrets." not in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_nothing_is_cached_but_downloads_that_the_lock_checks(path: Path):
+    for step in steps(path):
+        assert "actions/cache" not in step.get("uses", "")
+        given = step.get("with", {})
+        assert given.get("cache", "pip") == "pip"
+        assert given.get("cache-dependency-path", "requirements.lock") == "requirements.lock"
 
 
 def test_actions_are_pinned_by_commit_with_their_version_beside():

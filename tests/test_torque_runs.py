@@ -213,6 +213,23 @@ def test_every_format_gives_the_table_of_the_text_log(config, name):
         pd.testing.assert_frame_equal(runs.drop(columns=unlike), text.drop(columns=unlike))
 
 
+@pytest.mark.parametrize("name", WRITERS)
+def test_columns_with_names_of_their_own_are_found_in_any_format(config, name):
+    values = named(signals())
+    text, _ = measure_torque([("a", formats.csv(values, UNITS, {"oil": "4050"}))], config)
+    values["M_R"], values["Zeit"] = values.pop("torque") * 1e3, values["time"]
+    columns = {"torque": {"name": "M_R", "unit": "N mm"}}
+    if name == "csv":  # there with the unit in brackets behind the name
+        values.pop("time")
+        columns["time"] = {"name": "Zeit"}
+    torque = config["campaign"]["torque"] | {"columns": columns}
+    own = {**config, "campaign": config["campaign"] | {"torque": torque}}
+    units = {**UNITS, "M_R": "N mm", "Zeit": "s"}
+    runs, refused = measure_torque([("a", WRITERS[name](values, units, {"oil": "4050"}))], own)
+    assert refused.empty
+    np.testing.assert_allclose(runs["torque_n_m"], text["torque_n_m"], rtol=1e-9)
+
+
 def test_groups_of_a_tdms_file_are_runs_of_their_own(config):
     one, other = named(signals(1)), named(signals(2, levels=(1.0, 2.0, 4.0)))
     content = formats.tdms_file(

@@ -17,6 +17,23 @@ def test_conversion_round_trips() -> None:
     np.testing.assert_allclose(back, speed, rtol=1e-15)
 
 
-@pytest.mark.parametrize("unit", ["Hz", "1/s", "s-1", "rps"])
-def test_frequency_of_a_spindle_is_revolutions_not_radians(unit: str) -> None:
-    assert conversion(unit, ("rpm", "m/s")).of(np.array([1.0])) == pytest.approx([60.0])
+@pytest.mark.parametrize(
+    ("unit", "rpm"),
+    [
+        *dict.fromkeys(
+            ["Hz", "1/s", "s-1", "s\u207b\u00b9", "s**-1", "rps", "rev/s", "1/sec"], 60.0
+        ).items(),
+        *dict.fromkeys(["min\u207b\u00b9", "1/minute", "1 / min", "min^-1", "RPM"], 1.0).items(),
+        ("kHz", 60e3),
+        ("rad/s", 30 / np.pi),
+        ("deg/s", 1 / 6),
+    ],
+)
+def test_frequency_of_a_spindle_is_revolutions_not_radians(unit: str, rpm: float) -> None:
+    assert conversion(unit, ("rpm", "m/s")).of(np.array([1.0])) == pytest.approx([rpm])
+
+
+@pytest.mark.parametrize("unit", ["10**10**10", "9^9^9^9", "N*1e9", "N" * 41, "(N)", "N; N"])
+def test_unit_that_is_no_product_of_words_is_refused_uncomputed(unit: str) -> None:
+    with pytest.raises(ValueError, match="is none of N"):
+        conversion(unit, ("N",))

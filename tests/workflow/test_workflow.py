@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from campaigns import ROOT
+from campaigns import lay_out_small
 from oilfilm import tables
 from oilfilm.provenance import file_digest
 from oilfilm.releases.verify import verify
@@ -25,27 +26,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project with a small simulated campaign: one oil, 12 runs, two defects."""
     place = tmp_path_factory.mktemp("project")
-    for name in ("config", "profiles", "workflow"):
-        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "data/reference", place / "data/reference")
-    for name in ("Snakefile", "pyproject.toml", "requirements.lock"):
-        shutil.copy(ROOT / name, place)
-    demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
-    demo["oils"] = ["4102"]
-    demo["figures"] = ["eqs11-13", "curves"]
-    del demo["torque"]
-    demo["matrix"] = {
-        "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
-        "entrainment_speed_m_s": [25, 40],
-        "inlet_temperature_c": [50, 120],
-    }
-    demo["twin"]["defects"] = [
-        {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
-        {"oil": "4102", "condition": [1.0, 40, 50], "kind": "swapped_sign"},
-    ]
-    demo["settings"] = {"fit": {"bootstrap": 20, "searches": 2}, "shards": 2}
-    small = yaml.safe_dump(demo, allow_unicode=True)
-    (place / "config/campaigns/small.yaml").write_text(small, encoding="utf-8")
+    lay_out_small(place)
     return place
 
 
@@ -75,6 +56,27 @@ def test_run_ends_with_a_summary_of_what_was_made(place: Path, finished: str) ->
     for name in ("eqs11-13", "curves"):
         for ending in ("png", "svg", "parquet"):
             assert (place / f"results/small/figures/{name}.{ending}").stat().st_size > 1000
+
+
+def test_snakemakes_own_report_has_every_figure_and_table_with_its_caption(
+    place: Path, snakemake: Run, finished: str
+) -> None:
+    done = snakemake("--config", "campaign=small", "--report", "report-snakemake.html")
+    assert done.returncode == 0, done.stdout + done.stderr
+    page = (place / "report-snakemake.html").read_text(encoding="utf-8")
+    for words in ("Fitted constants beside the printed ones", "All curves", "Data quality"):
+        assert words in page
+    for name in ("coefficients", "fit_quality", "points", "quarantine"):
+        assert f"tables/{name}.parquet" in page
+    assert "One constant of one traction law for one oil." in page
+    # nothing is fetched, so that it opens without a network
+    assert not re.search(r"<(script|link|img)[^>]+(src|href)=[\"']?(https?:)?//", page)
+
+
+def test_target_figures_makes_the_figures_and_no_more(snakemake: Run, finished: str) -> None:
+    assert "Nothing to be done" in str(snakemake("figures", "--config", "campaign=small"))
+    again = snakemake("-n", "figures", "--forcerun", "law_figures", "--config", "campaign=small")
+    assert planned(again) == {"law_figures", "figures", "total"}
 
 
 def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
@@ -123,6 +125,14 @@ def test_fits_of_a_run_are_exported(place: Path, finished: str) -> None:
     )
 
 
+def test_run_has_a_report(place: Path, finished: str) -> None:
+    text = (place / "results/small/report.html").read_text(encoding="utf-8")
+    assert "SIMULATED data" in text
+    assert "swapped_sign" in text
+    assert str(place) not in text
+    assert len(text.encode()) < 8e6
+
+
 def test_run_is_released_once(place: Path, snakemake: Run, finished: str) -> None:
     released = snakemake("release", "--config", "campaign=small")
     assert released.returncode == 0, released.stdout + released.stderr
@@ -165,8 +175,10 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(
     try:
         module.write_text(before + "\n# touched\n", encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
-            "figures",
+            "data_figures",
+            "law_figures",
             "refused",
+            "report",
             "all",
             "total",
         }
@@ -183,6 +195,7 @@ def test_corrected_title_redoes_the_description_and_nothing_else(
         campaign.write_text(before.replace("title: ", "title: Corrected ", 1), encoding="utf-8")
         assert planned(snakemake("-n", "--config", "campaign=small")) == {
             "metadata",
+            "report",
             "all",
             "total",
         }

@@ -202,11 +202,11 @@ CAPTIONS: dict[str, Caption] = {
         "Claims",
     ),
     "cage-slip": Caption(
-        "Cage slip",
-        "Slip of the cage at friction equilibrium over speed and axial load (kN), an oil a panel; "
-        "the line is the paper's limit for its choice of oils. Last panel: fields have the colour "
-        "of the oil that the paper's rules advise, symbols show where another holds the cage with "
-        "less torque, or slips less.",
+        "Cage slip, and the oil that it speaks for",
+        "Slip of the cage at friction equilibrium over the product of pitch diameter and speed and "
+        "over axial load (kN), an oil a panel; the line is the paper's limit. Last panel: fields "
+        "have the colour of the oil that the paper's rules advise, symbols show where the slip "
+        "speaks for another.",
         "Bearing",
     ),
     "size-effect": Caption(

@@ -20,6 +20,7 @@ from oilfilm.curation.gates import advice_for
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
 from oilfilm.ingest import ingest_logs, read_bytes
+from oilfilm.readers.base import LARGEST_READING
 from oilfilm.releases.commands import add_commands
 from oilfilm.units import conversion
 
@@ -93,8 +94,10 @@ def quantity(text: str, unit: str, option: str) -> float:
     if number is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
     try:
-        value = np.array(float(number[1]))
-        return float(conversion(number[2] or unit, (unit,)).of(value))
+        value = float(number[1])
+        if abs(value) >= LARGEST_READING:
+            raise ValueError(f"no quantity is {LARGEST_READING:g} or more")
+        return float(conversion(number[2] or unit, (unit,)).of(np.array(value)))
     except ValueError as error:
         raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None
 
@@ -143,6 +146,7 @@ def check_logs(logs: Sequence[tuple[str, bytes]], config: Mapping[str, Any]) -> 
     samples = pd.concat(found.samples.values(), ignore_index=True)
     whole = collect([curate(samples, found.runs, config)], [found.quarantine], config)
     # what the workflow could not write must not pass here
+    tables.conform(samples, "samples", "samples of these logs")
     tables.conform(whole.points, "points", "points of these logs")
     return whole
 

@@ -6,7 +6,6 @@ the configuration each time it is parsed.
 
 import difflib
 import json
-import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -15,6 +14,7 @@ from typing import Any
 import jsonschema
 import yaml
 
+from oilfilm.bearing.possible import impossible
 from oilfilm.errors import OilfilmError
 
 _TYPE_NAMES = {
@@ -32,6 +32,8 @@ _ABOUT = ("title", "licence", "creators", "sources")
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 # Figures that need a bearing.
 _BEARING_FIGURES = {"tab03", "fig06", "cage-slip", "size-effect", "power-loss"}
+# No quantity of a rig or an oil is larger in its unit; arithmetic with such would overflow.
+_LARGEST = 1e15
 _SCHEMAS = Path(__file__).parents[1] / "schemas"
 
 
@@ -51,6 +53,9 @@ def load_yaml(path: Path) -> dict[str, Any]:
         loaded = yaml.constructor.SafeConstructor().construct_document(node)
     except yaml.YAMLError as error:
         raise _yaml_error(path, error) from error
+    except ValueError as error:
+        # as of the 45th of a month, or of a number of five thousand digits
+        raise OilfilmError(f"{path}: a value cannot be read ({error}); correct it.") from error
     _refuse_endless(loaded, path)
     return dict(loaded)
 
@@ -103,7 +108,9 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     campaign = load_checked(path, "campaign")
     merged = merge(settings, campaign.pop("settings", {}))
     given = {key: value for key, value in overrides.items() if key != "campaign"}
-    merged = merge(merged, _with_numbers(given))
+    given = _with_numbers(given)
+    _refuse_endless(given, "the command line's --config")
+    merged = merge(merged, given)
     problem = _first_problem({**merged, "campaign": name}, "config")
     if problem is not None:
         raise OilfilmError(f"{path} (settings) or the command line's --config: {_explain(problem)}")
@@ -154,10 +161,14 @@ def _bearings(folder: Path, campaign: Mapping[str, Any], path: Path) -> dict[str
     asked_by = f"{path}, line {_line_at(path, ['torque', 'bearing'])}"
     name = campaign["torque"]["bearing"]
     others = set(_names_in(folder / "bearings")) - {name}
-    return {
+    found = {
         name: _load_named(folder / "bearings", name, "bearing", asked_by)
         for name in [name, *sorted(others)]
     }
+    file = folder / "bearings" / f"{name}.yaml"
+    for key, complaint in impossible(found[name]):
+        raise OilfilmError(f"{file}, line {_line_at(file, key.split('.'))}, `{key}`: {complaint}")
+    return found
 
 
 def _contradictions(
@@ -222,6 +233,14 @@ def _contradictions(
                 f"a planted defect names the oil {defect['oil']!r}, which the campaign does not "
                 "have.",
             )
+    for name, box in merged["printed"]["boxes"].items():
+        for quantity, (low, high) in box.items():
+            if low >= high:
+                yield (
+                    ["settings"],
+                    f"printed.boxes.{name}.{quantity} goes from {low:g} to {high:g}; expected the "
+                    "smaller first.",
+                )
     gates = merged["gates"]
     for low, high in (
         ("slide_roll_ratio_min", "slide_roll_ratio_max"),
@@ -251,11 +270,11 @@ def _with_numbers(given: Any) -> Any:
         return {key: _with_numbers(value) for key, value in given.items()}
     if not isinstance(given, str):
         return given
-    value = yaml.safe_load(given)
-    if not isinstance(value, int | float):
+    try:
+        value = yaml.safe_load(given)
+    except (yaml.YAMLError, ValueError, RecursionError):
         return given
-    _refuse_endless(value, Path("the command line's --config"))
-    return value
+    return value if isinstance(value, int | float) else given
 
 
 def _load_named(folder: Path, name: str, schema_name: str, asked_by: str) -> dict[str, Any]:
@@ -305,6 +324,8 @@ def _compose(path: Path) -> yaml.Node | None:
         return yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.YAMLError as error:
         raise _yaml_error(path, error) from error
+    except RecursionError:
+        raise OilfilmError(f"{path}: groups stand in groups without end; write fewer.") from None
 
 
 def _line(mark: Any) -> int:
@@ -323,10 +344,13 @@ def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
     return OilfilmError(f"{where}: not valid YAML: {reason}.")
 
 
-def _refuse_endless(value: Any, path: Path) -> None:
+def _refuse_endless(value: Any, path: object) -> None:
     """Numbers that compare with nothing would switch gates off."""
-    if isinstance(value, float) and not math.isfinite(value):
-        raise OilfilmError(f"{path}: found the number {value}; expected a finite one.")
+    if isinstance(value, int | float) and not abs(value) < _LARGEST:
+        found = value if isinstance(value, float) else f"of {value.bit_length()} bits"
+        raise OilfilmError(
+            f"{path}: found the number {found}; expected a finite one, below {_LARGEST:g}."
+        )
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     for part in parts:
         _refuse_endless(part, path)

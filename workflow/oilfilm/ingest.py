@@ -4,7 +4,7 @@ import errno
 import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,23 @@ from oilfilm import tables
 from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.errors import OilfilmError
 from oilfilm.readers import READERS, find_reader
-from oilfilm.readers.base import LARGEST_LOG, LoggedRun, Nominal, Reading, refused_file
+from oilfilm.readers.base import (
+    LARGEST_LOG,
+    LoggedRun,
+    Nominal,
+    Reading,
+    Refusal,
+    as_ranges,
+    printable,
+    refused_file,
+)
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.rigs import contact_of
+from oilfilm.tables import LARGEST
 from oilfilm.units import PA_PER_GPA
 
+_LONGEST_LABEL = 200
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
@@ -43,7 +54,7 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
         config: The resolved configuration.
 
     Raises:
-        OilfilmError: A file cannot be read at all.
+        OilfilmError: A file cannot be read at all, or has the name of a run of another one.
         AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
     """
     return ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
@@ -54,12 +65,19 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
     logged: dict[str, list[LoggedRun]] = {oil: [] for oil in config["oils"]}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
+    named: dict[str, str] = {}
     name = config["campaign"]["name"]
     for file, content in logs:
         reader_name, reading = read_log(content, file, config)
         about = {"campaign": name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
         for run in reading.runs:
+            other = named.setdefault(run.run_id, file)
+            if other != file:
+                raise OilfilmError(
+                    f"{file}: its run would have the name {run.run_id!r}, as one of {other} has "
+                    "already. Rename the file."
+                )
             rows_refused = sum(r.refused_rows for r in reading.refusals if r.run_id == run.run_id)
             runs.append(
                 {**about, **_about_run(run, config), "sha256": digest, "reader": reader_name}
@@ -75,13 +93,17 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
 
 
 def read_bytes(path: Path) -> bytes:
-    """A file's bytes.
+    """A file's bytes; of one larger than any log no more than shows that it is.
 
     Raises:
         OilfilmError: The file cannot be read.
     """
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            # as large as it says, because room for the largest log takes its time; a pipe says 0
+            size = min(path.stat().st_size, LARGEST_LOG)
+            content = file.read(size + 1)
+            return content + file.read(LARGEST_LOG - size) if len(content) > size else content
     except OSError as error:
         advice = {
             errno.ENOENT: "Check the path.",
@@ -104,6 +126,13 @@ def read_log(
     Raises:
         AssertionError: The reader lost a row.
     """
+    if len(content) > LARGEST_LOG:
+        return "none", refused_file(
+            0,
+            "too_large",
+            f"the file is larger than {LARGEST_LOG >> 20} MiB",
+            "Let the logger begin a file for each run.",
+        )
     try:
         content = unpack(content)
     except OSError as error:
@@ -116,7 +145,7 @@ def read_log(
     reader = find_reader(content)
     if reader is None:
         return "none", _unknown(content)
-    reading = reader.read(content, file, config, kind)
+    reading = _without_absurd(reader.read(content, file, config, kind))
     if not reading.runs and not reading.refusals:
         return reader.name, refused_file(
             reading.rows,
@@ -129,7 +158,39 @@ def read_log(
     assert kept + refused == reading.rows, (
         f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
     )
-    return reader.name, reading
+    told = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return reader.name, replace(reading, refusals=told)
+
+
+def _without_absurd(reading: Reading) -> Reading:
+    """The reading without rows whose numbers no table may hold, as the load of 1e6 GPa.
+
+    Cells are judged by the readers; this is about what units and definitions make of them.
+    """
+    runs, refusals = [], list(reading.refusals)
+    for run in reading.runs:
+        held = np.ones(len(run), dtype=bool)
+        for name, values in run.samples.items():
+            # extremes first: they hardly ever lead on, and cost a tenth of a mask
+            if max(np.fmax.reduce(values, initial=0), -np.fmin.reduce(values, initial=0)) < LARGEST:
+                continue
+            absurd = held & (np.abs(values) >= LARGEST)
+            refusals += [
+                Refusal(
+                    "unreadable_row",
+                    f"rows {first} to {last}: {name} comes out as {LARGEST:g} or more",
+                    "Look at these rows of the raw log; the rows around them are used.",
+                    run.run_id,
+                    first,
+                    last,
+                    last - first + 1,
+                )
+                for first, last in as_ranges(run.samples["row"][absurd])
+            ]
+            held &= ~absurd
+        kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
+        runs.append(replace(run, samples=kept))
+    return Reading(reading.rows, runs, refusals)
 
 
 def unpack(content: bytes) -> bytes:
@@ -169,7 +230,7 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
         "oil": run.oil,
         "rig": run.rig,
         "kind": run.kind,
-        "label": run.label,
+        "label": printable(run.label)[:_LONGEST_LABEL],
         **{
             f"nominal_{name}": math.nan if value is None else value
             for name, value in set_points.items()

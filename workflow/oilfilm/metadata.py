@@ -101,6 +101,7 @@ def table_file(path: Path, folder: Path) -> TableFile:
         OilfilmError: The file is missing, damaged or was not written by oilfilm.
     """
     footer = tables.read_footer(path)
+    tables.refuse_damaged(path)
     return TableFile(
         table=footer["table"],
         path=path.relative_to(folder).as_posix(),
@@ -118,7 +119,7 @@ def read_vocabulary(path: Path) -> Vocabulary:
         OilfilmError: The file is missing or is no Turtle, or two terms claim the same columns.
     """
     try:
-        graph = Graph().parse(path, format="turtle", publicID=path.absolute().as_uri())
+        graph = Graph().parse(data=path.read_bytes(), format="turtle", publicID="vocabulary:")
     except (OSError, SyntaxError) as error:
         raise OilfilmError(f"{path}: cannot be read as Turtle ({error}).") from error
     terms: dict[str, str] = {}

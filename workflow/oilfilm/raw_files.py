@@ -1,10 +1,12 @@
 """Which raw logs a campaign has. Standard library only: the Snakefile asks."""
 
+import hashlib
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
+from oilfilm.provenance import file_digest
 
 
 def raw_files(folder: Path) -> list[str]:
@@ -51,6 +53,65 @@ def refuse_strangers(folder: Path, written: Iterable[str]) -> None:
             f"{folder}: holds {sorted(strangers)[0]!r}, which the rig twin did not write and would "
             "delete. Put logs of your own into a campaign of their own."
         )
+
+
+def listing(folder: Path) -> str:
+    """The digests of a folder's logs, as `sha256sum` writes and checks them."""
+    return "".join(f"{file_digest(folder / name)}  {name}\n" for name in raw_files(folder))
+
+
+def read_listing(path: Path) -> dict[str, str]:
+    """Digest by name, from the text that `listing` has made."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
+
+
+def refuse_altered(folder: Path, path: Path) -> None:
+    """What the rig twin wrote must lie there as it was written, once the listing says how.
+
+    Snakemake sees no change inside a folder that a job has made.
+
+    Raises:
+        OilfilmError: A log has other bytes or is missing.
+    """
+    if not (folder.is_dir() and path.is_file()):
+        return
+    for name, digest in read_listing(path).items():
+        if not (folder / name).is_file() or file_digest(folder / name) != digest:
+            raise OilfilmError(
+                f"{folder / name}: is not as the rig twin wrote it. Delete {folder}: the next run "
+                "simulates it anew."
+            )
+
+
+def expected_digests(files: Mapping[str, str], written: str | None) -> dict[str, str]:
+    """The digest that each log had when the run began, or, from a listing, when it was written."""
+    if written is None:
+        return dict(files)
+    listed = read_listing(Path(written))
+    return {name: listed[name] for name in files}
+
+
+def unchanged_logs(folder: Path, digests: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
+    """Name and content of each log.
+
+    Raises:
+        OilfilmError: A log cannot be read, or has changed since its digest was taken.
+    """
+    for name, digest in digests.items():
+        path = folder / name
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise OilfilmError(
+                f"{path}: cannot be read ({error.strerror}). Check its rights."
+            ) from error
+        if hashlib.sha256(content).hexdigest() != digest:
+            raise OilfilmError(
+                f"{path}: has changed since the run began. When it is complete, run snakemake "
+                "again."
+            )
+        yield name, content
 
 
 def remove_others(parts: Iterable[Path]) -> None:

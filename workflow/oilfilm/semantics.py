@@ -40,7 +40,9 @@ class Semantics:
             return 2 * logged
         if self.slide_roll_ratio == "over_faster":
             # s = (f - g)/f with f faster: (f - g)/((f + g)/2) = s/(1 - s/2); odd in the sign of s
-            return logged / (1 - np.abs(logged) / 2)
+            # twice the faster body's speed is no sliding speed; what comes of it is refused
+            with np.errstate(divide="ignore"):
+                return np.asarray(logged / (1 - np.abs(logged) / 2))
         return logged
 
 

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from oilfilm.whole import write_text
+
 # What a spreadsheet takes for the beginning of a formula or a command.
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
@@ -13,10 +15,7 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
 
     The file is UTF-8 with a mark, without which some spreadsheets take it for another encoding.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(path.name + ".part")
-    aside.write_text(csv_text(frame), encoding="utf-8-sig", newline="")
-    aside.replace(path)
+    write_text(csv_text(frame), path, encoding="utf-8-sig")
 
 
 def csv_text(frame: pd.DataFrame) -> str:

@@ -58,6 +58,7 @@ def summarise(
         *_printed(judged, signs, sign_verdicts, campaign),
         *_claimed(claims),
         *(bearing_words(bearing) if bearing is not None else []),
+        f"Report:  results/{name}/report.html (open it in a browser; it needs no network)",
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
         f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",

@@ -1,5 +1,6 @@
 """The edges of the library: SI inside, GPa, um, degC and rpm outside; converted only here."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -40,25 +41,25 @@ class Conversion:
         return self.scale * values + self.offset
 
 
-# What logs write and pint reads otherwise: 1/min would be a frequency, not revolutions.
+# What logs write and pint reads otherwise, or not at all.
 _SPELLINGS = {
-    "1/min": "rpm",
-    "min-1": "rpm",
-    "min^-1": "rpm",
+    "rpm": "rpm",
+    "min-1": "1/min",
+    "s-1": "1/s",
     "r/min": "rpm",
     "rev/min": "rpm",
     "u/min": "rpm",
-    # of a spindle, never radians: pint takes a hertz for one radian a second
-    "hz": "revolution/second",
-    "1/s": "revolution/second",
-    "s-1": "revolution/second",
-    "s^-1": "revolution/second",
-    "rps": "revolution/second",
+    "rev/s": "1/s",
+    "rps": "1/s",
     "\N{DEGREE SIGN}c": "degC",
     "\N{DEGREE CELSIUS}": "degC",
+    "degc": "degC",
+    "deg c": "degC",
     "c": "degC",
     "\N{DEGREE SIGN}f": "degF",
     "\N{DEGREE FAHRENHEIT}": "degF",
+    "degf": "degF",
+    "deg f": "degF",
     "k": "kelvin",
     "kgf": "kilogram_force",
     "gf": "gram_force",
@@ -66,6 +67,11 @@ _SPELLINGS = {
     "n": "newton",
     "-": "dimensionless",
 }
+# Words, each perhaps to a power of one digit, and products of them. A unit comes out of a file, and
+# pint would compute whatever else stands in it, 10**10**10 too.
+_FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
+_PLAIN = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
+_LONGEST = 40
 
 
 @cache
@@ -81,17 +87,27 @@ def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
     """
     if unit in targets:
         return Conversion(unit)
-    registry = _registry()
     spelling = _SPELLINGS.get(unit.strip().lower(), unit.strip())
-    for target in targets:
+    for target in targets if len(spelling) <= _LONGEST and _PLAIN.fullmatch(spelling) else ():
         try:
-            at_zero, at_one = (
-                registry.Quantity(value, spelling).to(target).magnitude for value in (0.0, 1.0)
-            )
+            at_zero, at_one = (_measured(value, spelling, target) for value in (0.0, 1.0))
         except Exception:  # noqa: S112  (pint raises a dozen unrelated kinds)
             continue
-        return Conversion(target, float(at_one - at_zero), float(at_zero))
-    raise ValueError(f"the unit {unit!r} is none of {_in_words(targets)}, nor converts to one")
+        return Conversion(target, at_one - at_zero, at_zero)
+    raise ValueError(
+        f"the unit {unit[:_LONGEST]!r} is none of {_in_words(targets)}, nor converts to one"
+    )
+
+
+def _measured(value: float, unit: str, target: str) -> float:
+    """A value of one unit in another."""
+    registry = _registry()
+    quantity = registry.Quantity(value, unit)
+    turns, counts = ("radian" in str(registry.get_root_units(one)[1]) for one in (target, unit))
+    # of a spindle, a plain frequency counts revolutions; pint would take it for radians
+    if turns and not counts:
+        quantity = quantity * registry.revolution
+    return float(quantity.to(target).magnitude)
 
 
 @cache

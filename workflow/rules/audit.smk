@@ -22,6 +22,7 @@ rule audit:
             "oils",
             "printed",
             "rigs",
+            "same_set_point",
             "selection",
             campaign=("matrix",),
         ),

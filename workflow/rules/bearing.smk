@@ -7,6 +7,7 @@ if TORQUE_SIMULATED:
         output:
             logs=directory("<torque_raw>"),
             truth="<results>/twin/torque_truth.parquet",
+            listing="<results>/twin/torque_logs.sha256",
         log:
             "<logs>/torque-twin.log",
         params:
@@ -21,6 +22,7 @@ if TORQUE_SIMULATED:
 rule torque_runs:
     "Steady plateaus of the torque logs, tare removed, with every gate's verdict."
     input:
+        **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
         logs=(
             TORQUE_RAW.as_posix()
             if TORQUE_SIMULATED
@@ -33,7 +35,7 @@ rule torque_runs:
         "<logs>/torque-runs.log",
     params:
         code=code("torque_runs.py"),
-        files=TORQUE_FILES,
+        files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
         config=part("oils", "torque_logs", "curation", campaign=("torque",)),
     script:
         "../scripts/torque_runs.py"

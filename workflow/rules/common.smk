@@ -7,8 +7,9 @@ from snakemake.io import report as in_report  # at the start of a line `report` 
 from oilfilm.captions import CAPTIONS
 from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.provenance import code_digest, input_digest
-from oilfilm.raw_files import raw_files, refuse_strangers, shard_of
+from oilfilm.one_run import begin_run, forget_killed_runs
+from oilfilm.provenance import code_digest, file_digest, input_digest
+from oilfilm.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 
@@ -20,6 +21,7 @@ try:
     if SIMULATED:
         FILES = [run.name for run in planned_runs(CAMPAIGN)]
         refuse_strangers(RAW, FILES)
+        refuse_altered(RAW, Path("results", CAMPAIGN["name"], "twin/logs.sha256"))
     else:
         FILES = raw_files(RAW)
     TORQUE_RAW = Path("data/raw", f"{CAMPAIGN['name']}-torque")
@@ -28,10 +30,15 @@ try:
     if TORQUE_SIMULATED:
         TORQUE_FILES = [run.name for run in planned_torque_runs(CAMPAIGN)]
         refuse_strangers(TORQUE_RAW, TORQUE_FILES)
+        refuse_altered(TORQUE_RAW, Path("results", CAMPAIGN["name"], "twin/torque_logs.sha256"))
     elif "torque" in CAMPAIGN:
         TORQUE_FILES = raw_files(TORQUE_RAW)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
+
+RECORDS = Path(".snakemake")
+if workflow.is_main_process:
+    forget_killed_runs(RECORDS)
 
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
@@ -78,11 +85,23 @@ def files_of_shard(wildcards):
     return [file for file in FILES if shard_of(file, CONFIG["shards"]) == int(wildcards.shard)]
 
 
+def with_digests(folder, files, simulated):
+    """Each log with its digest, whatever its time stamp says; the twin has yet to write its own."""
+    return {file: "" if simulated else file_digest(folder / file) for file in files}
+
+
 def logs_of_shard(wildcards):
     """The logs of one share; the twin's folder as a whole, because one job writes it."""
     if SIMULATED:
         return RAW.as_posix()
     return [(RAW / file).as_posix() for file in files_of_shard(wildcards)]
+
+
+def begin():
+    try:
+        begin_run(RECORDS)
+    except OilfilmError as mistake:
+        raise WorkflowError(str(mistake)) from None
 
 
 def logs_of_jobs(wildcards):

@@ -7,6 +7,7 @@ if SIMULATED:
         output:
             logs=directory("<raw>"),
             truth="<results>/twin/truth.parquet",
+            listing="<results>/twin/logs.sha256",
         log:
             "<logs>/twin.log",
         params:
@@ -33,6 +34,7 @@ if SIMULATED:
 rule ingest:
     "Samples of one share of the raw logs; what cannot be read goes to quarantine."
     input:
+        **({"listing": rules.twin.output.listing} if SIMULATED else {}),
         logs=logs_of_shard,
     output:
         samples=[f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS],
@@ -42,7 +44,7 @@ rule ingest:
         "<logs>/ingest-{shard}.log",
     params:
         code=code("ingest.py"),
-        files=files_of_shard,
+        files=lambda wildcards: with_digests(RAW, files_of_shard(wildcards), SIMULATED),
         config=part(
             "rigs", "oils", campaign=("columns", "semantics", "semantics_of_rig", "set_points")
         ),

@@ -11,7 +11,7 @@ rule coverage:
         "<logs>/coverage.log",
     params:
         code=code("coverage.py"),
-        config=part("rigs", "oils", campaign=("rigs", "matrix")),
+        config=part("rigs", "oils", "same_set_point", campaign=("rigs", "matrix")),
     script:
         "../scripts/coverage.py"
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from oilfilm.job import job
 from oilfilm.rst import campaign_caption, figure_caption, table_caption
+from oilfilm.whole import write_text
 
 with job(snakemake):
     campaign = snakemake.params.config["campaign"]
@@ -14,4 +15,4 @@ with job(snakemake):
         table = Path(path).stem
         texts[path] = table_caption(snakemake.params.models.get(table, table), campaign)
     for path, text in texts.items():
-        Path(path).write_text(text, encoding="utf-8")
+        write_text(text, Path(path))

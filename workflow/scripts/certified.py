@@ -5,8 +5,9 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.fitting.remarks import certificates
 from oilfilm.job import job
+from oilfilm.whole import write_text
 
 with job(snakemake):
     quality = tables.read("fit_quality", Path(snakemake.input.quality))
     text = certificates(quality, snakemake.params.config["fit"]["allow_uncertified"])
-    Path(snakemake.output[0]).write_text(text, encoding="utf-8")
+    write_text(text, Path(snakemake.output[0]))

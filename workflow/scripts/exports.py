@@ -5,6 +5,7 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.exports import export_campaign
 from oilfilm.job import job
+from oilfilm.whole import whole_folder, write_text
 
 with job(snakemake) as provenance:
     found = snakemake.input
@@ -15,7 +16,6 @@ with job(snakemake) as provenance:
         config=snakemake.params.config,
         provenance=provenance,
     )
-    for name, text in files.items():
-        path = Path(snakemake.output.folder, name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="")
+    with whole_folder(Path(snakemake.output.folder)) as folder:
+        for name, text in files.items():
+            write_text(text, folder / name)

@@ -3,13 +3,15 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.ingest import ingest
+from oilfilm.ingest import ingest_logs
 from oilfilm.job import job
+from oilfilm.raw_files import expected_digests, unchanged_logs
 
 with job(snakemake) as provenance:
     config = snakemake.params.config
     folder = Path("data/raw", config["campaign"]["name"])
-    found = ingest(folder, snakemake.params.files, config)
+    digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
+    found = ingest_logs(unchanged_logs(folder, digests), config)
     for frame, path in zip(found.samples.values(), snakemake.output.samples, strict=True):
         tables.write(frame, "samples", Path(path), provenance)
     tables.write(found.runs, "runs", Path(snakemake.output.runs), provenance)

@@ -1,10 +1,10 @@
 """Describe the tables of a campaign for other programs."""
 
-import shutil
 from pathlib import Path
 
 from oilfilm.job import job
 from oilfilm.metadata import data_package, describe, linked_data, read_vocabulary, table_file
+from oilfilm.whole import write_text
 
 with job(snakemake) as provenance:
     output = snakemake.output
@@ -12,6 +12,6 @@ with job(snakemake) as provenance:
     files = [table_file(Path(path), folder) for path in snakemake.input.tables]
     vocabulary = read_vocabulary(Path(snakemake.input.vocabulary))
     dataset = describe(snakemake.params.config, files, vocabulary)
-    Path(output.package).write_text(data_package(dataset), encoding="utf-8")
-    Path(output.description).write_text(linked_data(dataset), encoding="utf-8")
-    shutil.copyfile(snakemake.input.vocabulary, output.vocabulary)
+    write_text(data_package(dataset), Path(output.package))
+    write_text(linked_data(dataset), Path(output.description))
+    write_text(Path(snakemake.input.vocabulary).read_text("utf-8"), Path(output.vocabulary))

@@ -6,6 +6,7 @@ from oilfilm import tables
 from oilfilm.figures import style
 from oilfilm.figures.refused_runs import draw_page, listing
 from oilfilm.job import job
+from oilfilm.whole import whole_folder
 
 with job(snakemake) as provenance:
     found, config = snakemake.input, snakemake.params.config
@@ -13,14 +14,13 @@ with job(snakemake) as provenance:
     runs = tables.read("runs", Path(found.runs))
     quarantine = tables.read("quarantine", Path(found.quarantine))
     pages = listing(runs, points, quarantine, config["refused_pages_max"])
-    folder = Path(snakemake.output.pages)
-    folder.mkdir(parents=True)
     by_name = runs.set_index("run_id", drop=False)
-    for entry in pages[pages["page"] != ""].to_dict("records"):
-        run_id = entry["run_id"]
-        run = by_name.loc[run_id].to_dict()
-        samples = tables.read_run("samples", [Path(path) for path in found.samples], run_id)
-        of_run = points[points["run_id"] == run_id]
-        page = draw_page(entry, run, samples, of_run, config["campaign"])
-        style.save(page, folder / entry["page"])
-    tables.write(pages, "refused_pages", folder / "index.parquet", provenance)
+    with whole_folder(Path(snakemake.output.pages)) as folder:
+        for entry in pages[pages["page"] != ""].to_dict("records"):
+            run_id = entry["run_id"]
+            run = by_name.loc[run_id].to_dict()
+            samples = tables.read_run("samples", [Path(path) for path in found.samples], run_id)
+            of_run = points[points["run_id"] == run_id]
+            page = draw_page(entry, run, samples, of_run, config["campaign"])
+            style.save(page, folder / entry["page"])
+        tables.write(pages, "refused_pages", folder / "index.parquet", provenance)

@@ -6,16 +6,20 @@ from oilfilm import tables
 from oilfilm.job import job
 from oilfilm.report.page import page
 from oilfilm.report.sections import Results
+from oilfilm.whole import write_text
 
 with job(snakemake) as provenance:
     found = snakemake.input
     refused = Path(found.refused)
-    paths = {name: Path(found[name]) for name in Results.models() if name in found.keys()}
-    paths["refused_pages"] = refused / "index.parquet"
-    results = Results(
-        **{name: tables.read(Results.models()[name], path) for name, path in paths.items()}
-    )
+    paths = {
+        name: [Path(found[name])] if isinstance(found[name], str) else map(Path, found[name])
+        for name in Results.models()
+        if name in found.keys()
+    }
+    paths["refused_pages"] = [refused / "index.parquet"]
+    models = Results.models()
+    results = Results(**{name: tables.read(models[name], *paths[name]) for name in models})
     pairs = zip(map(Path, found.png), map(Path, found.svg), strict=True)
     drawn = {png.stem: (png, svg) for png, svg in pairs}
     text = page(results, drawn, refused, snakemake.params.config, provenance)
-    Path(snakemake.output.page).write_text(text, encoding="utf-8")
+    write_text(text, Path(snakemake.output.page))

@@ -6,6 +6,7 @@ from oilfilm import tables
 from oilfilm.bearing.words import BearingTables
 from oilfilm.job import job
 from oilfilm.summary import summarise
+from oilfilm.whole import write_text
 
 with job(snakemake) as provenance:
     found = snakemake.input
@@ -34,4 +35,4 @@ with job(snakemake) as provenance:
         gates=snakemake.params.config["gates"],
         bearing=bearing if found.torque_runs else None,
     )
-    Path(snakemake.output[0]).write_text(text, encoding="utf-8")
+    write_text(text, Path(snakemake.output[0]))

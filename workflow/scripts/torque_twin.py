@@ -4,16 +4,18 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.job import job
+from oilfilm.raw_files import listing
 from oilfilm.reference import printed_constants
 from oilfilm.rig_twin.torque_logs import simulate_torque
+from oilfilm.whole import whole_folder, write_text
 
 with job(snakemake) as provenance:
     constants = printed_constants(Path(snakemake.input.printed))
-    folder = Path(snakemake.output.logs)
-    folder.mkdir(parents=True)
     truth = []
-    for run, content, rows in simulate_torque(snakemake.params.config, constants):
-        (folder / run.name).write_bytes(content)
-        truth += rows
+    with whole_folder(Path(snakemake.output.logs)) as folder:
+        for run, content, rows in simulate_torque(snakemake.params.config, constants):
+            (folder / run.name).write_bytes(content)
+            truth += rows
+    write_text(listing(Path(snakemake.output.logs)), Path(snakemake.output.listing))
     frame = tables.from_rows(truth, "torque_truth")
     tables.write(frame, "torque_truth", Path(snakemake.output.truth), provenance)

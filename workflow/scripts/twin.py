@@ -4,16 +4,18 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.job import job
+from oilfilm.raw_files import listing
 from oilfilm.reference import printed_constants
 from oilfilm.rig_twin.campaign import simulate_campaign
+from oilfilm.whole import whole_folder, write_text
 
 with job(snakemake) as provenance:
     constants = printed_constants(Path(snakemake.input.printed))
-    folder = Path(snakemake.output.logs)
-    folder.mkdir(parents=True)
     truth = []
-    for run, content, row in simulate_campaign(snakemake.params.config, constants):
-        (folder / run.name).write_bytes(content)
-        truth.append(row)
+    with whole_folder(Path(snakemake.output.logs)) as folder:
+        for run, content, row in simulate_campaign(snakemake.params.config, constants):
+            (folder / run.name).write_bytes(content)
+            truth.append(row)
+    write_text(listing(Path(snakemake.output.logs)), Path(snakemake.output.listing))
     frame = tables.from_rows(truth, "truth")
     tables.write(frame, "truth", Path(snakemake.output.truth), provenance)

@@ -11,6 +11,7 @@ from oilfilm import tables
 from oilfilm.audit.checks import CHECKS, Check, Settings
 from oilfilm.audit.evidence import Evidence, Finding, NotCheckableError, usable
 from oilfilm.config import load_checked
+from oilfilm.curation.coverage import of_matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.oils import oil_from_config
@@ -65,7 +66,7 @@ def refit_evidence(
         unknown,
         films(config),
         config["gates"]["lambda_limit"],
-        _of_matrix(points, runs, config["campaign"].get("matrix")),
+        _of_matrix(points, of_matrix(runs, config)),
         comparison,
         torque,
     )
@@ -152,7 +153,9 @@ def _judge(
     except NotCheckableError as reason:
         return _row("cannot be checked", f"cannot be checked: {reason}", _PLACES[check.where])
     finding = found[check.where]
-    assert finding is not None
+    if finding is None:
+        words = f"cannot be checked: {_PLACES[check.where]} has no place that the claim is about"
+        return _row("cannot be checked", words, _PLACES[check.where])
     share = finding.share
     if share >= settings["holds_share"] and finding.complete:
         verdict = "holds"
@@ -213,14 +216,7 @@ def percent(share: float) -> str:
     return f"{min(max(share, 0.001), 0.999):.1%}" if near else f"{share:.0%}"
 
 
-def _of_matrix(
-    points: pd.DataFrame, runs: pd.DataFrame, matrix: Mapping[str, Sequence[float]] | None
-) -> pd.DataFrame:
-    """Points of the planned conditions that no gate but the film's own refused."""
+def _of_matrix(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """Points of these runs that no gate but the film's own refused."""
     kept = points[points["reasons"].isin(["", "thin_film"])]
-    if matrix is None:
-        return kept
-    planned = np.logical_and.reduce(
-        [runs[f"nominal_{name}"].isin(levels) for name, levels in matrix.items()]
-    )
-    return kept[kept["run_id"].isin(runs.loc[planned, "run_id"])]
+    return kept[kept["run_id"].isin(runs["run_id"])]

@@ -360,7 +360,7 @@ def light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | 
     )
 
 
-def slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
     """Below the limit of slip the thinnest oil heats least; above it viscosity gives traction."""
     mu = evidence.traction_by_viscosity(grid)
     oils = evidence.falling_viscosity
@@ -370,6 +370,8 @@ def slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     ordered = mu[1:] / mu[:-1]
     value = np.where(slipping, ordered.max(axis=0, keepdims=True), least)
     asked = slipping | adequate
+    if not asked.any():
+        return None
     found = cases(grid, [""], value < 1, value, worst="largest")[asked.ravel()]
     below, above = value[..., ~slipping][adequate[..., ~slipping]], value[..., slipping]
     parts = {f"{oils[-1]} heats least up to {settings['slip_limit']:.0%} slip": _share(below < 1)}

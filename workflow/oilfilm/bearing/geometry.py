@@ -3,13 +3,14 @@
 Two contacts a ball, always in the order inner race, outer race. Lengths are in m.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from oilfilm.bearing.possible import impossible
 from oilfilm.contact import elliptical_contact, reduced_modulus
 from oilfilm.errors import OilfilmError
 from oilfilm.film import combined_roughness, rq_from_ra
@@ -173,7 +174,7 @@ def bearing_from_config(name: str, config: Mapping[str, Any]) -> Bearing:
         >>> print(f"{bearing.ball_mass_kg * 1e3:.2f} g")
         45.06 g
     """
-    for key, complaint in _impossible(config):
+    for key, complaint in impossible(config):
         raise OilfilmError(f"config/bearings/{name}.yaml, `{key}`: {complaint}")
     ball, ring, cage = config["ball"], config["ring"], config["cage"]
     modulus_pa = reduced_modulus(
@@ -201,35 +202,3 @@ def bearing_from_config(name: str, config: Mapping[str, Any]) -> Bearing:
             pocket_friction_coefficient=cage["pocket_friction_coefficient"],
         ),
     )
-
-
-def _impossible(config: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """What cannot be built: the key meant, and a sentence."""
-    ball, pitch, cage = config["ball_diameter_m"], config["pitch_diameter_m"], config["cage"]
-    if ball >= pitch / 2:
-        yield (
-            "ball_diameter_m",
-            f"found {ball:g} m with a pitch diameter of {pitch:g} m; expected less than half of "
-            "it, or no inner ring is left.",
-        )
-    if ball >= pitch * np.sin(np.pi / config["ball_count"]):
-        room = int(np.pi / np.arcsin(min(ball / pitch, 1.0)))
-        yield (
-            "ball_count",
-            f"found {config['ball_count']} balls of {ball:g} m, which overlap on a pitch diameter "
-            f"of {pitch:g} m; there is room for {room}.",
-        )
-    land, outer = cage["land_diameter_m"], cage["guidance"] == "outer"
-    if outer != (land > pitch) or abs(land - pitch) > ball:
-        low, high = (pitch, pitch + ball) if outer else (pitch - ball, pitch)
-        yield (
-            "cage.land_diameter_m",
-            f"found {land:g} m with guidance: {cage['guidance']}; expected {low:g} to {high:g} m, "
-            "between the pitch diameter and the balls' far side.",
-        )
-    if cage["land_clearance_m"] >= ball / 2:
-        yield (
-            "cage.land_clearance_m",
-            f"found {cage['land_clearance_m']:g} m; expected well below the balls' radius of "
-            f"{ball / 2:g} m.",
-        )

@@ -139,8 +139,7 @@ def hysteresis_moment_n_m(
     Returns:
         M, in N m.
 
-    Reference: elastic rolling resistance as in L. Houpert's ball-bearing torque (physics.md of the
-        project, tag S).
+    Reference: elastic rolling resistance as in L. Houpert's ball-bearing torque.
 
     Examples:
         A ball of 2 m diameter on a flat under 1 N has the bare constant:

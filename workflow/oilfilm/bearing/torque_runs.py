@@ -150,9 +150,7 @@ def _trouble(run: LoggedRun) -> Refusal | None:
 def _stuck(run: LoggedRun, turning: slice, limits: Mapping[str, Any]) -> Refusal | None:
     """A torque sensor that says the same again and again while the bearing turns."""
     torque, rows = run.samples["torque_n_m"][turning], run.samples["row"][turning]
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(torque) != 0) + 1, [len(torque)]])
-    longest = int(np.argmax(np.diff(edges)))
-    start, stop = edges[longest], edges[longest + 1]
+    start, stop = statistics.longest_hold(torque)
     held_s = (stop - start) * sampling_interval(run.samples["time_s"])
     if held_s < limits["duration_s"] or stop - start < limits["samples"]:
         return None

@@ -20,11 +20,6 @@ SET_POINTS = (
     "nominal_entrainment_speed_m_s",
     "nominal_inlet_temperature_c",
 )
-# Set points are written with three digits or more, temperatures to a degree; so far may two notes
-# of one set point be apart: half a unit of the last digit, at most 0.5 % (of 1.00).
-_SAME_RELATIVE = 0.005
-_SAME_TEMPERATURE_C = 0.5
-
 _COUNTS = ("runs_accepted", "runs_refused", "points_accepted", "points_refused")
 
 
@@ -40,7 +35,7 @@ def coverage(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
         config: The resolved configuration.
     """
     planned = _planned(config)
-    tested = _counted(_with_levels(_with_pressure(runs, config["rigs"]), planned))
+    tested = _counted(_with_levels(runs, planned, config))
     known = set(_keys(tested))
     rigs = config["campaign"]["rigs"]
     missing = planned[[key not in known for key in _keys(planned)]].assign(
@@ -61,6 +56,20 @@ def coverage(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
         planned=[key in wanted for key in _keys(whole)],
     ).sort_values(["oil", "rig", *SET_POINTS])
     return tables.conform(whole[tables.columns("coverage")], "coverage", "coverage")
+
+
+def of_matrix(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+    """The runs at conditions of the campaign's matrix; all of them where it has none.
+
+    Args:
+        runs: Table of runs.
+        config: The resolved configuration.
+    """
+    if "matrix" not in config["campaign"]:
+        return runs
+    planned = _planned(config)
+    wanted = set(_keys(planned))
+    return runs[[key in wanted for key in _keys(_with_levels(runs, planned, config))]]
 
 
 def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
@@ -144,17 +153,24 @@ def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFrame:
     return runs.assign(nominal_max_hertz_pressure_gpa=pressure, nominal_load_n=load)
 
 
-def _with_levels(runs: pd.DataFrame, planned: pd.DataFrame) -> pd.DataFrame:
-    """Runs with each set point moved to the level that it is a note of."""
-    return runs.assign(**{name: _levels(runs[name], planned[name].dropna()) for name in SET_POINTS})
+def _with_levels(
+    runs: pd.DataFrame, planned: pd.DataFrame, config: Mapping[str, Any]
+) -> pd.DataFrame:
+    """Runs with a pressure for a load, and each set point moved to the level it is a note of."""
+    noted, same = _with_pressure(runs, config["rigs"]), config["same_set_point"]
+    return noted.assign(
+        **{name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}
+    )
 
 
-def _levels(values: "pd.Series[float]", planned: "pd.Series[float]") -> "pd.Series[float]":
+def _levels(
+    values: "pd.Series[float]", planned: "pd.Series[float]", same: Mapping[str, float]
+) -> "pd.Series[float]":
     """Each value's level: the nearest planned one, or else the first of those near each other."""
     relative = values.name != "nominal_inlet_temperature_c"
     levels = sorted(set(planned))
     for value in sorted(set(values.dropna())):
-        allowed = _SAME_RELATIVE * value if relative else _SAME_TEMPERATURE_C
+        allowed = same["relative"] * value if relative else same["temperature_c"]
         # a level that is met exactly is no less near for rounding in the last bit
         if not levels or np.abs(np.array(levels) - value).min() > allowed * (1 + 1e-9):
             levels.append(value)

@@ -105,6 +105,7 @@ def gate_limits(config: Mapping[str, Any]) -> dict[str, Any]:
         "stuck_duration_s": config["curation"]["stuck"]["duration_s"],
         "stuck_samples": config["curation"]["stuck"]["samples"],
         "min_duration_s": config["curation"]["plateaus"]["min_duration_s"],
+        "transient_share": config["curation"]["plateaus"]["transient_share"],
         "accept_unjudged_film": unjudged["accept"],
         "planned_slips": config["campaign"].get("set_points", {}).get("slide_roll_ratio", []),
     }

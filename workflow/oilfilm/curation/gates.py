@@ -14,6 +14,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.signals import Signals
+from oilfilm.curation.statistics import longest_hold
+from oilfilm.units import conversion
 
 BoolArray = npt.NDArray[np.bool_]
 FloatArray = npt.NDArray[np.float64]
@@ -21,8 +23,8 @@ Limits = Mapping[str, Any]
 # Plateaus of one run: column -> array over them.
 Columns = dict[str, npt.NDArray[Any]]
 
-# What a load is multiplied by when its unit is mistaken for N.
-_LOAD_UNITS = {"kgf": 1 / 9.80665, "lbf": 1 / 4.4482216, "gf": 1000 / 9.80665}
+# What a load may be in where it is said to be in N.
+_LOAD_UNITS = ("kgf", "lbf", "gf")
 
 
 @dataclass(frozen=True)
@@ -66,10 +68,7 @@ Finding = tuple[str, int, int] | None
 
 def _stuck_sensor(signals: Signals, points: Columns, limits: Limits) -> Finding:
     force, duration_s = signals.traction_force_n, limits["stuck_duration_s"]
-    changes = np.flatnonzero(np.diff(force) != 0) + 1
-    edges = np.concatenate([[0], changes, [len(force)]])
-    longest = int(np.argmax(np.diff(edges)))
-    start, stop = int(edges[longest]), int(edges[longest + 1])
+    start, stop = longest_hold(force)
     long_enough = (stop - start) * signals.interval_s >= duration_s
     if not long_enough or stop - start < limits["stuck_samples"]:
         return None
@@ -164,6 +163,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 def _temperature_drift(signals: Signals, points: Columns, limits: Limits) -> Finding:
     levels = points["inlet_temperature_c"]
+    levels = levels[~np.isnan(levels)]
     if len(levels) == 0 or levels.max() - levels.min() <= limits["temperature_drift_max_c"]:
         return None
     return (
@@ -265,8 +265,8 @@ def _describe_load(points: pd.DataFrame, limits: Limits) -> str:
     load, nominal = points["load_n"].mean(), points["nominal_load_n"].iloc[0]
     hints = [
         f"; {load / nominal:.4f} is the ratio of {unit} to N, so the load may be in {unit}"
-        for unit, ratio in _LOAD_UNITS.items()
-        if abs(load / nominal / ratio - 1) < 2 * limits["load_tolerance"]
+        for unit in _LOAD_UNITS
+        if abs(load / nominal * conversion(unit, ("N",)).scale - 1) < 2 * limits["load_tolerance"]
     ]
     return (
         f"the load is {load:.2f} N on average, nominal {nominal:.2f} N "
@@ -405,8 +405,8 @@ POINT_GATES = (
             | (points["traction_transient"].abs() > limits["traction_transient_max"])
         ).to_numpy(),
         lambda points, limits: (
-            f"the first fifth of the plateaus differs from the rest by up to "
-            f"{points['slip_transient'].abs().max():.4f} in slip and "
+            f"the first {limits['transient_share']:.0%} of the plateaus differ from the rest by up "
+            f"to {points['slip_transient'].abs().max():.4f} in slip and "
             f"{points['traction_transient'].abs().max():.4f} in traction; allowed "
             f"{limits['slip_transient_max']:g} and {limits['traction_transient_max']:g}"
         ),

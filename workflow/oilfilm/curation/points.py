@@ -62,7 +62,9 @@ def measure_continuous(
     # a level cut off before it settled is a plateau of its last row, for the gate to refuse
     stops = np.maximum(stops, 1)
     starts = np.minimum(starts, stops - 1)
-    points = _average(signals, starts, stops, settings["spikes"]["threshold"])
+    points = _average(
+        signals, starts, stops, settings["spikes"]["threshold"], levels["transient_share"]
+    )
     points["duration_s"] = (stops - starts) * interval
     if isinstance(zero, str):
         return Measured(_with_traction(points, math.nan, math.nan), Trouble("zero_missing", zero))
@@ -107,7 +109,11 @@ def measure_readings(signals: Signals) -> Measured:
 
 
 def _average(
-    signals: Signals, starts: IndexArray, stops: IndexArray, spike_threshold: float
+    signals: Signals,
+    starts: IndexArray,
+    stops: IndexArray,
+    spike_threshold: float,
+    transient_share: float,
 ) -> Columns:
     # many short sums cost more in calls than in numbers: the signals go together
     values, inside = statistics.cut(
@@ -129,7 +135,7 @@ def _average(
     slip, force_n, load_n, time_s, speed_m_s, temperature_c = statistics.means(values, inside)
     slip_se, force_se_n, load_se_n = statistics.standard_errors(values[:3], inside)
     slip_change, force_change_n = _difference(values[:2], inside, 1 / 2)
-    slip_transient, force_transient_n = -_difference(values[:2], inside, 1 / 5)
+    slip_transient, force_transient_n = -_difference(values[:2], inside, transient_share)
     nothing = np.full(len(starts), np.nan)
     return {
         "first_row": signals.row[starts],

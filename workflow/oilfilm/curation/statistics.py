@@ -113,3 +113,15 @@ def _medians(padded: FloatArray, counts: IndexArray) -> FloatArray:
     ranked = np.sort(padded, axis=1)
     rows, last = np.arange(len(padded)), np.maximum(counts - 1, 0)
     return ((ranked[rows, last // 2] + ranked[rows, (last + 1) // 2]) / 2)[:, np.newaxis]
+
+
+def longest_hold(values: FloatArray) -> tuple[int, int]:
+    """First row of the longest stretch of one and the same value, and the row behind its last.
+
+    Examples:
+        >>> longest_hold(np.array([3.0, 1.0, 1.0, 1.0, 2.0]))
+        (1, 4)
+    """
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0) + 1, [len(values)]])
+    longest = int(np.argmax(np.diff(edges)))
+    return int(edges[longest]), int(edges[longest + 1])

@@ -45,8 +45,9 @@ class ZeroReference:
 
     def _weights(self, time_s: FloatArray) -> FloatArray:
         """Share of each phase in the zero at each time, shape (times, phases)."""
-        if len(self.time_s) < 2:
-            return np.ones((len(time_s), len(self.time_s)))
+        phases = len(self.time_s)
+        if phases < 2 or self.time_s[0] == self.time_s[1]:
+            return np.full((len(time_s), phases), 1 / max(phases, 1))
         share = (time_s - self.time_s[0]) / (self.time_s[1] - self.time_s[0])
         return np.stack([1 - share, share], axis=1)
 

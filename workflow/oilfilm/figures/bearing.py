@@ -143,8 +143,10 @@ def cage_slip(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.D
         _say_nothing(axes[0], "No oil has a law that a bearing could use.")
         return _finish(figure, config), tables.empty("cage_slip_map")
     count = len(oils) + (not advice.empty)
-    rows = -(-count // 2)
-    figure, axes = style.panels(rows, 2, style.DOUBLE_COLUMN_IN, 2.2 * rows + 0.4)
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    width = style.DOUBLE_COLUMN_IN if columns > 1 else style.SINGLE_COLUMN_IN
+    figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.4)
     drawn = []
     for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
         of_oil = table[table["oil"] == oil]
@@ -163,7 +165,7 @@ def cage_slip(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.D
     axes[0].yaxis.set_major_formatter("{x:g}")
     bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
     bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
-    for axis in axes[max(count - 2, 0) :]:
+    for axis in axes[max(count - columns, 0) :]:
         axis.set_xlabel("Pitch diameter times speed (million mm rpm)")
     figure.supylabel("Axial load (kN)", fontsize=8)
     temperature = config["bearing"]["cage_slip"]["inlet_temperature_c"]
@@ -183,7 +185,7 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     slip = np.ma.masked_invalid(grid.to_numpy())
     norm = BoundaryNorm(_SLIP_LEVELS, 256)
     filled = axis.pcolormesh(*_cells(speed, load), slip, cmap="cividis_r", norm=norm)
-    axis.contour(speed, load, slip, [limit], colors="#D55E00")
+    axis.contour(speed, load, slip, [limit], colors="black", linewidths=1.1)
     axis.grid(False)
     return filled
 
@@ -199,8 +201,8 @@ def _draw_advice(axis: Axes, advice: pd.DataFrame, oils: list[str]) -> None:
     axis.pcolormesh(*_cells(speed, load), places, cmap=colours, vmin=-0.5, vmax=len(oils) + 0.5)
     for oil in oils:
         apart = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
-        _draw_places(axis, apart, _marker(oil, oils), style.oil_colour(oil, oils))
-    _draw_places(axis, advice[advice["judgement"] == "no film"], "x", "#555555")
+        _draw_places(axis, apart, style.oil_marker(oil, oils), style.oil_colour(oil, oils))
+    _draw_places(axis, advice[advice["judgement"] == "no film"], "x", style.GREY)
     axis.grid(False)
 
 
@@ -214,20 +216,16 @@ def _draw_places(axis: Axes, rows: pd.DataFrame, marker: str, colour: str) -> No
     )
 
 
-def _marker(oil: str, oils: list[str]) -> str:
-    return style.MARKERS[oils.index(oil) % len(style.MARKERS)]
-
-
 def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
     shown = [oil for oil in oils if oil in {*advice["advised_oil"], *advice["best_oil"]}]
     handles: list[Any] = []
     for oil in shown:
-        colour, symbol = style.oil_colour(oil, oils), _marker(oil, oils)
+        colour, symbol = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
         handles += [
-            Patch(facecolor=style.tint(colour, _FIELD), label=f"the paper's rules advise {oil}"),
+            Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
             _symbol(symbol, colour, f"slip speaks for {oil}"),
         ]
-    handles.append(_symbol("x", "#555555", "no oil has enough film"))
+    handles.append(_symbol("x", style.GREY, "film too thin"))
     figure.legend(handles=handles, loc="outside lower left", ncols=4)
 
 
@@ -254,10 +252,15 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     axes = figure.subplots(1, 2, sharey=True)
     panels = (
-        ("ball size", "ball_diameter_mm", "Ball diameter (mm)"),
-        ("conformity", "groove_curvature", "Groove radius over ball diameter (1)"),
+        ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "stress and surface speed"),
+        (
+            "conformity",
+            "groove_curvature",
+            "Groove radius over ball diameter (1)",
+            "load and speed",
+        ),
     )
-    for letter, axis, (varied, column, label) in zip("ab", axes, panels, strict=True):
+    for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
         rows = table[(table["varied"] == varied) & (table["basis"] != "stress")]
         for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
             of_series = rows[(rows["oil"] == oil) & (rows["basis"] == basis)]
@@ -272,7 +275,7 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
             )
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(label)
-        axis.set_title(f"({letter}) {varied}")
+        axis.set_title(f"({letter}) {varied} at the same {held}")
     axes[0].set_ylabel("Traction torque against\nthe stress basis (%)")
     if table.empty:
         _say_nothing(axes[0], "No oil has a law that a bearing could use.")
@@ -280,11 +283,6 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
         axes[0].legend(loc="upper left")
         handles = _basis_handles()[1:]
         axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
-    style.say_key(
-        figure,
-        "(a) all lengths in proportion, the same stress and surface speed; (b) the same load and "
-        "speed.",
-    )
     return _finish(figure, config), table
 
 

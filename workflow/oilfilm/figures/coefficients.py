@@ -24,7 +24,7 @@ def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Da
     # a constant that no oil has, neither fitted nor printed, is no row
     shown = drawn.dropna(subset=["value", "printed_value"], how="all")
     constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]
-    width = max(style.DOUBLE_COLUMN_IN * len(oils) / 3, style.SINGLE_COLUMN_IN)
+    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
     figure, (axis,) = style.panels(1, 1, width, _ROW_IN * (len(constants) + 4))
     axis.set_axis_off()
     axis.set_xlim(0, 1)

@@ -15,7 +15,8 @@ from oilfilm.figures.traction_curves import Results
 
 _COLOURS = "PuOr"  # from orange by white to purple, told apart by every kind of colour vision
 _REACH = 4.5  # naive standard errors to either side
-_NAMED = 2  # profiles that bend most
+_NAMED = 2  # profiles that bend most ...
+_BENT = 0.05  # ... by this at least, in naive standard errors
 
 
 def identifiability(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
@@ -101,7 +102,7 @@ def _draw_profiles(axis: Axes, profiles: pd.DataFrame, colour: str) -> None:
         axis.plot(line["x"], line["value"], color=colour, linewidth=0.7)
         bends[str(constant)] = float((line["value"] - line["x"]).abs().max())
     axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
-    named = [name for name in sorted(bends, key=lambda name: -bends[name]) if bends[name] > 0]
+    named = [name for name in sorted(bends, key=lambda name: -bends[name]) if bends[name] > _BENT]
     words = [f"{name}: off the line by {bends[name]:.2g}" for name in named[:_NAMED]]
     axis.text(
         0.03, 0.97, "\n".join(words), va="top", fontsize=6, transform=axis.transAxes

@@ -92,7 +92,7 @@ def _draw(axis: Axes, here: pd.DataFrame, oils: Sequence[str]) -> None:
         axis.plot(
             apart[_SPEED],
             apart[_PRESSURE],
-            _marker(oil, oils),
+            style.oil_marker(oil, oils),
             color=style.oil_colour(oil, oils),
             markersize=2.2,
             linestyle="",
@@ -101,10 +101,6 @@ def _draw(axis: Axes, here: pd.DataFrame, oils: Sequence[str]) -> None:
     axis.plot(none[_SPEED], none[_PRESSURE], "x", color="#555555", markersize=3, linestyle="")
     axis.set(xscale="log", yscale="log")
     axis.grid(False)
-
-
-def _marker(oil: str, oils: Sequence[str]) -> str:
-    return style.MARKERS[list(oils).index(oil) % len(style.MARKERS)]
 
 
 def _edges(levels: FloatArray) -> FloatArray:
@@ -147,8 +143,8 @@ def _say_key(figure: Figure, oils: Sequence[str], table: pd.DataFrame) -> None:
     ]
     symbols: list[Any] = [
         Line2D(
-            [], [], linestyle="", marker=_marker(oil, oils), color=style.oil_colour(oil, oils),
-            markersize=3.5, label=f"numbers prefer {oil}",
+            [], [], linestyle="", marker=style.oil_marker(oil, oils),
+            color=style.oil_colour(oil, oils), markersize=3.5, label=f"numbers prefer {oil}",
         )
         for oil in shown
     ]  # fmt: skip

@@ -10,14 +10,15 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 
+from oilfilm import colours
 from oilfilm.captions import provenance
+from oilfilm.whole import whole_file
 
 # Columns of a page, 84 and 174 mm.
 SINGLE_COLUMN_IN = 84 / 25.4
 DOUBLE_COLUMN_IN = 174 / 25.4
 
-# Okabe and Ito's colours, which stay apart for every kind of colour vision.
-_PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+oil_colour = colours.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # One style a meaning: what a law was fitted to, or where its constants are from.
 LINES: dict[str, Any] = {
@@ -28,7 +29,7 @@ LINES: dict[str, Any] = {
     "not planned": (0, (6, 1.5)),
 }
 GREY = "#555555"  # of words and keys that belong to no oil
-EXTRAPOLATED = "#ececec"  # behind what no test reaches
+EXTRAPOLATED = colours.EXTRAPOLATED
 _SMALL_PRINT: dict[str, Any] = {"va": "top", "fontsize": 6, "color": GREY}
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
@@ -51,6 +52,7 @@ _SETTINGS: Any = {
     "axes.spines.right": False,
     "axes.linewidth": 0.6,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "#e5e5e5",
     "grid.linewidth": 0.5,
     "legend.fontsize": 7,
@@ -67,9 +69,9 @@ _SETTINGS: Any = {
 mpl.rcParams.update(_SETTINGS)
 
 
-def oil_colour(oil: str, oils: Sequence[str]) -> str:
-    """The colour of an oil: its place in the campaign decides, in every figure alike."""
-    return _PALETTE[list(oils).index(oil) % len(_PALETTE)]
+def oil_marker(oil: str, oils: Sequence[str]) -> str:
+    """The marker of an oil, beside its colour."""
+    return MARKERS[list(oils).index(oil) % len(MARKERS)]
 
 
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
@@ -159,9 +161,7 @@ def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
     metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
     for path in paths:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside = path.with_name(f".{path.name}.part{path.suffix}")
-        figure.savefig(aside, metadata=metadata[path.suffix])
-        aside.replace(path)
+        with whole_file(path) as aside:
+            figure.savefig(aside, format=path.suffix[1:], metadata=metadata[path.suffix])
         # what is laid out once stays so
         figure.set_layout_engine("none")

@@ -174,7 +174,8 @@ def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
 def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Every accepted point of every oil, and the fit at each of its conditions."""
     oils = list(config["oils"])
-    figure, axes = style.panels(1, len(oils), style.SINGLE_COLUMN_IN * min(len(oils), 2), 2.8)
+    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
+    figure, axes = style.panels(1, len(oils), width, 2.8)
     rows = []
     for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
@@ -216,13 +217,15 @@ def _draw_cloud(
 ) -> list[pd.DataFrame]:
     """All points in one colour, with the fit of each condition through them."""
     points = pd.concat([condition.points for condition in conditions])
-    many = len(points) > 2000
+    # one line lies on its points, many of them below all points
+    one = len(conditions) == 1
+    many = one and len(points) > 2000
     axis.plot(
         points["slide_roll_ratio"],
         points["traction_coefficient"],
         ".",
         color=colour,
-        markersize=1.6 if many else 3.5,
+        markersize=1.6 if many or not one else 3.5,
         alpha=0.15 if many else 0.7,
         rasterized=True,
     )
@@ -232,7 +235,13 @@ def _draw_cloud(
     drawn = [_measured_rows(panel, oil, oil, points).assign(traction_coefficient_se=np.nan)]
     for condition in conditions:
         line = _fit_rows(panel, condition.name, oil, law, condition.levels, points)
-        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color="black", zorder=3)
+        axis.plot(
+            line["slide_roll_ratio"],
+            line["traction_coefficient"],
+            color="black",
+            linewidth=1.1 if one else 0.3,
+            zorder=3 if one else 1.5,
+        )
         drawn.append(line)
     axis.plot([], [], color="black", label="fit")
     return drawn

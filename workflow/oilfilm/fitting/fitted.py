@@ -156,9 +156,10 @@ class FittedLaw:
     def predict(self, conditions: FloatArray, slip: FloatArray, level: float = 0.95) -> Prediction:
         """mu with its interval at each point.
 
-        The interval is mu exp(+-z s/mu), s by the gradient of mu and the covariance of the
-        constants (curves drawn again, and calibration where it is stated): what the law's mean
-        curve may be, not where one more measured point may lie, and true as far as the law is.
+        The interval is mu exp(+-z s/mu), and mu +- z s where a law leads below zero, s by the
+        gradient of mu and the covariance of the constants (curves drawn again, and calibration
+        where it is stated): what the law's mean curve may be, not where one more measured point
+        may lie, and true as far as the law is.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions).
@@ -171,11 +172,14 @@ class FittedLaw:
             some = slice(start, start + _CHUNK)
             mu[some], error[some] = self._predict_some(conditions[some], slip[some], root)
         sign = np.where(slip < 0, -1.0, 1.0)
-        # at no slip there is no traction and no doubt about it
-        relative = np.divide(error, mu, out=np.zeros_like(mu), where=mu > 0)
-        relative[np.isnan(error)] = np.nan
-        factor = np.exp(ndtri(0.5 + level / 2) * relative)
-        ends = np.sort([sign * mu / factor, sign * mu * factor], axis=0)
+        reach, above = ndtri(0.5 + level / 2) * error, mu > 0
+        relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
+        # far out the interval may be endless
+        with np.errstate(over="ignore"):
+            factor = np.exp(relative)
+            lower = np.where(above, mu / factor, mu - reach)
+            upper = np.where(above, mu * factor, mu + reach)
+        ends = np.sort([sign * lower, sign * upper], axis=0)
         distance = self._distance(conditions, slip)
         return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance)
 

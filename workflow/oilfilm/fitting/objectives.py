@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
+from oilfilm.curation.plateaus import MAD_TO_SIGMA
 from oilfilm.fitting.engine import Optimum, polish
 from oilfilm.fitting.problem import CurveData, Problem
 from oilfilm.traction.law import FloatArray
 
-# Robust standard deviation of normal errors from their median absolute size.
-_MAD_TO_SIGMA = 1.4826
 # Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
 _CAUCHY_TUNING = 2.3849
 _ROUNDS = 10
@@ -63,7 +62,7 @@ def robust_fit(problem: Problem, plain: Optimum) -> Alternative | None:
     values, scale = plain.values, 0.0
     for _ in range(_ROUNDS):
         median = float(np.median(np.abs(problem.residual(values))))
-        wanted = _CAUCHY_TUNING * _MAD_TO_SIGMA * median
+        wanted = _CAUCHY_TUNING * MAD_TO_SIGMA * median
         if wanted == 0 or not np.isfinite(wanted):
             return None
         if abs(wanted - scale) <= 1e-3 * wanted:

@@ -119,12 +119,28 @@ def damaged_file(form: str, error: Exception) -> Reading:
     )
 
 
+def number(text: str) -> float:
+    """The number that a cell holds.
+
+    Raises:
+        ValueError: It holds none; 1_0 is none either, though Python reads it.
+    """
+    if "_" in text:
+        raise ValueError(f"{text!r} is no number")
+    return float(text)
+
+
+def printable(text: str) -> str:
+    """A text out of a file without what could steer a terminal."""
+    return "".join(mark if mark.isprintable() else "?" for mark in text)
+
+
 def distinct(names: Iterable[str]) -> list[str]:
     """Printable names, those that repeat an earlier one told apart by a number."""
     seen: Counter[str] = Counter()
     result = []
     for name in names:
-        plain = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
+        plain = printable(name)[:80]
         seen[plain] += 1
         result.append(f"{plain}-{seen[plain]}" if seen[plain] > 1 else plain)
     return result

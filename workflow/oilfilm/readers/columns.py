@@ -4,7 +4,6 @@ A format finds names, units, header keys and numbers; everything that follows fr
 in the kind of log.
 """
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,6 @@ from oilfilm.readers.base import LARGEST_READING, LoggedRun, Refusal, as_ranges
 from oilfilm.readers.log_kind import Column, FloatArray, LogKind, Renamed, Vocabulary
 from oilfilm.units import ABSOLUTE_ZERO_C, conversion
 
-_UNIT_IN_NAME = re.compile(r"^(?P<name>.*?)[\s_]*[\[(](?P<unit>[^\])]*)[\])]$")
 # No oil is liquid there; its properties have no meaning.
 _HOTTEST_C = 1000.0
 FORMAT_ADVICE = "data/raw/README.md describes the format."
@@ -35,16 +33,29 @@ def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, s
         renamed: Quantity -> `name` and `unit`, for columns with names of their own.
         vocabulary: What such logs may hold.
     """
+    bare, unit = _apart(name)
     for quantity, given in renamed.items():
-        if name == given["name"]:
-            return quantity, given.get("unit")
-    bracketed = _UNIT_IN_NAME.match(name)
-    bare, unit = (bracketed["name"], bracketed["unit"]) if bracketed else (name, None)
+        if given["name"] in (name, bare):
+            return quantity, given.get("unit") or unit
     plain = plain_key(bare)
     if plain in vocabulary.own_names:
         quantity, own_unit = vocabulary.own_names[plain]
         return quantity, unit or own_unit
     return (plain, unit) if plain in vocabulary.quantities else None
+
+
+def _apart(name: str) -> tuple[str, str | None]:
+    """A name and the unit in brackets at its end; None where there are none.
+
+    No regular expression: names come out of files, and one of many brackets would take hours.
+    """
+    if not name.endswith(("]", ")")):
+        return name, None
+    inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
+    opened = [place for mark in "[(" if (place := name.find(mark, inside)) >= 0]
+    if not opened:
+        return name, None
+    return name[: min(opened)].rstrip(" \t_"), name[min(opened) + 1 : -1]
 
 
 def plain_key(text: str) -> str:
@@ -89,15 +100,15 @@ def find_columns(
             raise ValueError(f"the log repeats the column {quantity!r}")
         if not unit:
             raise ValueError(
-                f"the column {name!r} has no unit; write it in brackets, in a row below the names "
-                f"or under `{vocabulary.columns_key}` of the campaign file"
+                f"the column {name[:60]!r} has no unit; write it in brackets, in a row below the "
+                f"names or under `{vocabulary.columns_key}` of the campaign file"
             )
         try:
             found[quantity] = Column(
                 quantity, place, conversion(unit, vocabulary.quantities[quantity])
             )
         except ValueError as error:
-            raise ValueError(f"the column {name!r}: {error}") from error
+            raise ValueError(f"the column {name[:60]!r}: {error}") from error
     either = vocabulary.either
     chosen = next((some for some in either if all(name in found for name in some)), either[0])
     needed = [*vocabulary.always, *chosen]
@@ -202,9 +213,9 @@ def refused_table(table: LoggedTable, rule: str, reason: str, advice: str) -> Re
 def _numbers(table: LoggedTable, place: int) -> FloatArray:
     column = table.values[place]
     if column.dtype.kind not in "iuf":
-        raise ValueError(f"the column {table.names[place]!r} does not hold numbers")
+        raise ValueError(f"the column {table.names[place][:60]!r} does not hold numbers")
     if len(column) != table.rows:
-        raise ValueError(f"the column {table.names[place]!r} has {len(column)} rows")
+        raise ValueError(f"the column {table.names[place][:60]!r} has {len(column)} rows")
     return column.astype(np.float64)
 
 

@@ -69,19 +69,20 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
         # one of the lines may be that of the names
         raise LayoutError(str(error), max(count_rows(text) - 1, 0)) from error
     start = sum(len(line) + 1 for line in lines[: number + 1])
-    decoded = [line.decode("utf-8", "replace") for line in lines[: number + 3]]
-    first = decoded[number + 1].split(delimiter) if number + 1 < len(decoded) else []
+    decoded = [line.decode("utf-8", "replace") for line in lines]
+    rows = [line.split(delimiter) for line in decoded[number + 1 :]]
     units: list[str] = [""] * len(names)
-    if _is_unit_row(first, names, renamed, vocabulary):
-        units = [_bare(cell) for cell in first]
+    if rows and _is_unit_row(rows[0], names, renamed, vocabulary):
+        units = [_bare(cell) for cell in rows.pop(0)]
         start += len(lines[number + 1]) + 1
-        first = decoded[number + 2].split(delimiter) if number + 2 < len(decoded) else []
     table = text[start:]
     try:
         columns = find_columns(names, units, renamed, vocabulary)
     except ValueError as error:
         raise LayoutError(str(error), count_rows(table)) from error
-    decimal_mark = "," if delimiter != "," and any("," in cell for cell in first) else "."
+    # not the first row alone: it may hold whole numbers only
+    numbers = (row[one.place] for row in rows for one in columns if one.place < len(row))
+    decimal_mark = "," if delimiter != "," and any("," in cell for cell in numbers) else "."
     return Layout(
         _header_keys(decoded[:number], delimiter),
         delimiter,
@@ -224,5 +225,7 @@ def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
         marks = [mark for mark in (":", "=", delimiter) if mark in plain]
         if marks:
             key, _, value = plain.partition(min(marks, key=plain.index))
-            keys[plain_key(key)] = value.strip().strip(delimiter).strip()
+            name, said = plain_key(key), value.strip().strip(delimiter).strip()
+            # two values are none: what needs this key refuses the log
+            keys[name] = said if keys.get(name, said) == said else f"{keys[name]} / {said}"
     return keys

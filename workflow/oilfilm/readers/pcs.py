@@ -23,6 +23,7 @@ from oilfilm.readers.base import (
     Reading,
     Refusal,
     as_ranges,
+    number,
     refused_file,
     samples_of_run,
 )
@@ -31,7 +32,7 @@ from oilfilm.readers.traction_log import TRACTION
 
 FloatArray = npt.NDArray[np.float64]
 
-_STEP = re.compile(r"^Step (\d+)\b.* started at (.+)$")
+_STEP = re.compile(r"^Step (\d{1,9})\b.* started at (.+)$")
 _DATE_FORMATS = ("%d/%m/%Y %H:%M:%S", "%d/%m/%Y %H:%M")
 # A row of a table, were it cut after its first cell.
 _ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
@@ -202,7 +203,7 @@ def _read_step(
     if step.type.lower() not in _SWEEPS:
         refusal = Refusal(
             "not_a_sweep",
-            f"step {step.number} is of type {step.type!r}; expected a traction or film sweep",
+            f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep",
             "Nothing to do: such rows carry no traction curve.",
             run_id,
             first,
@@ -267,7 +268,7 @@ def _cells(
         for index, row in enumerate(cells):
             text = row[place].strip() if place < len(row) else ""
             try:
-                values[name][index] = float(text) if text else np.nan
+                values[name][index] = number(text) if text else np.nan
             except ValueError:
                 readable[index] = False
     for name in places:

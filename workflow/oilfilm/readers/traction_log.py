@@ -4,7 +4,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from oilfilm.contact import load_for_max_hertz_pressure
-from oilfilm.readers.base import LARGEST_READING, SET_POINTS, LoggedRun, Nominal, samples_of_run
+from oilfilm.readers.base import (
+    LARGEST_READING,
+    SET_POINTS,
+    LoggedRun,
+    Nominal,
+    number,
+    samples_of_run,
+)
 from oilfilm.readers.columns import FORMAT_ADVICE, oil_problem, simulation_problem, unknown
 from oilfilm.readers.log_kind import Column, FloatArray, IndexArray, Renamed, Vocabulary
 from oilfilm.rigs import contact_of
@@ -39,6 +46,8 @@ _OWN_NAMES = {
     "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
     "slide_roll_ratio": ("slide_roll_ratio", "1"),
 }
+# No material bears more; the load that goes with the cube of it would be no number of a table.
+_HARDEST_GPA = 1e3
 
 
 class TractionLog:
@@ -106,7 +115,7 @@ def _set_point_problem(keys: Mapping[str, str]) -> tuple[str, str, str] | None:
             return (
                 "header",
                 f"the header says {name}: {keys[name][:60]!r}; expected a number above "
-                f"{_least(name):g}",
+                f"{_least(name):g}, below {_most(name):g}",
                 f"Correct the header. {FORMAT_ADVICE}",
             )
     return None
@@ -115,14 +124,18 @@ def _set_point_problem(keys: Mapping[str, str]) -> tuple[str, str, str] | None:
 def _set_point(name: str, text: str) -> float | None:
     """The number that a header gives, with a decimal point or comma; None where it gives none."""
     try:
-        value = float(text if "." in text else text.replace(",", ".", 1))
+        value = number(text if "." in text else text.replace(",", ".", 1))
     except ValueError:
         return None
-    return value if _least(name) < value < LARGEST_READING else None
+    return value if _least(name) < value < _most(name) else None
 
 
 def _least(name: str) -> float:
     return ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
+
+
+def _most(name: str) -> float:
+    return _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 
 
 def _rig_problem(

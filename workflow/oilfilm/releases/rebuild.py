@@ -7,11 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
-
-from oilfilm import tables
 from oilfilm.config import unresolve
+from oilfilm.differing import difference
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import FileRecord, shown
 from oilfilm.releases.opened import Opened
@@ -119,36 +116,5 @@ def differences(before: Opened, after: Opened) -> list[str]:
     lines = [f"{what}{shown(path)} {state}" for what, path, state in found]
     if found and found[0][0] == "" and found[0][2] == "differs":
         path = found[0][1]
-        lines[0] += ": " + first_difference(before.file(path), after.file(path))
+        lines[0] += ": " + difference(before.file(path), after.file(path))
     return lines
-
-
-def first_difference(before: Path, after: Path) -> str:
-    """Where two files begin to differ: row and column, line, or byte."""
-    if before.suffix == ".parquet":
-        return _first_cell(before, after)
-    old, new = before.read_bytes(), after.read_bytes()
-    try:
-        lines = zip(old.decode().splitlines(), new.decode().splitlines(), strict=False)
-        for number, (one, other) in enumerate(lines, start=1):
-            if one != other:
-                return f"line {number}: {shown(one)[:200]!r}, rebuilt {shown(other)[:200]!r}"
-        return "one is longer"
-    except UnicodeDecodeError:
-        pairs = enumerate(zip(old, new, strict=False))
-        at = next((place for place, (one, other) in pairs if one != other), min(len(old), len(new)))
-        return f"byte {at}"
-
-
-def _first_cell(before: Path, after: Path) -> str:
-    name = tables.read_footer(before)["table"]
-    old, new = tables.read(name, before), tables.read(name, after)
-    if len(old) != len(new):
-        return f"{len(old)} rows, rebuilt {len(new)}"
-    for column in old:
-        same = (old[column] == new[column]) | (old[column].isna() & new[column].isna())
-        if not same.all():
-            row = int(np.argmin(same.to_numpy()))
-            one, other = (pd.Series(frame[column]).iloc[row] for frame in (old, new))
-            return f"row {row}, column {column}: {shown(one)!r}, rebuilt {shown(other)!r}"
-    return "the same rows; what the footer says of their making differs"

@@ -12,10 +12,11 @@ from bokeh.plotting import figure
 from bokeh.resources import Resources
 from markupsafe import Markup
 
+from oilfilm.colours import EXTRAPOLATED
+
 _MARKERS = ("circle", "square", "triangle", "diamond", "inverted_triangle", "plus")
 _DASHES = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
 _HEIGHT_PX = 420
-_OUTSIDE = "#f2e6d9"
 
 
 def chart(colours: Sequence[str]) -> dict[str, Any]:
@@ -39,7 +40,7 @@ def chart(colours: Sequence[str]) -> dict[str, Any]:
     for name in ("below", "above"):
         plot.add_layout(
             BoxAnnotation(
-                name=name, left=0, right=0, fill_color=_OUTSIDE, fill_alpha=1, line_alpha=0,
+                name=name, left=0, right=0, fill_color=EXTRAPOLATED, fill_alpha=1, line_alpha=0,
                 level="underlay", propagate_hover=True,
             )
         )  # fmt: skip

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from oilfilm.audit.audit import films
 from oilfilm.audit.evidence import usable
-from oilfilm.figures.style import oil_colour
+from oilfilm.colours import oil_colour
 from oilfilm.film import thermal_loading_parameter
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.operating_grid import AXES, Film, Grid
@@ -44,6 +44,7 @@ class Axis:
         step: Distance between its values.
         steps: How many of them.
         start: Value it begins with.
+        idle: True where no fit follows it: it was tested at one level, or is not known.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Axis:
     step: float
     steps: int
     start: float
+    idle: bool = False
 
     @property
     def digits(self) -> int:
@@ -63,13 +65,18 @@ class Axis:
         return np.round(self.low + self.step * np.arange(self.steps + 1), self.digits)
 
     @classmethod
-    def over(cls, name: str, low: float, high: float, start: float) -> "Axis":
+    def over(cls, name: str, low: float, high: float, start: float, idle: bool = False) -> "Axis":
         """A slider from `low` to `high` at least, by a power of ten of at least 100 steps."""
         span = high - low or abs(low) or 1.0
-        step = 10.0 ** np.floor(np.log10(span / _STEPS))
+        # a step above `low` would begin at zero, where a power law has no value
+        widest = min(span / _STEPS, low) if low > 0 else span / _STEPS
+        step = float(10.0 ** np.floor(np.log10(widest)))
         first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
         digits = max(0, -int(np.floor(np.log10(step))))
-        return cls(name, round(first * step, digits), step, int(last - first), round(start, digits))
+        steps = int(last - first)
+        return cls(
+            name, round(float(first * step), digits), step, steps, round(start, digits), idle
+        )
 
 
 def explorer(
@@ -101,7 +108,7 @@ def explorer(
     chosen = _thinned(accepted[accepted["oil"].isin(shown)], config["report"]["points_max"])
     return {
         "axes": [_axis(axis, nearby) for axis in axes],
-        "factor": float(norm.ppf(0.5 + LEVEL / 2)),
+        "factor": float(ndtri(0.5 + LEVEL / 2)),
         "oils": [
             {
                 "name": oil,
@@ -145,7 +152,11 @@ def _axes(
             inner, outer = tested[:, 0].min(), tested[:, 1].max()
             near = inner <= high and outer >= low
             low, high = (min(low, inner), max(high, outer)) if near else (inner, outer)
-        axes.append(Axis.over(name, low, high, float(np.clip(centre.get(name, low), low, high))))
+        start = float(np.clip(centre.get(name, low), low, high))
+        follow = name == "slide_roll_ratio" or any(
+            fit.coefficients.known[place] for fit in fits.values()
+        )
+        axes.append(Axis.over(name, low, high, start, idle=not follow))
     return axes
 
 
@@ -177,6 +188,7 @@ def _axis(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
         "start": axis.start,
         "nearby": nearby[f"{axis.name}_relative" if relative else axis.name],
         "relative": relative,
+        "idle": axis.idle,
     }
 
 

@@ -8,6 +8,7 @@
 const read = (id) => JSON.parse(document.getElementById(id).textContent);
 const DATA = read("explorer-data");
 const DOWNLOADS = read("downloads");
+const DRAWINGS = read("drawings");
 const POINTS_OF_CURVE = 201;
 const byId = (id) => document.getElementById(id);
 const numbers = (values) => values.map((value) => value ?? NaN);
@@ -164,7 +165,7 @@ function restore() {
   const [section, query] = location.hash.slice(1).split("?");
   if (section !== "explorer" || !query) return false;
   const parts = new URLSearchParams(query);
-  if (DATA.axes.some((axis) => axis.symbol === parts.get("x"))) state.x = parts.get("x");
+  if (DATA.axes.some((axis) => axis.symbol === parts.get("x") && !axis.idle)) state.x = parts.get("x");
   DATA.axes.forEach((axis, i) => {
     const value = parseFloat(parts.get(axis.symbol));
     if (Number.isFinite(value)) state.place[i] = at(axis, stepOf(axis, value));
@@ -273,7 +274,11 @@ function cells(row, values) {
   }
 }
 
+const placeInWords = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
+  : [`${axis.symbol} ${state.place[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ");
+
 function tell() {
+  byId("here-caption").textContent = `At ${placeInWords()}`;
   const body = byId("here").tBodies[0];
   const warnings = [];
   body.replaceChildren(...state.oils.map((i) => {
@@ -320,13 +325,20 @@ function update({ keepAddress = false } = {}) {
 
 // ---------------------------------------------------------------- saving and copying
 
-function save(name, text) {
+const KINDS = { csv: "text/csv;charset=utf-8", json: "application/json", svg: "image/svg+xml" };
+
+function save(name, content) {
   const link = document.createElement("a");
-  const kind = name.endsWith(".json") ? "application/json" : "text/csv;charset=utf-8";
-  link.href = URL.createObjectURL(new Blob([text], { type: kind }));
+  link.href = URL.createObjectURL(new Blob([content], { type: KINDS[name.split(".").pop()] }));
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+async function saveDrawing(name) {
+  const packed = Uint8Array.from(atob(DRAWINGS[name]), (letter) => letter.charCodeAt(0));
+  const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  save(`${name}.svg`, await new Response(unpacked).arrayBuffer());
 }
 
 async function copy(text, status) {
@@ -338,9 +350,18 @@ async function copy(text, status) {
   }
 }
 
+// The same run gives the same page, released or not: only the folder knows.
+function showRelease() {
+  const found = location.pathname.match(/\/releases\/[^/]+\/([^/]+)\/report\.html$/);
+  if (found) byId("release").textContent = decodeURIComponent(found[1]);
+}
+
 function listen() {
   for (const button of document.querySelectorAll("[data-save]")) {
     button.addEventListener("click", () => save(button.dataset.save, DOWNLOADS[button.dataset.save]));
+  }
+  for (const button of document.querySelectorAll("[data-drawing]")) {
+    button.addEventListener("click", () => saveDrawing(button.dataset.drawing));
   }
   for (const button of document.querySelectorAll("[data-copy]")) {
     button.addEventListener("click", () => copy(DOWNLOADS[button.dataset.copy], byId("copied")));
@@ -348,7 +369,7 @@ function listen() {
   // what is folded away would be missing on paper
   let opened = [];
   addEventListener("beforeprint", () => {
-    opened = [...document.querySelectorAll("details:not([open])")];
+    opened = [...document.querySelectorAll("details:not([open], .on-screen)")];
     for (const one of opened) one.open = true;
   });
   addEventListener("afterprint", () => { for (const one of opened) one.open = false; });
@@ -381,6 +402,7 @@ function listenToExplorer() {
 }
 
 async function start() {
+  showRelease();
   listen();
   if (!DATA.oils.length) return;
   const [view] = await Bokeh.embed.embed_item(read("chart-data"), "chart");

@@ -3,8 +3,9 @@
 import base64
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
@@ -12,15 +13,15 @@ from platform import python_version
 from typing import Any
 
 import pandas as pd
-import yaml
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.captions import CAPTIONS, caption
+from oilfilm.config import as_yaml
 from oilfilm.report import chart, sections
 from oilfilm.report.explorer import explorer
-from oilfilm.report.pictures import data_address, png_address, size_of
+from oilfilm.report.pictures import packed, png_address, size_of
 from oilfilm.report.sections import Results
 from oilfilm.report.verdict import verdict
 from oilfilm.spreadsheet import csv_text
@@ -31,6 +32,7 @@ _PACKAGES = (
     *("bokeh", "jinja2"),
 )
 _FIGURE_PX, _REFUSED_PX = 1400, 900
+_TAG = 500  # bytes around a picture, at most
 _SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
 # Texts of verdicts -> how they look.
 _LOOKS = {
@@ -52,7 +54,7 @@ class Picture:
         width: On a wide screen, in CSS pixels.
         height: The same.
         png: The picture as a data address.
-        svg: The drawing as a data address, to be saved.
+        svg: The drawing, packed.
     """
 
     name: str
@@ -77,7 +79,6 @@ def page(
     refused: Path,
     config: Mapping[str, Any],
     provenance: Mapping[str, Any],
-    release: str = "",
 ) -> str:
     """The report of a campaign.
 
@@ -87,7 +88,6 @@ def page(
         refused: Folder of the pages of refused runs, as `refused_pages` names them.
         config: The whole configuration, resolved.
         provenance: Of the job that writes the report.
-        release: Id of the release that it belongs to; empty where there is none.
 
     Returns:
         HTML that asks the network for nothing; the same results give the same text.
@@ -100,7 +100,6 @@ def page(
     most = settings["rows_max"]
     context: dict[str, Any] = {
         "config": config,
-        "release": release,
         "verdict": verdict(results, sure, config),
         "equations": sections.equations(results),
         "fits": sections.fit_table(results, sure),
@@ -115,7 +114,7 @@ def page(
         "claims": sections.claims(results),
         "comparison": sections.comparison(results),
         "torque": sections.torque(results),
-        "inversion": sections.inversion(results),
+        "bearing": sections.bearing(results),
         "torque_quarantine": sections.refused(
             results.torque_quarantine, "torque_quarantine", "Torque logs that were refused", most
         ),
@@ -125,7 +124,7 @@ def page(
         "licence": chart.licence(),
         "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},
         "provenance": provenance,
-        "configuration": yaml.safe_dump(dict(config), allow_unicode=True, sort_keys=False),
+        "configuration": as_yaml(config),
         "style": _asset("page.css"),
         "scripts": [chart.library(), _asset("page.js")],
         "looks": _LOOKS,
@@ -153,7 +152,7 @@ def page(
     addresses = [png_address(refused / f"{one.name}.png", _REFUSED_PX) for one in pages]
     taken, room = _taken(addresses, room)
     pages = [replace(one, png=png) for one, png in zip(pages, taken, strict=True)]
-    taken, room = _taken([_svg(figures[one.name][1]) for one in pictures], room)
+    taken, room = _taken([packed(figures[one.name][1]) for one in pictures], room)
     pictures = [replace(one, svg=svg) for one, svg in zip(pictures, taken, strict=True)]
     return _render({**context, "pictures": pictures, "pages": pages})
 
@@ -162,13 +161,10 @@ def _taken(addresses: Iterable[str], room: int) -> tuple[list[str], int]:
     """The addresses for which there is room, empty for the others; and the room that is left."""
     taken = []
     for address in addresses:
-        taken.append(address if len(address) <= room else "")
-        room -= len(taken[-1])
+        size = len(address) + _TAG
+        taken.append(address if size <= room else "")
+        room -= size * (size <= room)
     return taken, room
-
-
-def _svg(path: Path) -> str:
-    return data_address("image/svg+xml", path.read_bytes())
 
 
 def _downloads(results: Results) -> dict[str, str]:
@@ -200,7 +196,8 @@ def _source_hash(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
 
 
-def _render(context: Mapping[str, Any]) -> str:
+@cache
+def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(_HERE),
         autoescape=True,
@@ -211,8 +208,14 @@ def _render(context: Mapping[str, Any]) -> str:
     # Bokeh reads a model where it first stands, and elsewhere by its number
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False}
     environment.filters["source_hash"] = _source_hash
+    return environment.get_template("page.html.jinja")
+
+
+def _render(context: Mapping[str, Any]) -> str:
+    pictures: Sequence[Picture] = context["pictures"]
     gallery = [
         (category, list(shown))
-        for category, shown in groupby(context["pictures"], lambda one: one.category)
+        for category, shown in groupby(pictures, lambda picture: picture.category)
     ]
-    return environment.get_template("page.html").render(context, gallery=gallery)
+    drawings = {picture.name: picture.svg for picture in pictures if picture.svg}
+    return _template().render(context, gallery=gallery, drawings=drawings)

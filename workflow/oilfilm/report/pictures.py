@@ -1,6 +1,7 @@
 """Pictures that travel inside the page."""
 
 import base64
+import gzip
 import io
 from pathlib import Path
 
@@ -24,15 +25,15 @@ def png_address(path: Path, width_px: int) -> str:
         picture = opened.convert("RGB")
     if picture.width > width_px:
         height = round(picture.height * width_px / picture.width)
-        picture = picture.resize((width_px, height), Image.Resampling.LANCZOS, reducing_gap=2.0)
+        picture = picture.resize((width_px, height), Image.Resampling.HAMMING)
     content = io.BytesIO()
     # the octree is ten times as fast as the median cut, and its files are smaller
     picture.quantize(_COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(
         content, "PNG"
     )
-    return data_address("image/png", content.getvalue())
+    return f"data:image/png;base64,{base64.b64encode(content.getvalue()).decode('ascii')}"
 
 
-def data_address(media_type: str, content: bytes) -> str:
-    """Bytes as an address that needs no network."""
-    return f"data:{media_type};base64,{base64.b64encode(content).decode('ascii')}"
+def packed(path: Path) -> str:
+    """A file compressed by gzip, as text: drawings shrink to a sixth."""
+    return base64.b64encode(gzip.compress(path.read_bytes(), mtime=0)).decode("ascii")

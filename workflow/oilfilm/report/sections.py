@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.bearing.words import BearingTables, bearing_words
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.report.contents import (
     Choice,
@@ -44,6 +45,7 @@ class Results:
     torque_quarantine: pd.DataFrame = field(default_factory=lambda: tables.empty("quarantine"))
     torque: pd.DataFrame = field(default_factory=lambda: tables.empty("torque"))
     torque_inversion: pd.DataFrame = field(default_factory=lambda: tables.empty("torque_inversion"))
+    slip_advice: pd.DataFrame = field(default_factory=lambda: tables.empty("slip_advice"))
 
     @classmethod
     def models(cls) -> dict[str, str]:
@@ -131,9 +133,9 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         [
             Choice("constant", "Constant"),
             Choice("value", "Value", unit=""),
+            Choice("lower", "95 % interval", unit=""),
             Choice("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
             Choice("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
-            Choice("lower", "95 % interval", unit=""),
             Choice("verdict", "Verdict", is_verdict=True),
             Choice("printed_value", "Printed", unit=""),
         ],
@@ -252,16 +254,9 @@ def torque(results: Results) -> Shown:
     return Shown("torque", caption, columns, rows, 0, "tables/torque.parquet")
 
 
-def inversion(results: Results) -> Shown:
-    """Whether the torque decides on traction."""
-    counts = results.torque_inversion.value_counts(["oil", "verdict"], sort=False).reset_index()
-    rows = [[row["oil"], row["verdict"], str(row["count"])] for row in tables.rows(counts)]
-    return Shown(
-        "torque_inversion",
-        "Can the measured torque tell the traction coefficient? Undetermined: its uncertainty is "
-        "as large as itself",
-        [Column("Oil"), Column("Verdict"), Column("Plateaus", is_number=True)],
-        rows,
-        0,
-        "tables/torque_inversion.parquet",
-    )
+def bearing(results: Results) -> list[str]:
+    """What else there is to say of the bearing, a sentence a line; none without torque logs."""
+    if results.torque_runs.empty:
+        return []
+    found = BearingTables(**{one.name: getattr(results, one.name) for one in fields(BearingTables)})
+    return [line.strip() for line in bearing_words(found)[1:] if line]

@@ -16,6 +16,7 @@ from oilfilm.tables.store import (
     read,
     read_footer,
     read_run,
+    refuse_damaged,
     rows,
     write,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "read",
     "read_footer",
     "read_run",
+    "refuse_damaged",
     "rows",
     "unit_of",
     "write",

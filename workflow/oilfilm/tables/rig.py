@@ -124,7 +124,9 @@ class Points(Table):
     )
     slip_change: Series[float] = number("second half minus first half of the plateau", gaps=True)
     traction_change: Series[float] = number("the same of the traction coefficient", gaps=True)
-    slip_transient: Series[float] = number("first fifth minus the rest of the plateau", gaps=True)
+    slip_transient: Series[float] = number(
+        "beginning of the plateau (config: transient_share) minus the rest of it", gaps=True
+    )
     traction_transient: Series[float] = number("the same of the traction coefficient", gaps=True)
     force_asymmetry: Series[float] = number(
         "|TF1 + TF2| / (|TF1| + |TF2|): 0 where both slip directions pull alike, 1 where one has "

@@ -15,6 +15,7 @@ import pyarrow.parquet as parquet
 from oilfilm.errors import OilfilmError
 from oilfilm.tables import bearing, drawn, fits, paper, rig
 from oilfilm.tables.fields import Table, repeated, unit_of
+from oilfilm.whole import whole_file
 
 SCHEMA_VERSION = 4
 
@@ -143,20 +144,19 @@ def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, 
     content = content.replace_schema_metadata(
         {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(path.name + ".part")
     encodings = {
         field.name: _ENCODINGS[str(field.type)] for field in schema if str(field.type) in _ENCODINGS
     }
-    parquet.write_table(
-        content,
-        aside,
-        compression="zstd",
-        row_group_size=1 << 18,
-        use_dictionary=[name for name in schema.names if name not in encodings],
-        column_encoding=encodings,
-    )
-    aside.replace(path)
+    with whole_file(path) as aside:
+        parquet.write_table(
+            content,
+            aside,
+            compression="zstd",
+            row_group_size=1 << 18,
+            use_dictionary=[name for name in schema.names if name not in encodings],
+            column_encoding=encodings,
+            write_page_checksum=True,
+        )
 
 
 # Numbers hardly repeat: a dictionary of them takes five times the time and saves nothing.
@@ -180,8 +180,30 @@ def read(table: str, *paths: Path) -> pd.DataFrame:
 
 def _read_part(table: str, path: Path) -> arrow.Table:
     _check_footer(table, path)
-    # not as part of a partitioned set: the folder `oil=...` would add a column
-    return parquet.read_table(path, partitioning=None).replace_schema_metadata(None)
+    return _content(path).replace_schema_metadata(None)
+
+
+def refuse_damaged(path: Path) -> None:
+    """See that every page of a file is as it was written.
+
+    Raises:
+        OilfilmError: One is not, or the file is missing.
+    """
+    _content(path)
+
+
+def _content(path: Path, **asked: Any) -> arrow.Table:
+    """What a file holds, each page checked; not as part of a set, whose folder adds a column."""
+    try:
+        return parquet.read_table(path, partitioning=None, page_checksum_verification=True, **asked)
+    except (OSError, arrow.ArrowException) as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path, error: Exception) -> OilfilmError:
+    return OilfilmError(
+        f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
+    )
 
 
 def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
@@ -194,9 +216,7 @@ def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
         _check_footer(table, path)
     # what is not of the run never leaves Arrow, and row groups without it are not even read
     wanted = [("run_id", "==", run_id)]
-    content = arrow.concat_tables(
-        [parquet.read_table(path, filters=wanted, partitioning=None) for path in paths]
-    )
+    content = arrow.concat_tables([_content(path, filters=wanted) for path in paths])
     return conform(content.to_pandas(), table, f"run {run_id}")
 
 
@@ -218,10 +238,10 @@ def read_footer(path: Path) -> dict[str, Any]:
     """
     try:
         metadata = parquet.read_schema(path).metadata or {}
+    except FileNotFoundError as error:
+        raise OilfilmError(f"{path}: there is no such table; snakemake makes it.") from error
     except (OSError, arrow.ArrowException) as error:
-        raise OilfilmError(
-            f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
-        ) from error
+        raise _damaged(path, error) from error
     if b"oilfilm" not in metadata:
         raise OilfilmError(f"{path}: is Parquet, but not a table of oilfilm.")
     return cast(dict[str, Any], json.loads(metadata[b"oilfilm"]))

@@ -179,11 +179,6 @@ class Law(ABC):
         rows = at.design[at.curve]
         return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
 
-    def local_values(self, internal: FloatArray, design: FloatArray) -> FloatArray:
-        """The coefficients, with their signs, at given conditions: shape (rows, coefficients)."""
-        signs = np.array([one.sign for one in self.coefficients])
-        return self.sizes(internal, design).T * signs
-
     @property
     def local_constants(self) -> tuple[str, ...]:
         """Names of the coefficients."""

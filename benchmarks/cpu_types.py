@@ -1,0 +1,109 @@
+"""How far numbers move from one type of CPU to another: one oil of the demonstration, refitted.
+
+Run by `make bench-cpu`. NumPy, OpenBLAS, Arrow and the C library choose their kernels by what the
+CPU can do; told that it can do less, they choose those of another CPU. Prints, for each such CPU,
+which tables keep their bytes and how far the numbers of the others move, relative to the largest
+of their column, and how far that is in standard errors of the constants.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+import numpy as np  # noqa: E402
+
+from oilfilm import tables  # noqa: E402
+from oilfilm.differing import largest_relative_differences  # noqa: E402
+
+OIL = "4102"
+NO_AVX512 = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+    "ARROW_USER_SIMD_LEVEL": "AVX2",
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX512DQ,-AVX512BW",
+}
+NO_AVX = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+    "ARROW_USER_SIMD_LEVEL": "NONE",
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX,-AVX2,-FMA,-FMA4,-AVX512F",
+}
+CPUS = {
+    "this one": {"OPENBLAS_NUM_THREADS": "1"},
+    "this one, again": {"OPENBLAS_NUM_THREADS": "1"},
+    "this one, two threads of OpenBLAS": {"OPENBLAS_NUM_THREADS": "2"},
+    "AVX2, as Zen 2": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Zen", **NO_AVX512},
+    "AVX2, as Haswell": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Haswell", **NO_AVX512},
+    "AVX512, as Skylake-X": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "SkylakeX"},
+    "no AVX, as Prescott": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Prescott", **NO_AVX},
+}
+
+
+def make(folder: Path) -> None:
+    """The tables of one oil: logs simulated, read, curated and fitted in this very process."""
+    # imported here: the parent compares, and has a CPU of its own
+    from campaigns import carry_through, printed  # noqa: PLC0415
+    from oilfilm.config import resolve  # noqa: PLC0415
+    from oilfilm.fitting.compare import compare_laws  # noqa: PLC0415
+    from oilfilm.fitting.fit import fit_oil  # noqa: PLC0415
+    from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: PLC0415
+
+    config = resolve(ROOT / "config", {"campaign": "demo"})
+    raw = folder / "raw"
+    raw.mkdir()
+    for run, content, _ in simulate_campaign(config, printed()):
+        if run.name.startswith(OIL):
+            (raw / run.name).write_bytes(content)
+    campaign = carry_through(config, raw, sorted(path.name for path in raw.iterdir()))
+    made = {"points": campaign.curated.points, "runs": campaign.curated.runs}
+    made |= fit_oil(campaign.curated.points, OIL, printed().get(OIL), config).tables()
+    made |= compare_laws(campaign.curated.points, OIL, config).tables()
+    for name, frame in made.items():
+        tables.write(
+            frame, name, folder / f"{name}.parquet", {"campaign": "demo", "data": "simulated"}
+        )
+
+
+def main() -> None:
+    """Make the tables on every CPU and compare them with those of this one."""
+    with tempfile.TemporaryDirectory(prefix="oilfilm-cpu-") as top:
+        first = Path(top, "this one")
+        for name, environment in CPUS.items():
+            folder = Path(top, name)
+            folder.mkdir()
+            paths = os.pathsep.join([str(ROOT / "workflow"), str(ROOT / "tests")])
+            subprocess.run(
+                [sys.executable, __file__, str(folder)],
+                env={**os.environ, "PYTHONPATH": paths, **environment},
+                check=True,
+            )
+            if folder != first:
+                print(f"\n{name}", flush=True)
+                report(first, folder)
+
+
+def report(first: Path, other: Path) -> None:
+    """Print which tables moved, and how far."""
+    logs = sorted((first / "raw").iterdir())
+    same = sum(log.read_bytes() == (other / "raw" / log.name).read_bytes() for log in logs)
+    print(f"  {'raw logs':18} {same} of {len(logs)} the same bytes")
+    for path in sorted(first.glob("*.parquet")):
+        if path.read_bytes() == (other / path.name).read_bytes():
+            print(f"  {path.stem:18} the same bytes")
+            continue
+        moved = largest_relative_differences(path, other / path.name)
+        worst = max(moved, key=lambda name: moved[name])
+        print(f"  {path.stem:18} {len(moved)} columns, at most {moved[worst]:.1e} ({worst})")
+    old, new = (tables.read("coefficients", top / "coefficients.parquet") for top in (first, other))
+    steps = np.abs(new["value"] - old["value"]) / old["standard_error"]
+    print(f"  constants move by at most {steps.max():.1e} standard errors")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        make(Path(sys.argv[1]))
+    else:
+        main()

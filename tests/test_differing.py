@@ -1,0 +1,76 @@
+"""Where two files differ is named: table cell, footer, pixel, metadata, line, byte."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+import pytest
+from matplotlib.image import imsave
+
+from oilfilm.differing import difference, first_difference, largest_relative_differences
+
+
+@pytest.fixture
+def two(tmp_path: Path) -> tuple[Path, Path]:
+    for name in ("one", "other"):
+        (tmp_path / name).mkdir()
+    return tmp_path / "one", tmp_path / "other"
+
+
+def table(path: Path, load: list[float | None], said: str = "{}") -> Path:
+    content = arrow.table({"oil": ["a", "b", "c"], "load_n": load})
+    parquet.write_table(content.replace_schema_metadata({"oilfilm": said}), path)
+    return path
+
+
+def test_equal_folders_have_no_difference(two: tuple[Path, Path]) -> None:
+    for folder in two:
+        table(folder / "points.parquet", [1.0, None, 3.0])
+    assert first_difference(*two) == ""
+
+
+def test_first_cell_of_a_table_is_named(two: tuple[Path, Path]) -> None:
+    table(two[0] / "points.parquet", [1.0, None, 3.0])
+    table(two[1] / "points.parquet", [1.0, None, np.nextafter(3.0, 4.0)])
+    found = first_difference(*two)
+    assert found.startswith("points.parquet: column load_n, row 2: ")
+    assert "3.0000000000000004" in found
+
+
+def test_footer_of_a_table_is_named(two: tuple[Path, Path]) -> None:
+    one = table(two[0] / "a.parquet", [1.0, 2.0, 3.0])
+    other = table(two[1] / "a.parquet", [1.0, 2.0, 3.0], '{"host": "here"}')
+    found = difference(one, other)
+    assert found.startswith("the same rows; oilfilm in the footer, line 1")
+
+
+def test_pixel_and_metadata_of_a_picture_are_named(two: tuple[Path, Path]) -> None:
+    one, other = (folder / "fig.png" for folder in two)
+    picture = np.zeros((4, 5, 3))
+    imsave(one, picture, metadata={"Software": None})
+    imsave(other, picture, metadata={"Software": None, "Creation Time": "today"})
+    assert "metadata" in difference(one, other)
+    assert "today" in difference(one, other)
+    picture[2, 3] = 1.0
+    imsave(other, picture, metadata={"Software": None})
+    assert difference(one, other) == "1 pixels, the first at line 2, column 3"
+
+
+def test_line_byte_and_missing_file_are_named(two: tuple[Path, Path]) -> None:
+    for folder, text in zip(two, ("a\nb\n", "a\nc\n"), strict=True):
+        (folder / "summary.txt").write_text(text)
+    assert first_difference(*two) == "summary.txt: line 2: 'b', then 'c'"
+    for folder, content in zip(two, (b"\xff\x00", b"\xff\x01"), strict=True):
+        (folder / "data.bin").write_bytes(content)
+    assert first_difference(*two).startswith("data.bin: byte 1")
+    (two[0] / "data.bin").unlink()
+    assert first_difference(*two).startswith("data.bin: is missing in")
+
+
+def test_movement_is_relative_to_the_largest_value_of_a_column(two: tuple[Path, Path]) -> None:
+    one = table(two[0] / "a.parquet", [1e-9, None, 4.0])
+    other = table(two[1] / "a.parquet", [2e-9, None, 4.0])
+    assert largest_relative_differences(one, other) == {"load_n": pytest.approx(2.5e-10)}
+    other = table(two[1] / "a.parquet", [1e-9, 0.0, 4.0])
+    assert largest_relative_differences(one, other) == {"load_n": np.inf}

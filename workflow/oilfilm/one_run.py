@@ -1,0 +1,60 @@
+"""One run at a time in a folder, and none stopped by what a killed one has left.
+
+Snakemake's own lock is a file, which outlives a killed run. The operating system gives a lock up
+with the last process that holds it: a run holds one, and so does each of its jobs, which may
+outlive it. Standard library only: the Snakefile asks.
+"""
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO
+
+from oilfilm.errors import OilfilmError
+
+_LOCK = "oilfilm.lock"
+
+
+def forget_killed_runs(records: Path) -> None:
+    """Take away the locks that Snakemake has left in its records where no run is at work."""
+    with suppress(OSError), _opened(records) as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for left in (records / "locks").glob("*.lock"):
+            left.unlink()
+
+
+def begin_run(records: Path) -> None:
+    """Be the one run of a folder until the process ends, however it ends.
+
+    Raises:
+        OilfilmError: Another run, or a job that outlived one, is at work.
+    """
+    try:
+        with _opened(records) as file:
+            lock = os.dup(file.fileno())  # never closed
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # shared from here on, because the jobs hold it too
+        fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OilfilmError(
+            f"Another run is at work in {records.absolute().parent}, or a job of one that was "
+            "killed still is. Wait until it ends, or end it, then run snakemake again."
+        ) from None
+    except OSError:  # a file system that has no such locks: Snakemake's own must do
+        pass
+
+
+@contextmanager
+def at_work(records: Path) -> Iterator[None]:
+    """Let no other run begin while a job is at work."""
+    with _opened(records) as lock:
+        with suppress(OSError):
+            fcntl.flock(lock, fcntl.LOCK_SH)
+        yield
+
+
+def _opened(records: Path) -> IO[bytes]:
+    records.mkdir(parents=True, exist_ok=True)
+    return (records / _LOCK).open("ab")
