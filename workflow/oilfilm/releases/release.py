@@ -70,29 +70,26 @@ def release(made: Made, releases: Path) -> tuple[Path, bool]:
         The release's folder, and whether it is new.
 
     Raises:
-        OilfilmError: A raw log has changed since the run read it, the release exists already with
-            other content, or it cannot be written.
+        OilfilmError: A raw log has changed since the run read it, or the release exists already
+            with other content.
     """
+    made_from = _made_from(made)
+    version = version_of(made_from)
+    aside, place = releases / f".{version}.part", releases / version
+    # what a killed run has left
+    for leftover in releases.glob(".*.part"):
+        shutil.rmtree(leftover)
+    new = not place.exists()
     try:
-        made_from = _made_from(made)
-        version = version_of(made_from)
-        aside, place = releases / f".{version}.part", releases / version
-        for leftover in releases.glob(".*.part"):
-            shutil.rmtree(leftover)
         manifest = _gather(made, made_from, aside)
-        new = not place.exists()
         if new:
             _close(aside)
             aside.rename(place)
         else:
             _refuse_other(place, manifest)
-            shutil.rmtree(aside)
-        _point(releases / "latest", version)
-    except OSError as error:
-        raise OilfilmError(
-            f"{error.filename}: {error.strerror}. Nothing was released; run `snakemake release` "
-            "again once that is mended."
-        ) from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)  # a full disk needs the room
+    _point(releases / "latest", version)
     return place, new
 
 
@@ -162,7 +159,7 @@ def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
         if before and before.sha256 != record.sha256:
             raise OilfilmError(
                 f"{record.path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
-                f"then {before.sha256[:12]}). Run snakemake again."
+                f"then {before.sha256[:12]}). Put it back, or let `snakemake --forcerun` read it."
             )
 
 
