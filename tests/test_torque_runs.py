@@ -288,9 +288,10 @@ def test_a_row_that_is_no_measurement_is_refused_in_any_format(config, name):
     assert (row["rule"], row["first_row"], row["last_row"]) == ("unreadable_row", 200, 201)
 
 
-def test_a_copy_of_a_log_is_refused_by_the_name_of_the_first(config):
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_a_copy_of_a_log_is_refused_by_the_name_of_the_first(config, pack):
     content = log(signals())
-    runs, refused = measure_torque([("a.csv", content), ("b.csv", content)], config)
+    runs, refused = measure_torque([("a.csv", content), ("b.csv", pack(content))], config)
     assert set(runs["run_id"]) == {"a.csv"}
     assert refused["rule"].tolist() == ["duplicate_log"]
     assert "a.csv, which is kept" in refused["reason"].iloc[0]
