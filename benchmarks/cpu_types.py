@@ -97,9 +97,26 @@ def report(first: Path, other: Path) -> None:
         moved = largest_relative_differences(path, other / path.name)
         worst = max(moved, key=lambda name: moved[name])
         print(f"  {path.stem:18} {len(moved)} columns, at most {moved[worst]:.1e} ({worst})")
+    for digits in (12, 9, 6):
+        unlike, numbers = unlike_when_rounded(first, other, digits)
+        print(f"  rounded to {digits} digits {unlike} of {numbers} numbers still differ")
     old, new = (tables.read("coefficients", top / "coefficients.parquet") for top in (first, other))
     steps = np.abs(new["value"] - old["value"]) / old["standard_error"]
     print(f"  constants move by at most {steps.max():.1e} standard errors")
+
+
+def unlike_when_rounded(first: Path, other: Path, digits: int) -> tuple[int, int]:
+    """Numbers of all tables that differ though both are rounded; and how many there are."""
+    unlike = numbers = 0
+    for path in sorted(first.glob("*.parquet")):
+        old, new = (tables.read(path.stem, top / path.name) for top in (first, other))
+        for name in old.select_dtypes("float"):
+            one, two = (
+                [f"{value:.{digits - 1}e}" for value in frame[name]] for frame in (old, new)
+            )
+            numbers += len(one)
+            unlike += sum(a != b for a, b in zip(one, two, strict=True))
+    return unlike, numbers
 
 
 if __name__ == "__main__":

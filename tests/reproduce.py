@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -116,9 +117,16 @@ def run(
 
 
 def killed(
-    place: Path, seconds: float, *arguments: str, clock: Mapping[str, str] | None = None
+    place: Path,
+    seconds: float,
+    *arguments: str,
+    files: int = 0,
+    clock: Mapping[str, str] | None = None,
 ) -> bool:
-    """Run snakemake and kill it and all its jobs; false where it had ended by itself."""
+    """Run snakemake and kill it and all its jobs; false where it had ended by itself.
+
+    It is killed so many seconds after as many files are made as are asked for.
+    """
     called, environment = command(place, *arguments)
     with subprocess.Popen(
         called,
@@ -128,12 +136,19 @@ def killed(
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     ) as process:
+        while process.poll() is None and recorded(place) < files:
+            time.sleep(0.05)
         try:
             process.wait(seconds)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             return True
     return False
+
+
+def recorded(place: Path) -> int:
+    """How many files Snakemake knows to be made."""
+    return sum(1 for _ in (place / ".snakemake/metadata").glob("*"))
 
 
 def unfinished(place: Path) -> list[str]:

@@ -1,5 +1,6 @@
 """What every script does around its call: provenance, and mistakes in a sentence."""
 
+import errno
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -34,6 +35,22 @@ def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: P
     with job(a_job(tmp_path)) as first, job(a_job(tmp_path)) as second:
         assert first == second
         assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
+
+
+def test_full_disk_ends_a_job_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended, job(a_job(tmp_path)):
+        raise OSError(errno.ENOSPC, "No space left on device", "points.parquet")
+    assert ended.value.code == 1
+    said = capsys.readouterr().err
+    assert said.startswith("The disk is full. Make room on it (")
+    assert "points.parquet" in said
+
+
+def test_other_trouble_with_files_is_a_fault_of_the_program(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError), job(a_job(tmp_path)):
+        (tmp_path / "nothing").read_bytes()
 
 
 def test_fault_of_the_program_keeps_its_traceback(tmp_path: Path) -> None:

@@ -5,7 +5,17 @@ from pathlib import Path
 import pytest
 
 from oilfilm.errors import OilfilmError
-from oilfilm.raw_files import raw_files, refuse_strangers, remove_others, shard_of
+from oilfilm.raw_files import (
+    expected_digests,
+    listing,
+    raw_files,
+    read_listing,
+    refuse_altered,
+    refuse_strangers,
+    remove_others,
+    shard_of,
+    unchanged_logs,
+)
 
 
 def test_logs_are_found_in_subfolders_and_notes_are_not_logs(tmp_path: Path) -> None:
@@ -61,3 +71,48 @@ def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
         part.write_text("")
     remove_others(parts[:1])
     assert [part.exists() for part in parts] == [True, False, False]
+
+
+# sha256 of "abc", from FIPS 180-2, appendix B.1
+ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+
+
+def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
+    (tmp_path / "two words.csv").write_text("abc")
+    assert listing(tmp_path) == f"{ABC}  two words.csv\n"
+    written = tmp_path / "logs.sha256"
+    written.write_text(listing(tmp_path))
+    assert read_listing(written) == {"two words.csv": ABC}
+
+
+def test_log_that_is_not_as_the_twin_wrote_it_is_refused(tmp_path: Path) -> None:
+    folder, written = tmp_path / "raw", tmp_path / "logs.sha256"
+    folder.mkdir()
+    (folder / "a.csv").write_text("abc")
+    refuse_altered(folder, written)  # nothing is known of it yet
+    written.write_text(listing(folder))
+    refuse_altered(folder, written)
+    (folder / "a.csv").write_text("abd")
+    with pytest.raises(OilfilmError, match=r"a\.csv: is not as the rig twin wrote it\. Delete"):
+        refuse_altered(folder, written)
+    (folder / "a.csv").unlink()
+    with pytest.raises(OilfilmError, match=r"a\.csv: is not as"):
+        refuse_altered(folder, written)
+
+
+def test_log_that_has_changed_since_its_digest_was_taken_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("abc")
+    assert list(unchanged_logs(tmp_path, {"a.csv": ABC})) == [("a.csv", b"abc")]
+    (tmp_path / "a.csv").write_text("abcd")
+    with pytest.raises(OilfilmError, match="has changed since the run began"):
+        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
+    (tmp_path / "a.csv").unlink()
+    with pytest.raises(OilfilmError, match="cannot be read"):
+        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
+
+
+def test_digests_come_from_the_run_or_from_the_twins_listing(tmp_path: Path) -> None:
+    written = tmp_path / "logs.sha256"
+    written.write_text(f"{ABC}  a.csv\n{'0' * 64}  b.csv\n")
+    assert expected_digests({"a.csv": "1"}, None) == {"a.csv": "1"}
+    assert expected_digests({"a.csv": ""}, str(written)) == {"a.csv": ABC}

@@ -152,3 +152,24 @@ def test_dictionary_columns_survive(demo, tmp_path: Path) -> None:
     assert str(schema.field("run_id").type).startswith("dictionary")
     assert json.loads(schema.metadata[b"oilfilm"])["table"] == "samples"
     assert tables.read("samples", path)["run_id"].tolist() == samples["run_id"].tolist()
+
+
+def test_no_flipped_bit_is_read_as_another_number(quarantine: pd.DataFrame, tmp_path: Path) -> None:
+    """Pages carry a CRC-32: compression alone lets some bits pass."""
+    path = tmp_path / "quarantine.parquet"
+    tables.write(quarantine, "quarantine", path, {"campaign": "x", "data": "measured"})
+    content = path.read_bytes()
+    as_written = tables.read("quarantine", path)
+    # the footer, which has no check of its own, begins this far from the end
+    footer = int.from_bytes(content[-8:-4], "little") + 8
+    refused = 0
+    for place in range(4, len(content) - footer, 3):
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        try:
+            assert tables.read("quarantine", path).equals(as_written)
+        except OilfilmError as error:
+            assert "cannot be read as Parquet" in str(error)
+            refused += 1
+    assert refused > 0

@@ -11,8 +11,10 @@ import pytest
 
 import formats
 from campaigns import ROOT
+from mutations import mutate
 from oilfilm.bearing.torque_runs import measure_torque
 from oilfilm.config import resolve
+from oilfilm.randomness import generator
 from oilfilm.readers import READERS
 
 RATE = 20
@@ -313,6 +315,17 @@ def test_a_log_cut_anywhere_never_ends_in_nothing(config, name, cut):
     whole = WRITERS[name](named(signals()), UNITS, {"oil": "4050"})
     runs, refused = measure_torque([("a", whole[: int(cut * len(whole))])], config)
     assert len(runs) or len(refused)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_damaged_torque_logs_end_in_a_verdict(config, name):
+    whole = WRITERS[name](named(signals()), UNITS, {"oil": "4050"})
+    random = generator(1, f"fuzz torque {name}")
+    for _ in range(60):
+        runs, refused = measure_torque([("a", mutate(whole, random))], config)
+        assert len(runs) or len(refused)
+        assert np.isfinite(runs.select_dtypes("number")).all(axis=None)
+        assert (refused["reason"] != "").all()
 
 
 def test_the_same_readers_serve_torque_and_traction():

@@ -68,8 +68,8 @@ def test_killed_run_ends_in_the_same_bytes_when_it_is_run_again(
     """Killed again and again, a day ahead of the clock at first."""
     lay_out_small(tmp_path)
     ahead = fake_clock("+1d")
-    for seconds, clock in ((6, ahead), (9, ahead), (12, {}), (15, {})):
-        killed(tmp_path, seconds, "--cores", "2", "release", *SMALL, clock=clock)
+    for files, clock in ((0, ahead), (3, ahead), (15, {}), (40, {})):
+        assert killed(tmp_path, 1.5, "--cores", "2", "release", *SMALL, files=files, clock=clock)
     done = run(tmp_path, TWO, "release", *SMALL)
     assert done.returncode == 0, done.stdout + done.stderr
     assert compare(whole, tmp_path) == ""

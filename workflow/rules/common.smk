@@ -8,7 +8,7 @@ from oilfilm.captions import CAPTIONS
 from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.one_run import begin_run, forget_killed_runs
-from oilfilm.provenance import code_digest, file_digest, input_digest
+from oilfilm.provenance import code_digest, file_digest
 from oilfilm.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
