@@ -45,6 +45,7 @@ from oilfilm.rig_twin.truth import true_tractions
 from oilfilm.slip_advice import advise
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import Observations, to_constants, to_internal
+from pictures import nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
@@ -229,6 +230,7 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
     tables.conform(drawn, FIGURES[name].table, name)
     assert len(drawn)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    assert nothing_is_cut_off(figure)
 
 
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])

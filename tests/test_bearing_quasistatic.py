@@ -13,6 +13,7 @@ from oilfilm.bearing.quasistatic import (
     gyroscopic_moment_n_m,
     raceway_control,
 )
+from oilfilm.contact import elliptical_contact
 
 REFERENCE = yaml.safe_load(
     (FOLDER.parents[1] / "data/reference/bearing_benchmarks.yaml").read_text(encoding="utf-8")
@@ -42,11 +43,39 @@ def test_published_equilibria_are_met_within_half_a_percent(name):
 
 
 def test_harris_static_answer_of_the_218():
-    # 41.6 deg and 1676 N by his approximate Hertz constants (physics.md, from memory: for
+    # 41.6 deg and 1676 N by his approximate Hertz constants (not checked against print: for
     # comparison, with room for what is lost by them)
     found = raceway_control(shipped("harris-218"), OperatingPoints.axial(17800.0, 0.0))
     assert np.degrees(found.contacts.contact_angle_rad[0, 0]) == pytest.approx(41.6, rel=5e-3)
     assert found.contacts.load_n[0, 0] == pytest.approx(1676, rel=5e-3)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_at_rest_the_closed_form_of_equal_contact_angles_holds(name):
+    # both races at one angle: A (cos(alpha0)/cos(alpha) - 1) = delta_i + delta_o, each by Hertz
+    bearing = shipped(name)
+    axial_n = 3e7 * bearing.ball_diameter_m**2
+    contacts = raceway_control(bearing, OperatingPoints.axial(axial_n, 0.0)).contacts
+    angle, load = contacts.contact_angle_rad[0, 0], contacts.load_n[0, 0]
+    assert angle[0] == pytest.approx(angle[1], rel=1e-9)
+    np.testing.assert_allclose(load, axial_n / (bearing.ball_count * np.sin(angle)), rtol=1e-9)
+    hertz = elliptical_contact(
+        load, bearing.radius_x_m(np.cos(angle)), bearing.radius_y_m, bearing.reduced_modulus_pa
+    )
+    stretched = np.cos(bearing.contact_angle_rad) / np.cos(angle[0]) - 1
+    assert bearing.groove_centre_distance_m * stretched == pytest.approx(
+        hertz.approach_m.sum(), rel=1e-8
+    )
+
+
+def test_without_friction_the_centrifugal_force_alone_parts_the_angles():
+    # balance of a ball pressed by two normals: cot(alpha_o) - cot(alpha_i) = Fc Z/Fa
+    bearing = shipped("harris-218")
+    points = OperatingPoints.axial(17800.0, 10000 * RPM)
+    found = raceway_control(bearing, points, gyroscopic_sign=0.0)
+    inner, outer = found.contacts.contact_angle_rad[0, 0]
+    outward = centrifugal_force_n(bearing, found.contacts, found.motion)[0, 0]
+    assert 1 / np.tan(outer) - 1 / np.tan(inner) == pytest.approx(16 * outward / 17800.0, rel=1e-8)
 
 
 def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():

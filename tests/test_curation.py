@@ -524,7 +524,7 @@ def test_copy_of_a_log_and_a_name_given_twice_are_refused(
     first, copy, namesake = sorted(demo.truth.loc[demo.truth["defect"] == "", "run_id"])[:3]
     picked = demo.ingested.runs["run_id"].isin([first, copy, namesake])
     runs = demo.ingested.runs[picked].set_index("run_id", drop=False)
-    runs.loc[copy, "sha256"] = runs.loc[first, "sha256"]
+    runs.loc[copy, "content_sha256"] = runs.loc[first, "content_sha256"]
     runs.loc[[first, namesake], "label"] = "17"
     samples = pd.concat(demo.ingested.samples.values(), ignore_index=True)
     samples = samples[samples["run_id"].isin(runs["run_id"])]

@@ -24,6 +24,7 @@ from oilfilm.figures import FIGURES, Results, style
 from oilfilm.randomness import generator
 from oilfilm.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.traction.law import CONDITIONS
+from pictures import nothing_is_cut_off
 
 BASELINE = Path(__file__).parent / "baseline"
 # Root-mean-square difference of the pictures' values, of 255. The same code gives 0; this leaves
@@ -326,6 +327,17 @@ def test_figures_are_as_wide_as_a_column_of_the_journal(
     style.save(figure, tmp_path / "it.png")
     width = matplotlib.image.imread(tmp_path / "it.png").shape[1]
     assert width in [round(mm / 25.4 * 300) for mm in (84, 174)]
+
+
+@pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
+@pytest.mark.parametrize("name", DRAWN_HERE)
+def test_nothing_is_cut_off_even_of_a_campaign_with_a_long_name(
+    results: Results, settings: dict[str, Any], name: str, oils: list[str]
+) -> None:
+    campaign = {**settings["campaign"], "name": "a-" * 40, "film_unjudged": {"accept": True}}
+    fewer = {oil: settings["oils"][oil] for oil in oils}
+    figure, _ = FIGURES[name].draw(results, {**settings, "campaign": campaign, "oils": fewer})
+    assert nothing_is_cut_off(figure)
 
 
 # Pictures that between them have every kind of mark: patches, words, lines, bands, bars, an image.

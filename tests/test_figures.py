@@ -18,6 +18,7 @@ from oilfilm.fitting.fit import fit_oil
 from oilfilm.printed.signs import study_signs
 from oilfilm.selection import select
 from oilfilm.traction.deng2026 import traction_coefficient
+from pictures import nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +35,7 @@ def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
     figure, drawn = FIGURES[name].draw(results, config)
     words = " ".join(text.get_text() for text in figure.texts)
     assert "SIMULATED" in words
+    assert nothing_is_cut_off(figure)
     tables.conform(drawn, FIGURES[name].table, name)
 
 
@@ -129,6 +131,7 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
         for sign, verdict in sign_verdicts[["sign", "verdict"]].to_numpy()
     ]
     assert "no data are drawn" in figure.texts[0].get_text()
+    assert nothing_is_cut_off(figure)
     assert (drawn["panel"] == "a").sum() == 512
 
 
@@ -190,6 +193,7 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     assert set(drawn["claim"]) <= words
     assert len(drawn) == len(audited.claims)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    assert nothing_is_cut_off(figure)
 
 
 def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
@@ -205,6 +209,7 @@ def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
     symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
     assert symbols == (drawn["judgement"] != "agree").sum()
     assert "STAND-IN" in " ".join(text.get_text() for text in figure.texts)
+    assert nothing_is_cut_off(figure)
 
 
 def test_map_of_oils_that_are_not_there_says_so(config: dict[str, Any]) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import formats
 from campaigns import ROOT
-from oilfilm.ingest import read_log
+from oilfilm.ingest import ingest_logs, read_log
 from oilfilm.readers import READERS
 
 WRITERS = {
@@ -68,6 +68,9 @@ def test_compressed_files_of_every_format_are_read_in_place(
     for packed in (gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)):
         reader, reading = read_log(packed, "log", config)
         assert (reader, len(reading.runs[0])) == (name, 5)
+        runs = ingest_logs([("plain", content), ("packed", packed)], config).runs
+        assert runs["sha256"].nunique() == 2
+        assert runs["content_sha256"].nunique() == 1  # what refuses the copy
 
 
 @pytest.mark.parametrize("name", WRITERS)

@@ -22,6 +22,7 @@ from oilfilm.provenance import file_digest
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
 from oilfilm.releases.crate import CRATE
+from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import MANIFEST, canonical, is_inside, read_manifest, shown
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
@@ -194,19 +195,33 @@ def test_interrupted_release_leaves_none_and_the_next_run_makes_it(
     assert verify(place) == []
 
 
-def test_full_disk_ends_in_a_sentence(run: making.Made, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(_: object, target: Path) -> None:
-        raise OSError(28, "No space left on device", str(target))
+def test_full_disk_gets_its_room_back(run: making.Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: object) -> None:
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(making, "_copy", full)
-    with pytest.raises(OilfilmError, match=r"No space left on device\. Nothing was released"):
+    monkeypatch.setattr(making, "_close", full)
+    with pytest.raises(OSError, match="No space left on device"):
         released(run)
+    assert not list((run.root / "results/releases/demo").iterdir())
 
 
 def test_log_that_changed_after_it_was_read_is_refused(run: making.Made) -> None:
     (run.root / "data/raw/demo/a.csv").write_bytes(b"load_n\n9\n")
     with pytest.raises(OilfilmError, match=r"data/raw/demo/a\.csv: has changed since the run"):
         released(run)
+
+
+def test_logs_are_known_by_their_runs_in_files_of_one_run_and_of_several(tmp_path: Path) -> None:
+    torque = pd.DataFrame(
+        {"run_id": ["x.csv", "y.tdms:low", "y.tdms:high", "a:b.csv"], "oil": "4050", "sha256": "s"}
+    )
+    frames = {"runs": runs_of(RAW, tmp_path), "torque_runs": torque}
+    raw = [f"data/raw/demo-torque/{name}" for name in ("x.csv", "y.tdms", "a:b.csv")]
+    logs = logs_read("demo", frames.get, raw)
+    assert {path: log.oil for path, log in logs.items()} == {
+        **{f"data/raw/demo/{name}": "4102" for name in RAW},
+        **dict.fromkeys(raw, "4050"),
+    }
 
 
 def test_missing_log_of_a_job_is_told(run: making.Made) -> None:
@@ -399,7 +414,7 @@ def test_crate_has_every_file_and_every_raw_log_by_its_hash(
     manifest, _ = read_manifest(place)
     parts = set(ids(crate["./"]["hasPart"]))
     for record in manifest.files:
-        if record.path not in {CRATE, "code/Snakefile"}:
+        if record.path != CRATE:
             entity = crate[record.path]
             assert entity["@id"] in parts
             assert (entity["sha256"], entity["contentSize"]) == (record.sha256, str(record.size))
@@ -499,7 +514,7 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
     assert verify_rebuilt(place, measured, monkeypatch) == 1
     assert capsys.readouterr().out.splitlines()[1:] == [
         "rebuilt from the raw logs: 3 differences, the first:",
-        "code/workflow/fit.py differs: line 1: 'answer = 42', rebuilt 'answer = 43'",
+        "code/workflow/fit.py differs: line 1: 'answer = 42', then 'answer = 43'",
         "ro-crate-metadata.json differs",
         "summary.txt differs",
     ]
@@ -513,15 +528,3 @@ def test_rebuild_wants_the_very_logs(
     (measured.root / "data/raw/demo/b.csv").write_bytes(b"load_n\n2.02\n")
     assert verify_rebuilt(place, measured, monkeypatch) == 2
     assert "data/raw/demo/b.csv: is not the log that release" in capsys.readouterr().err
-
-
-def test_first_difference_of_a_table_is_its_row_and_column(tmp_path: Path) -> None:
-    about = {"campaign": "demo", "data": "simulated"}
-    frame = runs_of(RAW, tmp_path)
-    paths = [tmp_path / f"{name}.parquet" for name in "ab"]
-    other = frame.copy()
-    other.loc[1, "nominal_load_n"] = 50.5
-    for path, table in zip(paths, (frame, other), strict=True):
-        tables.write(table, "runs", path, about)
-    said = rebuild.first_difference(*paths)
-    assert said == "row 1, column nominal_load_n: 'nan', rebuilt '50.5'"

@@ -205,12 +205,12 @@ def test_condition_without_exponents_moves_no_slider(
 def test_law_that_the_page_does_not_know_is_named(
     results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:
-    other = results.coefficients.replace({"law": {"deng2026": "eyring"}})
+    other = results.coefficients.replace({"law": {"deng2026": "wang-deng-load"}})
     found = explorer(
         results.points,
         other,
-        results.refits.replace({"law": {"deng2026": "eyring"}}),
-        results.fit_quality.replace({"law": {"deng2026": "eyring"}}),
+        results.refits.replace({"law": {"deng2026": "wang-deng-load"}}),
+        results.fit_quality.replace({"law": {"deng2026": "wang-deng-load"}}),
         config,
     )
     assert found["oils"] == []
@@ -263,6 +263,9 @@ def test_measured_campaign_does_not_say_simulated(
     text = report_of(results, {**config, "campaign": campaign}, tmp_path)
     assert "SIMULATED data" not in text
     assert "Measured data" in text
+    assert "not stated in the campaign file" in text
+    dated = {**config, "campaign": campaign, "dataset": {"date": "June 2026"}}
+    assert "June 2026" in report_of(results, dated, tmp_path)
 
 
 def test_runs_that_share_a_log_are_told_apart(config: dict[str, Any]) -> None:

@@ -1,6 +1,6 @@
 """The report in a browser: what it computes, and that it can be used by everyone.
 
-Needs Debian's chromium (`.ci/tools` installs it); skipped where there is none.
+Needs chromium or Chrome (`.ci/tools` installs Debian's chromium); skipped where there is none.
 """
 
 import csv
@@ -18,18 +18,22 @@ import pytest
 from oilfilm import predict
 from oilfilm.audit.audit import films
 from oilfilm.audit.evidence import Evidence
-from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.operating_grid import AXES, Grid
+from oilfilm.report.explorer import LAWS as LAWS_OF_PAGE
+from oilfilm.report.explorer import law_of
 from oilfilm.report.sections import Results
 from oilfilm.selection import select
-from reports import HOSTILE, OILS, report_of, results_of, with_hostile_names
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import bounds, to_constants
+from reports import CONDITIONS, HOSTILE, OILS, report_of, results_of, with_hostile_names
 
 if sys.platform != "linux":
     pytest.skip("the report is tested in Debian's chromium", allow_module_level=True)
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, sync_playwright
 
-CHROMIUM = shutil.which("chromium")
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 if CHROMIUM is None:
     pytest.skip("there is no chromium (.ci/tools installs it)", allow_module_level=True)
 QUIET = [
@@ -200,6 +204,30 @@ def test_page_predicts_what_python_does_anywhere(page: Page, results: Results) -
         agree([max(one["beyond"]) for one in found], expected.distance)
 
 
+@pytest.mark.parametrize("name", LAWS_OF_PAGE)
+def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
+    law, random = LAWS[name], np.random.default_rng(9)
+    ends = bounds(law)
+    # thick and thin films, known and unknown exponents, refits scattered by 5 %
+    internal = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * random.uniform(0.4, 0.6, len(ends))
+    fixed = [one.known is not None for one in law.constants]
+    internal = np.where(fixed, law.known, internal)
+    drawn = internal + np.where(fixed, 0, 0.05) * random.standard_normal((30, len(ends)))
+    box = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])
+    known = np.array([True, False, True])
+    spread = to_constants(law, drawn)
+    fit = Coefficients(to_constants(law, internal), known, spread, spread[:3], box)
+    places = random.uniform([0.5, 5, 5, 0], [3, 250, 180, 0.5], (300, 4))
+    expected = predict(law, fit, *places.T)
+    found = page.evaluate(
+        "([law, places]) => places.map(p => oilfilm.predict(law, p))",
+        [law_of(FittedLaw(law, fit)), places.tolist()],
+    )
+    agree([one["mu"] for one in found], expected.traction_coefficient)
+    agree([one["lower"] for one in found], expected.lower)
+    agree([one["upper"] for one in found], expected.upper)
+
+
 @pytest.mark.parametrize("lambda_limit", [3.0, 8.0])
 def test_page_advises_what_python_does(
     page: Page, results: Results, config: dict[str, Any], lambda_limit: float
@@ -275,6 +303,11 @@ def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     slide(page, "U", 150)
     assert "U 170, tested 25 to 40" in page.inner_text("#outside")
     assert "no: U beyond" in page.inner_text("#here")
+    # against slip nothing is tested there; against speed all but the fast part is
+    assert page.evaluate("oilfilm.model('below').right") == pytest.approx(0.3)
+    page.select_option("#abscissa", "U")
+    assert page.evaluate("oilfilm.model('below').right") == pytest.approx(25)
+    assert page.evaluate("oilfilm.model('above').left") == pytest.approx(40)
 
 
 def test_link_restores_the_state(browser: Browser, report: Path, page: Page) -> None:
@@ -365,11 +398,27 @@ def test_hostile_names_are_shown_as_text(
     for name in HOSTILE:
         assert " ".join(name.split()) in " ".join(shown.split())
     # the names stand in the tooltips of the points as well
-    box = page.locator("#chart").bounding_box()
-    assert box is not None
-    page.locator("#chart").scroll_into_view_if_needed()
-    for share in np.linspace(0.2, 0.9, 15):
-        page.locator("#chart").hover(position={"x": share * box["width"], "y": 150})
+    for number in (1, 2):
+        page.locator("[name=oil]").nth(number).uncheck()
+    for place, name in list(enumerate(HOSTILE))[:2]:
+        pressure, speed, temperature = CONDITIONS[place]
+        fields = {"P": pressure, "U": speed, "T": temperature}
+        for symbol, value in fields.items():
+            page.fill(f"#value-{symbol}", str(value))
+            page.keyboard.press("Enter")
+        page.locator("#chart").scroll_into_view_if_needed()
+        left, top = page.evaluate(
+            "() => { const view = Bokeh.index.roots[0], box = view.el.getBoundingClientRect();"
+            " const { x, mu } = oilfilm.model('points0').data;"
+            " return [box.x + view.frame.x_scale.compute(x[10]),"
+            " box.y + view.frame.y_scale.compute(mu[10])]; }"
+        )
+        page.mouse.move(left - 30, top)
+        page.mouse.move(left, top)
+        tip = page.locator(".bk-Tooltip")
+        tip.wait_for(state="visible")
+        assert name in tip.evaluate("tip => tip.shadowRoot.textContent")
+        page.mouse.move(0, 0)
     assert page.locator("img[src=x]").count() == 0
     assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
     assert opened.asked == [file.as_uri()]

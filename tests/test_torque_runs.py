@@ -11,8 +11,10 @@ import pytest
 
 import formats
 from campaigns import ROOT
+from mutations import mutate
 from oilfilm.bearing.torque_runs import measure_torque
 from oilfilm.config import resolve
+from oilfilm.randomness import generator
 from oilfilm.readers import READERS
 
 RATE = 20
@@ -288,9 +290,10 @@ def test_a_row_that_is_no_measurement_is_refused_in_any_format(config, name):
     assert (row["rule"], row["first_row"], row["last_row"]) == ("unreadable_row", 200, 201)
 
 
-def test_a_copy_of_a_log_is_refused_by_the_name_of_the_first(config):
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_a_copy_of_a_log_is_refused_by_the_name_of_the_first(config, pack):
     content = log(signals())
-    runs, refused = measure_torque([("a.csv", content), ("b.csv", content)], config)
+    runs, refused = measure_torque([("a.csv", content), ("b.csv", pack(content))], config)
     assert set(runs["run_id"]) == {"a.csv"}
     assert refused["rule"].tolist() == ["duplicate_log"]
     assert "a.csv, which is kept" in refused["reason"].iloc[0]
@@ -312,6 +315,17 @@ def test_a_log_cut_anywhere_never_ends_in_nothing(config, name, cut):
     whole = WRITERS[name](named(signals()), UNITS, {"oil": "4050"})
     runs, refused = measure_torque([("a", whole[: int(cut * len(whole))])], config)
     assert len(runs) or len(refused)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_damaged_torque_logs_end_in_a_verdict(config, name):
+    whole = WRITERS[name](named(signals()), UNITS, {"oil": "4050"})
+    random = generator(1, f"fuzz torque {name}")
+    for _ in range(60):
+        runs, refused = measure_torque([("a", mutate(whole, random))], config)
+        assert len(runs) or len(refused)
+        assert np.isfinite(runs.select_dtypes("number")).all(axis=None)
+        assert (refused["reason"] != "").all()
 
 
 def test_the_same_readers_serve_torque_and_traction():

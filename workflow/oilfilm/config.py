@@ -27,7 +27,7 @@ _TYPE_NAMES = {
     "null": "nothing",
 }
 # Keys of a campaign file that say nothing about the run, only about the data that come of it.
-_ABOUT = ("title", "licence", "creators", "sources")
+_ABOUT = ("title", "licence", "date", "creators", "sources")
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 # Figures that need a bearing.

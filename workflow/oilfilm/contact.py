@@ -100,7 +100,7 @@ def max_hertz_pressure(load_n: Floats, radius_m: Floats, reduced_modulus_pa: Flo
     Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eq. 4.24.
 
     Examples:
-        A 20 mm steel ball on a flat reaches 1.0 GPa under 42.1 N (physics.md and rig page, [C]):
+        A 20 mm steel ball on a flat reaches 1.0 GPa under 42.1 N:
 
         >>> steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
         >>> print(f"{max_hertz_pressure(42.1, 0.010, steel) / 1e9:.3f} GPa")
@@ -128,7 +128,7 @@ def load_for_max_hertz_pressure(
     Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eq. 4.24 solved for the load.
 
     Examples:
-        A 20 mm steel ball on a flat at 1.5 GPa (physics.md, check 1, [C]):
+        A 20 mm steel ball on a flat at 1.5 GPa:
 
         >>> steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
         >>> print(f"{load_for_max_hertz_pressure(1.5e9, 0.010, steel):.0f} N")
@@ -237,7 +237,7 @@ def elliptical_contact(
     Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), Eqs 4.26 to 4.28.
 
     Examples:
-        Inner ring of a 218 angular-contact bearing, 1679 N at 41.50 degrees (physics.md, [C]):
+        Inner ring of a 218 angular-contact bearing, 1679 N at 41.50 degrees:
 
         >>> ball, cosine = 22.23e-3 / 2, np.cos(np.radians(41.50))
         >>> steel = reduced_modulus(207.5e9, 0.3, 207.5e9, 0.3)

@@ -5,7 +5,7 @@ its truth, and laws can borrow its stresses. One mean pressure, film thickness a
 stand for the whole contact. All quantities are in SI units, temperatures in degC; arguments are
 floats or arrays that broadcast against each other.
 
-Volumes and pages of the references are from memory, unchecked; the tests hold each formula
+Volumes and pages of the references are not checked against print; the tests hold each formula
 against its own limits and against conduction solved numerically.
 """
 

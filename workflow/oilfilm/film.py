@@ -42,15 +42,15 @@ def central_film_thickness(
         h_c, in m.
 
     Validity: full film, ample oil, steady rolling along x. Fitted to 34 numerical solutions, of
-        k from 1 to 8 and U up to the order of 1e-11 (both limits from memory, unchecked); the rig
-        covers U from 2e-11 to 1e-9 and so extrapolates. Heating in the inlet is left out:
+        k from 1 to 8 and U up to the order of 1e-11 (both limits not checked against print); the
+        rig covers U from 2e-11 to 1e-9 and so extrapolates. Heating in the inlet is left out:
         multiply by `thermal_reduction_factor`.
 
     Reference: B. J. Hamrock and D. Dowson, Isothermal elastohydrodynamic lubrication of point
         contacts, Part III, J. Lubr. Technol. 99 (1977) 264, doi 10.1115/1.3453074.
 
     Examples:
-        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC (physics.md, check 1, [C]):
+        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC:
 
         >>> h = central_film_thickness(
         ...     load_n=142, entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
@@ -99,7 +99,7 @@ def minimum_film_thickness(
         contacts, Part III, J. Lubr. Technol. 99 (1977) 264, doi 10.1115/1.3453074.
 
     Examples:
-        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC (physics.md, check 1, [C]):
+        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC:
 
         >>> h = minimum_film_thickness(
         ...     load_n=142, entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
@@ -139,7 +139,7 @@ def thermal_loading_parameter(
         effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
 
     Examples:
-        MIL-L-23699 oil at 100 degC and 25 m/s (physics.md, check 1, [C]):
+        MIL-L-23699 oil at 100 degC and 25 m/s:
 
         >>> loading = thermal_loading_parameter(
         ...     entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
@@ -179,7 +179,7 @@ def thermal_reduction_factor(
         effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
 
     Examples:
-        MIL-L-23699 oil at 100 degC, 25 m/s and 1.5 GPa (physics.md, check 1, [C]):
+        MIL-L-23699 oil at 100 degC, 25 m/s and 1.5 GPa:
 
         >>> phi = thermal_reduction_factor(
         ...     max_hertz_pressure_pa=1.5e9, reduced_modulus_pa=221.6e9,

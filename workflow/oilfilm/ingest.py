@@ -71,6 +71,7 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
         reader_name, reading = read_log(content, file, config)
         about = {"campaign": name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
+        digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
         for run in reading.runs:
             other = named.setdefault(run.run_id, file)
             if other != file:
@@ -80,7 +81,7 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
                 )
             rows_refused = sum(r.refused_rows for r in reading.refusals if r.run_id == run.run_id)
             runs.append(
-                {**about, **_about_run(run, config), "sha256": digest, "reader": reader_name}
+                {**about, **_about_run(run, config), **digests, "reader": reader_name}
                 | {"refused_rows": rows_refused}
             )
             logged[run.oil].append(run)
@@ -199,7 +200,7 @@ def unpack(content: bytes) -> bytes:
     Raises:
         OSError: The compressed stream is cut or damaged, or unfolds beyond any log's size.
     """
-    codec = next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+    codec = _codec(content)
     if codec is None:
         return content
     with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
@@ -207,6 +208,18 @@ def unpack(content: bytes) -> bytes:
     if len(unpacked) > LARGEST_LOG:
         raise OSError(f"it unfolds to more than {LARGEST_LOG >> 20} MiB")
     return bytes(unpacked)
+
+
+def content_digest(content: bytes, digest: str) -> str:
+    """sha256 of what a log says, packed or not; where it is not packed, `digest` of its bytes."""
+    try:
+        return hashlib.sha256(unpack(content)).hexdigest() if _codec(content) else digest
+    except OSError:  # damaged; read_log says so
+        return digest
+
+
+def _codec(content: bytes) -> str | None:
+    return next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
 
 
 def _unknown(content: bytes) -> Reading:

@@ -76,14 +76,7 @@ def _map(
     places = grid.places()
     enough = film > evidence.lambda_limit
     said = Sayings(settings["rules"], oils, states(places, settings["limits"]), enough)
-    ruled = said.applies.any(axis=0)
-    if not ruled.all():
-        where = ", ".join(f"{name} {value:.3g}" for name, value in places[~ruled].iloc[0].items())
-        raise OilfilmError(
-            f"selection.rules of the configuration: no rule applies at {where}; end the list with "
-            "rules for `slipping` and for `gripping`."
-        )
-    deciding = said.applies.argmax(axis=0)
+    deciding = said.deciding(places)
     advised = said.advice[deciding, np.arange(len(places))]
     most = np.array([rule["aim"] == "most traction" for rule in settings["rules"]])[deciding]
     best = _best(mu, enough, most)
@@ -137,6 +130,22 @@ class Sayings:
                 for rule in self.rules
             ]
         )
+
+    def deciding(self, places: pd.DataFrame) -> IntArray:
+        """Place of the first rule that applies, shape (places,).
+
+        Raises:
+            OilfilmError: None applies to one of these places.
+        """
+        ruled = self.applies.any(axis=0)
+        if not ruled.all():
+            unruled = places[~ruled].select_dtypes("number").iloc[0]
+            where = ", ".join(f"{name} {value:.3g}" for name, value in unruled.items())
+            raise OilfilmError(
+                f"selection.rules of the configuration: no rule applies at {where}; end the list "
+                "with rules for `slipping` and for `gripping`."
+            )
+        return self.applies.argmax(axis=0)
 
     @property
     def advice(self) -> IntArray:

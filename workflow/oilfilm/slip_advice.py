@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.selection import Sayings, states
+from oilfilm.selection import BoolArray, IntArray, Sayings, states
 from oilfilm.units import FloatArray
 
 PLACE = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "inner_speed_rpm", "axial_load_n"]
@@ -33,6 +33,9 @@ def advise(
 
     Returns:
         The table; empty where an oil that the rules name was not calculated.
+
+    Raises:
+        OilfilmError: No rule applies to an operating point.
     """
     named = {oil for rule in settings["rules"] for oil in rule["prefer"]}
     oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
@@ -59,7 +62,7 @@ def advise(
     deciding, advised, start = _by_rules(contacts, oils, settings, slip, enough)
     each = np.arange(len(places))
 
-    def chosen(values: FloatArray, oil: np.ndarray[Any, Any]) -> FloatArray:
+    def chosen(values: FloatArray, oil: IntArray) -> FloatArray:
         return np.where(oil >= 0, values[oil, each], np.nan)
 
     advised_slip, best_slip = chosen(slip, advised), chosen(slip, best)
@@ -88,9 +91,7 @@ def advise(
     return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
 
 
-def _best(
-    slip: FloatArray, torque: FloatArray, enough: np.ndarray[Any, Any], within: np.ndarray[Any, Any]
-) -> np.ndarray[Any, Any]:
+def _best(slip: FloatArray, torque: FloatArray, enough: BoolArray, within: BoolArray) -> IntArray:
     """Place of the oil that holds the cage at the least torque, or slips least; -1 without film."""
     least_torque = np.where(within, torque, np.inf).argmin(axis=0)
     least_slip = np.where(enough & np.isfinite(slip), slip, np.inf).argmin(axis=0)
@@ -103,15 +104,15 @@ def _by_rules(
     oils: Sequence[str],
     settings: Mapping[str, Any],
     slip: FloatArray,
-    enough: np.ndarray[Any, Any],
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    enough: BoolArray,
+) -> tuple[IntArray, IntArray, IntArray]:
     """Of each place the rule that decides, the oil it advises, and that of the rules at no slip."""
     limit, each = settings["limits"]["slip_limit"], np.arange(len(contacts))
 
-    def sayings(ratio: FloatArray) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        asked = states(contacts.assign(slide_roll_ratio=ratio), settings["limits"])
-        said = Sayings(settings["rules"], oils, asked, enough)
-        deciding = said.applies.argmax(axis=0)
+    def sayings(ratio: FloatArray) -> tuple[IntArray, IntArray]:
+        slipping = contacts.assign(slide_roll_ratio=ratio)
+        said = Sayings(settings["rules"], oils, states(slipping, settings["limits"]), enough)
+        deciding = said.deciding(slipping)
         return deciding, said.advice[deciding, each]
 
     _, start = sayings(np.zeros(len(contacts)))

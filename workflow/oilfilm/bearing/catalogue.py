@@ -1,7 +1,7 @@
 """Friction torque as catalogues estimate it: outside opinions, never a gate.
 
-Both formulas and their constants are from memory of the literature, unchecked against print, for
-pure axial load on a single-row angular-contact bearing.
+Both formulas and their constants are as usually quoted, not checked against print, for pure axial
+load on a single-row angular-contact bearing.
 """
 
 import numpy as np

@@ -16,7 +16,7 @@ from oilfilm import tables
 from oilfilm.curation import statistics
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.signals import sampling_interval
-from oilfilm.ingest import read_log
+from oilfilm.ingest import content_digest, read_log
 from oilfilm.readers.base import LoggedRun, Refusal
 from oilfilm.readers.torque_log import TORQUE
 from oilfilm.units import FloatArray
@@ -85,7 +85,7 @@ def measure_torque(
         about = {"campaign": config["campaign"]["name"], "file": file}
         refused += [about | {"stage": "ingest"} | asdict(found) for found in reading.refusals]
         digest = hashlib.sha256(content).hexdigest()
-        first = earlier.setdefault(digest, file)
+        first = earlier.setdefault(content_digest(content, digest), file)
         for run in reading.runs:
             found = _measured(run, config) if first == file else _copied(run, first)
             if isinstance(found, Refusal):

@@ -241,7 +241,7 @@ def _quarantine(runs: pd.DataFrame, troubles: Mapping[str, Trouble]) -> pd.DataF
 
 def _repeats(campaign: Mapping[str, Any]) -> list[Callable[[pd.DataFrame], dict[str, Trouble]]]:
     """The checks for runs that an earlier one has already, in the order in which they act."""
-    copies = partial(_repeated, key=["sha256"], among_files=True, gate="duplicate_log")
+    copies = partial(_repeated, key=["content_sha256"], among_files=True, gate="duplicate_log")
     labels = partial(_repeated, key=["label"], gate="repeated_label")
     conditions = partial(_repeated, key=["oil", "rig", *_NOMINAL], gate="duplicate_condition")
     accepted = campaign.get("repeated_conditions", "refuse") == "accept"

@@ -135,7 +135,7 @@ def _draw_errors(
             inside, beyond = relative_rms(of_both[~outside]), relative_rms(of_both[outside])
             height = row + 0.22 * (place - (len(oils) - 1) / 2)
             colour = style.oil_colour(oil, oils)
-            marker = style.MARKERS[place % len(style.MARKERS)]
+            marker = style.oil_marker(oil, oils)
             axis.plot([inside, beyond], [height, height], color=colour, linewidth=0.8)
             axis.plot(inside, height, marker, color=colour, markerfacecolor="white", markersize=4)
             axis.plot(beyond, height, marker, color=colour, markersize=4)
@@ -166,12 +166,12 @@ def _draw_errors(
             [],
             [],
             color=style.oil_colour(oil, oils),
-            marker=style.MARKERS[place % len(style.MARKERS)],
+            marker=style.oil_marker(oil, oils),
             markersize=4,
             linewidth=0.8,
             label=oil,
         )
-        for place, oil in enumerate(oils)
+        for oil in oils
     ]
     axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5))
 

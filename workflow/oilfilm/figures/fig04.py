@@ -68,7 +68,7 @@ def _draw_starts(
             middle = place + 0.26 * (number - (len(oils) - 1) / 2)
             x = middle + np.linspace(-0.09, 0.09, len(y))
             colour = style.oil_colour(oil, oils)
-            axis.plot(x, 1e3 * y, style.MARKERS[number % len(style.MARKERS)], color=colour)
+            axis.plot(x, 1e3 * y, style.oil_marker(oil, oils), color=colour)
             about = {"panel": "a", "law": law, "oil": oil, "kind": "zero slip"}
             yield pd.DataFrame({"x": x, "y": y}).assign(**about)
     axis.set_xticks(range(len(laws)), laws)
@@ -120,11 +120,11 @@ def _say_key(figure: Figure, oils: Sequence[str]) -> None:
             [],
             [],
             color=style.oil_colour(oil, oils),
-            marker=style.MARKERS[number % len(style.MARKERS)],
+            marker=style.oil_marker(oil, oils),
             linewidth=0.8,
             label=oil,
         )
-        for number, oil in enumerate(oils)
+        for oil in oils
     ]
     handles += [Line2D([], [], color="black", label=kind, **look) for kind, look in _KINDS.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=6)

@@ -1,5 +1,6 @@
 """How every figure looks: widths of a journal, one colour an oil, one line style a meaning."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,7 @@ def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
 
 # Height of a line of small print.
 _LINE_IN = 0.12
+_LETTERS = 70  # that fit into the width of one column
 
 
 def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
@@ -117,6 +119,10 @@ def say_key(figure: Figure, words: str) -> None:
 def _put_above(figure: Figure, words: str, *, right: bool) -> None:
     """Small print above the panels, for which the figure grows; the panels keep their height."""
     side = "right" if right else "left"
+    wide = figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
+    # half of a wide figure is as wide as a narrow one
+    lines = [part for line in words.split("\n") for part in textwrap.wrap(line, _LETTERS)]
+    words = words if wide and not right else "\n".join(lines)
     figure.text(1 if right else 0, 1, words, ha=side, gid="small print", **_SMALL_PRINT)
     print_above = [text for text in figure.texts if text.get_gid() == "small print"]
     # which the settings above give to every figure
@@ -124,7 +130,6 @@ def _put_above(figure: Figure, words: str, *, right: bool) -> None:
     panels_in = figure.get_figheight() * layout.get()["rect"][3]
     heights = [_LINE_IN * (text.get_text().count("\n") + 1) for text in print_above]
     # in one line where that is wide enough for both
-    wide = figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
     height_in = panels_in + (max(heights) if wide else sum(heights))
     figure.set_figheight(height_in)
     top = height_in

@@ -153,9 +153,9 @@ def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
                 _select(results, oil, where),
                 FittedLaw.of(results.coefficients, oil),
                 style.oil_colour(oil, oils),
-                style.MARKERS[place % len(style.MARKERS)],
+                style.oil_marker(oil, oils),
             )
-            for place, oil in enumerate(oils)
+            for oil in oils
         ]
         panel = string.ascii_letters[number]
         title = f"({panel}) P = {pressure:g} GPa"

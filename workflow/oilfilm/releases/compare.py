@@ -10,6 +10,7 @@ import pandas as pd
 
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import FileRecord
 from oilfilm.releases.opened import Opened
 from oilfilm.tables import unit_of
@@ -164,14 +165,9 @@ def _hash(record: FileRecord | None) -> str:
 
 def _oils(opened: Opened) -> dict[str, str]:
     """The oil of each raw log, as far as the release knows it."""
-    name = opened.manifest.made_from["campaign"]
-    found: dict[str, str] = {}
-    for table, folder in (("runs", name), ("torque_runs", f"{name}-torque")):
-        frame = opened.table(table)
-        if frame is not None:
-            paths = f"data/raw/{folder}/" + frame["file"]
-            found |= dict(zip(paths, frame["oil"], strict=True))
-    return found
+    raw = {record.path for record in opened.manifest.raw}
+    logs = logs_read(opened.manifest.made_from["campaign"], opened.table, raw)
+    return {path: log.oil for path, log in logs.items()}
 
 
 def _config(before: Opened, after: Opened) -> Section:

@@ -66,10 +66,11 @@ def run_crate(
         {"@id": f"https://w3id.org/ro/crate/{_RO_CRATE}"},
         {"@id": "https://w3id.org/workflowhub/workflow-ro-crate/1.0"},
     ]
-    made = {record.path: _file(crate, record) for record in files if record.path != _WORKFLOW}
+    made = {record.path: _file(crate, record) for record in files}
     logs = _raw(crate, [FileRecord(**each) for each in made_from["raw"]])
     results = [file for path, file in made.items() if _is_result(path)]
-    workflow = _workflow(crate, made_from)
+    workflow = made[_WORKFLOW]
+    _describe_workflow(crate, workflow, made_from)
     crate.mainEntity = workflow
     action = _add(
         crate,
@@ -120,7 +121,8 @@ def _described(record: FileRecord) -> dict[str, Any]:
 
 
 def _file(crate: ROCrate, record: FileRecord) -> Entity:
-    return crate.add(File(crate, dest_path=record.path, properties=_described(record)))
+    kind = ComputationalWorkflow if record.path == _WORKFLOW else File
+    return crate.add(kind(crate, dest_path=record.path, properties=_described(record)))
 
 
 def _raw(crate: ROCrate, records: Sequence[FileRecord]) -> list[Entity]:
@@ -139,10 +141,8 @@ def _raw(crate: ROCrate, records: Sequence[FileRecord]) -> list[Entity]:
     return logs
 
 
-def _workflow(crate: ROCrate, made_from: Mapping[str, Any]) -> Entity:
-    workflow = crate.add(ComputationalWorkflow(crate, dest_path=_WORKFLOW))
+def _describe_workflow(crate: ROCrate, workflow: Entity, made_from: Mapping[str, Any]) -> None:
     packages = made_from["environment"]["packages"]
-    workflow["name"] = "oilfilm"
     workflow["version"] = made_from["code"][:12]
     workflow["conformsTo"] = {"@id": _BIOSCHEMAS}
     workflow["programmingLanguage"] = _add(
@@ -154,4 +154,3 @@ def _workflow(crate: ROCrate, made_from: Mapping[str, Any]) -> Entity:
         url={"@id": "https://snakemake.readthedocs.io"},
         version=packages["snakemake"],
     )
-    return workflow

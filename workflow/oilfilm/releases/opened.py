@@ -73,11 +73,19 @@ class Opened:
         """A table; None where the release has none, or the pin does not keep it.
 
         Raises:
-            OilfilmError: As `file`, or it is no such table, or unpacks to too much.
+            OilfilmError: As `file`, or it is no such table, of another schema version, or unpacks
+                to too much.
         """
         path = f"tables/{name}.parquet"
         if not self.holds(path):
             return None
+        version = self.manifest.made_from["schema_version"]
+        if version != tables.SCHEMA_VERSION:
+            raise OilfilmError(
+                f"{self.folder}: its tables have schema version {version}, and version "
+                f"{tables.SCHEMA_VERSION} is read here. Read it by the code of its time; a pin is "
+                "renewed with `oilfilm pin`."
+            )
         file = self.file(path)
         try:
             _refuse_unpacking(file)

@@ -7,11 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from oilfilm import tables
 from oilfilm.config import as_yaml
 from oilfilm.errors import OilfilmError
 from oilfilm.metadata import data_package, describe, linked_data, read_vocabulary, table_file
 from oilfilm.releases.crate import CRATE, run_crate
+from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
     MANIFEST,
     FileRecord,
@@ -67,29 +70,26 @@ def release(made: Made, releases: Path) -> tuple[Path, bool]:
         The release's folder, and whether it is new.
 
     Raises:
-        OilfilmError: A raw log has changed since the run read it, the release exists already with
-            other content, or it cannot be written.
+        OilfilmError: A raw log has changed since the run read it, or the release exists already
+            with other content.
     """
+    made_from = _made_from(made)
+    version = version_of(made_from)
+    aside, place = releases / f".{version}.part", releases / version
+    # what a killed run has left
+    for leftover in releases.glob(".*.part"):
+        shutil.rmtree(leftover)
+    new = not place.exists()
     try:
-        made_from = _made_from(made)
-        version = version_of(made_from)
-        aside, place = releases / f".{version}.part", releases / version
-        for leftover in releases.glob(".*.part"):
-            shutil.rmtree(leftover)
         manifest = _gather(made, made_from, aside)
-        new = not place.exists()
         if new:
             _close(aside)
             aside.rename(place)
         else:
             _refuse_other(place, manifest)
-            shutil.rmtree(aside)
-        _point(releases / "latest", version)
-    except OSError as error:
-        raise OilfilmError(
-            f"{error.filename}: {error.strerror}. Nothing was released; run `snakemake release` "
-            "again once that is mended."
-        ) from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)  # a full disk needs the room
+    _point(releases / "latest", version)
     return place, new
 
 
@@ -148,19 +148,18 @@ def _below(made: Made) -> list[str]:
 
 def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
     """What the run read must be what lies there now."""
-    name = made.config["campaign"]["name"]
-    read: dict[str, str] = {}
-    for table, folder in (("runs", name), ("torque_runs", f"{name}-torque")):
-        path = made.results / "tables" / f"{table}.parquet"
-        if path in made.files:
-            frame = tables.read(table, made.root / path)
-            read |= dict(zip(f"data/raw/{folder}/" + frame["file"], frame["sha256"], strict=True))
+
+    def table(name: str) -> pd.DataFrame | None:
+        path = made.results / "tables" / f"{name}.parquet"
+        return tables.read(name, made.root / path) if path in made.files else None
+
+    read = logs_read(made.config["campaign"]["name"], table, {record.path for record in raw})
     for record in raw:
-        before = read.get(record.path, record.sha256)
-        if before != record.sha256:
+        before = read.get(record.path)
+        if before and before.sha256 != record.sha256:
             raise OilfilmError(
                 f"{record.path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
-                f"then {before[:12]}). Run snakemake again."
+                f"then {before.sha256[:12]}). Put it back, or let `snakemake --forcerun` read it."
             )
 
 

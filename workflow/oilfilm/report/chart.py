@@ -17,13 +17,18 @@ from oilfilm.colours import EXTRAPOLATED
 _MARKERS = ("circle", "square", "triangle", "diamond", "inverted_triangle", "plus")
 _DASHES = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
 _HEIGHT_PX = 420
+# Bokeh escapes what it puts in for @names, which is text of a log.
+_TOOLTIP = """
+<div style="color: #1b1f24; max-width: 22rem; overflow-wrap: anywhere">
+<b>@oil</b> @run<br>@at<br>μ @mu{0.00000}
+</div>"""
 
 
 def chart(colours: Sequence[str]) -> dict[str, Any]:
     """A chart with a band, a line and points for each colour, as BokehJS reads it.
 
     Its sources are named `curve0`, `points0`, ...; two boxes, `below` and `above`, shade what was
-    never tested; the abscissa's range is `x`, the ordinate's `y`.
+    never tested; the abscissa's range is `x`, the ordinate's `y`; `dots0` and `bars0` draw points.
     """
     plot = figure(
         height=_HEIGHT_PX,
@@ -46,23 +51,24 @@ def chart(colours: Sequence[str]) -> dict[str, Any]:
         )  # fmt: skip
     sliders = Span(name="sliders", dimension="height", line_dash="dashed", line_color="#555555")
     plot.add_layout(sliders)
+    curve = ("x", "mu", "lower", "upper")
     for number, colour in enumerate(colours):
-        style = number % len(_MARKERS)
-        columns: tuple[str, ...] = ("x", "mu", "lower", "upper")
-        curve = ColumnDataSource({name: [] for name in columns}, name=f"curve{number}")
-        plot.varea("x", "lower", "upper", source=curve, fill_color=colour, fill_alpha=0.25)
-        plot.line("x", "mu", source=curve, color=colour, line_width=2.5, line_dash=_DASHES[style])
-        columns += ("run", "oil", "at")
-        points = ColumnDataSource({name: [] for name in columns}, name=f"points{number}")
-        plot.segment("x", "lower", "x", "upper", source=points, color=colour)
+        source = _empty(f"curve{number}", *curve)
+        dash = _DASHES[number % len(_DASHES)]
+        plot.varea("x", "lower", "upper", source=source, fill_color=colour, fill_alpha=0.25)
+        plot.line("x", "mu", source=source, color=colour, line_width=2.5, line_dash=dash)
+        source = _empty(f"points{number}", *curve, "run", "oil", "at")
+        plot.segment("x", "lower", "x", "upper", source=source, color=colour, name=f"bars{number}")
         dots = plot.scatter(
-            "x", "mu", source=points, marker=_MARKERS[style], size=8,
-            line_color=colour, fill_color="white", line_width=1.5,
+            "x", "mu", source=source, marker=_MARKERS[number % len(_MARKERS)], size=8,
+            line_color=colour, line_width=1.5, fill_color="white", name=f"dots{number}",
         )  # fmt: skip
-        # text of a log: Bokeh escapes it
-        words = [("oil", "@oil"), ("run", "@run"), ("at", "@at"), ("mu", "@mu{0.00000}")]
-        plot.add_tools(HoverTool(renderers=[dots], tooltips=words))
+        plot.add_tools(HoverTool(renderers=[dots], tooltips=_TOOLTIP))
     return _renumbered(json_item(plot))
+
+
+def _empty(name: str, *columns: str) -> ColumnDataSource:
+    return ColumnDataSource({column: [] for column in columns}, name=name)
 
 
 def _renumbered(item: Any) -> dict[str, Any]:

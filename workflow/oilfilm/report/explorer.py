@@ -23,7 +23,7 @@ from oilfilm.traction.law import to_internal
 from oilfilm.units import PA_PER_GPA, FloatArray
 
 # What page.js has the equations of.
-LAWS = ("deng2026",)
+LAWS = ("deng2026", "eyring", "carreau", "tanh")
 LEVEL = 0.95
 _STEPS = 100  # of a slider, at least
 _LABELS = {
@@ -113,7 +113,7 @@ def explorer(
             {
                 "name": oil,
                 "colour": oil_colour(oil, list(config["oils"])),
-                **_fit(fit),
+                **law_of(fit),
                 "usable": usable(fit),
                 "film": _film(known[oil], axes[2].values) if oil in known else None,
                 "points": _points(chosen[chosen["oil"] == oil]),
@@ -192,7 +192,8 @@ def _axis(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
     }
 
 
-def _fit(fit: FittedLaw) -> dict[str, Any]:
+def law_of(fit: FittedLaw) -> dict[str, Any]:
+    """A fitted law with its interval and its tested box, as the page computes with it."""
     law, coefficients = fit.law, fit.coefficients
     root = coefficients.root(law)
     return {

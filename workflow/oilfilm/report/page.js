@@ -10,22 +10,46 @@ const DATA = read("explorer-data");
 const DOWNLOADS = read("downloads");
 const DRAWINGS = read("drawings");
 const POINTS_OF_CURVE = 201;
+const MANY = 300; // points beside a curve
 const byId = (id) => document.getElementById(id);
 const numbers = (values) => values.map((value) => value ?? NaN);
 
 // ---------------------------------------------------------------- laws
 
-// mu from the coefficients' sizes |X|, and its derivatives by each ln|X|
+const limited = (free, limit) => -limit * Math.expm1(-free / limit);
+
+// from the coefficients' sizes |X|: mu, and its derivatives by each ln|X|
 const LAWS = {
-  deng2026: {
-    value: ([a, b, c], slip) => {
-      const decay = Math.exp(-c * slip);
-      return a * (1 - decay) + b * slip * decay;
-    },
-    slopes: ([a, b, c], slip) => {
-      const decay = Math.exp(-c * slip);
-      return [a * (1 - decay), b * slip * decay, (a - b * slip) * c * slip * decay];
-    },
+  deng2026: ([a, b, c], slip) => {
+    const decay = Math.exp(-c * slip);
+    return {
+      mu: a * (1 - decay) + b * slip * decay,
+      slopes: [a * (1 - decay), b * slip * decay, (a - b * slip) * c * slip * decay],
+    };
+  },
+  eyring: ([slope, stress, limit, heat], slip) => {
+    const ratio = slope * slip / stress;
+    const free = stress * Math.asinh(ratio);
+    const cold = limited(free, limit);
+    const root = Math.sqrt(1 + 4 * heat * slip * cold);
+    const mu = 2 * cold / (1 + root);
+    const bySlope = stress * ratio / Math.hypot(1, ratio);
+    const share = Math.exp(-free / limit);
+    const rising = [share * bySlope, share * (free - bySlope), cold - share * free];
+    return { mu, slopes: [...rising, -heat * slip * mu ** 2].map((one) => one / root) };
+  },
+  carreau: ([slope, thinning, exponent, limit], slip) => {
+    const ratio = slope * slip / thinning;
+    const free = slope * slip * Math.hypot(1, ratio) ** (exponent - 1);
+    const bend = (exponent - 1) * (ratio / Math.hypot(1, ratio)) ** 2;
+    const [mu, share] = [limited(free, limit), Math.exp(-free / limit)];
+    const byExponent = free * exponent * Math.log(Math.hypot(1, ratio));
+    return { mu, slopes: [share * free * (1 + bend), -share * free * bend, share * byExponent, mu - share * free] };
+  },
+  tanh: ([level, slope], slip) => {
+    const step = Math.tanh(slope * slip / level);
+    const bySlope = slope * slip * (1 - step ** 2);
+    return { mu: level * step, slopes: [level * step - bySlope, bySlope] };
   },
 };
 
@@ -33,7 +57,6 @@ const sum = (values) => values.reduce((total, value) => total + value, 0);
 
 // place: [P, U, T, S], S not negative
 function predict(oil, place) {
-  const [slip, law] = [place[3], LAWS[oil.law]];
   const logs = oil.reference.map((at, i) => (oil.known[i] ? Math.log(place[i] / at) : 0));
   const design = [1, ...logs];
   const size = design.length;
@@ -41,10 +64,9 @@ function predict(oil, place) {
   for (let start = 0; start < oil.internal.length; start += size) {
     sizes.push(Math.exp(sum(design.map((value, i) => value * oil.internal[start + i]))));
   }
-  const mu = law.value(sizes, slip);
+  const { mu, slopes } = LAWS[oil.law](sizes, place[3]);
   let relative = NaN;
   if (oil.root) {
-    const slopes = law.slopes(sizes, slip);
     const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
     const along = oil.root[0].map((_, k) => sum(gradient.map((g, i) => g * oil.root[i][k])));
     relative = mu > 0 ? Math.hypot(...along) / mu : 0;
@@ -221,6 +243,17 @@ function curveAsCsv() {
 
 // ---------------------------------------------------------------- page
 
+// The part of the curve that some oil shown was tested at; none of it where the sliders lie beyond.
+function testedAlong(along) {
+  const { low, high } = DATA.axes[along];
+  const within = state.oils.map((i) => DATA.oils[i]).filter((oil) => (
+    predict(oil, state.place).beyond.every((off, k) => k === along || !(off > 0))));
+  if (state.oils.length && !within.length) return [high, high];
+  const ends = within.map((oil) => numbers(oil.box[along])).filter((pair) => !pair.some(Number.isNaN));
+  if (!ends.length) return [low, high];
+  return [Math.min(...ends.map((pair) => pair[0])), Math.max(...ends.map((pair) => pair[1]))];
+}
+
 let model = (name) => null; // of the chart, once it is there
 
 function draw() {
@@ -246,6 +279,8 @@ function draw() {
       at: places.map((k) => DATA.axes.map((one) => `${one.symbol} ${short(oil.points[one.name][k] ?? NaN)} ${one.unit}`).join(", ")),
     };
     shown += places.length;
+    // many points would hide the curve
+    for (const name of ["dots", "bars"]) model(`${name}${i}`).level = places.length > MANY ? "underlay" : "glyph";
     // an interval that runs away must not flatten the curves
     for (const one of line) top = Math.max(top, one.mu, Math.min(one.upper || 0, 2 * one.mu));
     for (const k of places) top = Math.max(top, mu[k]);
@@ -253,13 +288,11 @@ function draw() {
   Object.assign(model("x"), { start: axis.low, end: axis.high });
   Object.assign(model("y"), { start: 0, end: 1.05 * top || 1 });
   model("chart").below[0].axis_label = `${axis.label} ${axis.symbol}${axis.unit ? ` (${axis.unit})` : ""}`;
-  const boxes = state.oils.map((i) => numbers(DATA.oils[i].box[along])).filter(([low]) => !Number.isNaN(low));
-  const [low, high] = boxes.length
-    ? [Math.min(...boxes.map((ends) => ends[0])), Math.max(...boxes.map((ends) => ends[1]))] : [axis.low, axis.high];
+  const [low, high] = testedAlong(along);
   Object.assign(model("below"), { left: axis.low, right: Math.max(low, axis.low) });
   Object.assign(model("above"), { left: Math.min(high, axis.high), right: axis.high });
   model("sliders").location = state.place[along];
-  byId("chart-note").textContent = `${shown} measured points near this place. Shaded: never tested. Dashed: the sliders.`;
+  byId("chart-note").textContent = `${shown || "No"} measured points near this place. Shaded: never tested. Dashed: the sliders.`;
 }
 
 function cells(row, values) {
@@ -280,18 +313,12 @@ const placeInWords = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
 function tell() {
   byId("here-caption").textContent = `At ${placeInWords()}`;
   const body = byId("here").tBodies[0];
-  const warnings = [];
+  const beyond = DATA.axes.map(() => []); // oils that the place lies outside of
   body.replaceChildren(...state.oils.map((i) => {
     const oil = DATA.oils[i];
     const found = predict(oil, state.place);
     const off = DATA.axes.flatMap((axis, k) => (found.beyond[k] > 0 ? [axis.symbol] : []));
-    if (off.length) {
-      warnings.push(`${oil.name} (${off.map((symbol) => {
-        const k = DATA.axes.findIndex((axis) => axis.symbol === symbol);
-        const [low, high] = oil.box[k];
-        return `${symbol} ${state.place[k]}, tested ${short(low)} to ${short(high)}`;
-      }).join("; ")})`);
-    }
+    found.beyond.forEach((distance, k) => { if (distance > 0) beyond[k].push(oil); });
     const row = document.createElement("tr");
     const values = [found.mu, found.lower, found.upper].map((value) => [short(value), false, "number"]);
     const ratio = oil.film ? lambdaRatio(oil.film, state.place) : NaN;
@@ -299,6 +326,12 @@ function tell() {
       [off.length ? `no: ${off.join(", ")} beyond` : "yes", false, off.length ? "fair" : "good"]]);
     return row;
   }));
+  const warnings = beyond.flatMap((oils, k) => {
+    if (!oils.length) return [];
+    const [low, high] = [Math.min(...oils.map((oil) => oil.box[k][0])), Math.max(...oils.map((oil) => oil.box[k][1]))];
+    const names = oils.map((oil) => oil.name).join(", ");
+    return [`${DATA.axes[k].symbol} ${state.place[k]}, tested ${short(low, 3)} to ${short(high, 3)} (${names})`];
+  });
   byId("outside").hidden = !warnings.length;
   byId("outside").textContent = warnings.length
     ? `Outside the tested box, where the law is a guess: ${warnings.join("; ")}.` : "";

@@ -21,7 +21,7 @@ from oilfilm.captions import CAPTIONS, caption
 from oilfilm.config import as_yaml
 from oilfilm.report import chart, sections
 from oilfilm.report.explorer import explorer
-from oilfilm.report.pictures import packed, png_address, size_of
+from oilfilm.report.pictures import packed, png_addresses, size_of
 from oilfilm.report.sections import Results
 from oilfilm.report.verdict import verdict
 from oilfilm.spreadsheet import csv_text
@@ -146,13 +146,13 @@ def page(
     ]
     bare = _render({**context, "pictures": pictures, "pages": pages})
     room = int(settings["size_max_mb"] * 1e6) - len(bare.encode())
-    addresses = [png_address(figures[one.name][0], _FIGURE_PX) for one in pictures]
-    taken, room = _taken(addresses, room)
+    drawn = [figures[one.name] for one in pictures]
+    taken, room = _taken(png_addresses([png for png, _ in drawn], _FIGURE_PX), room)
     pictures = [replace(one, png=png) for one, png in zip(pictures, taken, strict=True)]
-    addresses = [png_address(refused / f"{one.name}.png", _REFUSED_PX) for one in pages]
-    taken, room = _taken(addresses, room)
+    logs = [refused / f"{one.name}.png" for one in pages]
+    taken, room = _taken(png_addresses(logs, _REFUSED_PX), room)
     pages = [replace(one, png=png) for one, png in zip(pages, taken, strict=True)]
-    taken, room = _taken([packed(figures[one.name][1]) for one in pictures], room)
+    taken, room = _taken([packed(svg) for _, svg in drawn], room)
     pictures = [replace(one, svg=svg) for one, svg in zip(pictures, taken, strict=True)]
     return _render({**context, "pictures": pictures, "pages": pages})
 

@@ -125,7 +125,8 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         form = number(significant(row["naive_standard_error"] if np.isnan(error) else error))
         for name in names:
             texts.loc[place, name] = form(row[name])
-    texts["lower"] = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
+    interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
+    texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
     shown = show(
         texts,
         "coefficients",

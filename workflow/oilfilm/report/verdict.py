@@ -99,6 +99,9 @@ def _trouble(results: Results, config: Mapping[str, Any]) -> str:
         parts.append(f"{len(refused)} runs refused ({named})")
     if unread:
         parts.append(f"{len(unread)} logs could not be read")
+    points = (~results.points["accepted"]).sum()
+    if points:
+        parts.append(f"{points} points refused in all")
     torque_logs = results.torque_quarantine["file"].nunique()
     if torque_logs:
         parts.append(f"{torque_logs} torque logs refused in whole or in part")
@@ -116,6 +119,8 @@ def _trouble(results: Results, config: Mapping[str, Any]) -> str:
 
 def _paper(results: Results) -> str:
     refit = results.claims[results.claims["basis"] == "refit"]
+    if refit.empty:
+        return "No claim of the paper was checked."
     counts = refit["verdict"].value_counts()
     named = [
         f"{counts[verdict]} {verdict}"

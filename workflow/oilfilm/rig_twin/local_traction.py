@@ -37,8 +37,8 @@ _FIXED_POINTS = 25
 # Levels of the rig's box, over which laws are compared (Deng et al. 2026, section 2).
 _BOX = ((1.0, 1.5), (25.0, 40.0), (25.0, 70.0, 120.0))
 _SLIPS = np.array([0.01, 0.03, 0.08, 0.2])
-# Where the search for constants starts, and their usual ranges, from memory of
-# the literature: Eyring stress in Pa, limiting stress over pressure, its relative fall in 1/K.
+# Where the search for constants starts, and their usual ranges (not checked against print):
+# Eyring stress in Pa, limiting stress over pressure, its relative fall in 1/K.
 _START = np.array([np.log(5e6), np.log(0.06), 4e-3])
 _LOWEST = np.array([np.log(3e6), np.log(0.03), 0.0])
 _HIGHEST = np.array([np.log(8e6), np.log(0.15), 1e-2])

@@ -110,8 +110,10 @@ class Torque(BearingFriction):
     measured_torque_n_m: Series[float] = number("as in torque_runs", gaps=True)
     measured_torque_n_m_se: Series[float] = number("as in torque_runs", at_least=0, gaps=True)
     relative_error: Series[float] = number("calculated over measured torque, less 1", gaps=True)
-    palmgren_torque_n_m: Series[float] = number("from memory, outside: Palmgren", gaps=True)
-    skf_torque_n_m: Series[float] = number("from memory, outside: SKF", gaps=True)
+    palmgren_torque_n_m: Series[float] = number(
+        "outside opinion, as usually quoted: Palmgren", gaps=True
+    )
+    skf_torque_n_m: Series[float] = number("outside opinion, as usually quoted: SKF", gaps=True)
 
 
 class TorqueInversion(Table):

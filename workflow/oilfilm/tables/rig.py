@@ -56,6 +56,9 @@ class Runs(Table):
     )
     file: Series[str] = text("raw log, relative to the campaign's raw folder")
     sha256: Series[str] = text("of the raw log's bytes")
+    content_sha256: Series[str] = text(
+        "the same of a packed log once unpacked, so that copies are known, packed or not"
+    )
     label: Series[str] = text("the log's own name of the run; empty where it has none")
     reader: Series[str] = text("reader that understood the log")
     samples: Series[np.int64] = count("rows of the log that are in samples")
