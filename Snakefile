@@ -36,6 +36,7 @@ rule all:
         rules.audit.output,
         rules.figures.input,
         rules.metadata.output,
+        rules.metadata.input.tables,  # a table that somebody deletes is made again
         rules.captions.output,
         rules.exports.output,
 
