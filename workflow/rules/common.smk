@@ -76,6 +76,24 @@ def caption_file(*place):
     return Path("results", CAMPAIGN["name"], "captions", *place).resolve().as_posix() + ".rst"
 
 
+def drawn(*figures):
+    """Files of those figures that the campaign asks for, each captioned in Snakemake's report."""
+    asked = [figure for figure in CAMPAIGN["figures"] if figure in figures]
+    return {
+        "png": [
+            in_report(
+                f"<figures>/{figure}.png",
+                caption=caption_file("figures", figure),
+                category=CAPTIONS[figure].category,
+                labels={"figure": CAPTIONS[figure].paper or CAPTIONS[figure].title},
+            )
+            for figure in asked
+        ],
+        "svg": expand("<figures>/{figure}.svg", figure=asked),
+        "drawn": expand("<figures>/{figure}.parquet", figure=asked),
+    }
+
+
 def code(script):
     """Digest of a script and of every module behind it: changed code runs its rules again."""
     return code_digest(Path(workflow.basedir, "workflow/scripts", script))

@@ -1,21 +1,3 @@
-def drawn(*figures):
-    """Files of those figures that the campaign asks for, each captioned in Snakemake's report."""
-    asked = [figure for figure in CAMPAIGN["figures"] if figure in figures]
-    return {
-        "png": [
-            in_report(
-                f"<figures>/{figure}.png",
-                caption=caption_file("figures", figure),
-                category=CAPTIONS[figure].category,
-                labels={"figure": CAPTIONS[figure].paper or CAPTIONS[figure].title},
-            )
-            for figure in asked
-        ],
-        "svg": expand("<figures>/{figure}.svg", figure=asked),
-        "drawn": expand("<figures>/{figure}.parquet", figure=asked),
-    }
-
-
 # One job draws a family: to import what draws takes longer than to draw a figure. Inputs are named
 # after their tables.
 rule configured_figures:
