@@ -25,10 +25,10 @@ def main(campaign: str) -> int:
     steps = {
         "refit": [*python, "snakemake", "release", "--config", f"campaign={campaign}"],
         "drift gate": [
-            *[*python, "oilfilm.cli", "diff", str(pin), str(release)],
+            *[*python, "oilfilm", "diff", str(pin), str(release)],
             *["--gate", "--html", str(page)],
         ],
-        "verify": [*python, "oilfilm.cli", "verify", str(release), "--rebuild"],
+        "verify": [*python, "oilfilm", "verify", str(release), "--rebuild"],
     }
     summary = [f"# Campaign {campaign}", "", *describe(release, page)]
     failed = ""

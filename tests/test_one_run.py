@@ -1,14 +1,16 @@
 """A lock that ends with its holder: one run at a time, and no dead one in the way."""
 
+import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from campaigns import ROOT
 from oilfilm.errors import OilfilmError
-from oilfilm.one_run import at_work, begin_run, forget_killed_runs
+from oilfilm.one_run import at_work, begin_run, clear_up
 
 
 def another_run(records: Path) -> subprocess.Popen[str]:
@@ -33,10 +35,10 @@ def test_second_run_is_told_and_a_killed_one_is_forgotten(tmp_path: Path) -> Non
     with another_run(tmp_path) as first:
         with pytest.raises(OilfilmError, match=r"Another run is at work in .* again"):
             begin_run(tmp_path)
-        forget_killed_runs(tmp_path)
+        clear_up(tmp_path, tmp_path)
         assert left.exists()
         first.kill()
-    forget_killed_runs(tmp_path)
+    clear_up(tmp_path, tmp_path)
     assert not left.exists()
     with another_run(tmp_path) as second:
         second.kill()
@@ -52,3 +54,13 @@ def test_job_works_beside_its_own_run(tmp_path: Path) -> None:
         with at_work(tmp_path):
             assert run.poll() is None
         run.kill()
+
+
+def test_dates_in_the_future_become_now_and_others_stay(tmp_path: Path) -> None:
+    now = time.time()
+    for name, stamp in (("future", now + 86_400), ("past", now - 86_400)):
+        (tmp_path / name).touch()
+        os.utime(tmp_path / name, (stamp, stamp))
+    clear_up(tmp_path / "records", tmp_path)
+    assert now <= (tmp_path / "future").stat().st_mtime <= time.time()
+    assert (tmp_path / "past").stat().st_mtime == pytest.approx(now - 86_400)

@@ -7,6 +7,7 @@ outlive it. Standard library only: the Snakefile asks.
 
 import fcntl
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,12 +18,20 @@ from oilfilm.errors import OilfilmError
 _LOCK = "oilfilm.lock"
 
 
-def forget_killed_runs(records: Path) -> None:
-    """Take away the locks that Snakemake has left in its records where no run is at work."""
+def clear_up(records: Path, results: Path) -> None:
+    """Where no run is at work, take away what would stop one: dead locks, dates in the future.
+
+    Snakemake lets no output be older than its input, so that after a clock has stepped back
+    nothing could be made from what was made before.
+    """
     with suppress(OSError), _opened(records) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         for left in (records / "locks").glob("*.lock"):
             left.unlink()
+        now = time.time_ns()
+        for path in results.rglob("*"):
+            if path.lstat().st_mtime_ns > now:
+                os.utime(path, ns=(now, now), follow_symlinks=False)
 
 
 def begin_run(records: Path) -> None:

@@ -7,7 +7,7 @@ from snakemake.io import report as in_report  # at the start of a line `report` 
 from oilfilm.captions import CAPTIONS
 from oilfilm.config import resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.one_run import begin_run, forget_killed_runs
+from oilfilm.one_run import begin_run, clear_up
 from oilfilm.provenance import code_digest, file_digest
 from oilfilm.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
@@ -38,7 +38,7 @@ except OilfilmError as mistake:
 
 RECORDS = Path(".snakemake")
 if workflow.is_main_process:
-    forget_killed_runs(RECORDS)
+    clear_up(RECORDS, Path("results", CAMPAIGN["name"]))
 
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
