@@ -260,6 +260,19 @@ def test_table_that_differs_from_its_manifest_is_not_read(
     assert "tables/coefficients.parquet: differs: sha256" in capsys.readouterr().err
 
 
+def test_release_of_another_schema_version_is_told_apart(
+    place: Path, make: Make, capsys: pytest.CaptureFixture[str]
+) -> None:
+    after = make()
+    manifest, _ = read_manifest(after)
+    made_from = {**manifest.made_from, "schema_version": 1}
+    (after / MANIFEST).chmod(0o644)
+    text = Manifest(made_from, manifest.files, manifest.samples).text()
+    (after / MANIFEST).write_text(text, encoding="utf-8")
+    assert main(["diff", str(after), str(place), *CONFIG]) == 2
+    assert "its tables have schema version 1, and version" in capsys.readouterr().err
+
+
 # ---------------------------------------------------------------- the page
 
 HOSTILE = "<script>alert(1)</script>\x1b[31m"

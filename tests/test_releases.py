@@ -34,6 +34,7 @@ RAW = {"a.csv": b"load_n\n1\n", "b.csv": b"load_n\n2\n"}
 def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
     """A row a log, as ingest writes it."""
     text = {"campaign": "demo", "rig": "r", "kind": "steps", "label": "", "reader": "csv"}
+    verdict = {"verdict": "accepted", "reason": ""}
     counts = {"samples": 1, "refused_rows": 0, "plateaus": 1, "accepted_points": 1}
     nominal = dict.fromkeys(
         (
@@ -44,8 +45,9 @@ def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
     rows = []
     for name, content in raw.items():
         (folder / name).write_bytes(content)
-        about = {"run_id": name, "oil": "4102", "file": name, "sha256": file_digest(folder / name)}
-        rows.append({**about, **text, **counts, **nominal, "verdict": "accepted", "reason": ""})
+        about = {"run_id": name, "oil": "4102", "file": name}
+        digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
+        rows.append({**about, **digests, **text, **counts, **nominal, **verdict})
     return tables.from_rows(rows, "runs")
 
 
