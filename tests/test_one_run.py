@@ -35,10 +35,10 @@ def test_second_run_is_told_and_a_killed_one_is_forgotten(tmp_path: Path) -> Non
     with another_run(tmp_path) as first:
         with pytest.raises(OilfilmError, match=r"Another run is at work in .* again"):
             begin_run(tmp_path)
-        clear_up(tmp_path, tmp_path)
+        clear_up(tmp_path, [tmp_path])
         assert left.exists()
         first.kill()
-    clear_up(tmp_path, tmp_path)
+    clear_up(tmp_path, [tmp_path])
     assert not left.exists()
     with another_run(tmp_path) as second:
         second.kill()
@@ -61,6 +61,6 @@ def test_dates_in_the_future_become_now_and_others_stay(tmp_path: Path) -> None:
     for name, stamp in (("future", now + 86_400), ("past", now - 86_400)):
         (tmp_path / name).touch()
         os.utime(tmp_path / name, (stamp, stamp))
-    clear_up(tmp_path / "records", tmp_path)
+    clear_up(tmp_path / "records", [tmp_path, tmp_path / "not there"])
     assert now <= (tmp_path / "future").stat().st_mtime <= time.time()
     assert (tmp_path / "past").stat().st_mtime == pytest.approx(now - 86_400)

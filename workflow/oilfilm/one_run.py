@@ -8,8 +8,9 @@ outlive it. Standard library only: the Snakefile asks.
 import fcntl
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import chain
 from pathlib import Path
 from typing import IO
 
@@ -18,18 +19,22 @@ from oilfilm.errors import OilfilmError
 _LOCK = "oilfilm.lock"
 
 
-def clear_up(records: Path, results: Path) -> None:
+def clear_up(records: Path, made: Iterable[Path]) -> None:
     """Where no run is at work, take away what would stop one: dead locks, dates in the future.
 
     Snakemake lets no output be older than its input, so that after a clock has stepped back
     nothing could be made from what was made before.
+
+    Args:
+        records: Snakemake's own folder.
+        made: What the workflow makes; a user's logs keep their dates.
     """
     with suppress(OSError), _opened(records) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         for left in (records / "locks").glob("*.lock"):
             left.unlink()
         now = time.time_ns()
-        for path in results.rglob("*"):
+        for path in chain(*((folder, *folder.rglob("*")) for folder in made if folder.exists())):
             if path.lstat().st_mtime_ns > now:
                 os.utime(path, ns=(now, now), follow_symlinks=False)
 

@@ -36,9 +36,13 @@ try:
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
+# A release must not name packages that its results were not made with.
+PACKAGES = file_digest(Path(workflow.basedir, "requirements.lock"))[:8]
+
 RECORDS = Path(".snakemake")
 if workflow.is_main_process:
-    clear_up(RECORDS, Path("results", CAMPAIGN["name"]))
+    twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
+    clear_up(RECORDS, [Path("results", CAMPAIGN["name"]), *twins])
 
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
@@ -95,8 +99,9 @@ def drawn(*figures):
 
 
 def code(script):
-    """Digest of a script and of every module behind it: changed code runs its rules again."""
-    return code_digest(Path(workflow.basedir, "workflow/scripts", script))
+    """Digest of a script, of every module behind it and of the packages: what changes runs again."""
+    script = Path(workflow.basedir, "workflow/scripts", script)
+    return f"{code_digest(script)}-{PACKAGES}"
 
 
 def files_of_shard(wildcards):
