@@ -19,10 +19,8 @@ from oilfilm.fitting.compare import laws_of
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.oils import Oil, oil_from_config
 from oilfilm.rigs import Contact, contact_of
-from oilfilm.units import FloatArray
+from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
-_RAD_S_PER_RPM = np.pi / 30
-_MM_PER_M = 1e3
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 
 
@@ -87,7 +85,7 @@ class OilInBearing:
         law: TractionBasis,
     ) -> pd.DataFrame:
         """Friction at operating points, columns as of the tables of bearing friction."""
-        points = OperatingPoints.axial(axial_load_n, speed_rpm * _RAD_S_PER_RPM)
+        points = OperatingPoints.axial(axial_load_n, speed_rpm * RAD_S_PER_RPM)
         lubrication = Lubrication.of(self.oil, inlet_temperature_c, self.settings)
         return _without_failures(torque_terms(bearing, points, lubrication, law, self.tested))
 
@@ -323,7 +321,7 @@ def _cage_slip(known: OilInBearing, config: Mapping[str, Any]) -> pd.DataFrame:
             indexing="ij",
         )
     )
-    speed = pitch_speed / (bearing.pitch_diameter_m * _MM_PER_M)
+    speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
     temperature = np.full(len(speed), float(asked["inlet_temperature_c"]))
     terms = known.run(bearing, load, speed, temperature, known.basis("stress"))
     return terms.assign(
@@ -376,7 +374,7 @@ def _size_effect(known: OilInBearing, config: Mapping[str, Any]) -> Iterator[pd.
                 oil=known.name,
                 bearing=name,
                 varied=what,
-                ball_diameter_mm=changed.ball_diameter_m * _MM_PER_M,
+                ball_diameter_mm=changed.ball_diameter_m * MM_PER_M,
                 groove_curvature=changed.groove_curvature[0],
                 basis=basis,
                 axial_load_n=load,
@@ -433,7 +431,7 @@ def power_loss_table(
         axial_load_n=load,
         inlet_temperature_c=temperature,
         published_power_w=power,
-        power_w=terms["torque_n_m"] * speed * _RAD_S_PER_RPM,
+        power_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,
     )
     return _table([about], "power_loss")
 
