@@ -115,6 +115,26 @@ def test_inversion_finds_the_traction_that_was_planted(config):
     assert set(torque["basis"]) == {"stress", "load", "dimensionless_load"}
 
 
+def test_doubt_of_the_inversion_is_what_a_torque_wrong_by_it_would_give(config):
+    speed, se = np.array([9000.0]), 0.02
+    calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
+    torque = config["campaign"]["torque"] | {"calibration": calibration}
+    # the calibration's offset alone, so that its doubt is known: 3/2 of the random one
+    alone = {
+        **config,
+        "campaign": config["campaign"] | {"torque": torque},
+        "bearing": config["bearing"] | {"term_uncertainty": {}},
+    }
+    first, moved = (
+        torque_table(plateaus(np.array([value]), speed, se), *printed_fits(), alone)[1].iloc[0]
+        for value in (7.0, 7.0 + se)
+    )
+    change = moved["traction_coefficient"] - first["traction_coefficient"]
+    assert first["verdict"] == "determined"
+    assert first["traction_coefficient_se"] == pytest.approx(change, rel=0.05)
+    assert first["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
+
+
 def test_a_torque_that_no_traction_gives_is_said_to_have_no_solution(config):
     _, inversion = torque_table(
         plateaus(np.array([500.0]), np.array([6000.0])), *printed_fits(), config

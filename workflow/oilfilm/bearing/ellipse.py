@@ -92,7 +92,8 @@ class Sliding:
         across_m_s: Speed across the rolling direction at each place.
         along_m_s: Speed along t at each place.
         entrainment_speed_m_s: Mean surface speed in the contact's middle.
-        height_m: From the ball's centre to each place, along the normal.
+        middle_m: From the ball's centre to the contact's middle, along the normal.
+        height_m: The same to each place.
         across_m: From the normal to each place, across the rolling direction.
         along_m: The same along t.
         race_radius_m: From the bearing's axis to each place.
@@ -101,6 +102,7 @@ class Sliding:
     across_m_s: FloatArray
     along_m_s: FloatArray
     entrainment_speed_m_s: FloatArray
+    middle_m: FloatArray
     height_m: FloatArray
     across_m: FloatArray
     along_m: FloatArray
@@ -150,6 +152,7 @@ def sliding(
         spin * along_m - w_t[..., np.newaxis] * height,
         race_along - ball_along,
         np.abs(race_speed + ball_speed) / 2,
+        middle,
         height,
         across_m,
         along_m,

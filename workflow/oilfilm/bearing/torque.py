@@ -155,7 +155,7 @@ def _heat_by_sliding(
     strength = film.coefficient * rule.share * contacts.load_n[..., np.newaxis]
     strength = strength / np.maximum(speed, 1e-300)
     f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
-    middle = slip.height_m.max(axis=-1, keepdims=True)
+    middle = slip.middle_m[..., np.newaxis]
     turning = (relative * n_r + w_r * n_x - w_x * n_r)[..., np.newaxis]
     orbit = (relative * contacts.orbit_radius_m[..., np.newaxis])[..., np.newaxis]
     heats = {
