@@ -37,7 +37,7 @@ from oilfilm.bearing.torque import torque_terms
 from oilfilm.bearing.torque_runs import measure_torque
 from oilfilm.bearing.words import BearingTables, bearing_words
 from oilfilm.config import load_checked, resolve
-from oilfilm.figures import FIGURES, Results
+from oilfilm.figures import FIGURES, Results, style
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.oils import oil_from_config
 from oilfilm.rig_twin.torque_logs import simulate_torque
@@ -251,6 +251,18 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
     assert len(drawn)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     assert nothing_is_cut_off(figure)
+
+
+def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config):
+    published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
+    table = power_loss_table(published, *printed_fits(), config)
+    figure, _ = FIGURES["power-loss"].draw(Results(power_loss=table), config)
+    (axis,) = figure.axes
+    (points,) = axis.lines
+    np.testing.assert_array_equal(points.get_ydata(), [350, 700, 1100, 1400])  # NASA TP-2275
+    assert points.get_color() not in {style.oil_colour(oil, [*printed()]) for oil in printed()}
+    top = max(float(area.get_paths()[0].vertices[:, 1].max()) for area in axis.collections)
+    assert top == pytest.approx(table["power_w"].iloc[-1], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])
