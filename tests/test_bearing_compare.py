@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -141,6 +141,32 @@ def test_a_torque_that_no_traction_gives_is_said_to_have_no_solution(config):
     )
     assert list(inversion["verdict"]) == ["no solution"]
     assert inversion["traction_coefficient"].isna().all()
+
+
+def test_a_bearing_loaded_beyond_reason_is_told_why_it_has_no_torque(config):
+    # 20 kN logged as 20 MN
+    runs = plateaus(np.array([5.0, 5.0]), np.array([6000.0, 9000.0]))
+    runs["axial_load_n"] *= [1000.0, 1.0]
+    torque, inversion = torque_table(runs, *printed_fits(), config)
+    crushed = torque[torque["first_row"] == 0]
+    assert not crushed["converged"].any()
+    assert crushed["torque_n_m"].isna().all()
+    assert crushed["why"].str.contains("check the axial load and its unit").all()
+    sound = torque[torque["first_row"] == 1]
+    assert sound["converged"].all()
+    assert (sound["why"] == "").all()
+    assert list(inversion["verdict"].iloc[:1]) == ["no solution"]
+
+
+def test_a_ball_that_lies_nowhere_is_told_how_far_it_is_from_balance(config):
+    # hardly any load at four million dmn: the balls leave the inner race
+    known = OilInBearing.of("4050", *printed_fits(), config)
+    bearing = replace(shipped("harris-218"), groove_curvature=(0.55, 0.55))
+    at = np.array([0.01]), np.array([4e6 / 125.26]), np.array([100.0])
+    (row,) = known.run(bearing, *at, known.basis("stress")).to_dict("records")
+    assert not row["converged"]
+    assert "out of balance" in row["why"]
+    assert np.isnan(row["torque_n_m"])
 
 
 def test_an_oil_without_a_fit_is_left_out(config):

@@ -109,14 +109,12 @@ def _load_laws(
 def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Null where there is no equilibrium, with the reason."""
     found, residual = terms["converged"].astype(bool), terms["residual"]
-    angle = terms["inner_contact_angle_deg"]
+    known = zip(residual, terms["inner_contact_angle_deg"], terms["widest_contact"], strict=True)
+    why = ["" if fine else _why(*told) for fine, told in zip(found, known, strict=True)]
     about = {
         "converged": found,
         "residual": np.where(np.isfinite(residual), residual, np.nan),
-        "why": np.array(
-            ["" if fine else _why(residual[row], angle[row]) for row, fine in enumerate(found)],
-            dtype=object,
-        ),
+        "why": np.array(why, dtype=object),
     }
     cleared = {name: np.where(found, values, np.nan) for name, values in terms.items()}
     return pd.DataFrame(cleared | about)
@@ -126,7 +124,12 @@ def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
 _SHOULDER_DEG = 65.0
 
 
-def _why(residual: float, inner_angle_deg: float) -> str:
+def _why(residual: float, inner_angle_deg: float, widest_contact: float) -> str:
+    if widest_contact >= 1:
+        return (
+            f"the contacts would be {widest_contact:.2g} times as wide as the balls; check the "
+            "axial load and its unit"
+        )
     found = f"forces stay {residual:.2g} of a ball's load out of balance"
     if inner_angle_deg > _SHOULDER_DEG:
         return f"{found}; the ball climbs the inner shoulder ({inner_angle_deg:.0f} degrees)"
