@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,7 @@ from oilfilm.bearing.torque import torque_terms
 from oilfilm.bearing.torque_runs import measure_torque
 from oilfilm.bearing.words import BearingTables, bearing_words
 from oilfilm.config import load_checked, resolve
-from oilfilm.figures import FIGURES, Results
+from oilfilm.figures import FIGURES, Results, style
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.oils import oil_from_config
 from oilfilm.rig_twin.torque_logs import simulate_torque
@@ -115,12 +115,58 @@ def test_inversion_finds_the_traction_that_was_planted(config):
     assert set(torque["basis"]) == {"stress", "load", "dimensionless_load"}
 
 
+def test_doubt_of_the_inversion_is_what_a_torque_wrong_by_it_would_give(config):
+    speed, se = np.array([9000.0]), 0.02
+    calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
+    torque = config["campaign"]["torque"] | {"calibration": calibration}
+    # the calibration's offset alone, so that its doubt is known: 3/2 of the random one
+    alone = {
+        **config,
+        "campaign": config["campaign"] | {"torque": torque},
+        "bearing": config["bearing"] | {"term_uncertainty": {}},
+    }
+    first, moved = (
+        torque_table(plateaus(np.array([value]), speed, se), *printed_fits(), alone)[1].iloc[0]
+        for value in (7.0, 7.0 + se)
+    )
+    change = moved["traction_coefficient"] - first["traction_coefficient"]
+    assert first["verdict"] == "determined"
+    assert first["traction_coefficient_se"] == pytest.approx(change, rel=0.05)
+    assert first["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
+
+
 def test_a_torque_that_no_traction_gives_is_said_to_have_no_solution(config):
     _, inversion = torque_table(
         plateaus(np.array([500.0]), np.array([6000.0])), *printed_fits(), config
     )
     assert list(inversion["verdict"]) == ["no solution"]
     assert inversion["traction_coefficient"].isna().all()
+
+
+def test_a_bearing_loaded_beyond_reason_is_told_why_it_has_no_torque(config):
+    # 20 kN logged as 20 MN
+    runs = plateaus(np.array([5.0, 5.0]), np.array([6000.0, 9000.0]))
+    runs["axial_load_n"] *= [1000.0, 1.0]
+    torque, inversion = torque_table(runs, *printed_fits(), config)
+    crushed = torque[torque["first_row"] == 0]
+    assert not crushed["converged"].any()
+    assert crushed["torque_n_m"].isna().all()
+    assert crushed["why"].str.contains("check the axial load and its unit").all()
+    sound = torque[torque["first_row"] == 1]
+    assert sound["converged"].all()
+    assert (sound["why"] == "").all()
+    assert list(inversion["verdict"].iloc[:1]) == ["no solution"]
+
+
+def test_a_ball_that_lies_nowhere_is_told_how_far_it_is_from_balance(config):
+    # hardly any load at four million dmn: the balls leave the inner race
+    known = OilInBearing.of("4050", *printed_fits(), config)
+    bearing = replace(shipped("harris-218"), groove_curvature=(0.55, 0.55))
+    at = np.array([0.01]), np.array([4e6 / 125.26]), np.array([100.0])
+    (row,) = known.run(bearing, *at, known.basis("stress")).to_dict("records")
+    assert not row["converged"]
+    assert "out of balance" in row["why"]
+    assert np.isnan(row["torque_n_m"])
 
 
 def test_an_oil_without_a_fit_is_left_out(config):
@@ -231,6 +277,18 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
     assert len(drawn)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     assert nothing_is_cut_off(figure)
+
+
+def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config):
+    published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
+    table = power_loss_table(published, *printed_fits(), config)
+    figure, _ = FIGURES["power-loss"].draw(Results(power_loss=table), config)
+    (axis,) = figure.axes
+    (points,) = axis.lines
+    np.testing.assert_array_equal(points.get_ydata(), [350, 700, 1100, 1400])  # NASA TP-2275
+    assert points.get_color() not in {style.oil_colour(oil, [*printed()]) for oil in printed()}
+    top = max(float(area.get_paths()[0].vertices[:, 1].max()) for area in axis.collections)
+    assert top == pytest.approx(table["power_w"].iloc[-1], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])

@@ -22,6 +22,7 @@ from oilfilm.bearing.quasistatic import (
 )
 from oilfilm.bearing.resistance import (
     hysteresis_moment_n_m,
+    land_damping_n_m_s,
     rolling_force_n,
 )
 from oilfilm.bearing.torque import SLIDINGS, cage_slip, torque_terms
@@ -89,6 +90,22 @@ def test_rolling_force_is_that_of_the_rigid_isoviscous_limit_at_high_speed():
 def test_hysteresis_grows_with_the_load_to_the_power_of_four_thirds():
     one, eight = hysteresis_moment_n_m(np.array([100.0, 800.0]), 0.02, 0.009, 0.2)
     assert eight / one == pytest.approx(8**1.33)
+
+
+def test_rolling_force_is_that_of_the_elastic_limit_under_heavy_load():
+    # for W/U^0.75 -> infinity the formula is F_EHL alone (Biboulet and Houpert, part 2)
+    force = rolling_force_n(1e5, 1e-3, 0.01, 0.01, 0.05, 2e11)
+    w, u = 1e5 / (1e11 * 1e-4), 0.01 * 1e-3 / (1e11 * 0.01)
+    assert force == pytest.approx(
+        7.5826 * 1e11 * 1e-4 * 5**0.4055 * w ** (1 / 3) * u**0.75, rel=1e-3
+    )
+
+
+def test_the_land_drags_as_oil_sheared_across_its_gap_does():
+    # tau = eta Omega R/c on the area 2 pi R L, at the arm R: outer land of the 218, R 68 mm
+    moment = land_damping_n_m_s(shipped("harris-218"), oil := lubrication("4050", 100, 1))
+    shear_pa = oil.dynamic_viscosity_pa_s * 1.0 * 0.068 / 0.3e-3
+    np.testing.assert_allclose(moment, shear_pa * (2 * np.pi * 0.068 * 6e-3) * 0.068)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -183,8 +200,63 @@ def test_finer_grids_change_the_torque_by_less_than_a_thousandth():
         for quadrature in ((16, 4), (48, 12))
     )
     np.testing.assert_allclose(coarse["torque_n_m"], fine["torque_n_m"], rtol=1e-4)
-    np.testing.assert_allclose(
-        coarse["traction_torque_n_m"], fine["traction_torque_n_m"], rtol=1e-3
+    for kind in ("traction", *SLIDINGS):
+        name = f"{kind}_torque_n_m"
+        np.testing.assert_allclose(coarse[name], fine[name], rtol=1e-3)
+
+
+def test_equal_races_that_turn_against_each_other_share_all_evenly():
+    # on a pitch diameter of a thousand balls both races are flat rails to the ball: it stays where
+    # it is and turns between them, and what one race puts in the other puts in as well
+    like = shipped("harris-218")
+    bearing = replace(
+        like,
+        pitch_diameter_m=1000 * like.ball_diameter_m,
+        cage=replace(like.cage, land_width_m=1e-12),  # which would take the cage along
+    )
+    speed = np.array([30.0 / (bearing.pitch_diameter_m / 2)])
+    points = replace(OperatingPoints.axial(17800.0, speed), outer_speed_rad_s=-speed)
+    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
+    balance = found.balance
+    assert found.equilibrium.solution.converged.all()
+    # to the thousandths by which the races of so large a bearing still differ
+    assert abs(balance.motion.orbit_speed_rad_s[0, 0]) < 2e-3 * speed[0]
+    np.testing.assert_allclose(*balance.contacts.load_n[0, 0], rtol=1e-6)
+    np.testing.assert_allclose(*balance.traction.heat_w[0, 0], rtol=1e-2)
+    inner, outer = balance.ring_moment_n_m[0, 0]
+    assert inner == pytest.approx(-outer, rel=1e-5)
+
+
+def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
+    bearing, law = shipped("harris-218"), printed_law("4050")
+    points, oil = OperatingPoints.axial(17800.0, 10000 * RPM), lubrication("4050", 100, 1)
+    balance = friction_equilibrium(bearing, points, oil, law).balance
+    inner, outer = balance.contacts.max_hertz_pressure_pa[0, 0] / 1e9
+    assert inner > 1.01 * outer
+    film = balance.traction
+    # force times sliding speed, place by place
+    sliding_m_s = film.slide_roll_ratio * balance.at.entrainment_speed_m_s
+    heat = film.coefficient * balance.at.load_n * grid(16, 4).share * sliding_m_s
+    np.testing.assert_allclose(heat.sum(axis=-1), film.heat_w)
+    limit = float(np.median(film.slide_roll_ratio))
+
+    def shares(box: dict[str, tuple[float, float]]) -> dict[str, float]:
+        terms = torque_terms(bearing, points, oil, law, box)
+        return {name: terms[f"share_beyond_{name}"][0] for name in ("pressure", "speed", "slip")}
+
+    names = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
+    assert set(shares(dict.fromkeys(names, (0.0, 1e9))).values()) == {0.0}
+    assert shares(dict.fromkeys(names, (0.0, 1e-9))) == pytest.approx(
+        {"pressure": 1.0, "speed": 1.0, "slip": 1.0}
+    )
+    some = dict(zip(names, ((0.0, (inner + outer) / 2), (0.0, 1e9), (0.0, limit)), strict=True))
+    assert shares(some) == pytest.approx(
+        {
+            "pressure": film.heat_w[0, 0, 0] / film.heat_w.sum(),
+            "speed": 0.0,
+            # with the thousandth of leeway that every level has
+            "slip": heat[film.slide_roll_ratio > 1.001 * limit].sum() / heat.sum(),
+        }
     )
 
 
@@ -225,6 +297,23 @@ def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
         points = OperatingPoints.axial(pressing * bearing.ball_diameter_m**2, speed)
         found = friction_equilibrium(bearing, points, lubrication(oil, 100, 21), printed_law(oil))
         assert found.equilibrium.solution.converged.all()
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize(("radial", "moment"), [(0.5, 0.0), (0.0, 0.1), (0.2, 0.05)])
+def test_all_five_freedoms_balance_from_rest_to_four_million_dmn(name, radial, moment):
+    bearing = shipped(name)
+    speed = np.linspace(0, 4e6, 5) / (bearing.pitch_diameter_m * 1e3) * RPM
+    axial_n = 2e7 * bearing.ball_diameter_m**2
+    lever_n_m = axial_n * bearing.pitch_diameter_m / 2
+    points = replace(
+        OperatingPoints.axial(axial_n, speed),
+        radial_load_n=np.tile([radial * axial_n, 0.0], (5, 1)),
+        moment_n_m=np.tile([0.0, moment * lever_n_m], (5, 1)),
+    )
+    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 5), printed_law("4050"))
+    for equilibrium in (raceway_control(bearing, points), found.equilibrium):
+        assert equilibrium.solution.converged.all()
 
 
 def any_bearing(ball: float, room: float, angle: float, groove: float) -> Bearing:

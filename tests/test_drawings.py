@@ -229,6 +229,19 @@ def test_table_of_the_bearing_marks_what_is_assumed(
     assert drawn.set_index("quantity").loc["balls", "value"] == 20
 
 
+def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
+    results: Results, settings: dict[str, Any]
+) -> None:
+    _, drawn = FIGURES["tab03"].draw(results, settings)
+    bearing = settings["bearings"][settings["campaign"]["torque"]["bearing"]]
+    of_parts = [one for part in bearing.values() if isinstance(part, dict) for one in part.values()]
+    configured = [one for one in (*bearing.values(), *of_parts) if isinstance(one, int | float)]
+    stated = set(drawn["words"].str.rstrip("*"))
+    for number in configured:
+        # in the file's own unit, or in mm or GPa
+        assert stated & {f"{factor * number:.12g}" for factor in (1, 1e3, 1e-9)}, number
+
+
 def test_matrix_of_a_measured_campaign_is_that_of_its_logs(
     results: Results, settings: dict[str, Any]
 ) -> None:

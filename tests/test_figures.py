@@ -1,5 +1,6 @@
 """Figures draw what they keep, say what is simulated, and come out in the same bytes."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -191,6 +192,11 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     np.testing.assert_allclose(lengths, drawn["share"].dropna())
     words = {text.get_text() for text in figure.axes[0].texts}
     assert set(drawn["claim"]) <= words
+    # signs and units as they are printed, no unit in another line than its number
+    lines = "\n".join(words).split("\n")
+    assert not any(re.search(r"\bmu\b|degC|\bum\b|>=", line) for line in lines)
+    assert not any(re.match(r"GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN}", line) for line in lines)
+    assert any("140\N{NO-BREAK SPACE}\N{DEGREE SIGN}C" in line for line in lines)
     assert len(drawn) == len(audited.claims)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     assert nothing_is_cut_off(figure)

@@ -153,6 +153,7 @@ def test_simulated_logs_stay_out_of_measured_campaigns(config):
         ({"torque_n_m": lambda f: 0.6 - f["torque_n_m"]}, "torque_not_positive"),
         ({"oil_temperature_c": lambda f: 60 + f["time_s"]}, "temperature_drifts"),
         ({"axial_load_n": lambda f: -f["axial_load_n"]}, "unloaded"),
+        ({"inner_speed_rpm": lambda f: -f["inner_speed_rpm"]}, "turns_backwards"),
     ],
 )
 def test_an_unsteady_or_impossible_plateau_is_kept_with_its_reason(config, change, gate):

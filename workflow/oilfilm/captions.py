@@ -219,7 +219,8 @@ CAPTIONS: dict[str, Caption] = {
     "power-loss": Caption(
         "A published power loss",
         "Calculated power loss (W), term by term, under a published one against speed of the inner "
-        "ring: plausibility alone.",
+        "ring: plausibility alone. Published: NASA TP-2275, second-hand, by a third party's "
+        "transcription.",
         "Bearing",
     ),
 }

@@ -18,7 +18,7 @@ from oilfilm.units import FloatArray
 
 Settings = Mapping[str, Any]
 _P, _U, _T, _S = 1, 2, 3, 4  # axes of the arrays
-_MARGIN = "lambda or film over its limit, whichever is less,"
+_MARGIN = "the smaller of lambda and film, each over its limit"
 
 
 @dataclass(frozen=True)

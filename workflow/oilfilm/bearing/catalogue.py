@@ -39,6 +39,11 @@ def palmgren_torque_n_m(
         f0: Of lubrication and bearing type.
         f1: Of load and bearing type.
 
+    Returns:
+        M0 + M1, in N m.
+
+    Reference: A. Palmgren, Ball and Roller Bearing Engineering, 3rd ed., 1959.
+
     Examples:
         dm 100 mm, nu n = 8000, f0 1, no load: 1e-7 * 400 * 1e6 N mm.
 
@@ -73,6 +78,12 @@ def skf_torque_n_m(
         speed_rpm: n.
         kinematic_viscosity_m2_s: nu.
         pitch_diameter_m: dm.
+
+    Returns:
+        Mrr + Msl, in N m.
+
+    Reference: SKF, Rolling bearings, general catalogue, 2018: the SKF model for calculating the
+        frictional moment, angular contact ball bearings.
 
     Examples:
         At rest the film is gone: 0.12 S1 dm^0.26 S2 Fa^(4/3) = 0.035 N m at 100 mm, 1 kN, by hand:

@@ -19,10 +19,8 @@ from oilfilm.fitting.compare import laws_of
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.oils import Oil, oil_from_config
 from oilfilm.rigs import Contact, contact_of
-from oilfilm.units import FloatArray
+from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
-_RAD_S_PER_RPM = np.pi / 30
-_MM_PER_M = 1e3
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 
 
@@ -87,7 +85,7 @@ class OilInBearing:
         law: TractionBasis,
     ) -> pd.DataFrame:
         """Friction at operating points, columns as of the tables of bearing friction."""
-        points = OperatingPoints.axial(axial_load_n, speed_rpm * _RAD_S_PER_RPM)
+        points = OperatingPoints.axial(axial_load_n, speed_rpm * RAD_S_PER_RPM)
         lubrication = Lubrication.of(self.oil, inlet_temperature_c, self.settings)
         return _without_failures(torque_terms(bearing, points, lubrication, law, self.tested))
 
@@ -111,14 +109,12 @@ def _load_laws(
 def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Null where there is no equilibrium, with the reason."""
     found, residual = terms["converged"].astype(bool), terms["residual"]
-    angle = terms["inner_contact_angle_deg"]
+    known = zip(residual, terms["inner_contact_angle_deg"], terms["widest_contact"], strict=True)
+    why = ["" if fine else _why(*told) for fine, told in zip(found, known, strict=True)]
     about = {
         "converged": found,
         "residual": np.where(np.isfinite(residual), residual, np.nan),
-        "why": np.array(
-            ["" if fine else _why(residual[row], angle[row]) for row, fine in enumerate(found)],
-            dtype=object,
-        ),
+        "why": np.array(why, dtype=object),
     }
     cleared = {name: np.where(found, values, np.nan) for name, values in terms.items()}
     return pd.DataFrame(cleared | about)
@@ -128,7 +124,12 @@ def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
 _SHOULDER_DEG = 65.0
 
 
-def _why(residual: float, inner_angle_deg: float) -> str:
+def _why(residual: float, inner_angle_deg: float, widest_contact: float) -> str:
+    if widest_contact >= 1:
+        return (
+            f"the contacts would be {widest_contact:.2g} times as wide as the balls; check the "
+            "axial load and its unit"
+        )
     found = f"forces stay {residual:.2g} of a ball's load out of balance"
     if inner_angle_deg > _SHOULDER_DEG:
         return f"{found}; the ball climbs the inner shoulder ({inner_angle_deg:.0f} degrees)"
@@ -323,7 +324,7 @@ def _cage_slip(known: OilInBearing, config: Mapping[str, Any]) -> pd.DataFrame:
             indexing="ij",
         )
     )
-    speed = pitch_speed / (bearing.pitch_diameter_m * _MM_PER_M)
+    speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
     temperature = np.full(len(speed), float(asked["inlet_temperature_c"]))
     terms = known.run(bearing, load, speed, temperature, known.basis("stress"))
     return terms.assign(
@@ -376,7 +377,7 @@ def _size_effect(known: OilInBearing, config: Mapping[str, Any]) -> Iterator[pd.
                 oil=known.name,
                 bearing=name,
                 varied=what,
-                ball_diameter_mm=changed.ball_diameter_m * _MM_PER_M,
+                ball_diameter_mm=changed.ball_diameter_m * MM_PER_M,
                 groove_curvature=changed.groove_curvature[0],
                 basis=basis,
                 axial_load_n=load,
@@ -433,7 +434,7 @@ def power_loss_table(
         axial_load_n=load,
         inlet_temperature_c=temperature,
         published_power_w=power,
-        power_w=terms["torque_n_m"] * speed * _RAD_S_PER_RPM,
+        power_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,
     )
     return _table([about], "power_loss")
 

@@ -92,7 +92,8 @@ class Sliding:
         across_m_s: Speed across the rolling direction at each place.
         along_m_s: Speed along t at each place.
         entrainment_speed_m_s: Mean surface speed in the contact's middle.
-        height_m: From the ball's centre to each place, along the normal.
+        middle_m: From the ball's centre to the contact's middle, along the normal.
+        height_m: The same to each place.
         across_m: From the normal to each place, across the rolling direction.
         along_m: The same along t.
         race_radius_m: From the bearing's axis to each place.
@@ -101,6 +102,7 @@ class Sliding:
     across_m_s: FloatArray
     along_m_s: FloatArray
     entrainment_speed_m_s: FloatArray
+    middle_m: FloatArray
     height_m: FloatArray
     across_m: FloatArray
     along_m: FloatArray
@@ -133,10 +135,11 @@ def sliding(
     w_x, w_r, w_t = (motion.spin_rad_s[..., part, np.newaxis] for part in range(3))
     w_n, w_y = w_x * n_x + w_r * n_r, w_r * n_x - w_x * n_r
     relative = race_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
-    across_m = contacts.semi_axis_y_m[..., np.newaxis] * rule.across
+    bend, radius = bearing.deformed_radius_m, bearing.ball_diameter_m / 2
+    # no contact is wider than the ball, though a search may come by such a state
+    edge = np.minimum(contacts.semi_axis_y_m, radius)
+    across_m = edge[..., np.newaxis] * rule.across
     along_m = contacts.semi_axis_x_m[..., np.newaxis] * rule.along
-    bend, edge = bearing.deformed_radius_m, contacts.semi_axis_y_m
-    radius = bearing.ball_diameter_m / 2
     middle = bend + np.sqrt(radius**2 - edge**2) - np.sqrt(bend**2 - edge**2)
     height = (middle - bend)[..., np.newaxis] + np.sqrt(bend[:, np.newaxis] ** 2 - across_m**2)
     orbit = contacts.orbit_radius_m[..., np.newaxis]
@@ -150,6 +153,7 @@ def sliding(
         spin * along_m - w_t[..., np.newaxis] * height,
         race_along - ball_along,
         np.abs(race_speed + ball_speed) / 2,
+        middle,
         height,
         across_m,
         along_m,

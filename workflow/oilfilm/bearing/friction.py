@@ -280,6 +280,11 @@ class FrictionEquilibrium:
     places: float
 
 
+def widest_contact(bearing: Bearing, contacts: Contacts) -> FloatArray:
+    """Semi-axis across the rolling direction over the balls' radius, the widest of each point."""
+    return contacts.semi_axis_y_m.max(axis=(1, 2)) / (bearing.ball_diameter_m / 2)
+
+
 def friction_equilibrium(
     bearing: Bearing,
     points: OperatingPoints,
@@ -299,6 +304,9 @@ def friction_equilibrium(
         quadrature: Places of the ellipse, across and along the rolling direction.
         tolerance: Largest residual, over the load of a ball (moments: times its radius).
         max_iterations: Jacobians after which a point is given up.
+
+    Returns:
+        The motion; not converged as well where a contact would be as wide as the ball.
     """
     rule = grid(*quadrature)
     azimuth = azimuths(bearing, points.only_axial)
@@ -381,5 +389,7 @@ def friction_equilibrium(
     )
     every = np.arange(len(loads))
     found = acting(solution.own, solution.shared, every, 1.0)
+    # beyond all that Hertz's solution and a groove can bear: no equilibrium
+    solution.converged[widest_contact(bearing, found.contacts) >= 1] = False
     equilibrium = Equilibrium(found.contacts, found.motion, solution.shared[:, 1:], solution)
     return FrictionEquilibrium(found, equilibrium, bearing.ball_count / len(azimuth))

@@ -223,7 +223,14 @@ def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray
 
     with R the land's radius, L its width and c the radial clearance.
 
-    Reference: N. Petroff's journal-bearing friction.
+    Args:
+        bearing: The bearing.
+        lubrication: The oil at each point; the gap is taken to be full of it.
+
+    Returns:
+        Shape (points,), in N m s.
+
+    Reference: N. P. Petroff, friction of journal bearings, 1883.
     """
     cage = bearing.cage
     shape = cage.land_width_m * (cage.land_diameter_m / 2) ** 3 / cage.land_clearance_m

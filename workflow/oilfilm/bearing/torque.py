@@ -5,7 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from oilfilm.bearing.ellipse import Conditions, TractionBasis, grid, sliding, traction
-from oilfilm.bearing.friction import HEATS, QUADRATURE, FrictionEquilibrium, friction_equilibrium
+from oilfilm.bearing.friction import (
+    HEATS,
+    QUADRATURE,
+    FrictionEquilibrium,
+    friction_equilibrium,
+    widest_contact,
+)
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion, OperatingPoints
 from oilfilm.bearing.resistance import Lubrication, thermal_reduction
@@ -67,6 +73,7 @@ def torque_terms(
         "quadrature_error": _relative(finer, film.heat_w.sum(axis=(1, 2))),
         "residual": solution.residual,
         "converged": solution.converged,
+        "widest_contact": widest_contact(bearing, contacts),
         "cage_slip": cage_slip(bearing, points, contacts, found.balance.motion).mean(axis=1),
         "inner_contact_angle_deg": angle[..., 0].mean(axis=1),
         "outer_contact_angle_deg": angle[..., 1].mean(axis=1),
@@ -155,7 +162,7 @@ def _heat_by_sliding(
     strength = film.coefficient * rule.share * contacts.load_n[..., np.newaxis]
     strength = strength / np.maximum(speed, 1e-300)
     f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
-    middle = slip.height_m.max(axis=-1, keepdims=True)
+    middle = slip.middle_m[..., np.newaxis]
     turning = (relative * n_r + w_r * n_x - w_x * n_r)[..., np.newaxis]
     orbit = (relative * contacts.orbit_radius_m[..., np.newaxis])[..., np.newaxis]
     heats = {

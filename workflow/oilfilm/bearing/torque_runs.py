@@ -58,6 +58,11 @@ GATES = (
         lambda points, limits: ~(points["torque_n_m"] > 0),
     ),
     TorqueGate(
+        "turns_backwards",
+        "Log the speed of the inner ring as positive: its torque is what resists it.",
+        lambda points, limits: points["inner_speed_rpm"] < 0,
+    ),
+    TorqueGate(
         "unloaded",
         "Check the load cell: a ball bearing of this kind must be pushed together.",
         lambda points, limits: ~(points["axial_load_n"] > 0),

@@ -16,8 +16,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from oilfilm import tables
+from oilfilm.bearing.friction import HEATS
 from oilfilm.figures import style
 from oilfilm.figures.traction_curves import Results
+from oilfilm.units import RAD_S_PER_RPM
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
 _BASES: dict[str, tuple[str, Any, str]] = {
@@ -29,7 +31,6 @@ _BASES: dict[str, tuple[str, Any, str]] = {
         "^",
     ),
 }
-_TERMS = ("traction", "rolling", "hysteresis", "drag", "pocket", "land")
 # Measured loads and temperatures within this share of each other belong to one set.
 _LIKE = 0.05
 
@@ -52,12 +53,13 @@ def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
             axis.set_title(f"({letter}) {oil}, {asked:g} \N{DEGREE SIGN}C")
     axes[0, 0].set_ylabel("Friction torque (N m)")
     axes[1, 0].set_ylabel("Relative error (%)")
-    figure.supxlabel("Speed of the inner ring (1000 rpm)", fontsize=8, x=0.3)
+    for axis in axes[1]:
+        axis.set_xlabel("Speed of the inner ring (1000 rpm)")
     if not rows:
         _say_nothing(axes[0, 0], "No torque was measured at this temperature.")
         return _finish(figure, config), tables.empty("torque_drawn")
     axes[0, 0].legend(loc="upper left", title="axial load", title_fontsize=7, alignment="left")
-    figure.legend(handles=_basis_handles(), loc="outside lower right", ncols=3)
+    figure.legend(handles=_basis_handles(), loc="outside lower center", ncols=3)
     style.say_key(figure, "Points above: measured, with 95 % intervals. Lines: the law.")
     return _finish(figure, config), tables.conform(
         pd.concat(rows, ignore_index=True), "torque_drawn", "fig06"
@@ -295,17 +297,22 @@ def power_loss(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.
     if table.empty:
         _say_nothing(axis, "The oil of the published test is not among those fitted.")
         return _finish(figure, config), table
-    turning = table["inner_speed_rpm"] * np.pi / 30
-    watts = [table[f"{term}_torque_n_m"] * turning for term in _TERMS]
+    turning = table["inner_speed_rpm"] * RAD_S_PER_RPM
+    watts = [table[f"{term}_torque_n_m"] * turning for term in HEATS]
     speed = table["inner_speed_rpm"] / 1e3
-    shades = colormaps["cividis"](np.linspace(0, 1, len(_TERMS)))
-    axis.stackplot(speed, watts, labels=_TERMS, colors=shades, edgecolor="white", linewidth=0.3)
-    axis.plot(speed, table["published_power_w"], "o", color="#D55E00", label="published")
+    shades = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
+    axis.stackplot(speed, watts, labels=HEATS, colors=shades, edgecolor="white", linewidth=0.3)
+    # not in the colour of an oil; the rim shows it on dark areas
+    rim: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4}
+    axis.plot(speed, table["published_power_w"], "o", color="black", label="published", **rim)
     axis.set_axisbelow(True)
     # from the top, as the areas lie
     axis.legend(loc="upper left", reverse=True)
     style.say_key(figure, "Points: NASA TP-2275, second-hand. Areas: calculated.")
-    axis.set_title(f"{table['bearing'].iloc[0]}, {table['axial_load_n'].iloc[0]:g} N")
+    bearing, oil, load, temperature = table.loc[
+        table.index[0], ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
+    ]
+    axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
     return _finish(figure, config), table
 
 

@@ -1,5 +1,6 @@
 """The page of claims: what the paper says, and in how much of the domain it holds."""
 
+import re
 import textwrap
 from collections.abc import Mapping
 from typing import Any
@@ -21,6 +22,17 @@ _ROW_IN = 0.40
 _BAR, _BAR_WIDTH = 0.40, 0.13  # of the page's width
 _WORDS = 0.62
 _STATEMENT_LETTERS, _WORDS_LETTERS = 50, 62
+# What tables write in letters that every terminal has, as it is printed; in this order.
+_PRINTED = {
+    r"\bmu\b": "\N{GREEK SMALL LETTER MU}",
+    r"\bdegC\b": "\N{DEGREE SIGN}C",
+    r"\bum\b": "\N{MICRO SIGN}m",
+    r"\bR2\b": "R\N{SUPERSCRIPT TWO}",
+    ">=": "\N{GREATER-THAN OR EQUAL TO}",
+    # a number and its unit stay in one line
+    r"(?<=\d) (?=GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN})": "\N{NO-BREAK SPACE}",
+    r"(?<=\bS) (?=\d)": "\N{NO-BREAK SPACE}",
+}
 _WORST = (
     ("worst_oil", "{}"),
     ("worst_max_hertz_pressure_gpa", "{:.3g} GPa"),
@@ -51,7 +63,7 @@ def claims_page(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
         of_claim = drawn[drawn["claim"] == claim].set_index("basis")
         axis.axhline(row, color="#dddddd", linewidth=0.5)
         axis.text(0, row + 0.20, claim, va="center", fontsize=7, fontweight="bold")
-        statement = textwrap.wrap(of_claim["statement"].iloc[0], _STATEMENT_LETTERS)
+        statement = textwrap.wrap(_printed(of_claim["statement"].iloc[0]), _STATEMENT_LETTERS)
         axis.text(
             0, row + 0.36, "\n".join(statement), va="top", fontsize=6, linespacing=1.1,
             parse_math=False,
@@ -79,10 +91,16 @@ def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None
     if not np.isnan(line["share_tested_box"]):
         at = _BAR + _BAR_WIDTH * line["share_tested_box"]
         axis.plot([at, at], [y - 0.2, y + 0.2], color="black", linewidth=1.2)
-    words = textwrap.fill(line["words"], _WORDS_LETTERS)
+    words = textwrap.fill(_printed(line["words"]), _WORDS_LETTERS)
     axis.text(
         _WORDS, y, words, va="center", fontsize=5.5, linespacing=1.0, parse_math=False
     )  # fmt: skip
+
+
+def _printed(words: str) -> str:
+    for plain, sign in _PRINTED.items():
+        words = re.sub(plain, sign, words)
+    return words
 
 
 def _words(row: Mapping[str, Any]) -> str:

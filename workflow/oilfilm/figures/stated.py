@@ -1,7 +1,7 @@
 """Tables 1-3 of the paper: oils, test matrix and bearing as configured, each with its source."""
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,8 @@ _PAPER = "in the paper's text"
 _LINE_IN = 0.125
 _ROW_IN = 0.06  # between rows, beside their lines
 _NOTE_LETTERS = 140  # of 6 pt in a line over both columns
+# Of all cells alike: with line spacings of their own they stand at different heights.
+_CELL: dict[str, Any] = {"va": "center", "fontsize": 7}
 _AT_C = 100.0  # of the oils' properties, as in the paper
 # Quantity, unit and how an oil is asked for it.
 _OF_OIL: tuple[tuple[str, str, Any], ...] = (
@@ -55,13 +57,17 @@ _OF_BEARING: tuple[tuple[str, str, tuple[str, ...], float], ...] = (
     ("groove radius over ball diameter, inner", "", ("inner_groove_curvature",), 1),
     ("groove radius over ball diameter, outer", "", ("outer_groove_curvature",), 1),
     ("Young's modulus of the rings", "GPa", ("ring", "youngs_modulus_pa"), 1e-9),
+    ("Poisson's ratio of the rings", "", ("ring", "poisson_ratio"), 1),
     ("Young's modulus of the balls", "GPa", ("ball", "youngs_modulus_pa"), 1e-9),
+    ("Poisson's ratio of the balls", "", ("ball", "poisson_ratio"), 1),
     ("density of the balls", "kg/m\N{SUPERSCRIPT THREE}", ("ball", "density_kg_m3"), 1),
     ("roughness Ra of the balls", "\N{MICRO SIGN}m", ("ball_roughness_ra_um",), 1),
     ("roughness Ra of the races", "\N{MICRO SIGN}m", ("race_roughness_ra_um",), 1),
     ("guiding ring of the cage", "", ("cage", "guidance"), 1),
     ("land diameter of the cage", "mm", ("cage", "land_diameter_m"), 1e3),
+    ("land width of the cage, both together", "mm", ("cage", "land_width_m"), 1e3),
     ("land clearance of the cage, radial", "mm", ("cage", "land_clearance_m"), 1e3),
+    ("friction coefficient of the pockets", "", ("cage", "pocket_friction_coefficient"), 1),
 )
 _OF_TORQUE_TEST = (
     ("axial load", "kN", "axial_load_n", 1e-3),
@@ -126,7 +132,8 @@ def tab03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
         assumed = keys[0] in bearing.get("assumed", [])
         source = "assumed" if assumed else bearing["source"]
         stated = value if isinstance(value, str) else factor * value
-        rows.append(_row(name, quantity, unit, stated, source))
+        # every digit of the drawing, and none that it has not
+        rows.append(_row(name, quantity, unit, stated, source, "{:.7g}".format))
     levels = campaign["torque"].get("matrix", {})
     for quantity, unit, key, factor in _OF_TORQUE_TEST:
         if key in levels:
@@ -140,11 +147,23 @@ def _levels(levels: Iterable[float]) -> str:
     return ", ".join(f"{level:g}" for level in levels) or "\N{EN DASH}"
 
 
-def _row(thing: str, quantity: str, unit: str, stated: float | str, source: str) -> dict[str, Any]:
+def _number(value: float) -> str:
+    """Three digits at least, and no whole one lost."""
+    return f"{value:.{int(np.clip(2 - np.floor(np.log10(value)), 0, 3))}f}"
+
+
+def _row(
+    thing: str,
+    quantity: str,
+    unit: str,
+    stated: float | str,
+    source: str,
+    spell: Callable[[float], str] = _number,
+) -> dict[str, Any]:
     if isinstance(stated, str):
         words, value = stated, np.nan
     else:
-        words, value = "\N{EN DASH}" if np.isnan(stated) else _number(stated), float(stated)
+        words, value = "\N{EN DASH}" if np.isnan(stated) else spell(stated), float(stated)
     return {
         "thing": thing,
         "quantity": quantity,
@@ -153,11 +172,6 @@ def _row(thing: str, quantity: str, unit: str, stated: float | str, source: str)
         "value": value,
         "source": source,
     }
-
-
-def _number(value: float) -> str:
-    """Three digits at least, and no whole one lost."""
-    return f"{value:.{int(np.clip(2 - np.floor(np.log10(value)), 0, 3))}f}"
 
 
 def _table(
@@ -181,7 +195,7 @@ def _table(
         things.append(_PAPER)
     cells = drawn.set_index(["quantity", "thing"])["words"].unstack("thing")
     cells = cells.reindex(index=drawn["quantity"].unique(), columns=things).fillna("")
-    letters = 38 if len(things) <= 2 else 26
+    letters = 46 if len(things) <= 2 else 26
     lines = [textwrap.wrap(words, letters) or [""] for words in cells[_PAPER]]
     heights = [_LINE_IN * len(some) + _ROW_IN for some in lines]
     small = [line for note in notes for line in textwrap.wrap(note, _NOTE_LETTERS)]
@@ -222,11 +236,8 @@ def _draw_cells(
         middle = y + height / 2
         unit = units.get(str(quantity))
         named = f"{quantity} ({unit})" if unit else str(quantity)
-        axis.text(0, middle, named, va="center", fontsize=7)
+        axis.text(0, middle, named, **_CELL)
         for thing, end in zip(things[:-1], ends, strict=True):
-            axis.text(end, middle, row[thing], ha="right", va="center", fontsize=7)
-        axis.text(
-            paper_at, middle, "\n".join(words), va="center", fontsize=7, linespacing=1.1,
-            color=style.GREY,
-        )  # fmt: skip
+            axis.text(end, middle, row[thing], ha="right", **_CELL)
+        axis.text(paper_at, middle, "\n".join(words), color=style.GREY, **_CELL)
         y += height

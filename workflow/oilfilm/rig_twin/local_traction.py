@@ -43,6 +43,14 @@ _START = np.array([np.log(5e6), np.log(0.06), 4e-3])
 _LOWEST = np.array([np.log(3e6), np.log(0.03), 0.0])
 _HIGHEST = np.array([np.log(8e6), np.log(0.15), 1e-2])
 
+# What is not looked for: in degC, where the limiting stress over pressure holds, within the rig's
+# box; and bearing steel in W/(m K) and J/(m3 K), usual values (not checked against print).
+_GIVEN = {
+    "limiting_stress_reference_c": 60.0,
+    "solid_conductivity_w_mk": 46.0,
+    "solid_volumetric_heat_j_m3k": 3.6e6,
+}
+
 
 @dataclass(frozen=True)
 class LocalTraction:
@@ -171,10 +179,8 @@ def calibrated(oil: Oil, law: LawOfRig, rig: Contact) -> ThermalEhl:
         return ThermalEhl(
             eyring_stress_pa=np.exp(values[0]),
             limiting_stress_ratio=np.exp(values[1]),
-            limiting_stress_reference_c=60.0,
             limiting_stress_decay_1_k=values[2],
-            solid_conductivity_w_mk=46.0,
-            solid_volumetric_heat_j_m3k=3.6e6,
+            **_GIVEN,
         )
 
     def away(values: FloatArray) -> FloatArray:

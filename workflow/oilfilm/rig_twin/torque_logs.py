@@ -19,11 +19,10 @@ from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
 from oilfilm.rig_twin.simulate import cut, log_table
 from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
 from oilfilm.rigs import Contact
-from oilfilm.units import FloatArray
+from oilfilm.units import RAD_S_PER_RPM, FloatArray
 
 # Finer than the grid of the model that the logs are compared with.
 _QUADRATURE = (24, 6)
-_RAD_S_PER_RPM = np.pi / 30
 
 
 def simulate_torque(
@@ -84,7 +83,7 @@ def _truth(
     film = LocalTraction(oil, constants, grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis])
     found = friction_equilibrium(
         bearing,
-        OperatingPoints.axial(loads, speed * _RAD_S_PER_RPM),
+        OperatingPoints.axial(loads, speed * RAD_S_PER_RPM),
         Lubrication.of(oil, temperatures, config["bearing"]),
         film,
         _QUADRATURE,
@@ -106,7 +105,7 @@ def _truth(
             "axial_load_n": loads[place],
             "oil_temperature_c": temperatures[place],
             "torque_n_m": torque[place],
-            "traction_torque_n_m": heat[place] / (speed[place] * _RAD_S_PER_RPM),
+            "traction_torque_n_m": heat[place] / (speed[place] * RAD_S_PER_RPM),
             "law_misfit": left,
         }
         for place, plan in enumerate(plan for plan in plans for _ in speeds)
