@@ -444,6 +444,26 @@ def test_everyone_can_use_the_page(browser: Browser, report: Path, width: int) -
     opened.page.close()
 
 
+def test_constants_stand_side_by_side_with_their_verdicts_in_sight(
+    browser: Browser, report: Path
+) -> None:
+    """At 1280 px less a scroll bar, whatever the verdict and however small the constant."""
+    opened = open_page(browser, report, width=1265)
+    tables = opened.page.locator(".side-by-side .scroll")
+    tops = tables.evaluate_all(
+        "all => all.map(one => { const cells = one.querySelectorAll('tbody tr:first-child td');"
+        " const texts = ['\u22120.008269', '\u22120.008375 \u2026 \u22120.008120', '0.000065',"
+        " '0.000097', 'not identifiable', '\u22120.008265'];"
+        " texts.forEach((text, i) => { cells[i].firstChild.textContent = text; });"
+        " return one.getBoundingClientRect().top; })"
+    )
+    assert tops[0] == tops[1]
+    widths = tables.evaluate_all("all => all.map(one => [one.scrollWidth, one.clientWidth])")
+    assert len(widths) == len(OILS)
+    assert all(inner <= outer for inner, outer in widths), widths
+    opened.page.close()
+
+
 def test_explorer_works_by_keyboard_alone(page: Page) -> None:
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.textContent") == "Skip to the verdict"
