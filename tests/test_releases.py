@@ -23,12 +23,20 @@ from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
 from oilfilm.releases.crate import CRATE
 from oilfilm.releases.logs import logs_read
-from oilfilm.releases.manifest import MANIFEST, canonical, is_inside, read_manifest, shown
+from oilfilm.releases.manifest import (
+    MANIFEST,
+    canonical,
+    is_inside,
+    read_manifest,
+    sha256_of,
+    shown,
+)
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
 from releases import made, project, released
 
 RAW = {"a.csv": b"load_n\n1\n", "b.csv": b"load_n\n2\n"}
+TIMED = {"2026-06-01 12:30.csv": b"load_n\n1\n"}
 
 
 def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
@@ -128,6 +136,17 @@ def test_second_release_finds_the_first(run: making.Made) -> None:
     again, new_again = making.release(run, releases)
     assert (first, new, new_again) == (again, True, False)
     assert sorted(path.name for path in releases.iterdir()) == ["latest", first.name]
+
+
+def test_release_of_logs_named_by_the_time_of_day_is_read_again(
+    config: dict[str, Any], tmp_path: Path
+) -> None:
+    run = made(project(tmp_path / "p"), config, TIMED, {"runs": runs_of(TIMED, tmp_path)})
+    place = released(run)
+    assert verify(place) == []
+    assert [record.path for record in read_manifest(place)[0].raw] == [
+        f"data/raw/demo/{name}" for name in TIMED
+    ]
 
 
 def change_raw(run: making.Made) -> None:
@@ -316,23 +335,37 @@ def hostile(manifest: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             "made_from": {**manifest["made_from"], "raw": [strange]},
         },
     )
+    yield "half a letter", {**manifest, "files": [{**manifest["files"][0], "path": "a\ud800"}]}
     yield "long", {**manifest, "version": "v" * 100_000}
     yield "a list", []
+
+
+def sealed(content: Any) -> str:
+    """A manifest with the hash that belongs to it, which a stranger can compute as well."""
+    if not isinstance(content, dict):
+        return canonical(content)
+    rest = {key: value for key, value in content.items() if key != "sha256"}
+    # a half of a letter can only stand there escaped
+    text = canonical(rest).encode("utf-8", "backslashreplace").decode("utf-8")
+    return canonical({**rest, "sha256": sha256_of(text)}).replace("\ud800", "\\ud800")
 
 
 def test_hostile_manifest_is_refused_in_a_sentence(
     place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
-    texts = [canonical(content) for _, content in hostile(manifest)]
+    texts = [sealed(content) for _, content in hostile(manifest)]
     texts += ["{" * 100_000, "[" * 100_000 + "]" * 100_000, "\xff", "", '{"format": 1e999}']
     for number, text in enumerate(texts):
         folder = tmp_path / str(number)
         folder.mkdir()
+        # one of the texts is no UTF-8
         (folder / MANIFEST).write_text(text, encoding="latin-1")
         assert main(["verify", str(folder)]) == 2, text[:200]
         said = capsys.readouterr().err
         assert f"{folder}/{MANIFEST}: " in said
+        # refused for what it says, not for a hash that does not fit
+        assert "was altered" not in said
         assert len(said) < 2000
     assert main(["verify", str(tmp_path)]) == 2
     assert "is no release: it holds no manifest.json" in capsys.readouterr().err

@@ -8,7 +8,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from oilfilm.config import first_mistake
@@ -123,6 +123,7 @@ def _parse(path: Path) -> Manifest:
     try:
         text = path.read_bytes().decode("utf-8")
         content = json.loads(text)
+        canonical(content).encode()  # half a letter can be escaped, but not written
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
     if mistake := first_mistake(content, "manifest"):
@@ -155,10 +156,13 @@ def is_inside(path: str) -> bool:
     Examples:
         >>> [is_inside(path) for path in ("tables/runs.parquet", "../x", "/x", "a//b", "c:x")]
         [True, False, False, False, False]
+        >>> is_inside("data/raw/demo/12:30.csv")  # only at the start is it a drive
+        True
     """
     return (
         bool(path)
-        and not set(path) & set("\\:\0")
+        and not set(path) & set("\\\0")
+        and not PureWindowsPath(path).drive
         and PurePosixPath(path).as_posix() == path
         and not path.startswith("/")
         and not {"..", "."} & set(path.split("/"))
