@@ -5,6 +5,8 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +35,7 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
+from oilfilm.report.release_id import UNRELEASED
 from releases import made, project, released
 
 RAW = {"a.csv": b"load_n\n1\n", "b.csv": b"load_n\n2\n"}
@@ -128,6 +131,19 @@ def test_files_of_a_release_are_read_only_and_latest_leads_to_it(place: Path) ->
     latest = place.parent / "latest"
     assert latest.readlink() == Path(place.name)
     assert latest.resolve() == place.resolve()
+
+
+def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.Made) -> None:
+    own = run.results / "report.html"
+    text = f"<h1>\u6cb9\r\n</h1>{UNRELEASED}<p>{escape(UNRELEASED)}</p>"
+    (run.root / own).write_bytes(text.encode("utf-8"))
+    run = replace(run, files=[*run.files, own])
+    place = released(run)
+    found = (place / "report.html").read_bytes().decode("utf-8")
+    assert found == text.replace(">not released<", f">{place.name}<", 1)
+    assert (run.root / own).read_bytes().decode("utf-8") == text
+    assert released(run) == place
+    assert verify(place) == []
 
 
 def test_second_release_finds_the_first(run: making.Made) -> None:

@@ -22,6 +22,7 @@ from oilfilm.config import as_yaml
 from oilfilm.report import chart, sections
 from oilfilm.report.explorer import explorer
 from oilfilm.report.pictures import packed, png_addresses, size_of
+from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.sections import Results
 from oilfilm.report.verdict import verdict
 from oilfilm.spreadsheet import csv_text
@@ -119,6 +120,7 @@ def page(
             results.torque_quarantine, "torque_quarantine", "Torque logs that were refused", most
         ),
         "exploring": exploring,
+        "unreleased": UNRELEASED,
         "chart": chart.chart([oil["colour"] for oil in exploring["oils"]]),
         "downloads": _downloads(results),
         "licence": chart.licence(),
