@@ -4,6 +4,8 @@ import json
 import os
 import re
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from html import escape
@@ -320,6 +322,23 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
         *("config.yaml", "figures/fig99.png", "log.txt", "summary.txt")
     ]
     assert said[1].endswith("is no plain file.")
+
+
+def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
+    """Deeper than Python's functions may call each other."""
+    depth = sys.getrecursionlimit() + 100
+    folder = tmp_path / "r"
+    shutil.copytree(loose, folder)
+    path = folder
+    for _ in range(depth):
+        path /= "d"
+        path.mkdir()
+    try:
+        (path / "x").write_bytes(b"")
+        assert verify(folder) == ["d/" * depth + "x: is extra: the manifest does not name it."]
+    finally:
+        # Python's own recurses
+        subprocess.run(["rm", "-rf", str(folder / "d")], check=True)
 
 
 def test_untouched_release_is_verified(place: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ leads out of its folder.
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
@@ -177,13 +177,17 @@ def shown(text: object) -> str:
     )
 
 
-def files_below(folder: Path) -> Iterator[str]:
+def files_below(folder: Path) -> list[str]:
     """Paths of everything below a folder that is no folder, sorted; links are not followed."""
-    for path in sorted(folder.iterdir()):
-        if path.is_dir() and not path.is_symlink():
-            yield from (f"{path.name}/{below}" for below in files_below(path))
-        else:
-            yield path.name
+    found, waiting = [], [folder]
+    # a stranger's folders may lie deeper in each other than functions can
+    while waiting:
+        for path in waiting.pop().iterdir():
+            if path.is_dir() and not path.is_symlink():
+                waiting.append(path)
+            else:
+                found.append(path.relative_to(folder).as_posix())
+    return sorted(found)
 
 
 def records_of(folder: Path, paths: Sequence[str]) -> tuple[FileRecord, ...]:

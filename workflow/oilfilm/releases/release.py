@@ -130,9 +130,9 @@ def _gather(made: Made, made_from: Mapping[str, Any], aside: Path) -> Manifest:
         page = (aside / REPORT).read_bytes().decode("utf-8")
         _write(aside / REPORT, with_release(page, version_of(made_from)))
     _describe(aside / "tables", made.config)
-    inside = records_of(aside, list(files_below(aside)))
+    inside = records_of(aside, files_below(aside))
     _write(aside / CRATE, run_crate(made.config, made_from, inside))
-    files = records_of(aside, list(files_below(aside)))
+    files = records_of(aside, files_below(aside))
     manifest = Manifest(made_from, files, records_of(results, samples))
     _write(aside / MANIFEST, manifest.text())
     return manifest
