@@ -229,6 +229,21 @@ def test_page_stays_below_its_limit_and_says_what_it_leaves_out(
     assert len(text.encode()) < 8e6
 
 
+def test_endless_list_of_refusals_is_left_out_of_the_page(
+    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+) -> None:
+    about = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
+    many = rows("quarantine", *({"file": f"{n:05}.csv", **about} for n in range(20_000)))
+    assert len(csv_text(many)) > 600_000
+    report = {**config["report"], "size_max_mb": (len(text.encode()) + 300_000) / 1e6}
+    crowded = replace(results, quarantine=many)
+    page = report_of(crowded, {**config, "report": report}, tmp_path)
+    assert len(page.encode()) <= report["size_max_mb"] * 1e6
+    assert 'data-save="quarantine.csv"' not in page
+    assert "tables/quarantine.csv" in page
+    assert page.count("data:image/png") == text.count("data:image/png")
+
+
 def test_many_points_and_refusals_are_thinned_and_counted(
     results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:
