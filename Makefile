@@ -48,7 +48,7 @@ all: $(READY) ## set up .venv, then run the default campaign (snakemake)
 setup: $(READY) ## set up .venv only
 
 test: lint ## every static check, then the tests with coverage
-	$(IN_VENV) $(BIN)/pytest --numprocesses logical --maxprocesses 4 --dist loadfile --cov
+	$(IN_VENV) $(BIN)/pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder --cov
 
 lint: $(READY) ## every static check: style, format, types, workflow
 	$(BIN)/ruff check .

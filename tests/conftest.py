@@ -58,3 +58,8 @@ def etm(real_pcs: Path) -> Campaign:
     """The real ETM log, curated."""
     config = resolve(ROOT / "config", {"campaign": "etm-slim"})
     return carry_through(config, real_pcs, ["ETM_slim_mapper.txt"])
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Runs of snakemake come first: begun last, they would keep one core while the others rest."""
+    items.sort(key=lambda item: item.get_closest_marker("workflow") is None)
