@@ -21,6 +21,7 @@ def main(campaign: str) -> int:
     kept = Path("results/nightly")
     kept.mkdir(parents=True, exist_ok=True)
     page = kept / f"{campaign}.html"
+    page.unlink(missing_ok=True)  # another night's
     python = [sys.executable, "-m"]
     steps = {
         "refit": [*python, "snakemake", "release", "--config", f"campaign={campaign}"],

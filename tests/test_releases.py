@@ -590,6 +590,22 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
     ]
 
 
+def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
+    measured: making.Made,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    place = released(measured)
+    python = tmp_path / "python"
+    python.write_text('#!/bin/sh\nprintf "first\\n\\033[31mred in %s\\n" "$PWD"\nexit 1\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(rebuild.sys, "executable", str(python))
+    assert verify_rebuilt(place, measured, monkeypatch) == 2
+    said = capsys.readouterr().err
+    assert "the rebuild did not end. Its last words:\nfirst\n\\x1b[31mred in ." in said
+
+
 def test_rebuild_wants_the_very_logs(
     measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
