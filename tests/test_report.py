@@ -202,6 +202,16 @@ def test_condition_without_exponents_moves_no_slider(
     assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
 
 
+def test_endless_interval_is_none_in_json(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    endless = results.coefficients.assign(upper=np.inf)
+    page = Page(report_of(replace(results, coefficients=endless), config, tmp_path))
+    kept = json.loads(page.data("downloads")["coefficients.json"], parse_constant=pytest.fail)
+    assert {row["upper"] for row in kept} == {None}
+    assert [row["value"] for row in kept] == results.coefficients["value"].tolist()
+
+
 def test_law_that_the_page_does_not_know_is_named(
     results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:

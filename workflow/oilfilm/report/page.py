@@ -12,6 +12,7 @@ from pathlib import Path
 from platform import python_version
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
@@ -186,11 +187,9 @@ def _downloads(results: Results) -> dict[str, str]:
 
 
 def _json(frame: pd.DataFrame) -> str:
-    rows = [
-        {name: None if pd.isna(value) else value for name, value in row.items()}
-        for row in tables.rows(frame)
-    ]
-    return json.dumps(rows, indent=1, ensure_ascii=False) + "\n"
+    # JSON has neither NaN nor infinity
+    plain = frame.astype(object).where(frame.notna() & ~frame.isin([np.inf, -np.inf]), None)
+    return json.dumps(tables.rows(plain), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _asset(name: str) -> Markup:
