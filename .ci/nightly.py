@@ -21,6 +21,7 @@ def main(campaign: str) -> int:
     kept = Path("results/nightly")
     kept.mkdir(parents=True, exist_ok=True)
     page = kept / f"{campaign}.html"
+    page.unlink(missing_ok=True)  # another night's
     python = [sys.executable, "-m"]
     steps = {
         "refit": [*python, "snakemake", "release", "--config", f"campaign={campaign}"],
@@ -61,8 +62,8 @@ def main(campaign: str) -> int:
 def describe(release: Path, page: Path) -> list[str]:
     """Where the pictures are: a job's summary can show none that is not on a public address."""
     return [
-        f"Figures are in the job's artifact: `{release}/figures`; `{page}` shows them beside the "
-        "pinned ones."
+        f"Figures are in the job's artifact: `{release}/figures`; `{page}` names and shows those "
+        "that differ from the pin's release, of which a pin keeps the hashes alone."
     ]
 
 

@@ -1,5 +1,7 @@
 """Where two files differ is named: table cell, footer, pixel, metadata, line, byte."""
 
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +57,21 @@ def test_pixel_and_metadata_of_a_picture_are_named(two: tuple[Path, Path]) -> No
     picture[2, 3] = 1.0
     imsave(other, picture, metadata={"Software": None})
     assert difference(one, other) == "1 pixels, the first at line 2, column 3"
+
+
+def test_picture_that_cannot_be_opened_is_told(two: tuple[Path, Path]) -> None:
+    one, other = (folder / "fig.png" for folder in two)
+    imsave(one, np.zeros((4, 5, 3)), metadata={"Software": None})
+    content = one.read_bytes()
+    pixels = content.index(b"IDAT") + 4
+    other.write_bytes(content[:pixels] + bytes(8) + content[pixels + 8 :])
+    assert difference(one, other).startswith(f"byte {pixels}; cannot be read as PNG (")
+    # 100 000 pixels square, in a hundred bytes
+    header = b"IHDR" + struct.pack(">IIBBBBB", 100_000, 100_000, 8, 2, 0, 0, 0)
+    for path in (one, other):
+        drawn = path.read_bytes()
+        path.write_bytes(drawn[:12] + header + struct.pack(">I", zlib.crc32(header)) + drawn[33:])
+    assert "cannot be read as PNG" in difference(one, other)
 
 
 def test_line_byte_and_missing_file_are_named(two: tuple[Path, Path]) -> None:

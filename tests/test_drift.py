@@ -12,9 +12,16 @@ import pytest
 
 from campaigns import ROOT, Campaign, carry_through
 from oilfilm.cli import main
+from oilfilm.config import as_yaml
 from oilfilm.releases.compare import Comparison, Extreme, Traction, compare
 from oilfilm.releases.drift import moved
-from oilfilm.releases.manifest import MANIFEST, PINNED_MANIFEST, Manifest, read_manifest
+from oilfilm.releases.manifest import (
+    MANIFEST,
+    PINNED_MANIFEST,
+    FileRecord,
+    Manifest,
+    read_manifest,
+)
 from oilfilm.releases.opened import Opened
 from oilfilm.releases.page import page
 from oilfilm.releases.pin import pin
@@ -313,6 +320,36 @@ def test_figures_stand_side_by_side(
     # what is no PNG is not embedded
     assert text.count("data:image/png;base64,") == 2
     assert "onload" not in text
+    assert "<p>no such figure</p>" in text
+    assert "<p>no PNG</p>" in text
+    kept = comparison_of(pin(make(), tmp_path / "pinned"), after, demo)
+    text = page(kept, moved(kept, demo.config["drift"]))
+    assert text.count("data:image/png;base64,") == 1
+    assert "<p>not kept in the pin</p>" in text
+
+
+def alter(release: Path, path: str, content: bytes) -> None:
+    """Put other content into a release, and its hash into the manifest, as a stranger can."""
+    (release / path).chmod(0o644)
+    (release / path).write_bytes(content)
+    manifest, _ = read_manifest(release)
+    record = FileRecord.of(release, path)
+    files = tuple(record if each.path == path else each for each in manifest.files)
+    (release / MANIFEST).chmod(0o644)
+    text = Manifest(manifest.made_from, files, manifest.samples).text()
+    (release / MANIFEST).write_text(text, encoding="utf-8")
+
+
+def test_settings_that_no_encoding_holds_make_a_page(
+    make: Make, demo: Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    about = {**demo.config["campaign"], "description": "half a letter: \ud800"}
+    after, path = make(), tmp_path / "diff.html"
+    text = as_yaml({**demo.config, "campaign": about})
+    alter(after, "config.yaml", text.encode("ascii"))
+    assert main(["diff", str(make()), str(after), "--html", str(path), *CONFIG]) == 0
+    assert "half a letter: \\ud800" in path.read_text(encoding="utf-8")
+    assert "half a letter: \\ud800" in capsys.readouterr().out
 
 
 def test_hostile_names_are_text(place: Path, demo: Campaign) -> None:

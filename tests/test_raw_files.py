@@ -1,5 +1,6 @@
 """Which files count as logs, and that no path leads out of the raw folder."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,22 @@ def test_logs_are_found_in_subfolders_and_notes_are_not_logs(tmp_path: Path) -> 
     for name in ("b.csv", "june/a.csv", "README.md", ".hidden.csv"):
         (tmp_path / name).write_text("x")
     assert raw_files(tmp_path) == ["b.csv", "june/a.csv"]
+
+
+@pytest.mark.parametrize("name", [b"{a}.csv", b"a\\b.csv", b"a\nb.csv", b"\xe4.csv"])
+def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: bytes) -> None:
+    try:
+        (tmp_path / os.fsdecode(name)).write_text("x")
+    except OSError:
+        pytest.skip("this file system has no such names")
+    with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it") as told:
+        raw_files(tmp_path)
+    str(told.value).encode("utf-8")
+
+
+def test_time_of_day_in_a_name_is_no_harm(tmp_path: Path) -> None:
+    (tmp_path / "12:30 \u6cb9.csv").write_text("x")
+    assert raw_files(tmp_path) == ["12:30 \u6cb9.csv"]
 
 
 def test_missing_and_empty_folders_are_told(tmp_path: Path) -> None:

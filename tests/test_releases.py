@@ -4,7 +4,11 @@ import json
 import os
 import re
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
+from dataclasses import replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +27,21 @@ from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
 from oilfilm.releases.crate import CRATE
 from oilfilm.releases.logs import logs_read
-from oilfilm.releases.manifest import MANIFEST, canonical, is_inside, read_manifest, shown
+from oilfilm.releases.manifest import (
+    MANIFEST,
+    canonical,
+    is_inside,
+    read_manifest,
+    sha256_of,
+    shown,
+)
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
+from oilfilm.report.release_id import UNRELEASED
 from releases import made, project, released
 
 RAW = {"a.csv": b"load_n\n1\n", "b.csv": b"load_n\n2\n"}
+TIMED = {"2026-06-01 12:30.csv": b"load_n\n1\n"}
 
 
 def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
@@ -122,12 +135,36 @@ def test_files_of_a_release_are_read_only_and_latest_leads_to_it(place: Path) ->
     assert latest.resolve() == place.resolve()
 
 
+def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.Made) -> None:
+    own = run.results / "report.html"
+    text = f"<h1>\u6cb9\r\n</h1>{UNRELEASED}<p>{escape(UNRELEASED)}</p>"
+    (run.root / own).write_bytes(text.encode("utf-8"))
+    run = replace(run, files=[*run.files, own])
+    place = released(run)
+    found = (place / "report.html").read_bytes().decode("utf-8")
+    assert found == text.replace(">not released<", f">{place.name}<", 1)
+    assert (run.root / own).read_bytes().decode("utf-8") == text
+    assert released(run) == place
+    assert verify(place) == []
+
+
 def test_second_release_finds_the_first(run: making.Made) -> None:
     releases = run.root / "results/releases/demo"
     first, new = making.release(run, releases)
     again, new_again = making.release(run, releases)
     assert (first, new, new_again) == (again, True, False)
     assert sorted(path.name for path in releases.iterdir()) == ["latest", first.name]
+
+
+def test_release_of_logs_named_by_the_time_of_day_is_read_again(
+    config: dict[str, Any], tmp_path: Path
+) -> None:
+    run = made(project(tmp_path / "p"), config, TIMED, {"runs": runs_of(TIMED, tmp_path)})
+    place = released(run)
+    assert verify(place) == []
+    assert [record.path for record in read_manifest(place)[0].raw] == [
+        f"data/raw/demo/{name}" for name in TIMED
+    ]
 
 
 def change_raw(run: making.Made) -> None:
@@ -287,6 +324,23 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
     assert said[1].endswith("is no plain file.")
 
 
+def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
+    """Deeper than Python's functions may call each other."""
+    depth = sys.getrecursionlimit() + 100
+    folder = tmp_path / "r"
+    shutil.copytree(loose, folder)
+    path = folder
+    for _ in range(depth):
+        path /= "d"
+        path.mkdir()
+    try:
+        (path / "x").write_bytes(b"")
+        assert verify(folder) == ["d/" * depth + "x: is extra: the manifest does not name it."]
+    finally:
+        # Python's own recurses
+        subprocess.run(["rm", "-rf", str(folder / "d")], check=True)
+
+
 def test_untouched_release_is_verified(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", str(place)]) == 0
     assert "files are as released" in capsys.readouterr().out
@@ -316,23 +370,37 @@ def hostile(manifest: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             "made_from": {**manifest["made_from"], "raw": [strange]},
         },
     )
+    yield "half a letter", {**manifest, "files": [{**manifest["files"][0], "path": "a\ud800"}]}
     yield "long", {**manifest, "version": "v" * 100_000}
     yield "a list", []
+
+
+def sealed(content: Any) -> str:
+    """A manifest with the hash that belongs to it, which a stranger can compute as well."""
+    if not isinstance(content, dict):
+        return canonical(content)
+    rest = {key: value for key, value in content.items() if key != "sha256"}
+    # a half of a letter can only stand there escaped
+    text = canonical(rest).encode("utf-8", "backslashreplace").decode("utf-8")
+    return canonical({**rest, "sha256": sha256_of(text)}).replace("\ud800", "\\ud800")
 
 
 def test_hostile_manifest_is_refused_in_a_sentence(
     place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
-    texts = [canonical(content) for _, content in hostile(manifest)]
+    texts = [sealed(content) for _, content in hostile(manifest)]
     texts += ["{" * 100_000, "[" * 100_000 + "]" * 100_000, "\xff", "", '{"format": 1e999}']
     for number, text in enumerate(texts):
         folder = tmp_path / str(number)
         folder.mkdir()
+        # one of the texts is no UTF-8
         (folder / MANIFEST).write_text(text, encoding="latin-1")
         assert main(["verify", str(folder)]) == 2, text[:200]
         said = capsys.readouterr().err
         assert f"{folder}/{MANIFEST}: " in said
+        # refused for what it says, not for a hash that does not fit
+        assert "was altered" not in said
         assert len(said) < 2000
     assert main(["verify", str(tmp_path)]) == 2
     assert "is no release: it holds no manifest.json" in capsys.readouterr().err
@@ -520,6 +588,22 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
         "ro-crate-metadata.json differs",
         "summary.txt differs",
     ]
+
+
+def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
+    measured: making.Made,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    place = released(measured)
+    python = tmp_path / "python"
+    python.write_text('#!/bin/sh\nprintf "first\\n\\033[31mred in %s\\n" "$PWD"\nexit 1\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(rebuild.sys, "executable", str(python))
+    assert verify_rebuilt(place, measured, monkeypatch) == 2
+    said = capsys.readouterr().err
+    assert "the rebuild did not end. Its last words:\nfirst\n\\x1b[31mred in ." in said
 
 
 def test_rebuild_wants_the_very_logs(

@@ -202,6 +202,16 @@ def test_condition_without_exponents_moves_no_slider(
     assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
 
 
+def test_endless_interval_is_none_in_json(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    endless = results.coefficients.assign(upper=np.inf)
+    page = Page(report_of(replace(results, coefficients=endless), config, tmp_path))
+    kept = json.loads(page.data("downloads")["coefficients.json"], parse_constant=pytest.fail)
+    assert {row["upper"] for row in kept} == {None}
+    assert [row["value"] for row in kept] == results.coefficients["value"].tolist()
+
+
 def test_law_that_the_page_does_not_know_is_named(
     results: Results, config: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -227,6 +237,21 @@ def test_page_stays_below_its_limit_and_says_what_it_leaves_out(
     assert len(page.encode()) <= bare + 100
     assert "figures/fig02.png" in page
     assert len(text.encode()) < 8e6
+
+
+def test_endless_list_of_refusals_is_left_out_of_the_page(
+    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+) -> None:
+    about = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
+    many = rows("quarantine", *({"file": f"{n:05}.csv", **about} for n in range(20_000)))
+    assert len(csv_text(many)) > 600_000
+    report = {**config["report"], "size_max_mb": (len(text.encode()) + 300_000) / 1e6}
+    crowded = replace(results, quarantine=many)
+    page = report_of(crowded, {**config, "report": report}, tmp_path)
+    assert len(page.encode()) <= report["size_max_mb"] * 1e6
+    assert 'data-save="quarantine.csv"' not in page
+    assert "tables/quarantine.csv" in page
+    assert page.count("data:image/png") == text.count("data:image/png")
 
 
 def test_many_points_and_refusals_are_thinned_and_counted(

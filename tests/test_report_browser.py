@@ -3,6 +3,7 @@
 Needs chromium or Chrome (`.ci/tools` installs Debian's chromium); skipped where there is none.
 """
 
+import codecs
 import csv
 import io
 import shutil
@@ -22,6 +23,7 @@ from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.operating_grid import AXES, Grid
 from oilfilm.report.explorer import LAWS as LAWS_OF_PAGE
 from oilfilm.report.explorer import law_of
+from oilfilm.report.release_id import with_release
 from oilfilm.report.sections import Results
 from oilfilm.selection import select
 from oilfilm.traction import LAWS
@@ -139,11 +141,13 @@ def test_page_loads_without_a_word_and_asks_for_nothing(opened: Opened) -> None:
     assert opened.asked == [opened.address]
 
 
-def test_page_in_a_release_says_which(browser: Browser, report: Path, page: Page) -> None:
+def test_page_of_a_release_says_which_wherever_it_lies(
+    browser: Browser, report: Path, page: Page
+) -> None:
     assert page.inner_text("#release") == "not released"
-    file = report.parent / "releases/demo/v1-0123456789ab/report.html"
-    file.parent.mkdir(parents=True)
-    file.write_bytes(report.read_bytes())
+    file = report.with_name("passed on.html")
+    text = with_release(report.read_text(encoding="utf-8"), "v1-0123456789ab")
+    file.write_text(text, encoding="utf-8")
     opened = open_page(browser, file)
     assert opened.page.inner_text("#release") == "v1-0123456789ab"
     opened.page.close()
@@ -346,11 +350,18 @@ def test_link_that_makes_no_sense_does_no_harm(
     opened.page.close()
 
 
+def saved_csv(path: Path) -> str:
+    content = path.read_bytes()
+    # the mark of UTF-8, as `write_csv` sets it
+    assert content.startswith(codecs.BOM_UTF8)
+    return content.decode("utf-8-sig")
+
+
 def test_curve_saved_as_csv_is_the_curve(page: Page, results: Results) -> None:
     page.select_option("#abscissa", "U")
     with page.expect_download() as saving:
         page.click("#save-curve")
-    text = Path(saving.value.path()).read_text(encoding="utf-8")
+    text = saved_csv(Path(saving.value.path()))
     assert saving.value.suggested_filename == "curve.csv"
     saved = list(csv.DictReader(io.StringIO(text, newline="")))
     assert [row["oil"] for row in saved[::201]] == list(OILS)
@@ -366,7 +377,7 @@ def test_curve_saved_as_csv_is_the_curve(page: Page, results: Results) -> None:
 def test_constants_saved_and_copied_are_the_table(page: Page, results: Results) -> None:
     with page.expect_download() as saving:
         page.click("[data-save='coefficients.csv']")
-    text = Path(saving.value.path()).read_text(encoding="utf-8")
+    text = saved_csv(Path(saving.value.path()))
     saved = list(csv.DictReader(io.StringIO(text, newline="")))
     assert [float(row["value"]) for row in saved] == results.coefficients["value"].tolist()
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
@@ -441,6 +452,26 @@ def test_everyone_can_use_the_page(browser: Browser, report: Path, width: int) -
     ]
     assert serious == []
     assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
+    opened.page.close()
+
+
+def test_constants_stand_side_by_side_with_their_verdicts_in_sight(
+    browser: Browser, report: Path
+) -> None:
+    """At 1280 px less a scroll bar, whatever the verdict and however small the constant."""
+    opened = open_page(browser, report, width=1265)
+    tables = opened.page.locator(".side-by-side .scroll")
+    tops = tables.evaluate_all(
+        "all => all.map(one => { const cells = one.querySelectorAll('tbody tr:first-child td');"
+        " const texts = ['\u22120.008269', '\u22120.008375 \u2026 \u22120.008120', '0.000065',"
+        " '0.000097', 'not identifiable', '\u22120.008265'];"
+        " texts.forEach((text, i) => { cells[i].firstChild.textContent = text; });"
+        " return one.getBoundingClientRect().top; })"
+    )
+    assert tops[0] == tops[1]
+    widths = tables.evaluate_all("all => all.map(one => [one.scrollWidth, one.clientWidth])")
+    assert len(widths) == len(OILS)
+    assert all(inner <= outer for inner, outer in widths), widths
     opened.page.close()
 
 

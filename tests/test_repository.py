@@ -1,7 +1,11 @@
 """What must stay true of the files of the repository themselves."""
 
+import io
+import os
 import re
 import subprocess
+import sys
+import tarfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -120,3 +124,43 @@ def test_actions_are_pinned_by_commit_with_their_version_beside():
     used = list(actions())
     assert used
     assert not [each for each in used if not re.fullmatch(r"[\w./-]+@[0-9a-f]{40} # v[\d.]+", each)]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="GitHub publishes on Linux, by GNU tar")
+def test_published_archives_are_the_same_bytes_whatever_the_umask(tmp_path: Path):
+    """A stand-in for `gh` shows what it was given."""
+    bin_ = tmp_path / "bin"
+    bin_.mkdir()
+    (bin_ / "gh").write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n', encoding="utf-8")
+    (bin_ / "gh").chmod(0o755)
+    environment = {**os.environ, "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}"}
+    archives = []
+    for mask in (0o022, 0o077):
+        place = tmp_path / f"{mask:o}"
+        release = place / "results/releases/demo/v1-0123456789ab"
+        for path, mode in ((release, 0o777), (release / "tables", 0o777)):
+            path.mkdir(parents=True)
+            path.chmod(mode & ~mask)
+        (release / "tables/runs.parquet").write_bytes(b"PAR1")
+        (release / "tables/runs.parquet").chmod(0o444)
+        (release.parent / "latest").symlink_to(release.name)
+        done = subprocess.run(
+            [ROOT / ".ci/publish", "v1"],
+            cwd=place,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        *words, archive = done.stdout.split()
+        assert words[:4] == ["release", "create", "v1", "--verify-tag"]
+        assert archive == "results/releases/demo-v1-0123456789ab.tar.gz"
+        archives.append((place / archive).read_bytes())
+    assert archives[0] == archives[1]
+    with tarfile.open(fileobj=io.BytesIO(archives[0])) as archive:
+        assert {one.name: oct(one.mode) for one in archive} == {
+            "v1-0123456789ab": "0o755",
+            "v1-0123456789ab/tables": "0o755",
+            "v1-0123456789ab/tables/runs.parquet": "0o644",
+        }

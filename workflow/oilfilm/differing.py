@@ -8,8 +8,11 @@ import numpy as np
 import pandas as pd
 import pyarrow as arrow
 import pyarrow.parquet as parquet
+from PIL import Image
 
 _PNG = b"\x89PNG\r\n\x1a\n"
+# What a reader of pictures raises where one is broken, or far too large.
+_DAMAGED = (OSError, SyntaxError, ValueError, Image.DecompressionBombError)
 
 
 def first_difference(before: Path, after: Path) -> str:
@@ -90,7 +93,10 @@ def _of_pictures(old: bytes, new: bytes, before: Path, after: Path) -> str:
     # drawn with what drew them; imported late, because it takes a second
     from matplotlib.image import imread  # noqa: PLC0415
 
-    first, then = imread(before), imread(after)
+    try:
+        first, then = imread(before), imread(after)
+    except _DAMAGED as error:
+        return f"byte {_first(old, new)}; cannot be read as PNG ({error})"
     if first.shape != then.shape:
         return f"{first.shape} pixels, then {then.shape}"
     unlike = (first != then).any(axis=-1)

@@ -1,12 +1,17 @@
 """Which raw logs a campaign has. Standard library only: the Snakefile asks."""
 
 import hashlib
+import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
 from oilfilm.provenance import file_digest
+
+# Snakemake takes braces for wildcards, a manifest backslashes for folders, a listing ends with the
+# line; bytes that are no UTF-8 stand in Python's names as halves of letters.
+_UNFIT = re.compile(r"[{}\\\r\n\ud800-\udfff]")
 
 
 def raw_files(folder: Path) -> list[str]:
@@ -15,7 +20,8 @@ def raw_files(folder: Path) -> list[str]:
     Hidden files and README files are not logs.
 
     Raises:
-        OilfilmError: The folder is missing or empty, or a link in it leads out of it.
+        OilfilmError: The folder is missing or empty, a link in it leads out of it, or a log has a
+            name that Snakemake, a listing or a manifest cannot hold.
     """
     if not folder.is_dir():
         raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
@@ -32,8 +38,12 @@ def raw_files(folder: Path) -> list[str]:
             raise OilfilmError(
                 f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
             )
-        if set("{}") & set(relative.as_posix()):
-            raise OilfilmError(f"{path}: braces cannot be in the name of a log. Rename it.")
+        if found := _UNFIT.search(relative.as_posix()):
+            named = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
+            raise OilfilmError(
+                f"{named}: {found[0]!r} cannot be in the name of a log: expected text in UTF-8 "
+                "without braces, backslashes or line breaks. Rename it."
+            )
         files.append(relative.as_posix())
     if not files:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")

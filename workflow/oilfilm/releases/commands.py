@@ -68,7 +68,9 @@ def _diff(given: argparse.Namespace) -> int:
     comparison = compare(before, after, drift)
     too_far = moved(comparison, drift)
     if given.html:
-        given.html.write_text(page(comparison, too_far), encoding="utf-8")
+        # half a letter, as a stranger's YAML may spell it, has no UTF-8
+        text = page(comparison, too_far)
+        given.html.write_text(text, encoding="utf-8", errors="backslashreplace")
     if not given.gate:
         print(said(comparison))
         return 0

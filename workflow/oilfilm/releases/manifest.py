@@ -6,9 +6,9 @@ leads out of its folder.
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from oilfilm.config import first_mistake
@@ -123,6 +123,7 @@ def _parse(path: Path) -> Manifest:
     try:
         text = path.read_bytes().decode("utf-8")
         content = json.loads(text)
+        canonical(content).encode()  # half a letter can be escaped, but not written
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
     if mistake := first_mistake(content, "manifest"):
@@ -155,10 +156,13 @@ def is_inside(path: str) -> bool:
     Examples:
         >>> [is_inside(path) for path in ("tables/runs.parquet", "../x", "/x", "a//b", "c:x")]
         [True, False, False, False, False]
+        >>> is_inside("data/raw/demo/12:30.csv")  # only at the start is it a drive
+        True
     """
     return (
         bool(path)
-        and not set(path) & set("\\:\0")
+        and not set(path) & set("\\\0")
+        and not PureWindowsPath(path).drive
         and PurePosixPath(path).as_posix() == path
         and not path.startswith("/")
         and not {"..", "."} & set(path.split("/"))
@@ -173,13 +177,17 @@ def shown(text: object) -> str:
     )
 
 
-def files_below(folder: Path) -> Iterator[str]:
+def files_below(folder: Path) -> list[str]:
     """Paths of everything below a folder that is no folder, sorted; links are not followed."""
-    for path in sorted(folder.iterdir()):
-        if path.is_dir() and not path.is_symlink():
-            yield from (f"{path.name}/{below}" for below in files_below(path))
-        else:
-            yield path.name
+    found, waiting = [], [folder]
+    # a stranger's folders may lie deeper in each other than functions can
+    while waiting:
+        for path in waiting.pop().iterdir():
+            if path.is_dir() and not path.is_symlink():
+                waiting.append(path)
+            else:
+                found.append(path.relative_to(folder).as_posix())
+    return sorted(found)
 
 
 def records_of(folder: Path, paths: Sequence[str]) -> tuple[FileRecord, ...]:

@@ -14,12 +14,20 @@ _LARGEST_PNG = 1 << 24
 
 
 @dataclass(frozen=True)
+class Picture:
+    """A figure of one release as an address that holds it; or why there is none, in words."""
+
+    address: str = ""
+    lacking: str = ""
+
+
+@dataclass(frozen=True)
 class Pair:
-    """A figure of both releases as addresses that hold the picture; empty where there is none."""
+    """A figure of both releases."""
 
     name: str
-    before: str
-    after: str
+    before: Picture
+    after: Picture
 
 
 def page(comparison: Comparison, moved: Section) -> str:
@@ -47,11 +55,15 @@ def _figures(opened: Opened) -> set[str]:
     return {path for path in opened.files if path.startswith("figures/") and path.endswith(".png")}
 
 
-def _picture(opened: Opened, path: str) -> str:
-    if not opened.holds(path) or opened.files[path].size > _LARGEST_PNG:
-        return ""
+def _picture(opened: Opened, path: str) -> Picture:
+    if path not in opened.files:
+        return Picture(lacking="no such figure")
+    if not opened.holds(path):
+        return Picture(lacking="not kept in the pin")
+    if opened.files[path].size > _LARGEST_PNG:
+        return Picture(lacking=f"larger than {_LARGEST_PNG} bytes")
     content = opened.file(path).read_bytes()
     # a browser would guess what other bytes are
     if not content.startswith(_PNG):
-        return ""
-    return "data:image/png;base64," + base64.b64encode(content).decode("ascii")
+        return Picture(lacking="no PNG")
+    return Picture("data:image/png;base64," + base64.b64encode(content).decode("ascii"))

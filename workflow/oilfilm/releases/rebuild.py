@@ -94,7 +94,8 @@ def _run(place: Path, opened: Opened, cores: str) -> None:
         command, cwd=place, env=environment, capture_output=True, text=True, check=False
     )
     if done.returncode != 0:
-        last = "\n".join((done.stdout + done.stderr).splitlines()[-30:]).replace(str(place), ".")
+        said = (done.stdout + done.stderr).replace(str(place), ".").splitlines()
+        last = "\n".join(shown(line) for line in said[-30:])
         raise OilfilmError(f"{opened.folder}: the rebuild did not end. Its last words:\n{last}")
 
 

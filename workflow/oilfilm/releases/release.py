@@ -28,7 +28,9 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.tree import code_files, code_tree_digest, environment
 from oilfilm.releases.verify import verify
+from oilfilm.report.release_id import with_release
 
+REPORT = "report.html"
 CONFIG, LOCK, ENVIRONMENT, LOG = "config.yaml", "requirements.lock", "environment.json", "log.txt"
 # The code lies in a release under this folder.
 CODE = "code"
@@ -124,10 +126,13 @@ def _gather(made: Made, made_from: Mapping[str, Any], aside: Path) -> Manifest:
     _write(aside / CONFIG, as_yaml(made.config))
     _write(aside / ENVIRONMENT, canonical(made_from["environment"]))
     _write(aside / LOG, _log_summary(made))
+    if REPORT in paths:
+        page = (aside / REPORT).read_bytes().decode("utf-8")
+        _write(aside / REPORT, with_release(page, version_of(made_from)))
     _describe(aside / "tables", made.config)
-    inside = records_of(aside, list(files_below(aside)))
+    inside = records_of(aside, files_below(aside))
     _write(aside / CRATE, run_crate(made.config, made_from, inside))
-    files = records_of(aside, list(files_below(aside)))
+    files = records_of(aside, files_below(aside))
     manifest = Manifest(made_from, files, records_of(results, samples))
     _write(aside / MANIFEST, manifest.text())
     return manifest

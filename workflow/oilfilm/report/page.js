@@ -362,7 +362,10 @@ const KINDS = { csv: "text/csv;charset=utf-8", json: "application/json", svg: "i
 
 function save(name, content) {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([content], { type: KINDS[name.split(".").pop()] }));
+  const kind = name.split(".").pop();
+  // without the mark some spreadsheets take UTF-8 for another encoding
+  const parts = kind === "csv" ? ["\ufeff", content] : [content];
+  link.href = URL.createObjectURL(new Blob(parts, { type: KINDS[kind] }));
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
@@ -381,12 +384,6 @@ async function copy(text, status) {
   } catch {
     status.textContent = "This browser does not let a page copy; save the file instead.";
   }
-}
-
-// The same run gives the same page, released or not: only the folder knows.
-function showRelease() {
-  const found = location.pathname.match(/\/releases\/[^/]+\/([^/]+)\/report\.html$/);
-  if (found) byId("release").textContent = decodeURIComponent(found[1]);
 }
 
 function listen() {
@@ -435,7 +432,6 @@ function listenToExplorer() {
 }
 
 async function start() {
-  showRelease();
   listen();
   if (!DATA.oils.length) return;
   const [view] = await Bokeh.embed.embed_item(read("chart-data"), "chart");

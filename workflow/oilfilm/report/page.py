@@ -12,6 +12,7 @@ from pathlib import Path
 from platform import python_version
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
@@ -22,6 +23,7 @@ from oilfilm.config import as_yaml
 from oilfilm.report import chart, sections
 from oilfilm.report.explorer import explorer
 from oilfilm.report.pictures import packed, png_addresses, size_of
+from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.sections import Results
 from oilfilm.report.verdict import verdict
 from oilfilm.spreadsheet import csv_text
@@ -119,6 +121,7 @@ def page(
             results.torque_quarantine, "torque_quarantine", "Torque logs that were refused", most
         ),
         "exploring": exploring,
+        "unreleased": UNRELEASED,
         "chart": chart.chart([oil["colour"] for oil in exploring["oils"]]),
         "downloads": _downloads(results),
         "licence": chart.licence(),
@@ -144,8 +147,12 @@ def page(
         for row in tables.rows(results.refused_pages)
         if row["page"]
     ]
-    bare = _render({**context, "pictures": pictures, "pages": pages})
-    room = int(settings["size_max_mb"] * 1e6) - len(bare.encode())
+    context |= {"pictures": pictures, "pages": pages}
+    whole = int(settings["size_max_mb"] * 1e6)
+    room = whole - len(_render(context).encode())
+    if room < 0:  # the one table in the page that grows with the trouble
+        context["downloads"].pop("quarantine.csv")
+        room = whole - len(_render(context).encode())
     drawn = [figures[one.name] for one in pictures]
     taken, room = _taken(png_addresses([png for png, _ in drawn], _FIGURE_PX), room)
     pictures = [replace(one, png=png) for one, png in zip(pictures, taken, strict=True)]
@@ -180,11 +187,9 @@ def _downloads(results: Results) -> dict[str, str]:
 
 
 def _json(frame: pd.DataFrame) -> str:
-    rows = [
-        {name: None if pd.isna(value) else value for name, value in row.items()}
-        for row in tables.rows(frame)
-    ]
-    return json.dumps(rows, indent=1, ensure_ascii=False) + "\n"
+    # JSON has neither NaN nor infinity
+    plain = frame.astype(object).where(frame.notna() & ~frame.isin([np.inf, -np.inf]), None)
+    return json.dumps(tables.rows(plain), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _asset(name: str) -> Markup:
