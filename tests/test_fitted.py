@@ -100,6 +100,18 @@ def test_broadcasting_and_a_million_points(law: FittedLaw) -> None:
     np.testing.assert_allclose(found.traction_coefficient[-1], expected, rtol=1e-12, atol=1e-16)
 
 
+def test_beyond_one_range_is_outside_whatever_is_unknown_of_another(law: FittedLaw) -> None:
+    c = law.coefficients
+    box = c.box.copy()
+    box[0] = np.nan
+    unknown = Coefficients(c.constants, c.known, c.spread, c.shifted, box)
+    low, high = box.T
+    found = predict("deng2026", unknown, 1.2, [(low[1] + high[1]) / 2, 2 * high[1]], 70.0, 0.05)
+    assert found.outside.tolist() == [False, True]
+    assert np.isnan(found.distance[0])
+    assert found.distance[1] == pytest.approx(high[1] / (high[1] - low[1]))
+
+
 def test_bare_constants_give_mu_without_interval_or_box() -> None:
     found = oilfilm.predict("deng2026", printed()["4050"], 1.2, 30, 70, 0.05)
     assert found.traction_coefficient == pytest.approx(

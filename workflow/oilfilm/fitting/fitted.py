@@ -209,7 +209,9 @@ class FittedLaw:
         width = high - low
         with np.errstate(divide="ignore", invalid="ignore"):
             ranges = np.where(beyond == 0, 0.0, beyond / width)
-        return np.asarray(ranges.max(axis=1))
+        # beyond one range is outside, whatever is unknown of the others
+        known = np.fmax.reduce(ranges, axis=1)
+        return np.where(known > 0, known, ranges.max(axis=1))
 
 
 def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:

@@ -77,7 +77,7 @@ function predict(oil, place) {
     const off = Math.max(low - place[i], place[i] - high, 0);
     return off <= 1e-9 * Math.abs(place[i]) ? 0 : off / (high - low);
   });
-  return { mu, lower: mu / factor, upper: mu * factor, beyond, outside: Math.max(...beyond) > 0 };
+  return { mu, lower: mu / factor, upper: mu * factor, beyond, outside: beyond.some((off) => off > 0) };
 }
 
 // ---------------------------------------------------------------- film and advice
