@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as arrow
+import pyarrow.parquet as parquet
 import pytest
 
 from campaigns import ROOT, Campaign, carry_through
 from oilfilm.cli import main
 from oilfilm.config import as_yaml
+from oilfilm.errors import OilfilmError
 from oilfilm.releases.compare import Comparison, Extreme, Traction, compare
 from oilfilm.releases.drift import moved
 from oilfilm.releases.manifest import (
@@ -265,6 +268,33 @@ def test_table_that_differs_from_its_manifest_is_not_read(
     path.write_bytes(b"x" * path.stat().st_size)
     assert main(["diff", str(place), str(after), *CONFIG]) == 2
     assert "tables/coefficients.parquet: differs: sha256" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("column", "found"),
+    [
+        # a few kB, 16 MB and 50 MB in memory
+        (arrow.array(np.zeros(2_000_000)), "unpacks to"),
+        (arrow.array(["x" * 10_000] * 5_000), "unpacks to"),
+        (arrow.array([["x"] * 5]), "hold lists"),
+    ],
+)
+def test_table_that_no_memory_holds_is_not_read(
+    make: Make,
+    column: arrow.Array,
+    found: str,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.setattr("oilfilm.releases.opened._LARGEST_TABLE", 10_000_000)
+    after, small = make(), tmp_path / "small.parquet"
+    parquet.write_table(arrow.table({"column": column}), small)
+    assert small.stat().st_size < 100_000
+    alter(after, "tables/points.parquet", small.read_bytes())
+    opened = Opened.at(after)
+    for read in (opened.table, lambda name: opened.file(f"tables/{name}.parquet")):
+        with pytest.raises(OilfilmError, match=found):
+            read("points")
 
 
 def test_release_of_another_schema_version_is_told_apart(

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 import pyarrow as arrow
+import pyarrow.compute as compute
 import pyarrow.parquet as parquet
 
 from oilfilm import tables
@@ -19,6 +20,8 @@ from oilfilm.releases.verify import complaint_about
 _LARGEST_FILE = 1 << 28
 _LARGEST_TABLE = 1 << 30
 _LARGEST_CONFIG = 1 << 20
+# What Arrow raises where a file is no Parquet, or is damaged.
+_UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,8 @@ class Opened:
         """Where a file lies, once it is known to be the one that was released.
 
         Raises:
-            OilfilmError: It is missing, is no plain file, or differs from the manifest.
+            OilfilmError: It is missing, is no plain file, differs from the manifest, or unpacks to
+                too much.
         """
         record = self.files[path]
         if record.size > largest:
@@ -67,14 +71,15 @@ class Opened:
             )
         if complaint := complaint_about(self.folder, record):
             raise OilfilmError(f"{self.folder}: {complaint}")
+        if path.endswith(".parquet"):
+            _refuse_unpacking(self.folder / path)
         return self.folder / path
 
     def table(self, name: str) -> pd.DataFrame | None:
         """A table; None where the release has none, or the pin does not keep it.
 
         Raises:
-            OilfilmError: As `file`, or it is no such table, of another schema version, or unpacks
-                to too much.
+            OilfilmError: As `file`, or it is no such table, or of another schema version.
         """
         path = f"tables/{name}.parquet"
         if not self.holds(path):
@@ -88,9 +93,8 @@ class Opened:
             )
         file = self.file(path)
         try:
-            _refuse_unpacking(file)
             return tables.read(name, file)
-        except (arrow.ArrowException, OSError, ValueError, RecursionError) as error:
+        except _UNREADABLE as error:
             raise OilfilmError(f"{file}: is no table that can be read ({error}).") from error
 
     def config(self) -> dict[str, Any] | None:
@@ -109,11 +113,32 @@ class Opened:
 
 
 def _refuse_unpacking(file: Path) -> None:
-    """A small file may hold a table that no memory can."""
-    metadata = parquet.read_metadata(file)
-    groups = range(metadata.num_row_groups)
-    size = sum(metadata.row_group(group).total_byte_size for group in groups)
+    """A small file may hold a table that no memory can: one value, a thousand million times."""
+    try:
+        size = _size_unpacked(file)
+    except _UNREADABLE as error:
+        raise OilfilmError(f"{file}: is no table that can be read ({error}).") from error
     if size > _LARGEST_TABLE:
         raise OilfilmError(
             f"{file}: unpacks to {size} bytes, more than are read ({_LARGEST_TABLE})."
         )
+
+
+def _size_unpacked(file: Path) -> int:
+    """Bytes of a Parquet file's values in memory, or a size too large on the way to them."""
+    metadata = parquet.read_metadata(file)
+    if any(arrow.types.is_nested(kind) for kind in metadata.schema.to_arrow_schema().types):
+        raise ValueError("its columns hold lists, which no table here does")
+    groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
+    chunks = [group.column(place) for group in groups for place in range(group.num_columns)]
+    size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
+    # Only here a value has a length of its own. Read as a dictionary it lies in memory once.
+    text = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
+    if size > _LARGEST_TABLE or not text:
+        return size
+    for batch in parquet.ParquetFile(file, read_dictionary=text).iter_batches(columns=text):
+        for column in batch.columns:
+            if isinstance(column, arrow.DictionaryArray):
+                lengths = compute.binary_length(column.dictionary.cast(arrow.large_binary()))
+                size += compute.sum(lengths.take(column.indices)).as_py() or 0
+    return size
