@@ -64,7 +64,7 @@ def compared(
 ) -> tuple[dict[str, Any], pd.DataFrame]:
     config = resolve(ROOT / "config", {"campaign": campaign})
     truth, quality = truth_grid(config, printed()), quality_of(coefficients, box)
-    return config, extrapolate(truth, coefficients, tables.empty("refits"), quality)
+    return config, extrapolate(truth, coefficients, tables.empty("refits"), quality, 0.005)
 
 
 def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
@@ -82,6 +82,7 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
         pd.concat([fit.coefficients for fit in fits]),
         pd.concat([fit.refits for fit in fits]),
         pd.concat([fit.fit_quality for fit in fits]),
+        demo.config["same_set_point"]["relative"],
     )
     # tools.md, simulated: curve-level errors of 2 % gain, 1 K and 1 % stress make mu uncertain by
     # 0.9-1.4 % in the test box and 4-5 % at 2.5 GPa and 200 m/s; the twin's are half as large

@@ -20,7 +20,11 @@ def text_of(campaign: Campaign, oil: str) -> str:
     extrapolation = tables.empty("extrapolation")
     if "twin" in campaign.config["campaign"]:
         extrapolation = extrapolate(
-            truth_grid(campaign.config, printed()), fit.coefficients, fit.refits, fit.fit_quality
+            truth_grid(campaign.config, printed()),
+            fit.coefficients,
+            fit.refits,
+            fit.fit_quality,
+            campaign.config["same_set_point"]["relative"],
         )
     points, settings = campaign.curated.points, printed_settings(campaign.config)
     signs, sign_verdicts = study_signs(printed(), list(printed()), points, settings)

@@ -18,7 +18,6 @@ from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import FloatArray
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
-_SLACK = 0.005  # relative, of a tested level
 _WORDS = ("pressure", "speed", "temperature")  # of CONDITIONS
 
 
@@ -27,6 +26,7 @@ def extrapolate(
     coefficients: pd.DataFrame,
     refits: pd.DataFrame,
     quality: pd.DataFrame,
+    within: float,
     laws: Mapping[str, Mapping[str, Law]] | None = None,
 ) -> pd.DataFrame:
     """Every fitted law's traction, with its own interval, beside the true one.
@@ -36,6 +36,7 @@ def extrapolate(
         coefficients: Table of coefficients, of any number of laws.
         refits: Table of refits.
         quality: Table of fit quality, which knows each fit's tested box.
+        within: As in `is_beyond`.
         laws: The laws by name, for each oil; without it those that need no properties of the oil.
 
     Returns:
@@ -56,7 +57,7 @@ def extrapolate(
                 "upper": found.upper,
             }
             of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law)]
-            beyond = _beyond(of_oil, of_fit.iloc[0])
+            beyond = _beyond(of_oil, of_fit.iloc[0], within)
             cut = {name: np.clip(mu, -_CUT_OFF, _CUT_OFF) for name, mu in numbers.items()}
             parts.append(named.assign(law=law, beyond=beyond, **cut))
     return tables.conform(pd.concat(parts, ignore_index=True), "extrapolation", "extrapolation")
@@ -110,25 +111,25 @@ def relative_rms(compared: pd.DataFrame) -> float:
     return float(_errors(compared)["relative_rms"])
 
 
-def is_beyond(at: FloatArray, box: FloatArray) -> npt.NDArray[np.bool_]:
+def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.bool_]:
     """Which levels lie outside those tested; all where none is known.
 
     Args:
         at: Levels, shape (points, conditions).
         box: Smallest and largest tested level of each condition, shape (conditions, 2).
+        within: Share of a level that every run of it may have missed; it is tested all the same.
     """
     low, high = box.T
-    # a level that every run of it missed by a trifle is tested all the same
-    slack = _SLACK * high
+    slack = within * high
     return np.asarray(~((at >= low - slack) & (at <= high + slack)))
 
 
-def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]") -> list[str]:
+def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]", within: float) -> list[str]:
     """The conditions of each row that lie outside those fitted, joined."""
     box = np.array(
         [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS], dtype=float
     )
-    outside = is_beyond(truth[list(CONDITIONS)].to_numpy(), box)
+    outside = is_beyond(truth[list(CONDITIONS)].to_numpy(), box, within)
     return [", ".join(np.array(_WORDS)[row]) for row in outside]
 
 

@@ -14,7 +14,7 @@ if SIMULATED:
             "<logs>/extrapolation.log",
         params:
             code=code("extrapolation.py"),
-            config=part("oils", "rigs"),
+            config=part("oils", "rigs", "same_set_point"),
         script:
             "../scripts/extrapolation.py"
 

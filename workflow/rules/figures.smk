@@ -61,7 +61,14 @@ rule law_figures:
         "<logs>/law-figures.log",
     params:
         code=code("figures.py"),
-        config=part("oils", "rigs", "figures", "extrapolation", campaign=("film_unjudged",)),
+        config=part(
+            "oils",
+            "rigs",
+            "figures",
+            "extrapolation",
+            "same_set_point",
+            campaign=("film_unjudged",),
+        ),
     script:
         "../scripts/figures.py"
 

@@ -8,13 +8,14 @@ from oilfilm.fitting.compare import laws_of
 from oilfilm.job import job
 
 with job(snakemake) as provenance:
-    found, made = snakemake.input, snakemake.output
+    found, made, config = snakemake.input, snakemake.output, snakemake.params.config
     compared = extrapolate(
         tables.read("truth_grid", Path(found.truth)),
         tables.read("law_coefficients", Path(found.coefficients)),
         tables.read("law_refits", Path(found.refits)),
         tables.read("law_fit_quality", Path(found.quality)),
-        {oil: laws_of(oil, snakemake.params.config) for oil in snakemake.params.config["oils"]},
+        config["same_set_point"]["relative"],
+        {oil: laws_of(oil, config) for oil in config["oils"]},
     )
     tables.write(compared, "extrapolation", Path(made.compared), provenance)
     errors = extrapolation_errors(compared)

@@ -31,14 +31,13 @@ _BASES: dict[str, tuple[str, Any, str]] = {
         "^",
     ),
 }
-# Measured loads and temperatures within this share of each other belong to one set.
-_LIKE = 0.05
 
 
 def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Measured torque and each basis against speed, an oil a column; relative errors below."""
-    asked = config["figures"]["fig06"]["inlet_temperature_c"]
-    near = (results.torque["inlet_temperature_c"] - asked).abs() <= _LIKE * asked
+    settings = config["figures"]["fig06"]
+    asked, within = settings["inlet_temperature_c"], settings["same_within"]
+    near = (results.torque["inlet_temperature_c"] - asked).abs() <= within * asked
     torque = results.torque[near]
     oils = [oil for oil in config["oils"] if (torque["oil"] == oil).any()]
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4))
@@ -48,7 +47,7 @@ def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
         of_oil = torque[torque["oil"] == oil]
         colour = style.oil_colour(oil, list(config["oils"]))
         letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
-        rows.append(_draw_oil(axes[:, column], of_oil, colour, letters))
+        rows.append(_draw_oil(axes[:, column], of_oil, colour, letters, within))
         for axis, letter in zip(axes[:, column], letters, strict=True):
             axis.set_title(f"({letter}) {oil}, {asked:g} \N{DEGREE SIGN}C")
     axes[0, 0].set_ylabel("Friction torque (N m)")
@@ -75,12 +74,16 @@ def _basis_handles() -> list[Line2D]:
 
 
 def _draw_oil(
-    axes: np.ndarray[Any, Any], torque: pd.DataFrame, colour: str, letters: tuple[str, str]
+    axes: np.ndarray[Any, Any],
+    torque: pd.DataFrame,
+    colour: str,
+    letters: tuple[str, str],
+    within: float,
 ) -> pd.DataFrame:
-    loads = _sets(torque["axial_load_n"])
+    loads = _sets(torque["axial_load_n"], within)
     rows = []
     for load, shade in zip(loads, style.shades(colour, len(loads)), strict=True):
-        of_load = torque[(torque["axial_load_n"] - load).abs() <= _LIKE * load]
+        of_load = torque[(torque["axial_load_n"] - load).abs() <= within * load]
         for basis, (_, line, marker) in _BASES.items():
             of_basis = of_load[of_load["basis"] == basis].sort_values("inner_speed_rpm")
             speed = of_basis["inner_speed_rpm"] / 1e3
@@ -108,10 +111,10 @@ def _draw_oil(
     return pd.concat(rows, ignore_index=True)
 
 
-def _sets(levels: "pd.Series[float]") -> list[float]:
+def _sets(levels: "pd.Series[float]", within: float) -> list[float]:
     """Means of measured levels that belong together, rising."""
     ranked = np.sort(levels.to_numpy())
-    breaks = np.flatnonzero(np.diff(ranked) > _LIKE * ranked[:-1]) + 1
+    breaks = np.flatnonzero(np.diff(ranked) > within * ranked[:-1]) + 1
     return [float(part.mean()) for part in np.split(ranked, breaks) if len(part)]
 
 

@@ -93,7 +93,7 @@ def _figure(name: str, results: Results, config: Mapping[str, Any]) -> tuple[Fig
     for letter, axis, place in zip(string.ascii_lowercase, axes, places, strict=False):
         words = ", ".join(_PHRASES[axis_name].format(level) for axis_name, level in place.items())
         axis.set_title(f"({letter}) {words}")
-        curves = _curves(laws, cuts, levels, place)
+        curves = _curves(laws, cuts, levels, place, config["same_set_point"]["relative"])
         if not curves.empty:
             _draw(axis, curves, cuts, oils)
             drawn.append(curves.assign(panel=letter))
@@ -147,6 +147,7 @@ def _curves(
     cuts: Cuts,
     levels: Mapping[str, Sequence[float]],
     place: Mapping[str, float],
+    within: float,
 ) -> pd.DataFrame:
     """Every curve of a panel, a row a vertex."""
     ends = min(levels[cuts.abscissa]), max(levels[cuts.abscissa])
@@ -159,9 +160,8 @@ def _curves(
             [np.broadcast_to(at[name], along.shape) for name in CONDITIONS]
         )
         slip = np.broadcast_to(at[_SLIP], along.shape)
-        beyond = is_beyond(np.column_stack([conditions, slip]), both["refit"].coefficients.box).any(
-            axis=1
-        )
+        asked = np.column_stack([conditions, slip])
+        beyond = is_beyond(asked, both["refit"].coefficients.box, within).any(axis=1)
         for series, law in both.items():
             found = law.predict(conditions, slip)
             parts.append(
