@@ -85,6 +85,19 @@ def csv(values: Columns | None = None, units: Mapping[str, str] = UNITS, **keys:
     return formats.csv(rounded, units, given)
 
 
+UNITS_TWICE = {**UNITS, "entrainment_speed": "mm/s", "slide_roll_ratio": "%"}
+
+
+def said_twice(speed: float = 30e3, per_slip: float = 100.0) -> Columns:
+    """The good run with the set points of speed and slip beside the speeds of ball and disc."""
+    slip = np.repeat(PHASES, round(4.0 * RATE_HZ))
+    return {
+        **good(),
+        "entrainment_speed": np.full_like(slip, speed),
+        "slide_roll_ratio": per_slip * slip,
+    }
+
+
 GOOD = csv()
 HEAD, ROWS = GOOD[: GOOD.index(b"time [s]")], GOOD[GOOD.index(b"time [s]") :]
 NAMES = ROWS.splitlines()[0]
@@ -308,6 +321,18 @@ def _bad_logs() -> Iterator[Bad]:
         csv(changed("load", lambda load: load / 9.80665)),
         "load_off_nominal",
         "may be in kgf",
+    )
+    yield Bad(
+        "slip_by_another_definition",
+        csv(said_twice(per_slip=50), UNITS_TWICE),
+        "columns_disagree",
+        "slide_roll_ratio says 0.1 in row",
+    )
+    yield Bad(
+        "speed_as_a_sum",
+        csv(said_twice(speed=60e3), UNITS_TWICE),
+        "columns_disagree",
+        "entrainment_speed says 60 in row",
     )
     yield Bad("negative_load", csv(changed("load", np.negative)), "traction_missing", "load")
     yield Bad("speed_zero", csv(good(speed_m_s=0.0)), "zero_missing", "slide-roll ratio of")

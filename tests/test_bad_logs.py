@@ -1,12 +1,28 @@
 """Every bad file of the corpus ends in the verdict written beside it."""
 
 import hashlib
+from collections.abc import Callable, Mapping
+from functools import partial
 
+import numpy as np
 import pytest
 from nptdms import RootObject
+from pandas.testing import assert_frame_equal
 
 import formats
-from bad_logs import BAD_LOGS, CONFIG, GOOD, KEYS, UNITS, Bad, good
+from bad_logs import (
+    BAD_LOGS,
+    CONFIG,
+    GOOD,
+    KEYS,
+    UNITS,
+    UNITS_TWICE,
+    Bad,
+    Columns,
+    csv,
+    good,
+    said_twice,
+)
 from oilfilm.cli import check_logs
 from oilfilm.errors import OilfilmError
 
@@ -16,6 +32,27 @@ def test_run_that_all_bad_ones_are_made_from_is_good() -> None:
     assert verdict.runs["verdict"].tolist() == ["accepted"]
     assert verdict.points["accepted"].all()
     assert verdict.quarantine.empty
+
+
+@pytest.mark.parametrize("write", [csv, partial(formats.tdms, keys=KEYS)])
+def test_columns_that_say_one_thing_twice_are_compared_and_cost_no_row(
+    write: Callable[[Columns, Mapping[str, str]], bytes],
+) -> None:
+    values = said_twice()
+    values["slide_roll_ratio"][[5, 100]] = np.nan
+    once = check_logs([("log", write(good(), UNITS))], CONFIG)
+    twice = check_logs([("log", write(values, UNITS_TWICE))], CONFIG)
+    assert twice.quarantine.empty
+    assert_frame_equal(twice.points, once.points)
+
+
+def test_wrong_track_radius_shows_where_the_log_has_its_own_speed() -> None:
+    name = "ball-on-disc-20mm"
+    rig = dict(CONFIG["rigs"][name])
+    rig["ball_track_radius_m"] *= 1.02
+    config = {**CONFIG, "rigs": {name: rig}}
+    (found,) = check_logs([("log", csv(said_twice(), UNITS_TWICE))], config).quarantine["reason"]
+    assert "entrainment_speed says 30 in row" in found
 
 
 @pytest.mark.parametrize("bad", BAD_LOGS, ids=lambda bad: bad.name)

@@ -46,7 +46,10 @@ rule ingest:
         code=code("ingest.py"),
         files=lambda wildcards: with_digests(RAW, files_of_shard(wildcards), SIMULATED),
         config=part(
-            "rigs", "oils", campaign=("columns", "semantics", "semantics_of_rig", "set_points")
+            "rigs",
+            "oils",
+            "logged_twice",
+            campaign=("columns", "semantics", "semantics_of_rig", "set_points"),
         ),
     script:
         "../scripts/ingest.py"

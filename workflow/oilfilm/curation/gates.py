@@ -505,6 +505,9 @@ def advice_for(name: str) -> str:
     return {
         **advices,
         "truncated": "Repeat the run; the disk may have been full or the program killed.",
+        "columns_disagree": "Look at the columns' units, the track radii of the rig file and the "
+        "campaign file's semantics (slide_roll_ratio, slower_body); logged_twice of config.yaml "
+        "says how far they may differ.",
         "zero_missing": "Begin and end every run with a few seconds of pure rolling.",
         "zero_drift": "Let the sensor warm up, check its mounting, and repeat the run.",
         "no_rows": "Look whether the logger wrote anything, or repeat the run.",

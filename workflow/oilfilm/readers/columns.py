@@ -5,7 +5,7 @@ in the kind of log.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -78,7 +78,7 @@ def find_columns(
     renamed: Renamed,
     vocabulary: Vocabulary,
 ) -> tuple[Column, ...]:
-    """The columns that make a run, each with its conversion.
+    """The columns that make a run, each with its conversion, then the spare ones.
 
     Args:
         names: All column names, in the order of the columns.
@@ -118,7 +118,9 @@ def find_columns(
             f"the log lacks the columns {', '.join(missing)}; its own are "
             f"{', '.join(names)[:200]!r}"
         )
-    return tuple(found[quantity] for quantity in needed)
+    again = [name for some in either[either.index(chosen) + 1 :] for name in some if name in found]
+    spare = [replace(found[quantity], spare=True) for quantity in again]
+    return (*(found[quantity] for quantity in needed), *spare)
 
 
 def oil_problem(keys: Mapping[str, str], config: Mapping[str, Any]) -> tuple[str, str, str] | None:
@@ -228,12 +230,14 @@ def converted(
 ) -> tuple[dict[str, FloatArray], npt.NDArray[np.bool_]]:
     """Logged numbers in the units of `columns`, by quantity, and which rows can be used.
 
-    A row can be used where every number is finite and below what any rig measures.
+    A row can be used where every number but the spare ones is finite and below what any rig
+    measures.
     """
     good = np.logical_and.reduce(
         [
             np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else LARGEST_READING)
             for column, numbers in zip(columns, logged, strict=True)
+            if not column.spare
         ]
     )
     whole = bool(good.all())

@@ -25,7 +25,8 @@ class Vocabulary:
         quantities: Quantity -> the units that can be used of it.
         own_names: Column names that carry their unit -> quantity and unit.
         always: Quantities that every log must have.
-        either: Sets of quantities of which one must be there; the first is what a log is asked for.
+        either: Sets of quantities of which one must be there; the first is what a log is asked for,
+            what a log has of those after its own is compared with it.
     """
 
     name: str
@@ -38,11 +39,15 @@ class Vocabulary:
 
 @dataclass(frozen=True)
 class Column:
-    """Where a quantity stands in a row and what makes the reader's unit of it."""
+    """Where a quantity stands in a row and what makes the reader's unit of it.
+
+    A `spare` one says again what others say: it is compared, and no row needs it.
+    """
 
     quantity: str
     place: int
     to: Conversion
+    spare: bool = False
 
 
 class LogKind(Protocol):

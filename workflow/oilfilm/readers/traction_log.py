@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from oilfilm.contact import load_for_max_hertz_pressure
 from oilfilm.readers.base import (
     LARGEST_READING,
@@ -88,6 +90,8 @@ class TractionLog:
         units = {column.quantity: column.to.unit for column in columns}
         log = semantics_of(config["campaign"], rig_name)
         ball, disc = _surface_speeds(values, units, rig, log)
+        if "ball_speed" in values and not flaw:
+            flaw = _contradiction(values, ball, disc, rows, log, config["logged_twice"])
         samples = samples_of_run(
             row=rows,
             time_s=values["time"],
@@ -190,3 +194,40 @@ def _surface_speeds(
     # a logged ratio is positive with the slower body slowed
     sliding = log.direction * log.over_mean(values["slide_roll_ratio"]) * mean
     return mean - sliding / 2, mean + sliding / 2
+
+
+def _contradiction(
+    values: Mapping[str, FloatArray],
+    ball: FloatArray,
+    disc: FloatArray,
+    rows: IndexArray,
+    log: Semantics,
+    limits: Mapping[str, float],
+) -> str:
+    """What a log's own entrainment speed or slip says against its two speeds; empty where nothing.
+
+    The median row decides: a logged set point jumps before the rig follows.
+    """
+    mean = (ball + disc) / 2
+    typical = np.median(np.abs(mean)) if len(mean) else 0.0
+    # near standstill a slip is noise
+    turning = np.flatnonzero(np.abs(mean) > typical / 2)
+    mean, sliding = mean[turning], log.direction * (disc - ball)[turning]
+    for name, by_speeds, unit in (
+        ("entrainment_speed", mean, typical),
+        ("slide_roll_ratio", sliding / mean, 1.0),
+    ):
+        if name not in values:
+            continue
+        logged = values[name][turning]
+        logged = log.over_mean(logged) if name == "slide_roll_ratio" else logged
+        apart = np.abs(logged - by_speeds) / unit
+        known = np.flatnonzero(np.isfinite(apart))
+        if len(known) and (median := float(np.median(apart[known]))) > limits[name]:
+            worst = known[np.argmax(apart[known])]
+            return (
+                f"columns_disagree: {name} says {logged[worst]:.4g} in row {rows[turning][worst]}, "
+                f"the speeds of ball and disc there {by_speeds[worst]:.4g}; they lie apart by "
+                f"{median:.2g} in the median row, allowed {limits[name]:g}"
+            )
+    return ""
