@@ -1,8 +1,8 @@
 """Runs killed at random moments: each must end, when run again, in the bytes of an undisturbed one.
 
 Run by `make bench-faults`; prints a line a kill and the counts. The whole process group gets
-SIGKILL: no program can see it coming. A killed run is copied as it lies there; the copy is run to
-its end and compared, the killed one goes on to be killed again, until it ends and another begins.
+SIGKILL: no program can see it coming. The length of an undisturbed run is cut into as many parts as
+there are kills; each kill falls somewhere into a part of its own, so that every stage is struck.
 """
 
 import shutil
@@ -22,38 +22,37 @@ SEED = 1
 
 
 def main(kills: int) -> int:
-    """Kill as often; 0 where every run came to the same bytes."""
+    """Kill as many runs; 0 where every one came to the same bytes when it was run again."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-faults-") as folder:
-        whole, place, copy = (Path(folder, name) for name in ("undisturbed", "killed", "copy"))
+        whole, place = Path(folder, "undisturbed"), Path(folder, "killed")
         lay_out_small(whole)
         length_s = timed(whole, *TARGET)
-        start_s = timed(whole, "--dry-run", *TARGET)
-        print(f"undisturbed: {length_s:.0f} s, of which {start_s:.0f} s to begin", flush=True)
-        lay_out_small(place)
-        struck = same = 0
-        # a run gets so far each time that it ends after about as many kills
-        longest_s = 2 * (start_s + length_s / kills)
-        moments = generator(SEED, "kills")
-        while struck < kills:
-            seconds = moments.uniform(0, longest_s)
-            if not killed(place, seconds, "--cores", "2", *TARGET):
-                shutil.rmtree(place)
-                lay_out_small(place)
-                continue
-            struck += 1
+        print(f"undisturbed: {length_s:.0f} s", flush=True)
+        moments = generator(SEED, "kills").uniform(size=kills)
+        same = 0
+        for number, moment in enumerate(moments, start=1):
+            seconds = kill(place, length_s * (number - 1 + moment) / kills)
             begun = unfinished(place)
-            shutil.copytree(place, copy, symlinks=True)
-            done = run(copy, Surroundings("2"), *TARGET)
-            found = compare(whole, copy) if done.returncode == 0 else done.stderr[-2000:]
+            done = run(place, Surroundings("2"), *TARGET)
+            found = compare(whole, place) if done.returncode == 0 else done.stderr[-2000:]
             same += not found
             print(
-                f"{struck:3d}: killed after {seconds:4.1f} s with {len(begun):2d} files unfinished "
+                f"{number:3d}: killed after {seconds:4.1f} s with {len(begun):2d} files unfinished "
                 f"{begun[:1]}: {found or 'the same bytes'}",
                 flush=True,
             )
-            shutil.rmtree(copy)
-        print(f"{struck} kills: {same} runs came to the same bytes")
+        print(f"{kills} kills: {same} runs came to the same bytes")
         return int(same < kills)
+
+
+def kill(place: Path, seconds: float) -> float:
+    """A run begun anew and killed after so many seconds; earlier where it would have ended."""
+    while True:
+        shutil.rmtree(place, ignore_errors=True)
+        lay_out_small(place)
+        if killed(place, seconds, "--cores", "2", *TARGET):
+            return seconds
+        seconds *= 0.95
 
 
 def timed(place: Path, *arguments: str) -> float:
