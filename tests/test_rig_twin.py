@@ -126,13 +126,3 @@ def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil(campaign: 
     # physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
     if campaign == "thermal":
         assert 0.03 < grid["traction_coefficient"].max() < 0.05
-
-
-def test_limits_of_the_thermal_truth_are_in_their_usual_range() -> None:
-    # physics.md, last section [M]: tau_E 3 to 8 MPa, Lambda 0.04 to 0.1 falling with temperature
-    thermal = resolve(ROOT / "config", {"campaign": "thermal"})["campaign"]["twin"]["thermal_ehl"]
-    assert 3e6 <= thermal["eyring_stress_pa"] <= 8e6
-    warm = thermal["limiting_stress_ratio"] * np.exp(
-        -thermal["limiting_stress_decay_1_k"] * (150 - thermal["limiting_stress_reference_c"])
-    )
-    assert 0.04 <= warm < thermal["limiting_stress_ratio"] <= 0.1
