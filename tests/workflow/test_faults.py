@@ -75,6 +75,14 @@ def test_killed_run_ends_in_the_same_bytes_when_it_is_run_again(
     assert compare(whole, tmp_path) == ""
 
 
+def test_run_killed_after_its_release_ends_in_the_same_bytes(whole: Path, tmp_path: Path) -> None:
+    place = tmp_path / "again"
+    shutil.copytree(whole, place, symlinks=True)
+    done = run(place, TWO, "release", "--forcerun", "release", *SMALL)
+    assert "exists already, with the same bytes" in said(done)
+    assert compare(whole, place) == ""
+
+
 def nightly(place: Path, around: Surroundings) -> subprocess.CompletedProcess[str]:
     (python, *_), environment = command(place)
     return subprocess.run(
