@@ -25,6 +25,7 @@ from bad_logs import (
 )
 from oilfilm.cli import check_logs
 from oilfilm.errors import OilfilmError
+from oilfilm.ingest import read_log
 
 
 def test_run_that_all_bad_ones_are_made_from_is_good() -> None:
@@ -44,6 +45,37 @@ def test_columns_that_say_one_thing_twice_are_compared_and_cost_no_row(
     twice = check_logs([("log", write(values, UNITS_TWICE))], CONFIG)
     assert twice.quarantine.empty
     assert_frame_equal(twice.points, once.points)
+
+
+def text_beside(write: Callable[..., bytes]) -> bytes:
+    values = {**good(), "slide_roll_ratio": np.array(["fast"] * len(good()["load"]))}
+    return write(values, UNITS_TWICE, KEYS)
+
+
+@pytest.mark.parametrize("write", [formats.tdms, formats.as_parquet])
+def test_column_of_words_that_no_run_needs_is_let_be(write: Callable[..., bytes]) -> None:
+    verdict = check_logs([("log", text_beside(write))], CONFIG)
+    assert verdict.quarantine.empty
+    assert verdict.points["accepted"].all()
+
+
+@pytest.mark.parametrize("noise_m_s", [0.0, 0.01])
+def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: float) -> None:
+    """Read as it lies there; the gates of curation are not asked."""
+    turning = np.arange(400) >= 280
+    random = np.random.default_rng(3)
+    speed = 30.0 * turning + noise_m_s * random.standard_normal(400)
+    values = {
+        **{name: column[:400] for name, column in good().items()},
+        "ball_speed": 0.99 * speed,
+        "disc_speed": 1.01 * speed,
+        "entrainment_speed": 30.01 * turning,
+    }
+    units = {**UNITS_TWICE, "ball_speed": "m/s", "disc_speed": "m/s", "entrainment_speed": "m/s"}
+    for slip, disagrees in ((0.02, False), (0.04, True)):
+        log = csv({**values, "slide_roll_ratio": 100 * slip * turning}, units)
+        (run,) = read_log(log, "log", CONFIG)[1].runs
+        assert run.flaw.startswith("columns_disagree: slide_roll_ratio") == disagrees
 
 
 def test_wrong_track_radius_shows_where_the_log_has_its_own_speed() -> None:

@@ -188,6 +188,7 @@ def read_table(
         columns = find_columns(
             table.names, table.units, kind.renamed(config["campaign"]), kind.vocabulary
         )
+        columns = tuple(one for one in columns if not one.spare or _has_numbers(table, one.place))
         logged = [_numbers(table, column.place) for column in columns]
     except ValueError as error:
         return [], [refused_table(table, "columns", str(error), columns_advice(kind.vocabulary))]
@@ -212,9 +213,13 @@ def refused_table(table: LoggedTable, rule: str, reason: str, advice: str) -> Re
     return Refusal(rule, reason, advice, table.run_id, first, last, table.rows)
 
 
+def _has_numbers(table: LoggedTable, place: int) -> bool:
+    return table.values[place].dtype.kind in "iuf"
+
+
 def _numbers(table: LoggedTable, place: int) -> FloatArray:
     column = table.values[place]
-    if column.dtype.kind not in "iuf":
+    if not _has_numbers(table, place):
         raise ValueError(f"the column {table.names[place][:60]!r} does not hold numbers")
     if len(column) != table.rows:
         raise ValueError(f"the column {table.names[place][:60]!r} has {len(column)} rows")

@@ -209,13 +209,13 @@ def _contradiction(
     The median row decides: a logged set point jumps before the rig follows.
     """
     mean = (ball + disc) / 2
-    typical = np.median(np.abs(mean)) if len(mean) else 0.0
+    fast = np.quantile(np.abs(mean), 0.9) if len(mean) else 0.0
     # near standstill a slip is noise
-    turning = np.flatnonzero(np.abs(mean) > typical / 2)
+    turning = np.flatnonzero(np.abs(mean) > fast / 2)
     mean, sliding = mean[turning], log.direction * (disc - ball)[turning]
     for name, by_speeds, unit in (
-        ("entrainment_speed", mean, typical),
-        ("slide_roll_ratio", sliding / mean, 1.0),
+        ("entrainment_speed", mean, np.abs(mean)),
+        ("slide_roll_ratio", sliding / mean, np.ones_like(mean)),
     ):
         if name not in values:
             continue
