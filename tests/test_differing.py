@@ -91,3 +91,25 @@ def test_movement_is_relative_to_the_largest_value_of_a_column(two: tuple[Path, 
     assert largest_relative_differences(one, other) == {"load_n": pytest.approx(2.5e-10)}
     other = table(two[1] / "a.parquet", [1e-9, 0.0, 4.0])
     assert largest_relative_differences(one, other) == {"load_n": np.inf}
+
+
+def test_categories_that_differ_are_named(two: tuple[Path, Path]) -> None:
+    for folder, oils in zip(two, (["a", "b"], ["a", "c"]), strict=True):
+        named = arrow.array(oils).dictionary_encode()
+        parquet.write_table(arrow.table({"oil": named}), folder / "samples.parquet")
+    assert first_difference(*two) == "samples.parquet: column oil, row 1: 'b', then 'c'"
+
+
+def test_footer_that_is_no_text_is_named(two: tuple[Path, Path]) -> None:
+    for folder, said in zip(two, (b"\xff", b"\xfe"), strict=True):
+        content = arrow.table({"oil": ["a"]}).replace_schema_metadata({"oilfilm": said})
+        parquet.write_table(content, folder / "a.parquet")
+    assert "oilfilm in the footer" in first_difference(*two)
+
+
+def test_link_that_leads_elsewhere_is_named(two: tuple[Path, Path]) -> None:
+    for folder, version in zip(two, ("v1-a", "v1-b"), strict=True):
+        (folder / "latest").symlink_to(version)
+    assert first_difference(*two) == "latest: leads to v1-a, then to v1-b"
+    (two[1] / "latest").unlink()
+    assert "latest: is missing" in first_difference(*two)

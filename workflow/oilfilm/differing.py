@@ -3,6 +3,7 @@
 import struct
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,11 +30,15 @@ def first_difference(before: Path, after: Path) -> str:
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    return (path for path in folder.rglob("*") if path.is_file())
+    # where a link leads is what it holds
+    return (path for path in folder.rglob("*") if path.is_symlink() or path.is_file())
 
 
 def difference(before: Path, after: Path) -> str:
     """Where two files begin to differ: row and column, pixel, line or byte; else empty."""
+    if before.is_symlink() or after.is_symlink():
+        leads = [path.readlink() if path.is_symlink() else "nowhere" for path in (before, after)]
+        return "" if leads[0] == leads[1] else f"leads to {leads[0]}, then to {leads[1]}"
     old, new = before.read_bytes(), after.read_bytes()
     if old == new:
         return ""
@@ -62,15 +67,18 @@ def _of_texts(old: str, new: str) -> str:
 
 def _of_tables(before: Path, after: Path) -> str:
     try:
-        old, new = (parquet.read_table(path, partitioning=None) for path in (before, after))
-    except (OSError, arrow.ArrowException) as error:
+        return _of_read_tables(*(parquet.read_table(x, partitioning=None) for x in (before, after)))
+    except (OSError, ValueError, arrow.ArrowException) as error:
         return f"cannot be read as Parquet ({error})"
+
+
+def _of_read_tables(old: arrow.Table, new: arrow.Table) -> str:
     if old.column_names != new.column_names:
         return f"columns {old.column_names}, then {new.column_names}"
     if len(old) != len(new):
         return f"{len(old)} rows, then {len(new)}"
     for name in old.column_names:
-        one, other = (pd.Series(table[name].to_pandas()) for table in (old, new))
+        one, other = (_column(table, name) for table in (old, new))
         same = ((one == other) | (one.isna() & other.isna())).to_numpy(bool)
         if not same.all():
             row = int(np.argmin(same))
@@ -78,9 +86,19 @@ def _of_tables(before: Path, after: Path) -> str:
     first, then = (table.schema.metadata or {} for table in (old, new))
     for key in sorted(first.keys() | then.keys()):
         if first.get(key) != then.get(key):
-            place = _of_texts(*((of.get(key) or b"").decode() for of in (first, then)))
-            return f"the same rows; {key.decode()} in the footer, {place}"
+            place = _of_texts(*(_text(of.get(key) or b"") for of in (first, then)))
+            return f"the same rows; {_text(key)} in the footer, {place}"
     return "the same rows and footer, laid out otherwise"
+
+
+def _column(table: arrow.Table, name: str) -> "pd.Series[Any]":
+    """A column; categories as plain values, which compare whatever others there are."""
+    column = pd.Series(table[name].to_pandas())
+    return column.astype(object) if isinstance(column.dtype, pd.CategoricalDtype) else column
+
+
+def _text(content: bytes) -> str:
+    return content.decode(errors="backslashreplace")
 
 
 def _of_pictures(old: bytes, new: bytes, before: Path, after: Path) -> str:
@@ -129,7 +147,7 @@ def largest_relative_differences(before: Path, after: Path) -> dict[str, float]:
         return {"": np.inf}
     found = {}
     for name in old.column_names:
-        one, other = (pd.Series(table[name].to_pandas()) for table in (old, new))
+        one, other = (_column(table, name) for table in (old, new))
         if one.dtype.kind == "f":
             known = one.notna().to_numpy()
             if (known != other.notna().to_numpy()).any():
