@@ -39,7 +39,12 @@ def main(campaign: str) -> int:
             continue
         print(f"--- {name}: {' '.join(command[2:])}", flush=True)
         done = subprocess.run(  # noqa: S603 - fixed commands; the campaign is one argument
-            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            check=False,
         )
         print(done.stdout, end="", flush=True)
         summary += ["", f"## {name}: {'failed' if done.returncode else 'passed'}", ""]
@@ -48,7 +53,7 @@ def main(campaign: str) -> int:
         if done.returncode:
             failed = name
     result = Path("results", campaign, "summary.txt")
-    if result.is_file():
+    if failed != "refit" and result.is_file():
         summary += ["", "## What the campaign says", "", *block(result.read_text("utf-8"))]
     text = "\n".join(summary) + "\n"
     (kept / f"{campaign}.md").write_text(text, encoding="utf-8")

@@ -71,4 +71,4 @@ def at_work(records: Path) -> Iterator[None]:
 
 def _opened(records: Path) -> IO[bytes]:
     records.mkdir(parents=True, exist_ok=True)
-    return (records / _LOCK).open("ab")
+    return (records / _LOCK).open("a+b")  # network file systems lock what can be read
