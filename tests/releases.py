@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,10 @@ def made(
         config=config,
         results=results,
         files=[*files, sample, *single, results / "exports"],
-        raw=[Path("data/raw", name, file) for file in sorted(raw)],
+        raw={
+            f"data/raw/{name}/{file}": sha256(content).hexdigest()
+            for file, content in sorted(raw.items())
+        },
         logs=[results / "logs/fit-4102.log"],
     )
 

@@ -1,5 +1,6 @@
 """Two releases compared: a sensor that is off is named and stopped, equal ones pass silently."""
 
+import json
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -16,13 +17,14 @@ from campaigns import ROOT, Campaign, carry_through
 from oilfilm.cli import main
 from oilfilm.config import as_yaml
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.compare import Comparison, Extreme, Traction, compare
+from oilfilm.releases.compare import Comparison, Extreme, Traction, _levels, compare
 from oilfilm.releases.drift import moved
 from oilfilm.releases.manifest import (
     MANIFEST,
     PINNED_MANIFEST,
     FileRecord,
     Manifest,
+    canonical,
     read_manifest,
 )
 from oilfilm.releases.opened import Opened
@@ -204,15 +206,27 @@ def test_changed_setting_is_named_with_its_key(make: Make, demo: Campaign) -> No
 
 def test_changed_package_is_named(make: Make, demo: Campaign) -> None:
     after = make()
-    manifest, _ = read_manifest(after)
-    environment = manifest.made_from["environment"]
+    environment = read_manifest(after)[0].made_from["environment"]
     packages = {**environment["packages"], "numpy": "99.0"}
-    made_from = {**manifest.made_from, "environment": {**environment, "packages": packages}}
-    (after / MANIFEST).chmod(0o644)
-    text = Manifest(made_from, manifest.files, manifest.samples).text()
-    (after / MANIFEST).write_text(text, encoding="utf-8")
+    alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
     ((what, _, new),) = comparison_of(make(), after, demo).environment.rows
     assert (what, new) == ("numpy", "99.0")
+
+
+def test_condition_tested_at_one_level_is_compared_there() -> None:
+    assert _levels(70.0, 70.0, 9).tolist() == [70.0]
+    assert _levels(1.0, 1.5, 3).tolist() == [1.0, 1.25, 1.5]
+    assert len(_levels(np.nan, np.nan, 9)) == 1
+
+
+def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not_gated(
+    make: Make, demo: Campaign, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = {**demo.config, "campaign": {**demo.config["campaign"], "name": "elsewhere"}}
+    both = [str(make(config)), str(make(config))]
+    assert main(["diff", *both, *CONFIG]) == 0
+    assert main(["diff", *both, "--gate", *CONFIG]) == 2
+    assert "elsewhere" in capsys.readouterr().err
 
 
 def test_lost_fit_is_stopped(make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]) -> None:
@@ -277,6 +291,7 @@ def test_table_that_differs_from_its_manifest_is_not_read(
         (arrow.array(np.zeros(2_000_000)), "unpacks to"),
         (arrow.array(["x" * 10_000] * 5_000), "unpacks to"),
         (arrow.array([["x"] * 5]), "hold lists"),
+        (arrow.array([b"x" * 10_000] * 5_000, arrow.binary(10_000)), "hold FIXED_LEN_BYTE_ARRAY"),
     ],
 )
 def test_table_that_no_memory_holds_is_not_read(
@@ -359,14 +374,19 @@ def test_figures_stand_side_by_side(
 
 
 def alter(release: Path, path: str, content: bytes) -> None:
-    """Put other content into a release, and its hash into the manifest, as a stranger can."""
+    """Put other content into a release, and what follows into the manifest, as a stranger can."""
     (release / path).chmod(0o644)
     (release / path).write_bytes(content)
     manifest, _ = read_manifest(release)
     record = FileRecord.of(release, path)
     files = tuple(record if each.path == path else each for each in manifest.files)
+    made_from = dict(manifest.made_from)
+    if path == "config.yaml":
+        made_from["config"] = record.sha256
+    if path == "environment.json":
+        made_from["environment"] = json.loads(content)
     (release / MANIFEST).chmod(0o644)
-    text = Manifest(manifest.made_from, files, manifest.samples).text()
+    text = Manifest(made_from, files, manifest.samples).text()
     (release / MANIFEST).write_text(text, encoding="utf-8")
 
 

@@ -168,7 +168,7 @@ def test_release_of_logs_named_by_the_time_of_day_is_read_again(
 
 
 def change_raw(run: making.Made) -> None:
-    """A log changes, and the run has read it."""
+    """A log changes, and the run has read it, as the tables say; it was not asked for by digest."""
     changed = {**RAW, "a.csv": b"load_n\n1.01\n"}
     folder = run.root / "data/raw/demo"
     about = {"campaign": "demo", "data": "simulated", "rule": "test"}
@@ -191,7 +191,8 @@ CHANGES = {
 def test_anything_that_a_release_is_made_from_changes_its_version(
     run: making.Made, change: str
 ) -> None:
-    run = making.Made(**{**vars(run), "config": json.loads(json.dumps(run.config))})
+    config = json.loads(json.dumps(run.config))
+    run = making.Made(**{**vars(run), "config": config, "raw": dict.fromkeys(run.raw, "")})
     before = released(run)
     CHANGES[change](run)
     after = released(run)
@@ -244,7 +245,13 @@ def test_full_disk_gets_its_room_back(run: making.Made, monkeypatch: pytest.Monk
     assert not list((run.root / "results/releases/demo").iterdir())
 
 
-def test_log_that_changed_after_it_was_read_is_refused(run: making.Made) -> None:
+@pytest.mark.parametrize("known", ["by its digest", "by the tables"])
+def test_log_that_changed_after_it_was_read_is_refused(run: making.Made, known: str) -> None:
+    if known == "by its digest":  # as a log that no table knows, because nothing of it was readable
+        (run.root / run.results / "tables/runs.parquet").unlink()
+        run = replace(run, files=run.files[1:])
+    else:
+        run = replace(run, raw=dict.fromkeys(run.raw, ""))
     (run.root / "data/raw/demo/a.csv").write_bytes(b"load_n\n9\n")
     with pytest.raises(OilfilmError, match=r"data/raw/demo/a\.csv: has changed since the run"):
         released(run)
@@ -354,7 +361,7 @@ def hostile(manifest: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     yield "not a hash", {**manifest, "samples": [{**manifest["files"][0], "sha256": "0"}]}
     yield "the manifest itself", {**manifest, "files": [{**manifest["files"][0], "path": MANIFEST}]}
     yield "unknown key", {**manifest, "extra": 1}
-    yield "other format", {**manifest, "format": 2}
+    yield "other format", {**manifest, "format": 1}
     yield (
         "campaign as a path",
         {
@@ -370,6 +377,11 @@ def hostile(manifest: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             "made_from": {**manifest["made_from"], "raw": [strange]},
         },
     )
+    made_from = manifest["made_from"]
+    packages = {"\x1b[31mX": 5}
+    environment = {**made_from["environment"], "packages": packages}
+    steering = {**made_from, "environment": environment}
+    yield "what steers a terminal", {**manifest, "made_from": steering}
     yield "half a letter", {**manifest, "files": [{**manifest["files"][0], "path": "a\ud800"}]}
     yield "long", {**manifest, "version": "v" * 100_000}
     yield "a list", []
@@ -399,11 +411,34 @@ def test_hostile_manifest_is_refused_in_a_sentence(
         assert main(["verify", str(folder)]) == 2, text[:200]
         said = capsys.readouterr().err
         assert f"{folder}/{MANIFEST}: " in said
+        assert "\x1b" not in said
         # refused for what it says, not for a hash that does not fit
         assert "was altered" not in said
         assert len(said) < 2000
     assert main(["verify", str(tmp_path)]) == 2
     assert "is no release: it holds no manifest.json" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("what", ["config", "lock", "code", "environment"])
+def test_files_that_are_not_what_the_version_stands_for_are_refused(
+    place: Path, tmp_path: Path, what: str
+) -> None:
+    """A stranger can seal anything anew, but not under the version of something else."""
+    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
+    found = {
+        "config": "config.yaml",
+        "lock": "requirements.lock",
+        "code": "code/workflow/fit.py",
+        "environment": "environment.json",
+    }[what]
+    other = [
+        {**each, "sha256": "0" * 64} if each["path"] == found else each
+        for each in manifest["files"]
+    ]
+    text = sealed({**manifest, "files": other})
+    (tmp_path / MANIFEST).write_text(text, encoding="utf-8")
+    with pytest.raises(OilfilmError, match="is not what it says that the release was made from"):
+        read_manifest(tmp_path)
 
 
 @given(st.lists(st.sampled_from(["..", ".", "", "a", "b.c", "/", "\\", "c:"]), max_size=4))
@@ -536,7 +571,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.Made, **changed: byt
 
     def run_again(place: Path, *_: object) -> None:
         config = resolve(place / "config", {})
-        raw = {path.name: (place / "data/raw/demo" / path.name).read_bytes() for path in run.raw}
+        raw = {Path(path).name: (place / path).read_bytes() for path in run.raw}
         again = made(place, config, raw, {"runs": runs_of(raw, place / "data")})
         for name, content in changed.items():
             (place / run.results / f"{name}.txt").write_bytes(content)
@@ -604,6 +639,20 @@ def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
     assert verify_rebuilt(place, measured, monkeypatch) == 2
     said = capsys.readouterr().err
     assert "the rebuild did not end. Its last words:\nfirst\n\\x1b[31mred in ." in said
+
+
+@pytest.mark.parametrize("campaign", [{"name": "demo", "torque": None}, [["name", "demo"]]])
+def test_rebuild_of_what_is_no_configuration_ends_in_a_sentence(
+    measured: making.Made,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    campaign: Any,
+) -> None:
+    place = released(measured)
+    config = rebuild.Opened.at(place).config()
+    monkeypatch.setattr(rebuild.Opened, "config", lambda _: {**config, "campaign": campaign})
+    assert verify_rebuilt(place, measured, monkeypatch) == 2
+    assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_rebuild_wants_the_very_logs(

@@ -27,6 +27,7 @@ from reproduce import (
     fake_clock,
     killed,
     run,
+    unfinished,
     unusual,
     usual,
     works,
@@ -75,12 +76,32 @@ def test_killed_run_ends_in_the_same_bytes_when_it_is_run_again(
     assert compare(whole, tmp_path) == ""
 
 
-def test_run_killed_after_its_release_ends_in_the_same_bytes(whole: Path, tmp_path: Path) -> None:
+def test_release_that_is_found_leaves_the_same_bytes_as_one_that_is_made(
+    whole: Path, tmp_path: Path
+) -> None:
+    """As after a kill between the release and Snakemake's own record of it."""
     place = tmp_path / "again"
     shutil.copytree(whole, place, symlinks=True)
     done = run(place, TWO, "release", "--forcerun", "release", *SMALL)
+    assert done.returncode == 0, done.stdout + done.stderr
     assert "exists already, with the same bytes" in said(done)
     assert compare(whole, place) == ""
+
+
+def test_code_that_changes_during_a_run_is_not_released(whole: Path, tmp_path: Path) -> None:
+    place = tmp_path / "edited"
+    shutil.copytree(whole, place, symlinks=True)
+    called, environment = command(place, "--cores", "2", "release", "--forcerun", "summary", *SMALL)
+    with subprocess.Popen(
+        called, cwd=place, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as running:
+        wait_for(lambda: bool(unfinished(place)))
+        with (place / "workflow/oilfilm/units.py").open("a", encoding="utf-8") as module:
+            module.write("# changed\n")
+        assert running.stdout is not None
+        text = running.stdout.read().decode()
+    assert running.returncode != 0
+    assert "The code has changed while it ran" in text
 
 
 def nightly(place: Path, around: Surroundings) -> subprocess.CompletedProcess[str]:

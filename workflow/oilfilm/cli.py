@@ -22,6 +22,7 @@ from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
 from oilfilm.ingest import ingest_logs, read_bytes
 from oilfilm.readers.base import LARGEST_READING
 from oilfilm.releases.commands import add_commands
+from oilfilm.releases.manifest import shown
 from oilfilm.units import conversion
 
 
@@ -31,7 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(given.run(given))
     except OilfilmError as mistake:
-        print(mistake, file=sys.stderr)
+        # it may quote a stranger's file
+        print("\n".join(map(shown, str(mistake).splitlines())), file=sys.stderr)
         return 2
     except OSError as error:
         print(f"{error.filename}: {error.strerror}.", file=sys.stderr)

@@ -1,4 +1,5 @@
 import mimetypes
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -43,6 +44,9 @@ RECORDS = Path(".snakemake")
 if workflow.is_main_process:
     twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
     clear_up(RECORDS, [Path("results", CAMPAIGN["name"]), *twins])
+
+# Taken now: what ran is what lay here when the run began.
+TREE = code_tree_digest(Path(workflow.basedir))
 
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
@@ -108,9 +112,25 @@ def files_of_shard(wildcards):
     return [file for file in FILES if shard_of(file, CONFIG["shards"]) == int(wildcards.shard)]
 
 
+# Asked once a run: a release names the logs that its run has asked for, not what they became since.
+digest_of_log = cache(file_digest)
+
+
 def with_digests(folder, files, simulated):
     """Each log with its digest, whatever its time stamp says; the twin has yet to write its own."""
-    return {file: "" if simulated else file_digest(folder / file) for file in files}
+    return {file: "" if simulated else digest_of_log(folder / file) for file in files}
+
+
+def raw_with_digests(wildcards):
+    """Every log of the campaign by its path from the top folder, with its digest."""
+    return {
+        (folder / file).as_posix(): digest
+        for folder, files, simulated in (
+            (RAW, FILES, SIMULATED),
+            (TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
+        )
+        for file, digest in with_digests(folder, files, simulated).items()
+    }
 
 
 def logs_of_shard(wildcards):

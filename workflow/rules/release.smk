@@ -8,11 +8,10 @@ rule release:
         "<logs>/release.log",
     params:
         code=code("release.py"),
-        tree=lambda wildcards: code_tree_digest(Path(workflow.basedir)),
+        tree=TREE,
         resolved=CONFIG,
         releases=f"results/releases/{CAMPAIGN['name']}",
-        raw=[(RAW / file).as_posix() for file in FILES]
-        + [(TORQUE_RAW / file).as_posix() for file in TORQUE_FILES],
+        raw=raw_with_digests,
         logs=logs_of_jobs,
         config=part(),
     script:

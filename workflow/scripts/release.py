@@ -16,7 +16,7 @@ with job(snakemake):
         config=params.resolved,
         results=releases.parents[1] / releases.name,
         files=[Path(path) for path in snakemake.input],
-        raw=[Path(path) for path in params.raw],
+        raw=params.raw,
         logs=[Path(path) for path in params.logs],
     )
     place, new = release(made, releases)

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from oilfilm.config import resolve
+from oilfilm.config import load_checked, resolve
 from oilfilm.releases.compare import compare
 from oilfilm.releases.drift import moved
 from oilfilm.releases.manifest import read_manifest, shown
@@ -57,14 +57,14 @@ def _verify(given: argparse.Namespace) -> int:
         print("rebuilt from the raw logs: the same bytes")
         return 0
     print(f"rebuilt from the raw logs: {len(differences)} differences, the first:")
-    print("\n".join(differences))
+    print("\n".join(map(shown, differences)))
     return 1
 
 
 def _diff(given: argparse.Namespace) -> int:
     before, after = Opened.at(given.before), Opened.at(given.after)
     campaign = after.manifest.made_from["campaign"]
-    drift = resolve(given.config, {"campaign": campaign})["drift"]
+    drift = _drift(given.config, campaign, given.gate)
     comparison = compare(before, after, drift)
     too_far = moved(comparison, drift)
     if given.html:
@@ -79,6 +79,21 @@ def _diff(given: argparse.Namespace) -> int:
         table = section_text(too_far, len(too_far.rows))
         print(f"A {before.name}\nB {after.name}\n{table}")
     return int(bool(too_far.rows))
+
+
+def _drift(folder: Path, campaign: str, gate: bool) -> dict[str, Any]:
+    """Where and how mu is compared; of a campaign that is not configured here as of any other.
+
+    Raises:
+        OilfilmError: The configuration has a mistake, or lacks the campaign that is to be stopped.
+    """
+    known = (folder / "campaigns" / f"{campaign}.yaml").is_file()
+    settings = (
+        resolve(folder, {"campaign": campaign})
+        if known or gate
+        else load_checked(folder / "config.yaml", "config")
+    )
+    return dict(settings["drift"])
 
 
 def _pin(given: argparse.Namespace) -> int:

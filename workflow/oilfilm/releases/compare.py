@@ -11,7 +11,7 @@ import pandas as pd
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.releases.logs import logs_read
-from oilfilm.releases.manifest import FileRecord
+from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.opened import Opened
 from oilfilm.tables import unit_of
 from oilfilm.traction import LAWS
@@ -124,12 +124,12 @@ def compare(before: Opened, after: Opened, drift: Mapping[str, Any]) -> Comparis
         after=after,
         inputs=_inputs(before, after),
         config=_config(before, after),
-        code=_files(before, after, "code", lambda path: path.startswith("code/")),
+        code=_files(before, after, "code", lambda path: path.startswith(f"{CODE}/")),
         environment=_environment(before, after),
         verdicts=_verdicts(before, after),
         constants=_constants(before, after),
         traction=_tractions(before, after, drift),
-        files=_files(before, after, "other files", lambda path: not path.startswith("code/")),
+        files=_files(before, after, "other files", lambda path: not path.startswith(f"{CODE}/")),
     )
 
 
@@ -216,6 +216,8 @@ def _facts(made_from: Mapping[str, Any]) -> dict[str, str]:
         "schema version of the tables": str(made_from["schema_version"]),
         "Python": environment["python"],
         "platform": environment["platform"],
+        "C library": environment["c_library"],
+        "CPU": environment["cpu"],
         "requirements.lock": made_from["lock"][:12],
         **environment["packages"],
     }
@@ -315,9 +317,13 @@ def _traction(
     axes = [_levels(low, high, drift["levels"]) for low, high in box]
     axes.append(np.array(slips or [slip_max]))
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    old, new = (
-        law.predict(places[:, :-1], places[:, -1]).traction_coefficient for law in (before, after)
-    )
+    try:
+        old, new = (
+            law.predict(places[:, :-1], places[:, -1]).traction_coefficient
+            for law in (before, after)
+        )
+    except ValueError as error:
+        raise OilfilmError(f"{oil}: its fits cannot be compared ({error}).") from error
     change = np.abs(new - old)
     # mu that neither release has is no change; mu that only one has is one without measure
     change[np.isnan(change)] = np.inf
@@ -344,7 +350,8 @@ def _incomparable(oil: str, why: str) -> Traction:
 
 def _levels(low: float, high: float, count: int) -> FloatArray:
     """Levels of a condition; one that was never known has no effect, and any level will do."""
-    return np.linspace(low, high, count) if np.isfinite(low) and high > low else np.array([1.0])
+    known = np.isfinite(low) and np.isfinite(high)
+    return np.unique(np.linspace(low, high, count)) if known else np.array([1.0])
 
 
 def _constants_section(constants: list[Constant]) -> Section:

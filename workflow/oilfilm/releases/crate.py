@@ -12,11 +12,18 @@ from rocrate.model import ComputationalWorkflow, ContextEntity, File
 from rocrate.model.entity import Entity
 from rocrate.rocrate import ROCrate
 
-from oilfilm.releases.manifest import FileRecord, canonical, version_of
+from oilfilm.releases.manifest import (
+    CODE,
+    CONFIG,
+    ENVIRONMENT,
+    LOCK,
+    FileRecord,
+    canonical,
+    version_of,
+)
 
 CRATE = "ro-crate-metadata.json"
-_WORKFLOW = "code/Snakefile"
-_CONFIG = "config.yaml"
+_WORKFLOW = f"{CODE}/Snakefile"
 # The version of RO-Crate that the profiles below are written for.
 _RO_CRATE = "1.1"
 _PROFILES = {
@@ -79,7 +86,7 @@ def run_crate(
         name=f"Run of the campaign {campaign['name']}",
         description="From raw logs to tables, fits, figures and exports, by snakemake.",
         instrument=workflow,
-        object=[made[_CONFIG], *logs],
+        object=[made[CONFIG], *logs],
         result=results,
         actionStatus="http://schema.org/CompletedActionStatus",
     )
@@ -92,11 +99,7 @@ def run_crate(
 
 def _is_result(path: str) -> bool:
     """Whether the run made a file; code, lock and environment are what it was made with."""
-    return not path.startswith("code/") and path not in {
-        _CONFIG,
-        "environment.json",
-        "requirements.lock",
-    }
+    return not path.startswith(f"{CODE}/") and path not in {CONFIG, ENVIRONMENT, LOCK}
 
 
 def _add(crate: ROCrate, address: str, kind: str | list[str], **properties: Any) -> Entity:

@@ -7,7 +7,7 @@ leads out of its folder.
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -18,6 +18,8 @@ from oilfilm.provenance import file_digest
 MANIFEST = "manifest.json"
 # The same in a pin, which keeps only some of the files that its manifest names.
 PINNED_MANIFEST = "pinned-manifest.json"
+# Files of every release, and the folder of its code.
+CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
 # A manifest of a hundred thousand files has about this many bytes.
 _LARGEST = 1 << 25
 # Letters of a complaint that quotes it.
@@ -67,7 +69,7 @@ class Manifest:
     def text(self) -> str:
         """The manifest as it is written; it ends with the hash over all the rest."""
         content = {
-            "format": 1,
+            "format": 2,
             "version": self.version,
             "made_from": self.made_from,
             "files": [asdict(file) for file in self.files],
@@ -141,6 +143,13 @@ def _parse(path: Path) -> Manifest:
     paths = [record.path for record in files]
     if len(set(paths)) < len(paths) or {MANIFEST, PINNED_MANIFEST} & set(paths):
         raise OilfilmError(f"{path}: names a file twice, or itself.")
+    if lacking := {CONFIG, LOCK, ENVIRONMENT} - set(paths):
+        raise OilfilmError(f"{path}: does not name {min(lacking)}, which every release has.")
+    if wrong := _unlike(manifest):
+        raise OilfilmError(
+            f"{path}: its {wrong} is not what it says that the release was made from. It was "
+            "altered."
+        )
     if manifest.text() != text:
         raise OilfilmError(
             f"{path}: is not as it was written: version {shown(content['version'])}, hash "
@@ -148,6 +157,24 @@ def _parse(path: Path) -> Manifest:
             "different somewhere. It is damaged or was altered."
         )
     return manifest
+
+
+def _unlike(manifest: Manifest) -> str:
+    """What of the files is not what the version stands for: a name; empty where all is."""
+    made_from = manifest.made_from
+    files = {record.path: record for record in manifest.files}
+    code = [
+        replace(record, path=record.path.removeprefix(f"{CODE}/"))
+        for record in manifest.files
+        if record.path.startswith(f"{CODE}/")
+    ]
+    said = {
+        CONFIG: made_from["config"],
+        LOCK: made_from["lock"],
+        ENVIRONMENT: sha256_of(canonical(made_from["environment"])),
+    }
+    wrong = [name for name, digest in said.items() if files[name].sha256 != digest]
+    return next(iter([*wrong, *[CODE] * (records_digest(code) != made_from["code"])]), "")
 
 
 def is_inside(path: str) -> bool:

@@ -13,13 +13,15 @@ import pyarrow.parquet as parquet
 from oilfilm import tables
 from oilfilm.config import load_yaml
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.manifest import FileRecord, Manifest, read_manifest, shown
+from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, read_manifest, shown
 from oilfilm.releases.verify import complaint_about
 
 # Bytes of one file that is read into memory, of a table once it is unpacked, of a configuration.
 _LARGEST_FILE = 1 << 28
 _LARGEST_TABLE = 1 << 30
 _LARGEST_CONFIG = 1 << 20
+# Types of at most 8 bytes a value.
+_PLAIN = {"BOOLEAN", "INT32", "INT64", "FLOAT", "DOUBLE"}
 # What Arrow raises where a file is no Parquet, or is damaged.
 _UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
 
@@ -103,9 +105,9 @@ class Opened:
         Raises:
             OilfilmError: As `file`, or it is no YAML.
         """
-        if not self.holds("config.yaml"):
+        if not self.holds(CONFIG):
             return None
-        path = self.file("config.yaml", _LARGEST_CONFIG)
+        path = self.file(CONFIG, _LARGEST_CONFIG)
         try:
             return load_yaml(path)
         except RecursionError:
@@ -131,6 +133,8 @@ def _size_unpacked(file: Path) -> int:
         raise ValueError("its columns hold lists, which no table here does")
     groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
     chunks = [group.column(place) for group in groups for place in range(group.num_columns)]
+    if odd := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
+        raise ValueError(f"its columns hold {sorted(odd)[0]}, which no table here does")
     size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
     # Only here a value has a length of its own. Read as a dictionary it lies in memory once.
     text = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
@@ -141,4 +145,6 @@ def _size_unpacked(file: Path) -> int:
             if isinstance(column, arrow.DictionaryArray):
                 lengths = compute.binary_length(column.dictionary.cast(arrow.large_binary()))
                 size += compute.sum(lengths.take(column.indices)).as_py() or 0
+            else:
+                size += column.nbytes
     return size

@@ -6,11 +6,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from oilfilm.config import unresolve
 from oilfilm.differing import difference
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.manifest import FileRecord, shown
+from oilfilm.releases.manifest import CODE, FileRecord, shown
 from oilfilm.releases.opened import Opened
 from oilfilm.releases.tree import code_files
 
@@ -44,13 +45,13 @@ def rebuild(release: Path, root: Path, cores: str) -> list[str]:
         return differences(opened, again)
 
 
-def _lay_out(opened: Opened, config: dict[str, object], root: Path, place: Path) -> None:
+def _lay_out(opened: Opened, config: dict[str, Any], root: Path, place: Path) -> None:
     """Code, configuration and raw logs in a fresh folder."""
     for path in (*code_files(root), *_BESIDE):
         _copy(root / path, place / path)
     try:
-        texts = unresolve(config)
-    except (AttributeError, KeyError, TypeError) as error:
+        texts, simulated = unresolve(config), _made_by_twin(config)
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise OilfilmError(
             f"{opened.folder}: config.yaml is no resolved configuration ({error!r})."
         ) from error
@@ -59,7 +60,6 @@ def _lay_out(opened: Opened, config: dict[str, object], root: Path, place: Path)
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
     campaign = opened.manifest.made_from["campaign"]
-    simulated = _made_by_twin(config)
     for record in opened.manifest.raw:
         # what the twin writes it writes again
         if simulated.get(record.path.split("/")[2]):
@@ -73,10 +73,9 @@ def _lay_out(opened: Opened, config: dict[str, object], root: Path, place: Path)
         _copy(source, place / record.path)
 
 
-def _made_by_twin(config: dict[str, object]) -> dict[str, bool]:
+def _made_by_twin(config: dict[str, Any]) -> dict[str, bool]:
     """Whether a folder of raw logs is written by a twin."""
     campaign = config["campaign"]
-    assert isinstance(campaign, dict)
     name = campaign["name"]
     return {name: "twin" in campaign, f"{name}-torque": "twin" in campaign.get("torque", {})}
 
@@ -91,7 +90,13 @@ def _run(place: Path, opened: Opened, cores: str) -> None:
     # the copy's own library, whatever is installed
     environment = {**os.environ, "PYTHONPATH": str(place / "workflow")}
     done = subprocess.run(  # noqa: S603 - a fixed command; `cores` is one argument
-        command, cwd=place, env=environment, capture_output=True, text=True, check=False
+        command,
+        cwd=place,
+        env=environment,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
     )
     if done.returncode != 0:
         said = (done.stdout + done.stderr).replace(str(place), ".").splitlines()
@@ -109,7 +114,9 @@ def differences(before: Opened, after: Opened) -> list[str]:
     ):
         was, now = ({record.path: record for record in each} for each in (old, new))
         # code first: what follows may follow from it
-        paths = sorted(was.keys() | now.keys(), key=lambda path: (path[:5] != "code/", path))
+        paths = sorted(
+            was.keys() | now.keys(), key=lambda path: (not path.startswith(f"{CODE}/"), path)
+        )
         for path in paths:
             if was.get(path) != now.get(path):
                 state = "is gone" if path not in now else "is new" if path not in was else "differs"

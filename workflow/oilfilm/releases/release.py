@@ -16,6 +16,10 @@ from oilfilm.metadata import data_package, describe, linked_data, read_vocabular
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
+    CODE,
+    CONFIG,
+    ENVIRONMENT,
+    LOCK,
     MANIFEST,
     FileRecord,
     Manifest,
@@ -31,9 +35,7 @@ from oilfilm.releases.verify import verify
 from oilfilm.report.release_id import with_release
 
 REPORT = "report.html"
-CONFIG, LOCK, ENVIRONMENT, LOG = "config.yaml", "requirements.lock", "environment.json", "log.txt"
-# The code lies in a release under this folder.
-CODE = "code"
+LOG = "log.txt"
 _SAMPLES = "tables/samples/"
 
 
@@ -46,7 +48,8 @@ class Made:
         config: As resolved.
         results: Folder of the campaign's results.
         files: Files and folders below it, all of which the run has made or found up to date.
-        raw: The raw logs.
+        raw: The raw logs' paths, with the sha256 that each had when the run asked for it; empty for
+            what the run itself wrote.
         logs: Logs of the jobs.
     """
 
@@ -54,7 +57,7 @@ class Made:
     config: Mapping[str, Any]
     results: Path
     files: Sequence[Path]
-    raw: Sequence[Path]
+    raw: Mapping[str, str]
     logs: Sequence[Path]
 
 
@@ -97,7 +100,7 @@ def release(made: Made, releases: Path) -> tuple[Path, bool]:
 
 def _made_from(made: Made) -> dict[str, Any]:
     """The stable part of the manifest: what the version depends on."""
-    raw = records_of(made.root, [path.as_posix() for path in made.raw])
+    raw = records_of(made.root, list(made.raw))
     _refuse_changed(raw, made)
     return {
         "campaign": made.config["campaign"]["name"],
@@ -160,11 +163,14 @@ def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
 
     read = logs_read(made.config["campaign"]["name"], table, {record.path for record in raw})
     for record in raw:
-        before = read.get(record.path)
-        if before and before.sha256 != record.sha256:
+        # a log that could not be read at all has no row in any table
+        before = {made.raw[record.path]}
+        if record.path in read:
+            before.add(read[record.path].sha256)
+        for other in sorted(before - {"", record.sha256}):
             raise OilfilmError(
                 f"{record.path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
-                f"then {before.sha256[:12]}). Put it back, or let `snakemake --forcerun` read it."
+                f"then {other[:12]}). Put it back, or let `snakemake --forcerun` read it."
             )
 
 

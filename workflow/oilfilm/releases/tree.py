@@ -9,6 +9,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -43,7 +44,7 @@ def code_tree_digest(root: Path) -> str:
 
 
 def environment(root: Path) -> dict[str, Any]:
-    """Python, platform and every package that a run may import, with versions; no host.
+    """Python, kind of machine and every package that a run may import, with versions; no host.
 
     Raises:
         OilfilmError: pyproject.toml cannot be read, or a package that it asks for is not installed.
@@ -54,8 +55,10 @@ def environment(root: Path) -> dict[str, Any]:
         raise OilfilmError(f"pyproject.toml: cannot be read ({error}).") from error
     return {
         "python": platform.python_version(),
-        # bytes are promised on one kind of machine: mathematical libraries differ between them
+        # bytes are promised on one kind of machine: mathematical libraries choose by it
         "platform": f"{sys.platform} {platform.machine()}",
+        "c_library": " ".join(platform.libc_ver()).strip(),
+        "cpu": " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
         "packages": _versions(tuple(project["dependencies"])),
     }
 

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -244,7 +244,13 @@ def read_footer(path: Path) -> dict[str, Any]:
         raise _damaged(path, error) from error
     if b"oilfilm" not in metadata:
         raise OilfilmError(f"{path}: is Parquet, but not a table of oilfilm.")
-    return cast(dict[str, Any], json.loads(metadata[b"oilfilm"]))
+    try:
+        footer = json.loads(metadata[b"oilfilm"])
+    except (ValueError, RecursionError) as error:
+        raise _damaged(path, error) from error
+    if not isinstance(footer, dict):
+        raise OilfilmError(f"{path}: is Parquet, but not a table of oilfilm.")
+    return footer
 
 
 def _arrow_schema(table: str) -> arrow.Schema:
