@@ -419,6 +419,13 @@ def test_hostile_manifest_is_refused_in_a_sentence(
     assert "is no release: it holds no manifest.json" in capsys.readouterr().err
 
 
+def test_release_of_another_time_is_told_apart(place: Path, tmp_path: Path) -> None:
+    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
+    (tmp_path / MANIFEST).write_text(sealed({**manifest, "format": 1}), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"`format`: found 1, expected 2\. Read a release of"):
+        read_manifest(tmp_path)
+
+
 @pytest.mark.parametrize("what", ["config", "lock", "code", "environment"])
 def test_files_that_are_not_what_the_version_stands_for_are_refused(
     place: Path, tmp_path: Path, what: str

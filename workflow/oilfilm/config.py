@@ -451,6 +451,8 @@ def _expected(problem: Any) -> str:
             return " or ".join(_TYPE_NAMES[name] for name in names)
         case "enum":
             return "one of " + ", ".join(repr(value) for value in wanted)
+        case "const":
+            return repr(wanted)
         case "minimum":
             return f"{wanted} or more"
         case "exclusiveMinimum":
