@@ -23,6 +23,7 @@ from bearings import (
 from campaigns import ROOT, printed
 from oilfilm import tables
 from oilfilm.bearing.bases import BASES, FittedBasis
+from oilfilm.bearing.catalogue import palmgren_torque_n_m
 from oilfilm.bearing.compare import (
     OilInBearing,
     cage_slip_table,
@@ -417,3 +418,8 @@ def small(config: dict[str, Any]) -> dict[str, Any]:
     torque = campaign["torque"] | {"matrix": matrix}
     oils = [oil for oil in campaign["oils"] if oil == "4050"]
     return {**config, "campaign": {**campaign, "oils": oils, "torque": torque}}
+
+
+def test_bearing_without_contact_angle_has_no_outside_opinion_by_palmgren() -> None:
+    found = palmgren_torque_n_m(np.array([1e3, 0.0]), 1e3, 8e-6, 0.1, 0.0, 1.0, 1e-3)
+    assert np.isnan(found).all()

@@ -132,6 +132,8 @@ def test_moments_on_all_bodies_cancel():
     rings = found.places * found.balance.ring_moment_n_m.sum(axis=(1, 2))
     oil = found.places * (found.balance.drag_n * found.balance.contacts.orbit_radius_m).sum(axis=1)
     np.testing.assert_allclose(rings, -oil, rtol=1e-6)
+    terms = torque_terms(bearing, points, lubrication("4102", 70, 2), printed_law("4102"), TESTED)
+    np.testing.assert_allclose(terms["torque_n_m"] - terms["outer_ring_torque_n_m"], oil, rtol=1e-6)
 
 
 def test_turning_the_other_way_turns_the_torque_round():
@@ -146,6 +148,15 @@ def test_turning_the_other_way_turns_the_torque_round():
     forth, back = found.balance.ring_moment_n_m[:, 0, 0]
     assert forth == pytest.approx(-back, rel=1e-6)
     assert forth < 0
+
+
+def test_at_rest_balls_that_carry_nothing_resist_nothing():
+    bearing = shipped("harris-218")
+    points = replace(OperatingPoints.axial(2000.0, 0.0), radial_load_n=np.array([[2000.0, 0.0]]))
+    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
+    assert (found.balance.contacts.load_n == 0).any()
+    assert found.equilibrium.solution.converged.all()
+    assert not found.balance.heat_w.any()
 
 
 def test_at_rest_the_bearing_is_in_its_static_equilibrium():

@@ -1,6 +1,7 @@
 """Torque logs: the tare comes off, planted torque comes back, and what is wrong is refused."""
 
 import gzip
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -161,6 +162,53 @@ def test_an_unsteady_or_impossible_plateau_is_kept_with_its_reason(config, chang
     assert len(runs) == 3
     assert runs["reasons"].str.contains(gate).any()
     assert not runs[runs["reasons"].str.contains(gate)]["accepted"].any()
+
+
+@pytest.mark.parametrize("rows", [43, 45])  # of the second level: none or one is left of it
+def test_a_level_too_short_to_settle_is_listed_and_costs_no_other(config, rows):
+    frame = signals()
+    speed = frame["inner_speed_rpm"]
+    brief = pd.concat([frame[speed < 4000].iloc[:280], frame[speed.between(5e3, 7e3)][:rows]])
+    whole = pd.concat([brief, frame[speed > 8000], frame.iloc[-120:]])
+    whole = whole.assign(time_s=np.arange(len(whole)) / RATE)
+    runs, refused = measure_torque([("a.csv", log(whole))], config)
+    assert runs.loc[runs["accepted"], "inner_speed_rpm"].round(-1).tolist() == [3000, 9000]
+    (found,) = refused.to_dict("records")
+    assert found["rule"] == "too_short"
+    assert re.search(r"the speed of about 6000 rpm was held for 2\.[123] s", found["reason"])
+
+
+@pytest.mark.parametrize("acceleration_rpm_s", [100, 1000])
+def test_ramps_between_levels_are_no_part_of_them(config, acceleration_rpm_s):
+    random = np.random.default_rng(5)
+    levels, held_s = [3000.0, 6000.0, 9000.0], 20
+    speed = [np.zeros(8 * RATE)]
+    for before, level in zip([0.0, *levels], [*levels, 0.0], strict=True):
+        ramp = np.arange(before, level, np.sign(level - before) * acceleration_rpm_s / RATE)
+        speed += [ramp, np.full(held_s * RATE if level else 8 * RATE, level)]
+    speed = np.concatenate(speed)
+    frame = pd.DataFrame(
+        {
+            "time_s": np.arange(len(speed)) / RATE,
+            "axial_load_n": 10000 + 5 * random.standard_normal(len(speed)),
+            "inner_speed_rpm": speed + np.where(speed > 0, random.standard_normal(len(speed)), 0),
+            "oil_temperature_c": 100.0,
+            "outer_ring_temperature_c": 110.0,
+            "torque_n_m": 0.3 + speed / 3000 + 0.02 * random.standard_normal(len(speed)),
+        }
+    )
+    runs, _ = measure_torque([("a.csv", log(frame))], config)
+    kept = runs[runs["accepted"] & (runs["duration_s"] > 10)]
+    np.testing.assert_allclose(kept["inner_speed_rpm"], levels, rtol=1e-3)
+    np.testing.assert_allclose(kept["torque_n_m"], [1, 2, 3], atol=0.02)
+
+
+def test_a_tare_of_one_row_is_refused_and_stops_no_other_log(config):
+    slow = signals().iloc[::100].reset_index(drop=True)
+    slow.loc[1, "inner_speed_rpm"] = 3000.0  # one row at rest before
+    runs, refused = measure_torque([("a.csv", log(slow)), ("b.csv", log(signals()))], config)
+    assert set(runs["run_id"]) == {"b.csv"}
+    assert refused["rule"].tolist() == ["tare"]
 
 
 def test_a_damaged_row_is_refused_by_its_number_and_the_rest_is_used(config):

@@ -50,7 +50,9 @@ class FittedBasis:
             "inlet_temperature_c": at.inlet_temperature_c,
         }
         conditions = np.stack(
-            [np.maximum(levels[name], self.floor[name]) for name in law.conditions], axis=-1
+            # a trial that is no number ends as no equilibrium
+            [np.fmax(levels[name], self.floor[name]) for name in law.conditions],
+            axis=-1,
         )
         law = law.in_contacts(at.radius_x_m.ravel(), at.reduced_modulus_pa)
         design = law.design(conditions.reshape(-1, conditions.shape[-1]), coefficients.known)

@@ -40,7 +40,7 @@ def palmgren_torque_n_m(
         f1: Of load and bearing type.
 
     Returns:
-        M0 + M1, in N m.
+        M0 + M1, in N m; NaN without contact angle.
 
     Reference: A. Palmgren, Ball and Roller Bearing Engineering, 3rd ed., 1959.
 
@@ -53,7 +53,9 @@ def palmgren_torque_n_m(
     pitch = pitch_diameter_m * _MM
     turning = np.maximum(kinematic_viscosity_m2_s * _CST * speed_rpm, 2000.0)
     of_speed = 1e-7 * f0 * turning ** (2 / 3) * pitch**3
-    of_load = f1 * 0.9 * axial_load_n / np.tan(contact_angle_rad) * pitch
+    # of a bearing without contact angle he has another formula
+    per_load = 0.9 / np.tan(contact_angle_rad) if contact_angle_rad > 0 else np.nan
+    of_load = f1 * per_load * axial_load_n * pitch
     return np.asarray(_N_MM * (of_speed + of_load))
 
 

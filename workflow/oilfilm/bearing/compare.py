@@ -58,7 +58,9 @@ class OilInBearing:
         others: OtherFits = None,
     ) -> "OilInBearing | None":
         """The oil; None where its law, its properties or its rig are not known."""
-        rig = contact_of(next(iter(config["rigs"].values())))
+        # by load a law means the ball of its rig: of several, one and the same
+        rigs = {contact_of(rig) for rig in config["rigs"].values()}
+        rig = rigs.pop() if len(rigs) == 1 else None
         fitted = FittedLaw.of(coefficients, name, quality=quality)
         about = config["oils"][name]
         if rig is None or about is None or np.isnan(fitted.coefficients.constants).any():
@@ -113,13 +115,15 @@ def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     why = ["" if fine else _why(*told) for fine, told in zip(found, known, strict=True)]
     about = {
         "converged": found,
-        "residual": np.where(np.isfinite(residual), residual, np.nan),
+        "residual": np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         "why": np.array(why, dtype=object),
     }
     cleared = {name: np.where(found, values, np.nan) for name, values in terms.items()}
     return pd.DataFrame(cleared | about)
 
 
+# Of a ball's load; a trial beyond it is no number worth a table.
+_LARGEST_RESIDUAL = 1e9
 # Beyond this inner contact angle no groove is left for the ball to lie in.
 _SHOULDER_DEG = 65.0
 
@@ -418,10 +422,10 @@ def power_loss_table(
         config: The resolved configuration.
     """
     of_name = {one.name: one for one in _known_oils(coefficients, quality, config)}
-    if published["oil"] not in of_name:
+    name = published["bearing"]
+    if published["oil"] not in of_name or name not in config["bearings"]:
         return tables.empty("power_loss")
     known = of_name[published["oil"]]
-    name = published["bearing"]
     bearing = bearing_from_config(name, config["bearings"][name])
     speed, power = np.array(published["rows"], dtype=float).T
     load = np.full(len(speed), float(published["axial_load_n"]))

@@ -12,7 +12,7 @@ def impossible(config: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield (
             "ball_diameter_m",
             f"found {ball:g} m with a pitch diameter of {pitch:g} m; expected less than half of "
-            "it, or no inner ring is left.",
+            "it, or there is no room for an inner ring and a shaft.",
         )
     if ball >= pitch * math.sin(math.pi / config["ball_count"]):
         room = int(math.pi / math.asin(min(ball / pitch, 1.0)))

@@ -120,7 +120,10 @@ def rolling_force_n(
     elastic = 7.5826 * unit * k**0.4055 * u**0.75
     # 1/(1 + M/6.6) with M ~ U^-0.75, written so that a resting contact has a value
     thick = u**0.75
-    return np.asarray((rigid - elastic) * thick / (thick + 0.5549 * k**-0.6029 * w / 6.6) + elastic)
+    whole = np.asarray(thick + 0.5549 * k**-0.6029 * w / 6.6)
+    # nothing resists where there is neither load nor speed
+    share = np.divide(thick, whole, out=np.zeros_like(whole), where=whole > 0)
+    return np.asarray((rigid - elastic) * share + elastic)
 
 
 def hysteresis_moment_n_m(

@@ -34,7 +34,8 @@ def torque_terms(
     """Torque on the inner ring with its terms, motion and residuals, an array a column.
 
     A term is its heat over the inner ring's speed: with the outer ring at rest they add up to the
-    moment that turns the inner ring.
+    moment that turns the inner ring. On the outer ring balls and cage exert less, by what the oil
+    between them takes; a sensor on a ring and its whole housing has that as well.
 
     Args:
         bearing: The bearing.
@@ -67,6 +68,7 @@ def torque_terms(
     load = contacts.load_n
     return terms | {
         "torque_n_m": torque,
+        "outer_ring_torque_n_m": found.places * found.balance.ring_moment_n_m[..., 1].sum(axis=1),
         "energy_error": _relative(
             torque * points.inner_speed_rad_s, found.places * found.balance.heat_w.sum(axis=(1, 2))
         ),

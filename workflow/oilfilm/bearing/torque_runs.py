@@ -18,6 +18,7 @@ from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.signals import sampling_interval
 from oilfilm.ingest import content_digest, read_log
 from oilfilm.readers.base import LoggedRun, Refusal
+from oilfilm.readers.log_kind import IndexArray
 from oilfilm.readers.torque_log import TORQUE
 from oilfilm.units import FloatArray
 
@@ -92,10 +93,9 @@ def measure_torque(
         digest = hashlib.sha256(content).hexdigest()
         first = earlier.setdefault(content_digest(content, digest), file)
         for run in reading.runs:
-            found = _measured(run, config) if first == file else _copied(run, first)
-            if isinstance(found, Refusal):
-                refused.append(about | {"stage": "curate"} | asdict(found))
-            else:
+            found, troubles = _measured(run, config) if first == file else _copied(run, first)
+            refused += [about | {"stage": "curate"} | asdict(trouble) for trouble in troubles]
+            if found is not None:
                 points.append(found.assign(sha256=digest, reader=reader))
     whole = pd.concat(points, ignore_index=True) if points else tables.empty("torque_runs")
     return (
@@ -104,24 +104,30 @@ def measure_torque(
     )
 
 
-def _measured(run: LoggedRun, config: Mapping[str, Any]) -> pd.DataFrame | Refusal:
+# Plateaus of a run, if it has any, and what had to be refused of it.
+_Found = tuple[pd.DataFrame | None, list[Refusal]]
+
+
+def _measured(run: LoggedRun, config: Mapping[str, Any]) -> _Found:
     """The plateaus of a run with the gates' verdicts, or why it has none."""
     settings, curation = config["torque_logs"], config["curation"]
     trouble = _trouble(run)
     if trouble is not None:
-        return trouble
+        return None, [trouble]
     tare = _tare(run, settings, curation["spikes"]["threshold"])
     if isinstance(tare, str):
         advice = "Let the bearing stand still, loaded, before and after the run."
-        return _refused_run(run, "tare", tare, advice)
+        return None, [_refused_run(run, "tare", tare, advice)]
     stuck = _stuck(run, tare.between, curation["stuck"])
     if stuck is not None:
-        return stuck
-    measured = _plateaus(run, tare, config)
-    if measured.empty:
+        return None, [stuck]
+    starts, stops, brief = _levels(run, tare, settings["plateaus"])
+    if not len(starts):
         reason = "no steady speed was found between the two tares"
-        return _refused_run(run, "no_plateau", reason, "Hold each speed longer.")
-    return _judged(measured.assign(run_id=run.run_id, oil=run.oil, bearing=run.rig), settings)
+        return None, [_refused_run(run, "no_plateau", reason, "Hold each speed longer.")]
+    measured = _plateaus(run, tare, starts, stops, curation["spikes"]["threshold"])
+    about = measured.assign(run_id=run.run_id, oil=run.oil, bearing=run.rig)
+    return _judged(about, settings), brief
 
 
 def _refused_run(run: LoggedRun, rule: str, reason: str, advice: str) -> Refusal:
@@ -130,9 +136,9 @@ def _refused_run(run: LoggedRun, rule: str, reason: str, advice: str) -> Refusal
     return Refusal(rule, reason, advice, run.run_id, first, last, len(rows))
 
 
-def _copied(run: LoggedRun, first: str) -> Refusal:
+def _copied(run: LoggedRun, first: str) -> _Found:
     reason = f"the same bytes, one by one, as {first}, which is kept"
-    return _refused_run(run, "duplicate_log", reason, "Take one of the files out.")
+    return None, [_refused_run(run, "duplicate_log", reason, "Take one of the files out.")]
 
 
 def _trouble(run: LoggedRun) -> Refusal | None:
@@ -187,10 +193,11 @@ def _tare(run: LoggedRun, settings: Mapping[str, Any], spike: float) -> _Tare | 
     phases = {"opening": (0, first), "closing": (last, len(resting))}
     interval = sampling_interval(time)
     for name, (start, stop) in phases.items():
-        if (stop - start) * interval < settings["tare"]["min_duration_s"]:
+        # of a single row no error can be told
+        if stop - start < 2 or (stop - start) * interval < settings["tare"]["min_duration_s"]:
             return (
                 f"{(stop - start) * interval:.2f} s of the {name} phase are at rest; expected "
-                f"{settings['tare']['min_duration_s']:g} s or more below "
+                f"{settings['tare']['min_duration_s']:g} s or more, and two rows, below "
                 f"{settings['tare']['max_speed_rpm']:g} rpm"
             )
     starts, stops = np.array(list(phases.values()), dtype=np.int64).T
@@ -208,27 +215,53 @@ def _tare(run: LoggedRun, settings: Mapping[str, Any], spike: float) -> _Tare | 
     )
 
 
-def _plateaus(run: LoggedRun, tare: _Tare, config: Mapping[str, Any]) -> pd.DataFrame:
-    settings = config["torque_logs"]["plateaus"]
-    values = {name: column[tare.between] for name, column in run.samples.items()}
-    rows, time = values.pop("row"), values["time_s"]
+def _levels(
+    run: LoggedRun, tare: _Tare, settings: Mapping[str, Any]
+) -> tuple[IndexArray, IndexArray, list[Refusal]]:
+    """Starts and stops of settled levels of speed between the tares, and those too brief."""
+    speed, rows = (run.samples[name][tare.between] for name in ("inner_speed_rpm", "row"))
     interval = sampling_interval(run.samples["time_s"])
-    steps = find_steps(
-        values["inner_speed_rpm"], interval, settings | {"min_step": settings["min_step_rpm"]}
-    )
-    starts, stops = settled_parts(len(time), steps, interval, settings)
+    steps = find_steps(speed, interval, {**settings, "min_step": settings["min_step_rpm"]})
+    starts, stops = settled_parts(len(speed), steps, interval, settings)
     # the first level has had a step to settle from: that out of rest; the last ends in one
     starts[0] += round(settings["settle_s"] / interval)
     stops[-1] -= round(settings["guard_s"] / interval)
-    kept = stops > starts
-    starts, stops = starts[kept], stops[kept]
-    if not len(starts):
-        return pd.DataFrame()
+    for place, (start, stop) in enumerate(zip(starts, stops, strict=True)):
+        if stop > start:
+            # a slow ramp goes on beyond what is cut off
+            level = speed[start:stop]
+            near = np.abs(level - np.median(level)) <= settings["min_step_rpm"]
+            starts[place] += np.argmax(near)
+            stops[place] -= np.argmax(near[::-1])
+    # of a single row no error can be told
+    settled = stops - starts > 1
+    needed = settings["settle_s"] + settings["guard_s"] + settings["min_duration_s"]
+    edges = [0, *steps, len(speed)]
+    brief = [
+        Refusal(
+            "too_short",
+            f"the speed of about {np.median(speed[first:last]):.0f} rpm was held for "
+            f"{(last - first) * interval:.1f} s; expected {needed:g} s or more",
+            "Hold each speed longer.",
+            run.run_id,
+            int(rows[first]),
+            int(rows[last - 1]),
+        )
+        for first, last, fine in zip(edges[:-1], edges[1:], settled, strict=True)
+        if not fine and last > first
+    ]
+    return starts[settled], stops[settled], brief
+
+
+def _plateaus(
+    run: LoggedRun, tare: _Tare, starts: IndexArray, stops: IndexArray, spike: float
+) -> pd.DataFrame:
+    values = {name: column[tare.between] for name, column in run.samples.items()}
+    rows = values.pop("row")
+    interval = sampling_interval(run.samples["time_s"])
     stretches, inside = statistics.cut(np.stack(list(values.values())), starts, stops)
     of_name = dict(zip(values, stretches, strict=True))
-    wild = statistics.spikes(
-        of_name["torque_n_m"], inside, config["curation"]["spikes"]["threshold"]
-    )
+    wild = statistics.spikes(of_name["torque_n_m"], inside, spike)
     steady = inside & ~wild
     early = statistics.first_part(steady, 1 / 2)
     late = steady & ~early

@@ -21,8 +21,13 @@ def bearing_words(found: BearingTables) -> list[str]:
     """Logs and plateaus, errors of each basis, soundness, what traction decides, cage slip."""
     lines = ["Bearing torque (torque.parquet and the tables beside it):", *_logs(found)]
     calculated = found.torque[found.torque["converged"]]
+    lines += _not_compared(found)
     if len(calculated):
-        lines += [*_errors(calculated), *_soundness(found.torque), *_beyond(calculated)]
+        lines += _errors(calculated)
+    if len(found.torque):
+        lines += _soundness(found.torque)
+    if len(calculated):
+        lines += _beyond(calculated)
     lines += [*_inverted(found.torque_inversion), *_advice(found.slip_advice)]
     return [*lines, ""]
 
@@ -48,6 +53,17 @@ def _logs(found: BearingTables) -> list[str]:
     return lines
 
 
+def _not_compared(found: BearingTables) -> list[str]:
+    """Oils whose plateaus no law could be asked for."""
+    accepted = found.torque_runs.loc[found.torque_runs["accepted"], "oil"]
+    counts = accepted[~accepted.isin(found.torque["oil"])].value_counts()
+    return [
+        f"  not compared: {count} plateaus of {oil}, which lacks a fitted law, properties, or a "
+        "traction rig whose contact is known"
+        for oil, count in counts.items()
+    ]
+
+
 def _errors(calculated: pd.DataFrame) -> list[str]:
     size = calculated["relative_error"].abs().groupby(calculated["basis"], sort=False)
     told = [
@@ -60,12 +76,13 @@ def _errors(calculated: pd.DataFrame) -> list[str]:
 def _soundness(torque: pd.DataFrame) -> list[str]:
     lost = (~torque["converged"]).sum()
     sound = torque[torque["converged"]]
-    line = (
-        f"  of {len(torque)} equilibria {lost or 'none'} not found; largest residual "
-        f"{sound['residual'].max():.0e} of a ball's load, energy error "
-        f"{sound['energy_error'].abs().max():.0e}, quadrature error "
-        f"{sound['quadrature_error'].abs().max():.0e}"
-    )
+    line = f"  of {len(torque)} equilibria {lost or 'none'} not found"
+    if len(sound):
+        line += (
+            f"; largest residual {sound['residual'].max():.0e} of a ball's load, energy error "
+            f"{sound['energy_error'].abs().max():.0e}, quadrature error "
+            f"{sound['quadrature_error'].abs().max():.0e}"
+        )
     return [line, *(f"    {why}" for why in torque.loc[~torque["converged"], "why"].unique())]
 
 

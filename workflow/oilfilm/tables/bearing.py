@@ -27,7 +27,9 @@ class TorqueRuns(Table):
     oil_temperature_c: Series[float] = number("mean oil temperature at the bearing's inlet")
     outer_ring_temperature_c: Series[float] = number("mean outer ring temperature")
     tare_n_m: Series[float] = number("output at rest at that time, removed from the torque")
-    torque_n_m: Series[float] = number("mean friction torque, tare removed")
+    torque_n_m: Series[float] = number(
+        "mean friction torque, tare removed: taken for what the inner ring needs"
+    )
     torque_n_m_se: Series[float] = number(
         "random standard error, the tare's included; calibration is not in it", at_least=0
     )
@@ -52,6 +54,10 @@ class BearingFriction(Table):
         "traction heat by twice as many places in either direction, relative difference", gaps=True
     )
     torque_n_m: Series[float] = number("moment that turns the inner ring: six terms", gaps=True)
+    outer_ring_torque_n_m: Series[float] = number(
+        "moment of balls and cage on the outer ring: less by the drag, which the oil takes",
+        gaps=True,
+    )
     traction_torque_n_m: Series[float] = number("term: sliding in the contacts", gaps=True)
     rolling_torque_n_m: Series[float] = number("term: oil drawn into the contacts", gaps=True)
     hysteresis_torque_n_m: Series[float] = number("term: hysteresis of the steel", gaps=True)

@@ -15,7 +15,6 @@ class CoefficientTable(Table):
     value: Series[float] = number("fitted value", gaps=True)
     standard_error: Series[float] = number("standard error", at_least=0, gaps=True)
     printed_value: Series[float] = number("printed value", gaps=True)
-    distance: Series[float] = number("(fitted - printed) in standard errors", gaps=True)
 
 
 class Schematic(Table):

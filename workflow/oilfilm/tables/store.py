@@ -17,7 +17,7 @@ from oilfilm.tables import bearing, drawn, fits, paper, rig
 from oilfilm.tables.fields import Table, repeated, unit_of
 from oilfilm.whole import whole_file
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 
 TABLES: dict[str, type[Table]] = {
     **rig.TABLES,
