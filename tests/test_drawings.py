@@ -21,8 +21,10 @@ from oilfilm import tables
 from oilfilm.captions import CAPTIONS
 from oilfilm.config import load_checked
 from oilfilm.figures import FIGURES, Results, style
+from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.randomness import generator
 from oilfilm.rst import campaign_caption, figure_caption, table_caption
+from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
 from pictures import nothing_is_cut_off
 
@@ -63,6 +65,7 @@ def results() -> Results:
     )
     runs = points.groupby("run_id", as_index=False).first()[["run_id", "oil", *CONDITIONS]]
     runs = runs.rename(columns={name: f"nominal_{name}" for name in CONDITIONS})
+    runs = runs.assign(rig="ball-on-disc-20mm", nominal_load_n=np.nan)
     return Results(
         points=points,
         runs=runs,
@@ -413,3 +416,38 @@ def test_captions_are_sound_markup_whatever_a_campaign_is_called() -> None:
     first = publish_parts(texts[0], writer="html", settings_overrides=strict)["body"]
     assert "june_" in first
     assert "*bold* |bar| `tick`" in first
+
+
+def test_description_of_a_campaign_is_no_directive(tmp_path: Path) -> None:
+    secret = tmp_path / "secret.txt"
+    secret.write_text("not to be read", encoding="utf-8")
+    hostile = f"x\n\n.. raw:: html\n\n   <script>alert(1)</script>\n\n.. include:: {secret}\n\ny"
+    campaign = {"name": "june", "data": "measured", "description": hostile}
+    # as Snakemake's report renders it: nothing is forbidden there
+    page = publish_parts(campaign_caption(campaign), writer="html")["body"]
+    assert "<script" not in page
+    assert "not to be read" not in page
+
+
+@pytest.mark.parametrize("name", ["fig02", "fig03", "curves"])
+def test_law_on_load_is_drawn_at_the_load_of_its_points(
+    results: Results, settings: dict[str, Any], name: str
+) -> None:
+    law = LAWS["wang-deng-load"]
+    coefficients = pd.concat(
+        results.coefficients.iloc[[0] * len(law.constants)].assign(
+            oil=oil,
+            law=law.name,
+            constant=[constant.name for constant in law.constants],
+            value=[0.1 * (constant.sign or 2.0) for constant in law.constants],
+        )
+        for oil in printed()
+    )
+    _, drawn = FIGURES[name].draw(replace(results, coefficients=coefficients), settings)
+    found = drawn[(drawn["kind"] == "fit") & (drawn["slide_roll_ratio"] == 0.3)]
+    # all points were made at 80 N; by one slip, mu then follows speed and temperature alone
+    at = np.array([(80.0, speed, temperature) for _, speed, temperature in matrix()])
+    allowed = FittedLaw.of(coefficients, "4102").traction(at, np.full(len(at), 0.3))
+    nearest = np.abs(found["traction_coefficient"].to_numpy()[:, np.newaxis] - allowed).min(axis=1)
+    assert len(found)
+    np.testing.assert_allclose(nearest, 0, atol=1e-12)

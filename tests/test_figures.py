@@ -162,7 +162,7 @@ def test_campaign_without_set_points_says_that_nothing_can_be_shown(
     results: Results, config: dict[str, Any]
 ) -> None:
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
-    unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan)
+    unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan, nominal_load_n=np.nan)
     bare = Results(results.points, unset, results.coefficients, results.coverage)
     figure, drawn = FIGURES["fig03"].draw(bare, {**config, "campaign": campaign})
     assert drawn.empty

@@ -57,7 +57,7 @@ CAPTIONS: dict[str, Caption] = {
     "tab02": Caption(
         "Test matrix",
         "Levels of maximum Hertz pressure (GPa), entrainment speed (m/s), inlet temperature "
-        "(\N{DEGREE SIGN}C) and slide-roll ratio, as configured, and the curves that were "
+        "(\N{DEGREE SIGN}C), the slide-roll ratios of accepted points, and the curves that were "
         "accepted. The paper's own table is lost; what its text still says stands beside it.",
         "Paper",
         "Table 2",
@@ -79,9 +79,9 @@ CAPTIONS: dict[str, Caption] = {
     ),
     "eqs11-13": Caption(
         "Fitted constants beside the printed ones",
-        "Each oil's twelve constants: fitted, with the standard error from resampling whole "
-        "curves, and as printed with the signs restored. P in GPa, U over 20 m/s, T over 20 "
-        "\N{DEGREE SIGN}C.",
+        "Each oil's constants: fitted, with the standard error from resampling whole curves, and, "
+        "where the paper has the oil, as printed, signs restored. P in GPa, U over 20 m/s, T over "
+        "20 \N{DEGREE SIGN}C.",
         "Paper",
         "Eqs 11-13",
     ),
@@ -112,9 +112,9 @@ CAPTIONS: dict[str, Caption] = {
     ),
     "fig06": Caption(
         "Friction torque of the bearing",
-        "Above: measured torque (N m, 95 % intervals) and the torque that the law gives on stress, "
-        "on load and on dimensionless load, against speed of the inner ring; below: their relative "
-        "errors (%).",
+        "Above: measured torque (N m; bars: 95 %, random errors alone) and the torque that turns "
+        "the inner ring by the law on stress, on load and on dimensionless load, against speed of "
+        "the inner ring; below: their relative errors (%).",
         "Paper",
         "Fig. 6",
     ),
@@ -203,23 +203,23 @@ CAPTIONS: dict[str, Caption] = {
     ),
     "cage-slip": Caption(
         "Cage slip, and the oil that it speaks for",
-        "Slip of the cage at friction equilibrium over the product of pitch diameter and speed and "
-        "over axial load (kN), an oil a panel; the line is the paper's limit. Last panel: fields "
-        "have the colour of the oil that the paper's rules advise, symbols show where the slip "
-        "speaks for another.",
+        "Slip of the cage (%) at friction equilibrium over the product of pitch diameter and speed "
+        "(million mm rpm) and over axial load (kN), an oil a panel; the line is the paper's limit. "
+        "Last panel: fields have the colour of the oil that the paper's rules advise, symbols show "
+        "where the slip speaks for another.",
         "Bearing",
     ),
     "size-effect": Caption(
         "Size effect of laws on load",
-        "Traction torque of the laws on load against that of the law on stress (%), by ball "
-        "diameter (mm; all lengths in proportion, the same stress and surface speed) and by "
+        "Traction torque of the laws on load, as excess over that of the law on stress (%), by "
+        "ball diameter (mm; all lengths in proportion, the same stress and surface speed) and by "
         "conformity (the same load and speed).",
         "Bearing",
     ),
     "power-loss": Caption(
         "A published power loss",
-        "Calculated power loss (W), term by term, under a published one against speed of the inner "
-        "ring: plausibility alone. Published: NASA TP-2275, second-hand, by a third party's "
+        "Calculated power loss (W), term by term, beside a published one against speed of the "
+        "inner ring: plausibility alone. Published: NASA TP-2275, second-hand, by a third party's "
         "transcription.",
         "Bearing",
     ),

@@ -27,9 +27,9 @@ def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
 
 def campaign_caption(campaign: Mapping[str, Any]) -> str:
     """What a campaign is, for the first page."""
-    return _plain(f"Campaign {campaign['name']}: {campaign['description']}.\n\n") + _plain(
-        f"{provenance(campaign)}.\n"
-    )
+    # on one line nothing of it can be a directive, which Snakemake's report would obey
+    about = " ".join(f"Campaign {campaign['name']}: {campaign['description']}.".split())
+    return f"{_plain(about)}\n\n{_plain(provenance(campaign))}.\n"
 
 
 def _plain(words: str) -> str:

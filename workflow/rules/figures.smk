@@ -29,7 +29,9 @@ rule data_figures:
         "<logs>/data-figures.log",
     params:
         code=code("figures.py"),
-        config=part("oils", "rigs", "figures", campaign=("matrix", "film_unjudged")),
+        config=part(
+            "oils", "rigs", "figures", "same_set_point", campaign=("matrix", "film_unjudged")
+        ),
     script:
         "../scripts/figures.py"
 

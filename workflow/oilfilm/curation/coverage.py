@@ -153,10 +153,19 @@ def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFrame:
     return runs.assign(nominal_max_hertz_pressure_gpa=pressure, nominal_load_n=load)
 
 
+def with_levels(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+    """Runs with a pressure for a load, and each set point moved to the level it is a note of.
+
+    Args:
+        runs: Table of runs.
+        config: The resolved configuration.
+    """
+    return _with_levels(runs, _planned(config), config)
+
+
 def _with_levels(
     runs: pd.DataFrame, planned: pd.DataFrame, config: Mapping[str, Any]
 ) -> pd.DataFrame:
-    """Runs with a pressure for a load, and each set point moved to the level it is a note of."""
     noted, same = _with_pressure(runs, config["rigs"]), config["same_set_point"]
     return noted.assign(
         **{name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}

@@ -2,7 +2,7 @@
 
 import itertools
 import string
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,12 +42,14 @@ def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
     oils = [oil for oil in config["oils"] if (torque["oil"] == oil).any()]
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4))
     axes = figure.subplots(2, max(len(oils), 1), sharex=True, sharey="row", squeeze=False)
+    torque = torque.assign(load=_sets(torque["axial_load_n"], within))
+    loads = sorted(set(torque["load"]))
     rows = []
     for column, oil in enumerate(oils):
         of_oil = torque[torque["oil"] == oil]
         colour = style.oil_colour(oil, list(config["oils"]))
         letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
-        rows.append(_draw_oil(axes[:, column], of_oil, colour, letters, within))
+        rows.append(_draw_oil(axes[:, column], of_oil, colour, letters, loads))
         for axis, letter in zip(axes[:, column], letters, strict=True):
             axis.set_title(f"({letter}) {oil}, {asked:g} \N{DEGREE SIGN}C")
     axes[0, 0].set_ylabel("Friction torque (N m)")
@@ -57,9 +59,17 @@ def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
     if not rows:
         _say_nothing(axes[0, 0], "No torque was measured at this temperature.")
         return _finish(figure, config), tables.empty("torque_drawn")
-    axes[0, 0].legend(loc="upper left", title="axial load", title_fontsize=7, alignment="left")
+    axes[0, 0].legend(
+        handles=_load_handles(loads),
+        loc="upper left",
+        title="axial load",
+        title_fontsize=7,
+        alignment="left",
+    )
     figure.legend(handles=_basis_handles(), loc="outside lower center", ncols=3)
-    style.say_key(figure, "Points above: measured, with 95 % intervals. Lines: the law.")
+    style.say_key(
+        figure, "Points above: measured; bars: 95 %, random errors alone. Lines: the law."
+    )
     return _finish(figure, config), tables.conform(
         pd.concat(rows, ignore_index=True), "torque_drawn", "fig06"
     )
@@ -78,12 +88,11 @@ def _draw_oil(
     torque: pd.DataFrame,
     colour: str,
     letters: tuple[str, str],
-    within: float,
+    loads: Sequence[float],
 ) -> pd.DataFrame:
-    loads = _sets(torque["axial_load_n"], within)
     rows = []
     for load, shade in zip(loads, style.shades(colour, len(loads)), strict=True):
-        of_load = torque[(torque["axial_load_n"] - load).abs() <= within * load]
+        of_load = torque[torque["load"] == load]
         for basis, (_, line, marker) in _BASES.items():
             of_basis = of_load[of_load["basis"] == basis].sort_values("inner_speed_rpm")
             speed = of_basis["inner_speed_rpm"] / 1e3
@@ -94,7 +103,6 @@ def _draw_oil(
                     _SE_DRAWN * of_basis["measured_torque_n_m_se"],
                     fmt="o",
                     color=shade,
-                    label=f"{load / 1e3:.0f} kN",
                 )
                 rows.append(_drawn(of_basis, letters[0], "measured", load))
             axes[0].plot(speed, of_basis["torque_n_m"], linestyle=line, color=shade, linewidth=0.9)
@@ -111,11 +119,19 @@ def _draw_oil(
     return pd.concat(rows, ignore_index=True)
 
 
-def _sets(levels: "pd.Series[float]", within: float) -> list[float]:
-    """Means of measured levels that belong together, rising."""
-    ranked = np.sort(levels.to_numpy())
-    breaks = np.flatnonzero(np.diff(ranked) > within * ranked[:-1]) + 1
-    return [float(part.mean()) for part in np.split(ranked, breaks) if len(part)]
+def _load_handles(loads: Sequence[float]) -> list[Line2D]:
+    """Entries of a legend that tell loads apart, in shades of grey: each oil has its own colour."""
+    return [
+        Line2D([], [], linestyle="", marker="o", color=shade, label=f"{load / 1e3:.3g} kN")
+        for load, shade in zip(loads, style.shades(style.GREY, len(loads)), strict=True)
+    ]
+
+
+def _sets(levels: "pd.Series[float]", within: float) -> "pd.Series[float]":
+    """For each measured level the mean of those that it belongs with."""
+    ranked = levels.sort_values()
+    apart = ranked.diff() > within * ranked.shift()
+    return levels.groupby(apart.cumsum()).transform("mean")
 
 
 def _drawn(rows: pd.DataFrame, panel: str, series: str, load: float) -> pd.DataFrame:
@@ -253,7 +269,8 @@ def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Traction torque of the load bases against the stress basis, by ball size and conformity."""
-    table = results.size_effect
+    drawn = results.size_effect["basis"].isin(["load", "dimensionless_load"])
+    table = results.size_effect[drawn].reset_index(drop=True)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     axes = figure.subplots(1, 2, sharey=True)
     panels = (
@@ -266,7 +283,7 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
         ),
     )
     for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
-        rows = table[(table["varied"] == varied) & (table["basis"] != "stress")]
+        rows = table[table["varied"] == varied]
         for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
             of_series = rows[(rows["oil"] == oil) & (rows["basis"] == basis)]
             _, line, marker = _BASES[basis]
@@ -281,7 +298,7 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(label)
         axis.set_title(f"({letter}) {varied} at the same {held}")
-    axes[0].set_ylabel("Traction torque against\nthe stress basis (%)")
+    axes[0].set_ylabel("Traction torque above that\nof the law on stress (%)")
     if table.empty:
         _say_nothing(axes[0], "No oil has a law that a bearing could use.")
     else:
@@ -292,13 +309,13 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
 
 
 def power_loss(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
-    """Calculated power loss term by term under a published one: plausibility alone."""
+    """Calculated power loss term by term beside a published one: plausibility alone."""
     table = results.power_loss
     figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)
     axis.set_xlabel("Speed of the inner ring (1000 rpm)")
     axis.set_ylabel("Power loss (W)")
     if table.empty:
-        _say_nothing(axis, "The oil of the published test is not among those fitted.")
+        _say_nothing(axis, "The published test's oil is not fitted,\nor its bearing not described.")
         return _finish(figure, config), table
     turning = table["inner_speed_rpm"] * RAD_S_PER_RPM
     watts = [table[f"{term}_torque_n_m"] * turning for term in HEATS]

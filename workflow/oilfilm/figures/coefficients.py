@@ -15,11 +15,9 @@ _ROW_IN = 0.17
 
 
 def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
-    """Each oil's constants: fitted with standard error, printed, and their distance."""
+    """Each oil's constants: fitted with standard error, and printed."""
     table = results.coefficients
-    drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]].assign(
-        distance=(table["value"] - table["printed_value"]) / table["standard_error"]
-    )
+    drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]]
     oils = list(config["oils"])
     # a constant that no oil has, neither fitted nor printed, is no row
     shown = drawn.dropna(subset=["value", "printed_value"], how="all")
@@ -54,7 +52,7 @@ def _draw_oil(
     """Three columns of one oil: fitted value, standard error, printed value if there are any."""
     columns = ["value", "standard_error", "printed_value"]
     heads = ["fitted", "\N{PLUS-MINUS SIGN} s.e.", "printed"]
-    ends = [start + share * span for share in (0.36, 0.66, 0.97)]
+    ends = [start + share * span for share in (0.31, 0.57, 0.97)]
     if rows["printed_value"].isna().all():
         columns, heads, ends = columns[:2], heads[:2], [start + 0.5 * span, start + 0.97 * span]
     axis.text(
@@ -66,12 +64,11 @@ def _draw_oil(
     for height, row in enumerate(rows[columns].to_numpy(dtype=float)):
         # digits beyond the second of the error say nothing
         digits = _decimals(row[1] if not np.isnan(row[1]) else naive[height])
-        for end, number in zip(ends, row, strict=True):
-            words = (
-                "\N{EN DASH}"
-                if np.isnan(number)
-                else f"{number:.{digits}f}".replace("-", "\N{MINUS SIGN}")
-            )
+        for end, number, column in zip(ends, row, columns, strict=True):
+            # what is printed has every digit of the print
+            form = ".10g" if column == "printed_value" else f".{digits}f"
+            words = "\N{EN DASH}" if np.isnan(number) else format(number, form)
+            words = words.replace("-", "\N{MINUS SIGN}")
             axis.text(end, height + 0.5, words, ha="right", va="center", fontsize=7)
 
 

@@ -45,7 +45,10 @@ def selection_map(results: Results, config: Mapping[str, Any]) -> tuple[Figure, 
         panel = string.ascii_lowercase[number]
         axis.set_title(f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, S = {slip:g}", fontsize=7)
         _draw(axis, here, oils)
-        _draw_tested(axis, config["printed"]["boxes"]["tested"])
+        box = config["printed"]["boxes"]["tested"]
+        at = zip(_PANEL, (temperature, slip), strict=True)
+        if all(box[name][0] <= level <= box[name][1] for name, level in at):
+            _draw_tested(axis, box)
         drawn.append(here.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
     _say_key(figure, oils, table)
@@ -148,7 +151,9 @@ def _say_key(figure: Figure, oils: Sequence[str], table: pd.DataFrame) -> None:
         )
         for oil in shown
     ]  # fmt: skip
-    symbols.append(Rectangle((0, 0), 1, 1, fill=False, edgecolor="black", label="tested P and U"))
+    symbols.append(
+        Rectangle((0, 0), 1, 1, fill=False, edgecolor="black", label="tested by the paper")
+    )
     fields.append(
         Line2D(
             [], [], linestyle="", marker="x", color="#555555", markersize=4,

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.captions import CAPTIONS
+from oilfilm.curation.coverage import with_levels
 from oilfilm.figures import style
 from oilfilm.figures.traction_curves import Results
 from oilfilm.oils import Oil, oil_from_config
@@ -98,24 +99,25 @@ def _source_of(oil: Oil | None) -> str:
 def tab02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Levels of the test matrix; without one, those that the logs were set to."""
     campaign = config["campaign"]
-    source = "campaign file, `matrix`" if "matrix" in campaign else "set points of the logs"
+    source = "campaign file, matrix" if "matrix" in campaign else "set points of the logs"
+    runs = with_levels(results.runs, config)
     rows = []
     for name, (quantity, unit) in _MATRIX.items():
         levels = (
             campaign["matrix"][name]
             if "matrix" in campaign
-            else sorted(results.runs[f"nominal_{name}"].dropna().unique())
+            else sorted(runs[f"nominal_{name}"].dropna().unique())
         )
-        rows.append(_row("as configured", quantity, unit, _levels(levels), source))
+        rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
     slips = results.points.loc[results.points["accepted"], "slide_roll_ratio"].abs()
-    reached = f"0 to {slips.max():.2g}" if len(slips) else "\N{EN DASH}"
-    rows.append(_row("as configured", "slide-roll ratio", "", reached, "accepted points"))
+    reached = f"{slips.min():.2g} to {slips.max():.2g}" if len(slips) else "\N{EN DASH}"
+    rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))
     for oil in config["oils"]:
         measured = results.runs.loc[results.runs["oil"] == oil]
         accepted = results.points.loc[results.points["accepted"], "run_id"]
         kept = measured["run_id"].isin(accepted).sum()
         words = f"{kept} accepted of {len(measured)} runs"
-        rows.append(_row("as configured", f"curves of {oil}", "", words, "tables runs and points"))
+        rows.append(_row("this campaign", f"curves of {oil}", "", words, "tables runs and points"))
     return _table("tab02", "Test matrix", rows, [f"Levels: {source}."], config)
 
 

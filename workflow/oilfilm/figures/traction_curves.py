@@ -3,7 +3,7 @@
 import itertools
 import string
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm import tables
+from oilfilm.curation.coverage import with_levels
 from oilfilm.figures import style
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.traction.law import CONDITIONS
@@ -82,6 +83,7 @@ class _Condition:
 
 def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
+    results = replace(results, runs=with_levels(results.runs, config))
     choice = config["figures"]["fig02"]
     oil, temperatures = choice["oil"], choice["inlet_temperature_c"]
     law = FittedLaw.of(results.coefficients, oil)
@@ -135,6 +137,7 @@ def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
 
 def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """All oils at one temperature, mu against slip, a panel a pressure."""
+    results = replace(results, runs=with_levels(results.runs, config))
     choice = config["figures"]["fig03"]
     oils = list(config["oils"])
     pressures = _levels(results, config["campaign"], "max_hertz_pressure_gpa")
@@ -185,11 +188,12 @@ def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.Data
             _say_nothing_is_there([axis])
             continue
         law = FittedLaw.of(results.coefficients, oil)
-        conditions = list(_conditions(results, of_oil))
+        conditions = list(_conditions(results, of_oil, law.law.conditions))
         draw = _draw_each if 1 < len(conditions) <= _CONDITIONS_TOLD_APART else _draw_cloud
         rows += draw(axis, panel, oil, style.oil_colour(oil, oils), conditions, law)
         axis.legend(loc="best", fontsize=6)
-    _finish(figure, config, "points: plateau means; bars: 95 % (random part); lines: fit")
+    bars = "bars: 95 % (random part); " if any(len(axis.containers) for axis in axes) else ""
+    _finish(figure, config, f"points: plateau means; {bars}lines: fit")
     return figure, _together(rows)
 
 
@@ -255,7 +259,7 @@ def _levels(results: Results, campaign: Mapping[str, Any], name: str) -> list[fl
 
 
 def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
-    """Accepted points of the runs of an oil at given set points."""
+    """Accepted points of the runs of an oil at given levels."""
     runs = results.runs[results.runs["oil"] == oil]
     for name, level in where.items():
         runs = runs[np.isclose(runs[f"nominal_{name}"], level)]
@@ -263,14 +267,16 @@ def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFr
     return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
 
 
-def _conditions(results: Results, points: pd.DataFrame) -> Iterable[_Condition]:
-    """The points of each set of set points with their mean measured conditions."""
+def _conditions(
+    results: Results, points: pd.DataFrame, asked: Sequence[str]
+) -> Iterable[_Condition]:
+    """The points of each set of set points with the means of what a law asks."""
     names = [f"nominal_{name}" for name in CONDITIONS]
     joined = points.merge(results.runs[["run_id", *names]], on="run_id")
     for _, group in joined.groupby(names, dropna=False):
         known = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
         name = ", ".join(f"{level:g} {unit}" for level, unit in known if not np.isnan(level))
-        yield _Condition(name, group[list(CONDITIONS)].mean(), group)
+        yield _Condition(name, group[list(asked)].mean(), group)
 
 
 def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -> pd.DataFrame:
@@ -280,7 +286,7 @@ def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -
         if one.points.empty:
             continue
         measured = _measured_rows(panel, one.label, one.oil, one.points)
-        condition = one.points[list(CONDITIONS)].mean()
+        condition = one.points[list(one.law.law.conditions)].mean()
         line = _fit_rows(panel, one.label, one.oil, one.law, condition, one.points)
         axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=one.colour)
         _draw_points(axis, measured, one.colour, one.marker, one.label)

@@ -292,7 +292,7 @@ function draw() {
   Object.assign(model("below"), { left: axis.low, right: Math.max(low, axis.low) });
   Object.assign(model("above"), { left: Math.min(high, axis.high), right: axis.high });
   model("sliders").location = state.place[along];
-  byId("chart-note").textContent = `${shown || "No"} measured points near this place. Shaded: never tested. Dashed: the sliders.`;
+  byId("chart-note").textContent = `${shown || "No"} measured points near this place. Shaded: outside all tested ranges. Dashed: the sliders.`;
 }
 
 function cells(row, values) {
@@ -328,9 +328,8 @@ function tell() {
   }));
   const warnings = beyond.flatMap((oils, k) => {
     if (!oils.length) return [];
-    const [low, high] = [Math.min(...oils.map((oil) => oil.box[k][0])), Math.max(...oils.map((oil) => oil.box[k][1]))];
-    const names = oils.map((oil) => oil.name).join(", ");
-    return [`${DATA.axes[k].symbol} ${state.place[k]}, tested ${short(low, 3)} to ${short(high, 3)} (${names})`];
+    const tested = oils.map((oil) => `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`);
+    return [`${DATA.axes[k].symbol} ${state.place[k]}, tested ${tested.join(", ")}`];
   });
   byId("outside").hidden = !warnings.length;
   byId("outside").textContent = warnings.length
@@ -353,7 +352,10 @@ function update({ keepAddress = false } = {}) {
   showControls();
   draw();
   tell();
-  if (!keepAddress) history.replaceState(null, "", fragment());
+  if (keepAddress) return;
+  try {
+    history.replaceState(null, "", fragment());
+  } catch { /* a browser that allows no more of them for now; the next one will do */ }
 }
 
 // ---------------------------------------------------------------- saving and copying
@@ -426,7 +428,7 @@ function listenToExplorer() {
       update();
     });
   }
-  byId("copy-link").addEventListener("click", () => copy(location.href, byId("explorer-status")));
+  byId("copy-link").addEventListener("click", () => copy(location.href.split("#")[0] + fragment(), byId("explorer-status")));
   byId("save-curve").addEventListener("click", () => save("curve.csv", curveAsCsv()));
   addEventListener("hashchange", () => { if (restore()) update({ keepAddress: true }); });
 }

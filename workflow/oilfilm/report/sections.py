@@ -118,13 +118,14 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
     """Constants of one oil with their errors; digits beyond the second of the error say nothing."""
     rows = coefficients[coefficients["oil"] == oil]
     names = ["value", "standard_error", "lower", "upper", "systematic_standard_error"]
-    names.append("printed_value")
     texts = rows.astype(object)
     for place, row in zip(rows.index, tables.rows(rows), strict=True):
         error = row["standard_error"]
         form = number(significant(row["naive_standard_error"] if np.isnan(error) else error))
         for name in names:
             texts.loc[place, name] = form(row[name])
+        # every digit of the print
+        texts.loc[place, "printed_value"] = number(".10g")(row["printed_value"])
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
     texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
     shown = show(
