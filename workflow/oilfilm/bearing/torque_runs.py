@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
@@ -229,8 +230,7 @@ def _levels(
     for place, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if stop > start:
             # a slow ramp goes on beyond what is cut off
-            level = speed[start:stop]
-            near = np.abs(level - np.median(level)) <= settings["min_step_rpm"]
+            near = _near_middle(speed[start:stop], settings)
             starts[place] += np.argmax(near)
             stops[place] -= np.argmax(near[::-1])
     # of a single row no error can be told
@@ -248,9 +248,14 @@ def _levels(
             int(rows[last - 1]),
         )
         for first, last, fine in zip(edges[:-1], edges[1:], settled, strict=True)
-        if not fine and last > first
+        # on a ramp hardly any row is near the middle one
+        if not fine and last > first and _near_middle(speed[first:last], settings).mean() > 1 / 3
     ]
     return starts[settled], stops[settled], brief
+
+
+def _near_middle(speed: FloatArray, settings: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.abs(speed - np.median(speed)) <= settings["min_step_rpm"])
 
 
 def _plateaus(
