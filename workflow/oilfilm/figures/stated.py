@@ -110,7 +110,9 @@ def tab02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
         )
         rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
     slips = results.points.loc[results.points["accepted"], "slide_roll_ratio"].abs()
-    reached = f"{slips.min():.2g} to {slips.max():.2g}" if len(slips) else "\N{EN DASH}"
+    reached = (
+        f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else "\N{EN DASH}"
+    )
     rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))
     for oil in config["oils"]:
         measured = results.runs.loc[results.runs["oil"] == oil]
