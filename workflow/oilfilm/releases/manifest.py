@@ -173,8 +173,9 @@ def _unlike(manifest: Manifest) -> str:
         LOCK: made_from["lock"],
         ENVIRONMENT: sha256_of(canonical(made_from["environment"])),
     }
-    wrong = [name for name, digest in said.items() if files[name].sha256 != digest]
-    return next(iter([*wrong, *[CODE] * (records_digest(code) != made_from["code"])]), "")
+    if records_digest(code) != made_from["code"]:
+        return CODE
+    return next((name for name, digest in said.items() if files[name].sha256 != digest), "")
 
 
 def is_inside(path: str) -> bool:
