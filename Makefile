@@ -63,7 +63,7 @@ nightly: $(READY) ## the pinned campaign anew: release, drift gate, rebuild (6 m
 	$(IN_VENV) $(BIN)/python .ci/nightly.py $(CAMPAIGN)
 
 verify: $(READY) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
-	$(IN_VENV) $(BIN)/python tests/reproduce.py $(CAMPAIGN)
+	$(IN_VENV) $(BIN)/python tests/helpers/reproduce.py $(CAMPAIGN)
 
 bench-bearing: $(READY) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import root
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
 from bearings import RPM, lubrication, printed_law, shipped
 from oilfilm.bearing.ellipse import grid

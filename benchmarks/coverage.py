@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from oilfilm.config import resolve
 from oilfilm.fitting.engine import polish
 from oilfilm.fitting.problem import build_problem, varied_conditions
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
-from oilfilm.reference import printed_constants
 from oilfilm.rig_twin.plateaus import simulate_curves
+from oilfilm.settings.load import resolve
+from oilfilm.settings.reference import printed_constants
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import FloatArray, to_internal
 

@@ -13,12 +13,12 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 import numpy as np  # noqa: E402
 
 from oilfilm import tables  # noqa: E402
-from oilfilm.differing import largest_relative_differences  # noqa: E402
+from oilfilm.releases.table_diff import largest_relative_differences  # noqa: E402
 
 OIL = "4102"
 NO_AVX512 = {
@@ -46,10 +46,10 @@ def make(folder: Path) -> None:
     """The tables of one oil: logs simulated, read, curated and fitted in this very process."""
     # imported here: the parent compares, and has a CPU of its own
     from campaigns import carry_through, printed  # noqa: PLC0415
-    from oilfilm.config import resolve  # noqa: PLC0415
-    from oilfilm.fitting.compare import compare_laws  # noqa: PLC0415
     from oilfilm.fitting.fit import fit_oil  # noqa: PLC0415
     from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: PLC0415
+    from oilfilm.settings.load import resolve  # noqa: PLC0415
+    from oilfilm.studies.law_comparison import compare_laws  # noqa: PLC0415
 
     config = resolve(ROOT / "config", {"campaign": "demo"})
     raw = folder / "raw"
@@ -74,7 +74,7 @@ def main() -> None:
         for name, environment in CPUS.items():
             folder = Path(top, name)
             folder.mkdir()
-            paths = os.pathsep.join([str(ROOT / "workflow"), str(ROOT / "tests")])
+            paths = os.pathsep.join([str(ROOT / "workflow"), str(ROOT / "tests/helpers")])
             subprocess.run(
                 [sys.executable, __file__, str(folder)],
                 env={**os.environ, "PYTHONPATH": paths, **environment},

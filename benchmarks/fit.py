@@ -29,14 +29,14 @@ os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
-from oilfilm.config import resolve
 from oilfilm.fitting.certificate import certify
 from oilfilm.fitting.engine import population_sse, search
 from oilfilm.fitting.problem import CurveData, Problem, build_problem, varied_conditions
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
-from oilfilm.reference import printed_constants
 from oilfilm.rig_twin.plateaus import simulate_curves
+from oilfilm.settings.load import resolve
+from oilfilm.settings.reference import printed_constants
 from oilfilm.traction import LAWS
 from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import FloatArray, bounds

@@ -12,14 +12,14 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 import bad_logs  # noqa: E402  (the tests' own helpers)
 from campaigns import REAL_PCS, printed  # noqa: E402
 from mutations import carry, mutate, other_formats  # noqa: E402
-from oilfilm.config import resolve  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
+from oilfilm.settings.load import resolve  # noqa: E402
 
 SLOWEST_S = 5.0
 LARGEST_MIB = 512

@@ -30,15 +30,15 @@ import pandas as pd
 import pyarrow.csv as arrow_csv
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from campaigns import printed  # noqa: E402  (the tests' own helper)
 from oilfilm import tables  # noqa: E402
-from oilfilm.config import resolve  # noqa: E402
 from oilfilm.curation.curate import Curated, collect, curate  # noqa: E402
-from oilfilm.ingest import ingest  # noqa: E402
-from oilfilm.raw_files import shard_of  # noqa: E402
+from oilfilm.readers.ingest import ingest  # noqa: E402
+from oilfilm.readers.raw_files import shard_of  # noqa: E402
 from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
+from oilfilm.settings.load import resolve  # noqa: E402
 
 CORES = 2
 HEADER_LINES = 5

@@ -17,9 +17,9 @@ import yaml
 
 from campaigns import ROOT, lay_out_small, write_campaign
 from oilfilm import tables
-from oilfilm.differing import difference
 from oilfilm.releases.manifest import PINNED_MANIFEST, FileRecord, Manifest, read_manifest
 from oilfilm.releases.pin import pin
+from oilfilm.releases.table_diff import difference
 from reproduce import (
     Surroundings,
     command,

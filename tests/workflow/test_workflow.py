@@ -14,7 +14,7 @@ import yaml
 
 from campaigns import lay_out_small
 from oilfilm import tables
-from oilfilm.provenance import file_digest
+from oilfilm.digests import file_digest
 from oilfilm.releases.verify import verify
 
 pytestmark = pytest.mark.workflow

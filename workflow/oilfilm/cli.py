@@ -14,15 +14,15 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.config import resolve
 from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.curation.gates import advice_for
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
-from oilfilm.ingest import ingest_logs, read_bytes
 from oilfilm.readers.base import LARGEST_READING
+from oilfilm.readers.ingest import ingest_logs, read_bytes
 from oilfilm.releases.commands import add_commands
 from oilfilm.releases.manifest import shown
+from oilfilm.settings.load import resolve
 from oilfilm.units import conversion
 
 

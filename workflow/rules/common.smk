@@ -5,12 +5,12 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
-from oilfilm.captions import CAPTIONS
-from oilfilm.config import resolve
+from oilfilm.outputs.captions import CAPTIONS
+from oilfilm.settings.load import resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.one_run import begin_run, clear_up
-from oilfilm.provenance import code_digest, file_digest
-from oilfilm.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
+from oilfilm.run.lock import begin_run, clear_up
+from oilfilm.digests import code_digest, file_digest
+from oilfilm.readers.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 

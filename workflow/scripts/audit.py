@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.audit.audit import audit, printed_evidence, read_claims, refit_evidence
-from oilfilm.job import job
-from oilfilm.reference import falling_viscosity, printed_constants
-from oilfilm.selection import select
+from oilfilm.run.job import job
+from oilfilm.settings.reference import falling_viscosity, printed_constants
+from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims, refit_evidence
+from oilfilm.studies.selection import select
 
 with job(snakemake) as provenance:
     found, made, config = snakemake.input, snakemake.output, snakemake.params.config

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.bearing.compare import cage_slip_table, power_loss_table, size_effect_table
-from oilfilm.config import load_checked
-from oilfilm.job import job
-from oilfilm.slip_advice import advise
+from oilfilm.run.job import job
+from oilfilm.settings.load import load_checked
+from oilfilm.studies.bearing_torque import cage_slip_table, power_loss_table, size_effect_table
+from oilfilm.studies.slip_advice import advise
 
 with job(snakemake) as provenance:
     found, config = snakemake.input, snakemake.params.config

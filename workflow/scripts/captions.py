@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from oilfilm.job import job
-from oilfilm.rst import campaign_caption, figure_caption, table_caption
-from oilfilm.whole import write_text
+from oilfilm.atomic_write import write_text
+from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
+from oilfilm.run.job import job
 
 with job(snakemake):
     campaign = snakemake.params.config["campaign"]

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
+from oilfilm.atomic_write import write_text
 from oilfilm.fitting.remarks import certificates
-from oilfilm.job import job
-from oilfilm.whole import write_text
+from oilfilm.run.job import job
 
 with job(snakemake):
     quality = tables.read("fit_quality", Path(snakemake.input.quality))

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect
-from oilfilm.job import job
-from oilfilm.raw_files import remove_others
-from oilfilm.spreadsheet import write_csv
+from oilfilm.outputs.spreadsheet import write_csv
+from oilfilm.readers.raw_files import remove_others
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     found = snakemake.input

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.fitting.compare import compare_laws
-from oilfilm.job import job
+from oilfilm.run.job import job
+from oilfilm.studies.law_comparison import compare_laws
 
 with job(snakemake) as provenance:
     points = tables.read("points", Path(snakemake.input.points))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
-from oilfilm.job import job
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     found, made = snakemake.input, snakemake.output

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.curation.curate import curate
-from oilfilm.job import job
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     samples = tables.read("samples", *map(Path, snakemake.input.samples))

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.exports import export_campaign
-from oilfilm.job import job
-from oilfilm.whole import whole_folder, write_text
+from oilfilm.atomic_write import whole_folder, write_text
+from oilfilm.outputs.exports import export_campaign
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     found = snakemake.input

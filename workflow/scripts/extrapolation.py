@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.extrapolation import extrapolate, extrapolation_errors
-from oilfilm.fitting.compare import laws_of
-from oilfilm.job import job
+from oilfilm.run.job import job
+from oilfilm.studies.extrapolation import extrapolate, extrapolation_errors
+from oilfilm.studies.law_comparison import laws_of
 
 with job(snakemake) as provenance:
     found, made, config = snakemake.input, snakemake.output, snakemake.params.config

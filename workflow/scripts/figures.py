@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.config import load_checked
-from oilfilm.figures import FIGURES, Results, style
-from oilfilm.job import job
+from oilfilm.outputs.figures import FIGURES, Results, style
+from oilfilm.run.job import job
+from oilfilm.settings.load import load_checked
 
 with job(snakemake) as provenance:
     config, given = dict(snakemake.params.config), dict(snakemake.input.items())

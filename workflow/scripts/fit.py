@@ -4,8 +4,8 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.fitting.fit import fit_oil
-from oilfilm.job import job
-from oilfilm.reference import printed_constants
+from oilfilm.run.job import job
+from oilfilm.settings.reference import printed_constants
 
 with job(snakemake) as provenance:
     oil = snakemake.wildcards.oil

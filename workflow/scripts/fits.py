@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.job import job
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     for table, whole in snakemake.output.items():

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.ingest import ingest_logs
-from oilfilm.job import job
-from oilfilm.raw_files import expected_digests, unchanged_logs
+from oilfilm.readers.ingest import ingest_logs
+from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     config = snakemake.params.config

@@ -2,9 +2,15 @@
 
 from pathlib import Path
 
-from oilfilm.job import job
-from oilfilm.metadata import data_package, describe, linked_data, read_vocabulary, table_file
-from oilfilm.whole import write_text
+from oilfilm.atomic_write import write_text
+from oilfilm.outputs.metadata import (
+    data_package,
+    describe,
+    linked_data,
+    read_vocabulary,
+    table_file,
+)
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     output = snakemake.output

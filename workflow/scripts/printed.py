@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.job import job
-from oilfilm.printed.judge import judge_printed
-from oilfilm.reference import printed_constants
+from oilfilm.run.job import job
+from oilfilm.settings.reference import printed_constants
+from oilfilm.studies.printed.judge import judge_printed
 
 with job(snakemake) as provenance:
     found = snakemake.input

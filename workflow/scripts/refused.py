@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.figures import style
-from oilfilm.figures.refused_runs import draw_page, listing
-from oilfilm.job import job
-from oilfilm.whole import whole_folder
+from oilfilm.atomic_write import whole_folder
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.refused_runs import draw_page, listing
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     found, config = snakemake.input, snakemake.params.config

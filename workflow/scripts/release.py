@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
-from oilfilm.job import job
 from oilfilm.releases.release import Made, release
 from oilfilm.releases.tree import code_tree_digest
+from oilfilm.run.job import job
 
 with job(snakemake):
     params, releases = snakemake.params, Path(snakemake.params.releases)

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.job import job
-from oilfilm.report.page import page
-from oilfilm.report.sections import Results
-from oilfilm.whole import write_text
+from oilfilm.atomic_write import write_text
+from oilfilm.outputs.report.page import page
+from oilfilm.outputs.report.sections import Results
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     found = snakemake.input

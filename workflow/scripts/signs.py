@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.job import job
-from oilfilm.printed.signs import study_signs
-from oilfilm.reference import falling_viscosity, printed_constants
+from oilfilm.run.job import job
+from oilfilm.settings.reference import falling_viscosity, printed_constants
+from oilfilm.studies.printed.signs import study_signs
 
 with job(snakemake) as provenance:
     found, made = snakemake.input, snakemake.output

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.bearing.words import BearingTables
-from oilfilm.job import job
-from oilfilm.summary import summarise
-from oilfilm.whole import write_text
+from oilfilm.atomic_write import write_text
+from oilfilm.outputs.bearing_sentences import BearingTables
+from oilfilm.outputs.summary import summarise
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     found = snakemake.input

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.bearing.compare import torque_table
-from oilfilm.job import job
+from oilfilm.run.job import job
+from oilfilm.studies.bearing_torque import torque_table
 
 with job(snakemake) as provenance:
     found = snakemake.input

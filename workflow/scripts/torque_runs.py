@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.bearing.torque_runs import measure_torque
-from oilfilm.job import job
-from oilfilm.raw_files import expected_digests, unchanged_logs
+from oilfilm.curation.torque_runs import measure_torque
+from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
     config = snakemake.params.config

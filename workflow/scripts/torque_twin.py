@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.job import job
-from oilfilm.raw_files import listing
-from oilfilm.reference import printed_constants
+from oilfilm.atomic_write import whole_folder, write_text
+from oilfilm.readers.raw_files import listing
 from oilfilm.rig_twin.torque_logs import simulate_torque
-from oilfilm.whole import whole_folder, write_text
+from oilfilm.run.job import job
+from oilfilm.settings.reference import printed_constants
 
 with job(snakemake) as provenance:
     constants = printed_constants(Path(snakemake.input.printed))

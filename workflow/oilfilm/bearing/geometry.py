@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from oilfilm.bearing.possible import impossible
-from oilfilm.contact import elliptical_contact, reduced_modulus
 from oilfilm.errors import OilfilmError
-from oilfilm.film import combined_roughness, rq_from_ra
+from oilfilm.physics.contact import elliptical_contact, reduced_modulus
+from oilfilm.physics.film import combined_roughness, rq_from_ra
 from oilfilm.units import M_PER_UM, FloatArray
 
 # Hertz's solution is interpolated in the cosine of the contact angle by polynomials of this
@@ -168,7 +168,7 @@ def bearing_from_config(name: str, config: Mapping[str, Any]) -> Bearing:
         The mass of a 218's ball, 22.23 mm of steel, by hand 7833 pi 0.02223^3/6:
 
         >>> from pathlib import Path
-        >>> from oilfilm.config import load_checked
+        >>> from oilfilm.settings.load import load_checked
         >>> file = Path(__file__).parents[3] / "config" / "bearings" / "harris-218.yaml"
         >>> bearing = bearing_from_config("harris-218", load_checked(file, "bearing"))
         >>> print(f"{bearing.ball_mass_kg * 1e3:.2f} g")

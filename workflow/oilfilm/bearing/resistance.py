@@ -11,9 +11,9 @@ import numpy as np
 
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.solver import IntArray
-from oilfilm.contact import Floats
-from oilfilm.film import thermal_loading_parameter, thermal_reduction_factor
-from oilfilm.oils import Oil
+from oilfilm.physics.contact import Floats
+from oilfilm.physics.film import thermal_loading_parameter, thermal_reduction_factor
+from oilfilm.physics.oils import Oil
 from oilfilm.units import FloatArray
 
 

@@ -15,8 +15,8 @@ from oilfilm.bearing.friction import (
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion, OperatingPoints
 from oilfilm.bearing.resistance import Lubrication, thermal_reduction
-from oilfilm.contact import ellipticity
-from oilfilm.film import minimum_film_thickness
+from oilfilm.physics.contact import ellipticity
+from oilfilm.physics.film import minimum_film_thickness
 from oilfilm.units import FloatArray
 
 # Kinds of sliding in the ellipse whose heats add up to that of traction.

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.contact import max_hertz_pressure
 from oilfilm.curation.gates import POINT_GATES, advice_for
-from oilfilm.rigs import contact_of
+from oilfilm.physics.contact import max_hertz_pressure
+from oilfilm.physics.rigs import contact_of
 from oilfilm.units import PA_PER_GPA
 
 SET_POINTS = (

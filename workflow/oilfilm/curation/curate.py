@@ -22,7 +22,7 @@ from oilfilm.curation.gates import (
 )
 from oilfilm.curation.points import Measured, measure_continuous, measure_readings
 from oilfilm.curation.signals import SIGNALS, Signals
-from oilfilm.semantics import Semantics, semantics_of
+from oilfilm.settings.semantics import Semantics, semantics_of
 
 _NOMINAL = (
     "nominal_load_n",

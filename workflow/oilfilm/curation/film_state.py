@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.contact import max_hertz_pressure
 from oilfilm.curation.points import LEAST_LOAD_N
-from oilfilm.film import (
+from oilfilm.physics.contact import max_hertz_pressure
+from oilfilm.physics.film import (
     central_film_thickness,
     lambda_ratio,
     minimum_film_thickness,
     thermal_loading_parameter,
     thermal_reduction_factor,
 )
-from oilfilm.oils import Oil, oil_from_config
-from oilfilm.rigs import Contact, contact_of
+from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.physics.rigs import Contact, contact_of
 from oilfilm.units import M_PER_UM, PA_PER_GPA
 
 # Outside these no oil is a liquid lubricant, and the formulas of its properties overflow.

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.contact import load_for_max_hertz_pressure
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.physics.rigs import contact_of
 from oilfilm.readers.base import (
     LARGEST_READING,
     SET_POINTS,
@@ -16,8 +17,7 @@ from oilfilm.readers.base import (
 )
 from oilfilm.readers.columns import FORMAT_ADVICE, oil_problem, simulation_problem, unknown
 from oilfilm.readers.log_kind import Column, FloatArray, IndexArray, Renamed, Vocabulary
-from oilfilm.rigs import contact_of
-from oilfilm.semantics import Semantics, semantics_of
+from oilfilm.settings.semantics import Semantics, semantics_of
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA, rpm_to_surface_speed
 
 # What a log may hold -> the units that can be used of it.

@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from oilfilm.config import load_checked, resolve
 from oilfilm.releases.compare import compare
 from oilfilm.releases.drift import moved
 from oilfilm.releases.manifest import read_manifest, shown
@@ -14,6 +13,7 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.rebuild import rebuild
 from oilfilm.releases.said import said, section_text
 from oilfilm.releases.verify import verify
+from oilfilm.settings.load import load_checked, resolve
 
 
 def add_commands(commands: Any) -> None:

@@ -11,9 +11,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from oilfilm.config import first_mistake
+from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
-from oilfilm.provenance import file_digest
+from oilfilm.settings.load import first_mistake
 
 MANIFEST = "manifest.json"
 # The same in a pin, which keeps only some of the files that its manifest names.

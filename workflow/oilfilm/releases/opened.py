@@ -11,10 +11,10 @@ import pyarrow.compute as compute
 import pyarrow.parquet as parquet
 
 from oilfilm import tables
-from oilfilm.config import load_yaml
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, read_manifest, shown
 from oilfilm.releases.verify import complaint_about
+from oilfilm.settings.load import load_yaml
 
 # Bytes of one file that is read into memory, of a table once it is unpacked, of a configuration.
 _LARGEST_FILE = 1 << 28

@@ -8,12 +8,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from oilfilm.config import unresolve
-from oilfilm.differing import difference
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import CODE, FileRecord, shown
 from oilfilm.releases.opened import Opened
+from oilfilm.releases.table_diff import difference
 from oilfilm.releases.tree import code_files
+from oilfilm.settings.load import unresolve
 
 # What a run needs beside its code; the configuration is the release's own.
 _BESIDE = ("requirements.lock", "pyproject.toml", "profiles/default/config.yaml")

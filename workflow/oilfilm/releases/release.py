@@ -10,9 +10,15 @@ from typing import Any
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.config import as_yaml
 from oilfilm.errors import OilfilmError
-from oilfilm.metadata import data_package, describe, linked_data, read_vocabulary, table_file
+from oilfilm.outputs.metadata import (
+    data_package,
+    describe,
+    linked_data,
+    read_vocabulary,
+    table_file,
+)
+from oilfilm.outputs.report.release_id import with_release
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
@@ -32,7 +38,7 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.tree import code_files, code_tree_digest, environment
 from oilfilm.releases.verify import verify
-from oilfilm.report.release_id import with_release
+from oilfilm.settings.load import as_yaml
 
 REPORT = "report.html"
 LOG = "log.txt"

@@ -3,7 +3,7 @@
 import stat
 from pathlib import Path
 
-from oilfilm.provenance import file_digest
+from oilfilm.digests import file_digest
 from oilfilm.releases.manifest import (
     MANIFEST,
     PINNED_MANIFEST,

@@ -2,7 +2,8 @@
 
 A fitted law, and the twin of the traction rig, say mu of a whole contact. Here every place of a
 contact has its own pressure, sliding speed and temperature, so that a bearing simulated with it is
-not the model that is compared with it. Stresses and heat are those of `oilfilm.ehl_traction`.
+not the model that is compared with it. Stresses and heat are those of
+`oilfilm.physics.thermal_traction`.
 """
 
 from collections.abc import Callable
@@ -12,8 +13,15 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from oilfilm.bearing.ellipse import Conditions, Grid, grid
-from oilfilm.contact import elliptical_contact, load_for_max_hertz_pressure
-from oilfilm.ehl_traction import (
+from oilfilm.physics.contact import elliptical_contact, load_for_max_hertz_pressure
+from oilfilm.physics.film import (
+    central_film_thickness,
+    thermal_loading_parameter,
+    thermal_reduction_factor,
+)
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
+from oilfilm.physics.thermal_traction import (
     ThermalEhl,
     barus_viscosity,
     eyring_stress,
@@ -21,13 +29,6 @@ from oilfilm.ehl_traction import (
     limited_stress,
     limiting_stress,
 )
-from oilfilm.film import (
-    central_film_thickness,
-    thermal_loading_parameter,
-    thermal_reduction_factor,
-)
-from oilfilm.oils import Oil
-from oilfilm.rigs import Contact
 from oilfilm.units import PA_PER_GPA, FloatArray
 
 # P in GPa, U in m/s, T in degC, S -> mu of the traction rig's contact

@@ -16,10 +16,10 @@ import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 from scipy.signal import lfilter
 
-from oilfilm.contact import load_for_max_hertz_pressure, max_hertz_pressure
+from oilfilm.physics.contact import load_for_max_hertz_pressure, max_hertz_pressure
+from oilfilm.physics.rigs import Contact
 from oilfilm.rig_twin.plan import GATES, PlannedRun
 from oilfilm.rig_twin.truth import Traction
-from oilfilm.rigs import Contact
 from oilfilm.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
 
 _NEWTON_PER_KGF = 9.80665

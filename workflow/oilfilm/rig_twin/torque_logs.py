@@ -10,15 +10,15 @@ from oilfilm.bearing.friction import HEATS, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, bearing_from_config
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
-from oilfilm.ehl_traction import ThermalEhl
 from oilfilm.errors import OilfilmError
-from oilfilm.oils import Oil, oil_from_config
+from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.physics.rigs import Contact
+from oilfilm.physics.thermal_traction import ThermalEhl
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.local_traction import LocalTraction, calibrated, misfit
 from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
 from oilfilm.rig_twin.simulate import cut, log_table
 from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
-from oilfilm.rigs import Contact
 from oilfilm.units import RAD_S_PER_RPM, FloatArray
 
 # Finer than the grid of the model that the logs are compared with.

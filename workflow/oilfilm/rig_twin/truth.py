@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.contact import load_for_max_hertz_pressure
-from oilfilm.ehl_traction import ThermalEhl, thermal_ehl_traction
 from oilfilm.errors import OilfilmError
-from oilfilm.oils import Oil, oil_from_config
-from oilfilm.rigs import Contact, contact_of
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.physics.rigs import Contact, contact_of
+from oilfilm.physics.thermal_traction import ThermalEhl, thermal_ehl_traction
 from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.units import PA_PER_GPA, FloatArray
 

@@ -12,10 +12,10 @@ import pandera.pandas as pa
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
+from oilfilm.atomic_write import whole_file
 from oilfilm.errors import OilfilmError
 from oilfilm.tables import bearing, drawn, fits, paper, rig
 from oilfilm.tables.fields import Table, repeated, unit_of
-from oilfilm.whole import whole_file
 
 SCHEMA_VERSION = 6
 

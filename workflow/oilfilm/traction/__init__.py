@@ -1,7 +1,7 @@
 """Traction laws: each is one module; adding one touches its module and this list."""
 
-from oilfilm.oils import Oil
-from oilfilm.rigs import Contact
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
 from oilfilm.traction.carreau import Carreau
 from oilfilm.traction.deng2026 import Deng2026
 from oilfilm.traction.eyring import Eyring

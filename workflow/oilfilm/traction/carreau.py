@@ -8,12 +8,13 @@ every condition, hence G = G0 P^-1. n stays below 0.9: nearer to 1 nothing thins
 anything. The law rises with slip for ever: nothing heats it.
 
 References: S. Bair, High Pressure Rheology for Quantitative Elastohydrodynamics, Elsevier (2007);
-S. Bair, W. O. Winer, J. Lubr. Technol. 101 (1979) 258; the stresses as in `oilfilm.ehl_traction`.
+S. Bair, W. O. Winer, J. Lubr. Technol. 101 (1979) 258; the stresses as in
+`oilfilm.physics.thermal_traction`.
 """
 
 import numpy as np
 
-from oilfilm.ehl_traction import carreau_stress, limited_stress
+from oilfilm.physics.thermal_traction import carreau_stress, limited_stress
 from oilfilm.traction.law import Coefficient, FloatArray, Law
 
 

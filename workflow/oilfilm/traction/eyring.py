@@ -9,12 +9,13 @@ explicit; without heat (H = 0) it is the isothermal law. tau_E is taken for a pr
 the same at every condition, hence E = E0 P^-1.
 
 References: K. L. Johnson, J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; S. Bair,
-W. O. Winer, J. Lubr. Technol. 101 (1979) 258; the stresses as in `oilfilm.ehl_traction`.
+W. O. Winer, J. Lubr. Technol. 101 (1979) 258; the stresses as in
+`oilfilm.physics.thermal_traction`.
 """
 
 import numpy as np
 
-from oilfilm.ehl_traction import eyring_stress, limited_stress
+from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
 from oilfilm.traction.law import Coefficient, FloatArray, Law
 
 

@@ -20,9 +20,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from oilfilm.film import thermal_loading_parameter
-from oilfilm.oils import Oil
-from oilfilm.rigs import Contact
+from oilfilm.physics.film import thermal_loading_parameter
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import BoolArray, Coefficient, FloatArray, Law
 
 _SLIP = "mu = (A + B S) exp(-C S) + D"

@@ -1,0 +1,80 @@
+import shutil
+
+import numpy as np
+import pytest
+
+from bearings import FOLDER, SHIPPED, shipped
+from oilfilm.bearing.geometry import bearing_from_config
+from oilfilm.errors import OilfilmError
+from oilfilm.physics.contact import elliptical_contact
+from oilfilm.settings.load import load_checked, resolve
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, "template"])
+def test_contacts_under_unit_load_are_exactly_hertz(name):
+    bearing = shipped(name)
+    cosine = np.linspace(0, 1, 50)[:, np.newaxis] * np.ones(2)
+    exact = elliptical_contact(
+        1.0, bearing.radius_x_m(cosine), bearing.radius_y_m, bearing.reduced_modulus_pa
+    )
+    stiffness, a_x, a_y = bearing.under_unit_load(cosine)
+    np.testing.assert_allclose(stiffness, exact.approach_m**-1.5, rtol=1e-13)
+    np.testing.assert_allclose(a_x, exact.semi_axis_x_m, rtol=1e-13)
+    np.testing.assert_allclose(a_y, exact.semi_axis_y_m, rtol=1e-13)
+
+
+def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
+    config = load_checked(FOLDER / "harris-218.yaml", "bearing")
+    ceramic = {"youngs_modulus_pa": 310e9, "poisson_ratio": 0.26, "density_kg_m3": 3200}
+    steel, hybrid = (
+        bearing_from_config("one", config | {"ball": ball}) for ball in (config["ball"], ceramic)
+    )
+    assert hybrid.reduced_modulus_pa > steel.reduced_modulus_pa
+    assert hybrid.ball_mass_kg / steel.ball_mass_kg == pytest.approx(3200 / 7833)
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "words"),
+    [
+        ({"ball_count": 18}, "ball_count", "there is room for 17"),
+        ({"ball_diameter_m": 0.07, "ball_count": 3}, "ball_diameter_m", "less than half"),
+        ({"cage": {"guidance": "inner"}}, "cage.land_diameter_m", "guidance: inner"),
+        ({"cage": {"land_diameter_m": 0.2}}, "cage.land_diameter_m", "far side"),
+        ({"cage": {"land_clearance_m": 0.02}}, "cage.land_clearance_m", "well below"),
+    ],
+)
+def test_impossible_geometry_is_refused_by_name(changes, key, words):
+    config = load_checked(FOLDER / "harris-218.yaml", "bearing")
+    changed = config | changes
+    changed["cage"] = config["cage"] | changes.get("cage", {})
+    with pytest.raises(OilfilmError) as caught:
+        bearing_from_config("mine", changed)
+    assert f"config/bearings/mine.yaml, `{key}`" in str(caught.value)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "change", "words"),
+    [
+        ("inner_groove_curvature: 0.523167", "inner_groove_curvature: 0.5", "more than 0.5"),
+        ("contact_angle_deg: 40.0", "contact_angle_deg: 90", "less than 90"),
+        ("ball_count: 16", "ball_count: 16.5", "a whole number"),
+        ("ball_count: 16", "ball_counts: 16", "Did you mean 'ball_count'?"),
+    ],
+)
+def test_a_wrong_line_is_refused_with_its_place(tmp_path, line, change, words):
+    text = (FOLDER / "harris-218.yaml").read_text(encoding="utf-8")
+    assert line in text
+    path = tmp_path / "mine.yaml"
+    path.write_text(text.replace(line, change), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"mine\.yaml, line \d+") as caught:
+        load_checked(path, "bearing")
+    assert words in str(caught.value)
+
+
+def test_an_impossible_bearing_of_a_campaign_is_refused_before_anything_runs(tmp_path):
+    shutil.copytree(FOLDER.parent, tmp_path / "config")
+    file = tmp_path / "config/bearings/mainshaft-167.yaml"
+    file.write_text(file.read_text("utf-8").replace("ball_count: 20", "ball_count: 30"), "utf-8")
+    with pytest.raises(OilfilmError, match=r"line 8, `ball_count`: found 30 balls.*room for 23"):
+        resolve(tmp_path / "config", {})

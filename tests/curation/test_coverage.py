@@ -1,0 +1,249 @@
+"""Coverage and gate counts lose nothing, and the map shows what the tables hold."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import Campaign
+from oilfilm import tables
+from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
+from oilfilm.outputs.figures import FIGURES, Results, style
+
+
+@pytest.fixture(scope="module")
+def results(demo: Campaign) -> Results:
+    curated = demo.curated
+    covered = coverage(curated.runs, demo.config)
+    return Results(curated.points, curated.runs, coverage=covered)
+
+
+def without_matrix(config: dict[str, Any]) -> dict[str, Any]:
+    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
+    return {**config, "campaign": campaign}
+
+
+def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]:
+    names = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
+    rows = covered[covered["oil"] == oil]
+    for name, level in zip(names, levels, strict=True):
+        rows = rows[np.isclose(rows[f"nominal_{name}"], level)]
+    (row,) = rows.to_dict("records")
+    return row
+
+
+def map_of(covered: pd.DataFrame, config: dict[str, Any]) -> tuple[Any, pd.DataFrame, str]:
+    figure, drawn = FIGURES["coverage"].draw(Results(coverage=covered), config)
+    figure.canvas.draw()
+    words = [text.get_text() for axis in figure.axes for text in axis.texts]
+    return figure, drawn, " ".join(words)
+
+
+def test_no_run_and_no_point_is_lost(demo: Campaign, etm: Campaign) -> None:
+    for campaign in (demo, etm):
+        covered = coverage(campaign.curated.runs, campaign.config)
+        runs, points = campaign.curated.runs, campaign.curated.points
+        assert covered["runs_accepted"].sum() == (runs["verdict"] == "accepted").sum()
+        assert covered["runs_refused"].sum() == (runs["verdict"] == "refused").sum()
+        assert covered["points_accepted"].sum() == points["accepted"].sum()
+        assert covered["points_refused"].sum() == (~points["accepted"]).sum()
+
+
+def test_planted_defects_are_where_they_were_planted(results: Results) -> None:
+    # the defects of config/campaigns/demo.yaml
+    refused = [
+        ("4102", 1.25, 30, 70),
+        ("4102", 1.0, 25, 50),
+        ("4050", 1.5, 35, 85),
+        ("4010", 1.0, 40, 100),
+    ]
+    for where in refused:
+        row = condition(results.coverage, *where)
+        assert (row["state"], row["planned"]) == ("refused", True)
+    outside = condition(results.coverage, "4010", 1.5, 12, 120)
+    assert (outside["state"], outside["planned"]) == ("refused", False)
+    twice = condition(results.coverage, "4050", 1.25, 30, 70)
+    assert (twice["state"], twice["runs_accepted"], twice["runs_refused"]) == ("accepted", 1, 1)
+    assert results.coverage["state"].value_counts().to_dict() == {"accepted": 212, "refused": 5}
+    assert len(planned_states(results.coverage)) == 216
+
+
+def test_run_that_was_never_made_is_missing(demo: Campaign, results: Results) -> None:
+    runs = demo.curated.runs
+    covered = coverage(runs[runs["run_id"] != "4102_P1.25_U35_T085.csv"], demo.config)
+    row = condition(covered, "4102", 1.25, 35, 85)
+    assert (row["state"], row["planned"], row["rig"]) == ("missing", True, "ball-on-disc-20mm")
+    assert (covered["state"] == "missing").sum() == 1
+    assert describe_condition(row) == "P = 1.25 GPa, U = 35 m/s, T = 85 degC"
+    _, drawn, _ = map_of(covered, demo.config)
+    assert (drawn["state"] == "missing").sum() == 1
+
+
+def test_nothing_is_missing_without_a_matrix(demo: Campaign) -> None:
+    covered = coverage(demo.curated.runs.iloc[:5], without_matrix(demo.config))
+    assert set(covered["state"]) <= {"accepted", "refused"}
+    assert not covered["planned"].any()
+    assert covered["runs_accepted"].sum() + covered["runs_refused"].sum() == 5
+
+
+def test_all_is_missing_where_no_run_was_read(demo: Campaign) -> None:
+    covered = coverage(tables.empty("runs"), demo.config)
+    assert (covered["state"] == "missing").sum() == len(covered) == 216
+    assert coverage(tables.empty("runs"), without_matrix(demo.config)).empty
+
+
+def test_condition_on_either_of_two_rigs_is_not_missing(demo: Campaign) -> None:
+    campaign = {**demo.config["campaign"], "rigs": ["ball-on-disc-20mm", "other"]}
+    runs = demo.curated.runs
+    covered = coverage(
+        pd.concat([runs, runs.iloc[:3].assign(run_id=["x", "y", "z"], rig="other")]),
+        {**demo.config, "campaign": campaign},
+    )
+    assert (covered["rig"] == "other").sum() == 3
+    assert len(planned_states(covered)) == 216
+    assert not (covered["state"] == "missing").any()
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "shift"),
+    [
+        ("nominal_entrainment_speed_m_s", 1 + 1e-9, 0.0),  # a unit's round trip
+        ("nominal_entrainment_speed_m_s", 1.004, 0.0),  # rounded to three digits
+        ("nominal_inlet_temperature_c", 1.0, 0.4),  # rounded to a degree
+    ],
+)
+def test_notes_of_one_set_point_are_one_condition(
+    demo: Campaign, column: str, factor: float, shift: float
+) -> None:
+    runs = demo.curated.runs.copy()
+    runs.loc[::2, column] = runs[column] * factor + shift
+    covered = coverage(runs, demo.config)
+    assert len(covered) == 217
+    assert not (covered["state"] == "missing").any()
+    free = coverage(runs, without_matrix(demo.config))
+    assert len(free) == 217
+
+
+def test_how_far_notes_of_one_set_point_may_be_apart_is_configured(demo: Campaign) -> None:
+    runs = demo.curated.runs.iloc[:2].assign(
+        nominal_max_hertz_pressure_gpa=1.0,
+        nominal_entrainment_speed_m_s=2.0,
+        nominal_inlet_temperature_c=[40.0, 40.4],
+    )
+    free = without_matrix(demo.config)
+    assert len(coverage(runs, free)) == 1
+    exact = {"relative": 0.0, "temperature_c": 0.0}
+    assert len(coverage(runs, {**free, "same_set_point": exact})) == 2
+
+
+def test_neighbouring_set_points_stay_apart(demo: Campaign) -> None:
+    runs = demo.curated.runs.iloc[:2].assign(
+        nominal_max_hertz_pressure_gpa=1.0,
+        nominal_entrainment_speed_m_s=[2.0, 2.02],
+        nominal_inlet_temperature_c=40.0,
+    )
+    assert len(coverage(runs, without_matrix(demo.config))) == 2
+
+
+def test_load_set_point_covers_the_pressure_of_the_matrix(demo: Campaign) -> None:
+    runs = demo.curated.runs.assign(nominal_max_hertz_pressure_gpa=np.nan)
+    runs["nominal_load_n"] = runs["nominal_load_n"].round(1)
+    covered = coverage(runs, demo.config)
+    assert not (covered["state"] == "missing").any()
+    assert covered["nominal_load_n"].isna().all()
+
+
+def test_load_stands_where_no_pressure_can_be_given(demo: Campaign) -> None:
+    runs = demo.curated.runs.assign(nominal_max_hertz_pressure_gpa=np.nan, rig="unknown")
+    covered = coverage(runs, without_matrix(demo.config))
+    assert covered["nominal_load_n"].notna().all()
+    _, drawn, _ = map_of(covered, demo.config)
+    assert len(drawn) == 217
+
+
+def test_gates_count_every_refused_run_and_row_once(demo: Campaign) -> None:
+    curated = demo.curated
+    counts = gate_counts(curated.runs, curated.points, curated.quarantine)
+    assert counts["runs_refused"].sum() == (curated.runs["verdict"] == "refused").sum()
+    assert counts["rows"].sum() == curated.quarantine["refused_rows"].sum()
+    names = curated.points.loc[~curated.points["accepted"], "reasons"].str.split(";").explode()
+    assert counts["points"].sum() == len(names)
+    by_gate = counts.set_index("gate")
+    assert by_gate.at["stuck_sensor", "points"] == 31
+    assert by_gate["what"].to_dict() == {
+        **dict.fromkeys(
+            ["duplicate_condition", "stuck_sensor", "swapped_sign", "truncated"], "run"
+        ),
+        **dict.fromkeys(
+            [
+                "load_off_nominal",
+                "not_steady",
+                "thin_film",
+                "traction_missing",
+                "traction_unphysical",
+                "transient_not_ended",
+            ],
+            "point",
+        ),
+        "cut_row": "rows",
+    }
+
+
+def test_unreadable_file_counts_as_a_file(demo: Campaign) -> None:
+    row = {name: "x" for name in tables.columns("quarantine")} | {"run_id": "", "stage": "ingest"}
+    row |= {"first_row": 1, "last_row": 7, "refused_rows": 7}
+    unread = tables.from_rows([row], "quarantine")
+    (counts,) = gate_counts(demo.curated.runs, tables.empty("points"), unread).to_dict("records")
+    assert (counts["what"], counts["files"], counts["runs"], counts["rows"]) == ("file", 1, 0, 7)
+    nothing = tables.empty("runs"), tables.empty("points"), tables.empty("quarantine")
+    assert gate_counts(*nothing).empty
+
+
+def test_map_draws_each_condition_once_with_symbol_and_numbers(
+    demo: Campaign, results: Results
+) -> None:
+    figure, drawn, words = map_of(results.coverage, demo.config)
+    assert drawn["runs"].sum() == len(demo.curated.runs)
+    assert words.split().count("0/1") == 5
+    assert words.split().count("1/2") == 1
+    symbols = [line.get_marker() for axis in figure.axes for line in axis.get_lines()]
+    assert symbols.count(style.STATE_MARKERS["refused"]) == 5
+    assert symbols.count(style.STATE_MARKERS["accepted"]) == 212
+    assert figure.get_figwidth() == pytest.approx(style.DOUBLE_COLUMN_IN)
+
+
+def test_map_of_many_runs_at_one_condition_is_one_cell(etm: Campaign) -> None:
+    covered = coverage(etm.curated.runs, etm.config)
+    figure, drawn, words = map_of(covered, etm.config)
+    assert len(drawn) == 1
+    assert words == f"{covered['runs_accepted'].sum()}/{len(etm.curated.runs)}"
+    assert figure.get_figwidth() == pytest.approx(style.SINGLE_COLUMN_IN)
+
+
+def test_map_without_set_points_says_so(demo: Campaign) -> None:
+    unknown = {name: np.nan for name in demo.curated.runs if name.startswith("nominal_")}
+    covered = coverage(demo.curated.runs.assign(**unknown), without_matrix(demo.config))
+    assert len(covered) == 3
+    _, drawn, words = map_of(covered, demo.config)
+    assert drawn.empty
+    assert "No set points are stated" in words
+    assert "4102: 70 of 72 runs accepted" in words
+    assert "nothing to cover" in map_of(tables.empty("coverage"), demo.config)[2]
+
+
+def test_more_conditions_than_a_page_holds_are_told_in_words(demo: Campaign) -> None:
+    runs = demo.curated.runs
+    noted = runs.assign(nominal_inlet_temperature_c=np.arange(len(runs)) * 2.0)
+    _, drawn, words = map_of(coverage(noted, without_matrix(demo.config)), demo.config)
+    assert drawn.empty
+    assert "218 different conditions" in words
+
+
+def test_map_comes_out_in_the_same_bytes(demo: Campaign, results: Results, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        figure, _ = FIGURES["coverage"].draw(results, demo.config)
+        style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()

@@ -1,0 +1,72 @@
+"""The shipped bearings, oils and laws as bearings ask for them, for tests and benchmarks."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from campaigns import printed
+from oilfilm import tables
+from oilfilm.bearing.geometry import Bearing, bearing_from_config
+from oilfilm.bearing.resistance import Lubrication
+from oilfilm.fitting.fitted import Coefficients, FittedLaw
+from oilfilm.physics.oils import oil_from_config
+from oilfilm.physics.rigs import contact_of
+from oilfilm.settings.load import load_checked
+from oilfilm.studies.load_variables import FittedBasis
+from oilfilm.traction import LAWS
+
+CONFIG = Path(__file__).parents[2] / "config"
+FOLDER = CONFIG / "bearings"
+SHIPPED = ("harris-218", "mainshaft-167", "nasa-35")
+RPM = np.pi / 30  # rad/s
+RIG = contact_of(load_checked(CONFIG / "rigs" / "ball-on-disc-20mm.yaml", "rig"))
+SETTINGS = load_checked(CONFIG / "config.yaml", "config")["bearing"]
+TESTED = {
+    "max_hertz_pressure_gpa": (1.0, 1.5),
+    "entrainment_speed_m_s": (25.0, 40.0),
+    "slide_roll_ratio": (0.0, 0.3),
+}
+
+
+def shipped(name: str) -> Bearing:
+    return bearing_from_config(name, load_checked(FOLDER / f"{name}.yaml", "bearing"))
+
+
+def printed_law(oil: str, basis: str = "stress") -> FittedBasis:
+    law = LAWS["deng2026"]
+    fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
+    return FittedBasis(fitted, basis, RIG, SETTINGS["law_floor"])
+
+
+def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -> Lubrication:
+    properties = oil_from_config(load_checked(CONFIG / "oils" / f"{oil}.yaml", "oil"))
+    return Lubrication.of(properties, np.full(points, temperature_c), SETTINGS | changed)
+
+
+def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tables of coefficients and fit quality that hold the printed constants."""
+    law = LAWS["deng2026"]
+    numbers = {"int64": 0, "bool": True, "string[pyarrow]": ""}
+    coefficients, quality = [], []
+    for oil, constants in printed().items():
+        for constant, value in zip(law.constants, constants, strict=True):
+            row = {"oil": oil, "law": law.name, "constant": constant.name, "value": value}
+            coefficients.append({"verdict": "known", "identifiable": True, **row})
+        row = {"oil": oil, "law": law.name}
+        for name, (low, high) in (TESTED | {"inlet_temperature_c": (25.0, 120.0)}).items():
+            row |= {f"tested_min_{name}": low, f"tested_max_{name}": high}
+        quality.append(row)
+    return (
+        _filled(coefficients, "coefficients", numbers),
+        _filled(quality, "fit_quality", numbers),
+    )
+
+
+def _filled(rows: list[dict[str, object]], table: str, of_type: dict[str, object]) -> pd.DataFrame:
+    """Rows with every other column of the table at a value that says nothing."""
+    nothing = {
+        name: of_type.get(str(column.dtype), np.nan)
+        for name, column in tables.TABLES[table].to_schema().columns.items()
+    }
+    return tables.from_rows([nothing | row for row in rows], table)

@@ -1,0 +1,87 @@
+"""Campaigns for the tests: carried through the library, or laid out for snakemake."""
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from oilfilm import tables
+from oilfilm.curation.curate import Curated, collect, curate
+from oilfilm.fitting.fit import OilFit, fit_oil
+from oilfilm.readers.ingest import Ingested, ingest
+from oilfilm.settings.reference import printed_constants
+
+ROOT = Path(__file__).parents[2]
+CLAIMS = ROOT / "data/reference/claims.yaml"
+REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign carried through the library: logs, samples, points, fits."""
+
+    config: dict[str, Any]
+    folder: Path
+    truth: pd.DataFrame
+    ingested: Ingested
+    curated: Curated
+
+    def fit(self, oil: str, **settings: Any) -> OilFit:
+        config = {**self.config, "fit": {**self.config["fit"], **settings}}
+        return fit_oil(self.curated.points, oil, printed().get(oil), config)
+
+
+def printed() -> dict[str, np.ndarray]:
+    return printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
+
+
+def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Campaign:
+    found = ingest(folder, files, config)
+    samples = pd.concat(found.samples.values(), ignore_index=True)
+    share = curate(samples, found.runs, config)
+    return Campaign(
+        config, folder, tables.empty("truth"), found, collect([share], [found.quarantine], config)
+    )
+
+
+def printed_settings(config: dict[str, Any]) -> dict[str, Any]:
+    """What the rules hand to the study of the printed constants."""
+    limit = config["gates"]["traction_max"]
+    return {**config["printed"], "oils": list(config["oils"]), "traction_max": limit}
+
+
+def lay_out(place: Path) -> None:
+    """A copy of the project, without logs and results."""
+    for name in ("config", "data/reference", "profiles", "workflow"):
+        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("Snakefile", "pyproject.toml", "requirements.lock"):
+        shutil.copy(ROOT / name, place)
+
+
+def lay_out_small(place: Path) -> None:
+    """The same with the campaign `small`: simulated, one oil, 12 runs, two defects."""
+    lay_out(place)
+    demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
+    demo["oils"] = ["4102"]
+    demo["figures"] = ["eqs11-13", "curves"]
+    del demo["torque"]
+    demo["matrix"] = {
+        "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
+        "entrainment_speed_m_s": [25, 40],
+        "inlet_temperature_c": [50, 120],
+    }
+    demo["twin"]["defects"] = [
+        {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
+        {"oil": "4102", "condition": [1.0, 40, 50], "kind": "swapped_sign"},
+    ]
+    demo["settings"] = {"fit": {"bootstrap": 20, "searches": 2}, "shards": 2}
+    write_campaign(place, "small", demo)
+
+
+def write_campaign(place: Path, name: str, campaign: dict[str, Any]) -> None:
+    path = place / f"config/campaigns/{name}.yaml"
+    path.write_text(yaml.safe_dump(campaign, allow_unicode=True), encoding="utf-8")

@@ -1,0 +1,106 @@
+"""Every traction law with plausible constants, and tables of points whose truth it is."""
+
+import numpy as np
+import pandas as pd
+
+from campaigns import ROOT, printed
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.physics.oils import oil_from_config
+from oilfilm.physics.rigs import Contact, contact_of
+from oilfilm.randomness import generator
+from oilfilm.settings.load import load_checked
+from oilfilm.traction import laws_for
+from oilfilm.traction.law import FloatArray, Law, Observations
+from oilfilm.units import PA_PER_GPA
+
+OIL = oil_from_config(load_checked(ROOT / "config/oils/4050.yaml", "oil"))
+_RIG = contact_of(load_checked(ROOT / "config/rigs/ball-on-disc-20mm.yaml", "rig"))
+assert _RIG is not None
+CONTACT: Contact = _RIG
+EVERY_LAW = laws_for(OIL, CONTACT)
+SLIP = np.linspace(0, 0.3, 31)
+MATRIX = pd.DataFrame(
+    [
+        (p, u, t)
+        for p in (1.0, 1.15, 1.3, 1.5)
+        for u in (25.0, 30.0, 40.0)
+        for t in (25.0, 50.0, 85.0, 120.0)
+    ],
+    columns=["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"],
+)
+MATRIX["load_n"] = load_for_max_hertz_pressure(
+    MATRIX["max_hertz_pressure_gpa"].to_numpy() * PA_PER_GPA,
+    CONTACT.radius_m,
+    CONTACT.reduced_modulus_pa,
+)
+
+# Plausible constants of each law: mu of some 0.03 with a peak or a level near S = 0.05. What
+# stands for a Wang-Deng law on load is that of Deng et al. with an own D.
+TRUTH: dict[str, list[float]] = {
+    "deng2026": list(printed()["4050"]),
+    "wang-deng-load": [
+        *(-0.030, 0.14, -0.47, -0.28),
+        *(0.92, 0.60, -0.58, -1.31),
+        *(27.0, 0.23, 0.01, -0.87),
+        *(0.033, 0.15, -0.45, -0.25),
+    ],
+    "wang-deng-critical-load": [
+        *(-0.015, 0.6, -0.47, -0.28),
+        *(0.92, 0.60, -0.58, -1.31),
+        *(27.0, 0.23, 0.01, -0.87),
+        *(0.033, 0.15, -0.45, -0.25),
+        *(3.0, -1, 0, 0),
+    ],
+    "wang-deng-groups": [
+        *(-0.020, 0.15, 0.9, -0.6),
+        *(0.06, 0.6, 2.6, -1.5),
+        *(8.0, 0.2, 1.0, -0.5),
+        *(0.021, 0.15, 0.85, -0.55),
+    ],
+    "eyring": [
+        *(13.7, 3.0, 0.3, -1.9),
+        *(0.01, -1, 0, 0),
+        *(0.040, 0.5, -0.1, -0.3),
+        *(66.0, 1.6, 0.6, -1.3),
+    ],
+    "carreau": [
+        *(6.0, 2.5, 0.3, -1.5),
+        *(0.02, -1, 0, 0),
+        *(0.4, 0, 0, 0),
+        *(0.045, 0.4, -0.1, -0.2),
+    ],
+    "tanh": [*(0.030, 0.5, -0.3, -0.25), *(3.0, 1.5, -0.4, -1.2)],
+}
+
+
+def internal_of(law: Law) -> FloatArray:
+    signs = np.array([one.sign for one in law.constants])
+    constants = np.array(TRUTH[law.name])
+    return np.where(signs == 0, constants, np.log(np.where(signs == 0, 1.0, signs * constants)))
+
+
+def observe(law: Law) -> Observations:
+    curve = np.repeat(np.arange(len(MATRIX)), len(SLIP))
+    design = law.design(MATRIX[list(law.conditions)].to_numpy())
+    return Observations(design, curve, np.tile(SLIP, len(MATRIX)))
+
+
+def points_of(law: Law, noise: float = 0.0) -> pd.DataFrame:
+    """A table of points whose truth is the law."""
+    mu = law.traction(internal_of(law), observe(law))
+    frame = MATRIX.loc[MATRIX.index.repeat(len(SLIP))].reset_index(drop=True)
+    random = generator(17, "laws", law.name)
+    return frame.assign(
+        run_id=np.repeat([f"run{place:02d}" for place in range(len(MATRIX))], len(SLIP)),
+        oil="4050",
+        first_row=np.tile(np.arange(len(SLIP)), len(MATRIX)),
+        slide_roll_ratio=np.tile(SLIP, len(MATRIX)),
+        traction_coefficient=mu + noise * random.standard_normal(len(mu)),
+        traction_coefficient_se=noise,
+        traction_force_n=mu * frame["load_n"],
+        load_systematic_n=np.nan,
+        traction_force_systematic_n=np.nan,
+        entrainment_speed_systematic_m_s=np.nan,
+        inlet_temperature_systematic_c=np.nan,
+        accepted=True,
+    )

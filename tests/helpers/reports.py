@@ -1,0 +1,136 @@
+"""Results that a report can be made of in a second, with names that would break a careless page."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from PIL import Image
+
+from campaigns import printed
+from fit_points import make_points, matrix
+from oilfilm import tables
+from oilfilm.fitting.fit import fit_oil
+from oilfilm.outputs.report.page import page
+from oilfilm.outputs.report.sections import Results
+from oilfilm.randomness import generator
+
+OILS = ("4102", "4050", "4010")
+PROVENANCE = {"code": "0123", "settings": "4567", "inputs": {"results/x.parquet": "89ab"}}
+CONDITIONS = matrix([1.0, 1.25, 1.5], [25.0, 40.0], [25.0, 70.0, 120.0])
+# What a log or a campaign file may bring.
+HOSTILE = [
+    "<script>alert(1)</script>",
+    "</script><img src=x onerror=alert(2)>",
+    "\" onmouseover='alert(3)' x=\"",
+    "{{ 7 * 7 }}{% raw %}",
+    "-->\u2028]]><!--",
+    "&lt;b&gt;&amp;",
+    "\u202e\u0645\u0644\u0641 \u05e9\u05dc\u05d5\u05dd",  # right to left, with its override
+    "\u6cb9\u819c\u62d6\u52a8\u8bd5\u9a8c",
+    "=HYPERLINK(1)",
+    "long" * 100,
+]
+
+
+def rows(table: str, *given: dict[str, Any]) -> pd.DataFrame:
+    """Rows of a table; what is not given is nothing, zero or false."""
+    nothing = {"float64": np.nan, "int64": 0, "bool": False}
+    model = tables.TABLES[table].to_schema().columns
+    empty = {name: nothing.get(str(column.dtype), "") for name, column in model.items()}
+    return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
+
+
+def measured(oil: str) -> pd.DataFrame:
+    """Points with errors of whole curves and a calibration, so that intervals have both parts."""
+    points = make_points(oil, CONDITIONS, noise=1e-4)
+    gain = 1 + 0.01 * generator(3, "gain", oil).standard_normal(len(CONDITIONS))
+    curve = points["run_id"].str.removeprefix("run").astype(int)
+    return points.assign(
+        run_id=oil + "-" + points["run_id"],
+        traction_coefficient=points["traction_coefficient"] * gain[curve],
+        load_systematic_n=0.4,
+        traction_force_systematic_n=0.01,
+        entrainment_speed_systematic_m_s=0.03,
+        inlet_temperature_systematic_c=0.5,
+    )
+
+
+def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Results:
+    """Three oils fitted; one run, one log and one torque log refused; two claims."""
+    points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
+    settings = {**config, "fit": {**config["fit"], "searches": 2, "bootstrap": 40}}
+    fits = [fit_oil(points, oil, printed()[oil], settings) for oil in oils]
+    together = {
+        name: pd.concat([fit.tables()[name] for fit in fits], ignore_index=True)
+        for name in ("coefficients", "fit_quality", "refits")
+    }
+    names = points["run_id"].unique()
+    runs = [{"run_id": name, "file": name, "verdict": "accepted"} for name in names]
+    stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
+    runs.append({**stuck, "reason": "stuck_sensor: the force stays"})
+    about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
+    claim = {"claim": "zero-slip", "section": "3", "statement": "mu = 0 at S = 0"}
+    unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
+    torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2}
+    return Results(
+        runs=rows("runs", *runs),
+        points=points,
+        quarantine=rows(
+            "quarantine",
+            {"file": "stuck.csv", "run_id": "stuck.csv", **about},
+            {"file": "empty.csv", **unread},
+        ),
+        coverage=rows("coverage", {"oil": "4102", "state": "accepted", "planned": True}),
+        gate_counts=rows("gate_counts", {"gate": "stuck_sensor", "what": "run", "points": 31}),
+        refused_pages=rows("refused_pages", {"run_id": "stuck.csv", "page": "stuck.png", **about}),
+        **together,
+        comparison=rows("comparison", {"oil": "4102", "law": "eyring", "n_constants": 13}),
+        claims=rows(
+            "claims",
+            {**claim, "basis": "refit", "verdict": "holds", "finding": "Holds in 100%."},
+            {**claim, "basis": "printed", "verdict": "fails", "finding": "Holds in 10%."},
+        ),
+        torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
+        torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "tare"}),
+        torque=rows(
+            "torque", *({**torque, "basis": "stress", "relative_error": e} for e in (0.1, -0.3))
+        ),
+        torque_inversion=rows("torque_inversion", {"oil": "4102", "verdict": "determined"}),
+    )
+
+
+def drawn(
+    folder: Path, names: tuple[str, ...] = ("fig02", "coverage")
+) -> dict[str, tuple[Path, Path]]:
+    """Small pictures in place of the figures and of the page of the refused run."""
+    for name in (*names, "stuck"):
+        Image.new("RGB", (300, 200), "white").save(folder / f"{name}.png")
+        (folder / f"{name}.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    return {name: (folder / f"{name}.png", folder / f"{name}.svg") for name in names}
+
+
+def report_of(results: Results, config: dict[str, Any], folder: Path) -> str:
+    return page(results, drawn(folder), folder, config, PROVENANCE)
+
+
+def with_hostile_names(results: Results) -> Results:
+    """The same results with every name of a log, and every finding, replaced by a hostile one."""
+    names = dict(zip(results.points["run_id"].unique(), HOSTILE, strict=False))
+    renamed = results.points.assign(run_id=results.points["run_id"].replace(names))
+    refused = rows(
+        "quarantine",
+        *({"file": n, "run_id": n + "?", "rule": n, "reason": n, "advice": n} for n in HOSTILE),
+    )
+    pages = results.refused_pages.assign(run_id=HOSTILE[0], reason=HOSTILE[1], rule=HOSTILE[2])
+    claims = results.claims.assign(finding=HOSTILE[0], statement=HOSTILE[1], wording=HOSTILE[2])
+    return Results(
+        **{
+            **vars(results),
+            "points": renamed,
+            "quarantine": refused,
+            "torque_quarantine": refused,
+            "refused_pages": pages,
+            "claims": claims,
+        }
+    )

@@ -1,0 +1,534 @@
+"""Exports: what the generated sources compute is what the law says, in the tools they are for."""
+
+import io
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from campaigns import ROOT, printed
+from oilfilm.outputs.exports.adore import adore_rows
+from oilfilm.outputs.exports.campaign import FORMS, export, export_campaign
+from oilfilm.outputs.exports.description import Description, describe
+from oilfilm.outputs.exports.names import identifiers, plain
+from oilfilm.traction import LAWS
+from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.law import CONDITIONS
+
+PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
+NAMES = [constant.name for constant in LAWS["deng2026"].constants]
+LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
+# Names of oils and campaigns that would end a comment, a string or an identifier.
+HOSTILE = [
+    "*/ int x; /*",
+    "two\nlines\r\nend module",
+    "\" quote ' and \\",
+    "%{\n%}\nsystem('true')",
+    "trigraph ??/",
+    '</pre></html>"; end Traction;',
+    "=1+1",
+    "\N{LINE SEPARATOR}\u00e9\u6cb9",
+    "",
+    "9" * 300,
+]
+
+
+@pytest.fixture(scope="module")
+def tables_of(config: dict[str, Any]) -> Callable[..., tuple[pd.DataFrame, ...]]:
+    """Makes points, coefficients and quality of oils whose constants are planted."""
+
+    def make(oils: list[str], values: dict[str, float]) -> tuple[pd.DataFrame, ...]:
+        corners = pd.DataFrame([LOWER, UPPER], columns=list(CONDITIONS))
+        points = corners.assign(run_id=["a", "b"], accepted=True)
+        wild = points.assign(max_hertz_pressure_gpa=9.0, accepted=False)
+        names = [*NAMES, *(name for name in values if name not in NAMES)]
+        constants = pd.DataFrame({"constant": names, "value": pd.Series(names).map(values)})
+        known = constants["value"].notna()
+        constants = constants.assign(
+            standard_error=constants["value"].abs() / 100,
+            lower=constants["value"] - 0.01,
+            upper=constants["value"] + 0.01,
+            systematic_standard_error=np.nan,
+            verdict=np.where(known, "known", "not identifiable"),
+        )
+        quality = pd.DataFrame(
+            {
+                "n_points": 62,
+                "n_curves": 2,
+                "rmse": 1e-4,
+                "max_error": 5e-4,
+                "certified": True,
+                "verdict": "certified: 5 of 5 searches agree; and more",
+                "fixed_conditions": "",
+                "tested_min_slide_roll_ratio": 0.002,
+                "tested_max_slide_roll_ratio": 0.3,
+            },
+            index=[0],
+        )
+        for name, lower, upper in zip(CONDITIONS, LOWER, UPPER, strict=True):
+            quality = quality.assign(**{f"tested_min_{name}": lower, f"tested_max_{name}": upper})
+        return (
+            pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
+            pd.concat([constants.assign(oil=oil, law="deng2026") for oil in oils]),
+            pd.concat([quality.assign(oil=oil, law="deng2026") for oil in oils]),
+        )
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def fit(config: dict[str, Any], tables_of: Callable[..., Any]) -> Description:
+    """Oil 4010 as printed, everything known."""
+    values = dict(zip(NAMES, printed()["4010"], strict=True))
+    return describe("4010", "4010", *tables_of(["4010"], values), config)
+
+
+@pytest.fixture(scope="module")
+def partial(config: dict[str, Any], tables_of: Callable[..., Any]) -> Description:
+    """The speed gave no exponent: A, B, C at its tested level, exponents of P and T."""
+    values = dict(zip(NAMES, printed()["4010"], strict=True))
+    for letter in "ABC":
+        values[letter] = values.pop(f"{letter}0") * 0.9
+        values[f"{letter}0"] = values[f"{letter}2"] = np.nan
+    return describe("4010", "4010", *tables_of(["4010"], values), config)
+
+
+@pytest.fixture(scope="module")
+def curve_only(config: dict[str, Any], tables_of: Callable[..., Any]) -> Description:
+    """No exponent at all, the pressure not even known: one curve."""
+    points, coefficients, quality = tables_of(["x-1"], {"A": -0.056, "B": 0.85, "C": 35.5})
+    points = points.assign(max_hertz_pressure_gpa=np.nan)
+    ends = ["tested_min_max_hertz_pressure_gpa", "tested_max_max_hertz_pressure_gpa"]
+    quality = quality.assign(**dict.fromkeys(ends, np.nan))
+    return describe("x-1", "x_1", points, coefficients, quality, config)
+
+
+def grid() -> np.ndarray:
+    """Rows of P, U, T, S within and far beyond the tested box, both signs of S and 0."""
+    axes = ([0.8, 1.0, 1.37, 2.5], [1.0, 25.0, 33.0, 200.0], [5.0, 25.0, 99.0, 140.0])
+    slips = [-1.0, -0.3, -0.017, 0.0, 1e-3, 0.05, 0.21, 0.31]
+    return np.stack([axis.ravel() for axis in np.meshgrid(*axes, slips)], axis=1)
+
+
+def expected(fit: Description, rows: np.ndarray) -> np.ndarray:
+    """mu by the library's own law from the planted constants, not by anything of the exports."""
+    values = {one.name: 0.0 if one.value is None else one.value for one in fit.constants}
+    heads = {f"{letter}0": values[letter] for letter in "ABC" if letter in values}
+    constants = np.array([{**values, **heads}[name] for name in NAMES])
+    slip = rows[:, 3]
+    return np.sign(slip) * traction_coefficient(constants, *rows[:, :3].T, np.abs(slip))
+
+
+def beyond(fit: Description, rows: np.ndarray) -> np.ndarray:
+    arguments = [CONDITIONS.index(one.name) for one in fit.arguments]
+    inside = (rows[:, :3] >= LOWER) & (rows[:, :3] <= UPPER)
+    return ~(inside[:, arguments].all(axis=1) & (np.abs(rows[:, 3]) <= 0.3))
+
+
+def columns_of(fit: Description) -> list[int]:
+    """Columns of the grid that the exported functions take."""
+    return [*(CONDITIONS.index(one.name) for one in fit.arguments), 3]
+
+
+def tool(name: str) -> str:
+    path = shutil.which(name)
+    if path is None:
+        pytest.skip(f"{name} is not on PATH (.ci/tools installs it)")
+    return path
+
+
+def run(*command: str, place: Path, given: str = "") -> str:
+    done = subprocess.run(
+        command, cwd=place, input=given, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def save(fit: Description, place: Path) -> None:
+    for name, text in export(fit, PROVENANCE).items():
+        (place / name).write_text(text, encoding="utf-8", newline="")
+
+
+def as_text(rows: np.ndarray) -> str:
+    return "\n".join(" ".join(f"{value:.17g}" for value in row) for row in rows) + "\n"
+
+
+# ------------------------------------------------ each tool: rows of arguments -> mu and flag
+
+
+def by_c(fit: Description, rows: np.ndarray, place: Path, compiler: str = "gcc") -> np.ndarray:
+    name, count = fit.identifier, rows.shape[1]
+    names = ", ".join(f"x[{place}]" for place in range(count))
+    (place / "main.c").write_text(
+        f"""
+#include <stdio.h>
+#include "traction_{name}.h"
+
+int main(void)
+{{
+    double x[4];
+    while (scanf("{"%lf" * count}", {", ".join(f"&x[{i}]" for i in range(count))}) == {count}) {{
+        printf("%.17g %d\\n", traction_coefficient_{name}({names}),
+               outside_tested_box_{name}({names}));
+    }}
+    return 0;
+}}
+"""
+    )
+    standard = {"gcc": "-std=c99", "g++": "-std=c++11"}[compiler]
+    language = {"gcc": "c", "g++": "c++"}[compiler]
+    warnings = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
+    run(
+        *(tool(compiler), standard, *warnings, "-O2", "-x", language, "main.c", "-o", "main"),
+        "-lm",
+        place=place,
+    )
+    return np.loadtxt(io.StringIO(run("./main", place=place, given=as_text(rows))), ndmin=2)
+
+
+def by_cpp(fit: Description, rows: np.ndarray, place: Path) -> np.ndarray:
+    return by_c(fit, rows, place, "g++")
+
+
+def by_fortran(fit: Description, rows: np.ndarray, place: Path) -> np.ndarray:
+    name, count = fit.identifier, rows.shape[1]
+    names = ", ".join(f"x({column}, :)" for column in range(1, count + 1))
+    (place / "main.f90").write_text(
+        f"""
+program main
+  use, intrinsic :: iso_fortran_env, only: real64
+  use traction_{name}
+  implicit none
+  real(real64) :: x({count}, {len(rows)}), mu({len(rows)})
+  logical :: outside({len(rows)})
+  integer :: i
+  read (*, *) x
+  mu = traction_coefficient_{name}({names})
+  outside = outside_tested_box_{name}({names})
+  do i = 1, {len(rows)}
+    print '(es25.17e3, i2)', mu(i), merge(1, 0, outside(i))
+  end do
+end program
+"""
+    )
+    warnings = ["-std=f2008", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+    sources = [f"traction_{name}.f90", "main.f90"]
+    run(tool("gfortran"), *warnings, "-O2", *sources, "-o", "main", place=place)
+    return np.loadtxt(io.StringIO(run("./main", place=place, given=as_text(rows))), ndmin=2)
+
+
+def by_octave(fit: Description, rows: np.ndarray, place: Path) -> np.ndarray:
+    (place / "rows.txt").write_text(as_text(rows))
+    names = ", ".join(f"x(:, {column})" for column in range(1, rows.shape[1] + 1))
+    program = (
+        f"x = load('rows.txt'); [mu, outside] = traction_coefficient_{fit.identifier}({names}); "
+        "printf('%.17g %d\\n', [mu, outside]');"
+    )
+    said = run(tool("octave-cli"), "--norc", "--quiet", "--eval", program, place=place)
+    return np.loadtxt(io.StringIO(said), ndmin=2)
+
+
+def by_modelica(fit: Description, rows: np.ndarray, place: Path) -> np.ndarray:
+    """Compiled and evaluated by Rumoca: every row as one equation of a model."""
+    rumoca = pytest.importorskip(
+        "rumoca", reason="rumoca, a Modelica compiler, is not installed (Linux only)"
+    )
+    package = f"Traction_{fit.identifier}"
+    si = rows.copy()
+    for column, one in enumerate(fit.arguments):
+        if one.symbol == "P":
+            si[:, column] *= 1e9
+        if one.symbol == "T":
+            si[:, column] += 273.15
+    values = "".join(f"  Real mu{row}; Boolean outside{row};\n" for row in range(len(rows)))
+    equations = "".join(
+        f"  mu{row} = {package}.coefficient({names});\n"
+        f"  outside{row} = {package}.outsideTestedBox({names});\n"
+        for row, names in enumerate(", ".join(map(repr, map(float, line))) for line in si)
+    )
+    source = (place / f"{package}.mo").read_text(encoding="utf-8")
+    text = f"{source}\nmodel Grid\n{values}equation\n{equations}end Grid;\n"
+    result = rumoca.Session().loads(text, model="Grid").simulate((0.0, 1.0), dt=1.0)
+    return np.array(
+        [[result[f"mu{row}"][0], result[f"outside{row}"][0]] for row in range(len(rows))]
+    )
+
+
+TOOLS = [by_c, by_cpp, by_fortran, by_octave, by_modelica]
+
+
+@pytest.mark.parametrize("fitted", ["fit", "partial", "curve_only"])
+@pytest.mark.parametrize("evaluate", TOOLS)
+def test_exported_function_computes_the_law(
+    evaluate: Callable[..., np.ndarray], fitted: str, request: Any, tmp_path: Path
+) -> None:
+    fit = request.getfixturevalue(fitted)
+    save(fit, tmp_path)
+    rows = grid()
+    found = evaluate(fit, rows[:, columns_of(fit)], tmp_path)
+    np.testing.assert_allclose(found[:, 0], expected(fit, rows), rtol=1e-12, atol=0)
+    np.testing.assert_array_equal(found[:, 1] == 1, beyond(fit, rows))
+
+
+@pytest.mark.parametrize("evaluate", [by_c, by_fortran, by_octave])
+def test_function_has_no_value_where_the_law_has_none(
+    evaluate: Callable[..., np.ndarray], fit: Description, tmp_path: Path
+) -> None:
+    save(fit, tmp_path)
+    sound = np.array([1.2, 30.0, 70.0, 0.1])
+    rows = np.vstack(
+        [
+            sound,
+            *(
+                np.where(np.arange(4) == place, bad, sound)
+                for place in range(3)
+                for bad in (0.0, -1.0)
+            ),
+        ]
+    )
+    found = evaluate(fit, rows, tmp_path)
+    assert np.isnan(found[1:, 0]).all()
+    assert np.isfinite(found[0, 0])
+    assert (found[:, 1] == [0, *6 * [1]]).all()
+
+
+def test_modelica_stops_where_the_law_has_no_value(fit: Description, tmp_path: Path) -> None:
+    save(fit, tmp_path)
+    with pytest.raises(Exception, match=r"(?i)assert|non-finite|above 0"):
+        by_modelica(fit, np.array([[-1.0, 30.0, 70.0, 0.1]]), tmp_path)
+
+
+def test_octave_takes_arrays_that_expand_against_each_other(
+    fit: Description, tmp_path: Path
+) -> None:
+    save(fit, tmp_path)
+    program = "disp(size(traction_coefficient_4010([1 1.2 1.5], 30, [50; 100], 0.1)))"
+    said = run(tool("octave-cli"), "--norc", "--quiet", "--eval", program, place=tmp_path)
+    assert said.split() == ["2", "3"]
+
+
+def test_example_of_the_readme_runs(
+    config: dict[str, Any], tables_of: Callable[..., Any], tmp_path: Path
+) -> None:
+    values = dict(zip(NAMES, printed()["4102"], strict=True))
+    fit = describe("4102", "4102", *tables_of(["4102"], values), config)
+    save(fit, tmp_path)
+    readme = (ROOT / "docs/results.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```c\n(.*?)```", readme, re.DOTALL)
+    (tmp_path / "main.c").write_text(example, encoding="utf-8")
+    run(tool("gcc"), "-std=c99", "main.c", "-o", "main", "-lm", place=tmp_path)
+    (mu,) = expected(fit, np.array([[1.25, 30.0, 70.0, -0.05]]))
+    assert run("./main", place=tmp_path) == f"mu = {mu:.5f}\n"
+
+
+# ------------------------------------------------------------------------- hostile names
+
+
+@pytest.fixture(scope="module")
+def hostile(
+    config: dict[str, Any], tables_of: Callable[..., Any]
+) -> tuple[list[Description], dict[str, str]]:
+    values = dict(zip(NAMES, printed()["4102"], strict=True))
+    campaign = {**config["campaign"], "description": " ".join(HOSTILE), "name": HOSTILE[0]}
+    points, coefficients, quality = tables_of(HOSTILE, values)
+    quality = quality.assign(verdict=" ".join(HOSTILE), certified=False)
+    told = {**config, "campaign": campaign}
+    names = identifiers(HOSTILE)
+    fits = [describe(oil, name, points, coefficients, quality, told) for oil, name in names.items()]
+    return fits, export_campaign(points, coefficients, quality, told, PROVENANCE)
+
+
+@pytest.mark.parametrize("evaluate", TOOLS)
+def test_hostile_names_change_nothing_of_the_code(
+    evaluate: Callable[..., np.ndarray], hostile: Any, tmp_path: Path
+) -> None:
+    rows = grid()[::37]
+    for fit in hostile[0]:
+        place = tmp_path / fit.identifier
+        place.mkdir()
+        save(fit, place)
+        found = evaluate(fit, rows, place)
+        np.testing.assert_allclose(found[:, 0], expected(fit, rows), rtol=1e-12, atol=0)
+
+
+def test_hostile_names_stay_whole_in_json_and_harmless_in_csv(hostile: Any) -> None:
+    fits, files = hostile
+    for fit in fits:
+        place = f"{fit.identifier}/traction_{fit.identifier}"
+        assert json.loads(files[f"{place}.json"])["oil"] == fit.oil
+        oils = pd.read_csv(io.StringIO(files[f"{place}.csv"]), dtype=str, keep_default_na=False)
+        assert set(oils["oil"]) == {f"'{fit.oil}" if fit.oil.startswith("=") else fit.oil}
+    assert len(fits) == len(HOSTILE)
+    assert all(re.fullmatch(r"README\.md|[a-z0-9_]+/[A-Za-z0-9_]+\.\w+", name) for name in files)
+
+
+@given(st.lists(st.text(), unique=True, max_size=8))
+def test_identifiers_are_plain_short_and_all_different(oils: list[str]) -> None:
+    names = list(identifiers(oils).values())
+    assert len(set(names)) == len(oils)
+    assert all(re.fullmatch(r"[a-z0-9][a-z0-9_]*", name) and len(name) <= 40 for name in names)
+
+
+@given(st.text())
+def test_plain_text_can_end_no_comment_or_string(text: str) -> None:
+    assert re.fullmatch(r"[A-Za-z0-9 .,:;()<>=+/%'_-]*", plain(text))
+
+
+def test_oils_that_differ_in_case_or_dots_alone_are_told_apart() -> None:
+    names = identifiers(["a-b", "A.b", "a_b_c"])
+    assert names["a_b_c"] == "a_b_c"
+    assert names["a-b"] != names["A.b"]
+
+
+# ------------------------------------------------------------------------- JSON, CSV, ADORE
+
+
+def mu_of(values: dict[str, float], row: np.ndarray) -> float:
+    """Eqs 7-9 written out, for what a reader of JSON or CSV would do."""
+    p, u, t = row[0] / 1.0, row[1] / 20.0, row[2] / 20.0
+    a, b, c = (
+        values[f"{x}0"] * p ** values[f"{x}1"] * u ** values[f"{x}2"] * t ** values[f"{x}3"]
+        for x in "ABC"
+    )
+    return float(np.sign(row[3]) * ((a + b * abs(row[3])) * np.exp(-c * abs(row[3])) - a))
+
+
+def test_json_and_csv_give_the_same_mu_back(fit: Description) -> None:
+    texts = export(fit, PROVENANCE)
+    content = json.loads(texts["traction_4010.json"])
+    table = pd.read_csv(io.StringIO(texts["traction_4010.csv"]))
+    constants = table[table["kind"] == "constant"]
+    by_csv = dict(zip(constants["quantity"], constants["value"], strict=True))
+    by_json = {one["name"]: one["value"] for one in content["constants"]}
+    assert by_csv == by_json == dict(zip(NAMES, printed()["4010"], strict=True))
+    mu = [mu_of(by_json, row) for row in grid()]
+    np.testing.assert_allclose(mu, expected(fit, grid()), rtol=1e-12, atol=0)
+
+
+def test_every_number_of_json_and_csv_has_its_unit(fit: Description) -> None:
+    texts = export(fit, PROVENANCE)
+    content = json.loads(texts["traction_4010.json"])
+    units = {one["symbol"]: one["unit"] for one in content["conditions"]}
+    assert units == {"P": "GPa", "U": "m/s", "T": "degC", "S": "1"}
+    assert {one["symbol"]: one["tested"] for one in content["conditions"]} == {
+        "P": [1.0, 1.5],
+        "U": [25.0, 40.0],
+        "T": [25.0, 120.0],
+        "S": [0.0, 0.3],
+    }
+    assert pd.read_csv(io.StringIO(texts["traction_4010.csv"]))["unit"].notna().all()
+
+
+@pytest.mark.parametrize("fitted", ["fit", "partial", "curve_only"])
+def test_json_is_as_its_schema_says(fitted: str, request: Any) -> None:
+    fit = request.getfixturevalue(fitted)
+    path = ROOT / "workflow/schemas/export.schema.json"
+    schema = json.loads(path.read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    content = json.loads(export(fit, PROVENANCE)[f"traction_{fit.identifier}.json"])
+    jsonschema.validate(content, schema, cls=jsonschema.Draft202012Validator)
+    assert set(content["files"]) == {"CSV", *FORMS}
+
+
+def test_formula_of_the_exports_is_the_formula_of_the_law(fit: Description) -> None:
+    slip = np.linspace(0, 0.3, 7)
+    values = {"A": -0.03, "B": 0.5, "C": 20.0, "S": slip, "exp": np.exp}
+    law = LAWS[fit.law].value(np.array([0.03, 0.5, 20.0]), slip)
+    np.testing.assert_allclose(eval(fit.formula, values), law, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("fitted", ["fit", "partial", "curve_only"])
+def test_adore_form_is_the_law_at_its_operating_point(fitted: str, request: Any) -> None:
+    fit = request.getfixturevalue(fitted)
+    slips = np.linspace(0, 0.5, 21)
+    rows = adore_rows(fit)
+    assert rows
+    for row in rows:
+        speed = row["entrainment_speed_m_s"]
+        point = [row["max_hertz_pressure_gpa"] or 1.0, speed, row["inlet_temperature_c"]]
+        velocity = slips * speed
+        mu = (row["A"] + row["B"] * velocity) * np.exp(-row["C"] * velocity) + row["D"]
+        law = expected(fit, np.column_stack([np.tile(point, (21, 1)), slips]))
+        np.testing.assert_allclose(mu, law, rtol=1e-12, atol=1e-17)
+        # the constants from rest, infinity and the peak, as ADORE's user knows them
+        assert row["D"] == row["mu_far_beyond_peak"]
+        assert row["A"] == row["mu_at_rest"] - row["mu_far_beyond_peak"]
+        peak = row["peak_slip_velocity"]
+        assert row["C"] == pytest.approx(row["B"] / (row["A"] + row["B"] * peak), rel=1e-12)
+        assert row["peak_mu"] == pytest.approx(
+            (row["A"] + row["B"] * peak) * np.exp(-row["C"] * peak) + row["D"], rel=1e-12
+        )
+        assert row["peak_mu"] >= mu.max()
+
+
+def test_adore_points_beyond_the_tested_box_say_so(fit: Description) -> None:
+    point = {"max_hertz_pressure_gpa": 1.2, "inlet_temperature_c": 70.0}
+    asked = tuple({**point, "entrainment_speed_m_s": speed} for speed in (30.0, 200.0))
+    rows = adore_rows(replace(fit, adore_points=asked))
+    assert [row["outside_tested_box"] for row in rows] == [False, True]
+
+
+def test_fit_of_one_level_stands_at_that_level_once(curve_only: Description) -> None:
+    (row,) = adore_rows(curve_only)
+    assert row["max_hertz_pressure_gpa"] is None
+    assert row["entrainment_speed_m_s"] == 32.5  # mean of its two runs
+    head = export(curve_only, PROVENANCE)["traction_x_1.h"]
+    assert "Tested at one level only" in head
+    assert "maximum Hertz pressure unknown" in head
+
+
+# ------------------------------------------------------------------------- what it says
+
+
+def test_fit_without_a_curve_is_listed_with_the_reason(
+    config: dict[str, Any], tables_of: Callable[..., Any]
+) -> None:
+    points, coefficients, quality = tables_of(["4102"], {})
+    why = "not fitted: 3 accepted points, at least 13 are needed"
+    quality = quality.assign(verdict=why, certified=False, rmse=np.nan, max_error=np.nan)
+    files = export_campaign(points, coefficients, quality, config, PROVENANCE)
+    assert set(files) == {"README.md", "4102/traction_4102.csv", "4102/traction_4102.json"}
+    content = json.loads(files["4102/traction_4102.json"])
+    assert content["not_written"] == dict.fromkeys(FORMS, why)
+    assert why in files["README.md"]
+
+
+def test_every_source_says_whether_its_data_are_real(fit: Description) -> None:
+    for data, words in ((True, "SIMULATED DATA"), (False, "Measured data")):
+        texts = export(replace(fit, simulated=data), PROVENANCE)
+        for name in ("traction_4010.h", "traction_4010.f90", "Traction_4010.mo"):
+            assert words in texts[name]
+        table = pd.read_csv(io.StringIO(texts["adore_4010.csv"]))
+        assert set(table["data"]) == {"simulated" if data else "measured"}
+
+
+def test_uncertified_fit_carries_the_whole_verdict(fit: Description) -> None:
+    quality = {**fit.quality, "certified": False, "verdict": "not certified: 1 of 5; gradient 3"}
+    assert (
+        "not certified: 1 of 5; gradient 3"
+        in export(replace(fit, quality=quality), PROVENANCE)["traction_4010.h"]
+    )
+
+
+def test_no_line_is_longer_than_fortran_reads(hostile: Any, fit: Description) -> None:
+    texts = [export(one, PROVENANCE) for one in (*hostile[0], fit)]
+    lines = [
+        line
+        for files in texts
+        for name, text in files.items()
+        if name.endswith(".f90")
+        for line in text.splitlines()
+    ]
+    assert max(map(len, lines)) <= 132

@@ -1,0 +1,224 @@
+"""Figures draw what they keep, say what is simulated, and come out in the same bytes."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.colors import to_hex
+
+from campaigns import CLAIMS, Campaign, printed, printed_settings
+from oilfilm import tables
+from oilfilm.curation.coverage import coverage
+from oilfilm.fitting.fit import fit_oil
+from oilfilm.outputs.figures import FIGURES, Results, style
+from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
+from oilfilm.studies.printed.signs import study_signs
+from oilfilm.studies.selection import select
+from oilfilm.traction.deng2026 import traction_coefficient
+from pictures import nothing_is_cut_off
+
+
+@pytest.fixture(scope="module")
+def results(demo: Campaign) -> Results:
+    fits = [demo.fit(oil, bootstrap=20, searches=2).coefficients for oil in demo.config["oils"]]
+    covered = coverage(demo.curated.runs, demo.config)
+    return Results(demo.curated.points, demo.curated.runs, pd.concat(fits), covered)
+
+
+@pytest.mark.parametrize("name", ["fig02", "fig03", "eqs11-13", "coverage"])
+def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
+    results: Results, config: dict[str, Any], name: str
+) -> None:
+    figure, drawn = FIGURES[name].draw(results, config)
+    words = " ".join(text.get_text() for text in figure.texts)
+    assert "SIMULATED" in words
+    assert nothing_is_cut_off(figure)
+    tables.conform(drawn, FIGURES[name].table, name)
+
+
+def test_fig02_has_six_panels_by_pressure_and_by_speed(
+    results: Results, config: dict[str, Any]
+) -> None:
+    figure, drawn = FIGURES["fig02"].draw(results, config)
+    assert sorted(drawn["panel"].unique()) == list("abcdef")
+    assert drawn.query("panel == 'a'")["series"].nunique() == 3  # pressures of the matrix
+    assert drawn.query("panel == 'b'")["series"].nunique() == 4  # speeds
+    assert set(drawn["oil"]) == {"4102"}
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    assert ["T = 25", "T = 25", "T = 70", "T = 70", "T = 120", "T = 120"] == [
+        title.split(") ")[1].split(" \N{DEGREE SIGN}")[0] for title in titles
+    ]
+
+
+def test_drawn_numbers_are_those_on_the_axes(results: Results, config: dict[str, Any]) -> None:
+    figure, drawn = FIGURES["fig03"].draw(results, config)
+    measured = drawn.query("panel == 'a' and oil == '4050' and kind == 'measured'")
+    on_axis = [container.lines[0].get_xydata() for container in figure.axes[0].containers]
+    expected = measured[["slide_roll_ratio", "traction_coefficient"]].to_numpy()
+    assert any(len(xy) == len(expected) and np.array_equal(xy, expected) for xy in on_axis)
+
+
+def test_fitted_lines_lie_on_the_truth_of_the_twin(
+    results: Results, config: dict[str, Any]
+) -> None:
+    _, drawn = FIGURES["fig03"].draw(results, config)
+    line = drawn.query("panel == 'b' and oil == '4010' and kind == 'fit'")
+    true = traction_coefficient(
+        printed()["4010"], 1.25, 30.0, 100.0, line["slide_roll_ratio"].to_numpy()
+    )
+    # conditions of a run are off nominal by the twin's control errors (0.3 % of load, 0.2 K)
+    np.testing.assert_allclose(line["traction_coefficient"], true, rtol=0.03, atol=1e-5)
+
+
+def test_an_oil_has_one_colour_in_every_figure(results: Results, config: dict[str, Any]) -> None:
+    colours = [style.oil_colour(oil, list(config["oils"])) for oil in config["oils"]]
+    assert len(set(colours)) == 3
+    figure, _ = FIGURES["fig03"].draw(results, config)
+    for axis in figure.axes:
+        drawn = {to_hex(line.get_color()).upper() for line in axis.get_lines()}
+        assert drawn == set(colours)
+
+
+def test_files_are_the_same_bytes_each_time(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        figure, _ = FIGURES["fig03"].draw(results, config)
+        style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+@pytest.mark.parametrize("name", ["fig02", "fig03", "curves", "eqs11-13"])
+def test_figure_without_any_accepted_point_says_so(
+    demo: Campaign, config: dict[str, Any], name: str
+) -> None:
+    refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
+    fits = [fit_oil(refused, oil, None, config).coefficients for oil in config["oils"]]
+    results = Results(refused, demo.curated.runs, pd.concat(fits))
+    figure, drawn = FIGURES[name].draw(results, config)
+    tables.conform(drawn, FIGURES[name].table, name)
+    if name != "eqs11-13":
+        assert len(drawn) == 0
+        assert "no accepted point" in figure.axes[0].texts[0].get_text()
+
+
+def test_real_curves_are_called_measured(etm: Campaign) -> None:
+    coefficients = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
+    covered = coverage(etm.curated.runs, etm.config)
+    results = Results(etm.curated.points, etm.curated.runs, coefficients, covered)
+    figure, drawn = FIGURES["curves"].draw(results, etm.config)
+    assert "Measured data" in " ".join(text.get_text() for text in figure.texts)
+    assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
+    figure, drawn = FIGURES["eqs11-13"].draw(results, etm.config)
+    assert drawn["value"].notna().sum() == 3
+
+
+def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> None:
+    settings = printed_settings(config)
+    studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
+    signs, sign_verdicts = studied
+    results = Results(signs=signs, sign_verdicts=sign_verdicts)
+    figure, drawn = FIGURES["signs"].draw(results, config)
+    tables.conform(drawn, "sign_study", "signs")
+    words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
+    assert words == [
+        f"{sign} {verdict}".replace("-", "\N{MINUS SIGN}")
+        for sign, verdict in sign_verdicts[["sign", "verdict"]].to_numpy()
+    ]
+    assert "no data are drawn" in figure.texts[0].get_text()
+    assert nothing_is_cut_off(figure)
+    assert (drawn["panel"] == "a").sum() == 512
+
+
+def test_sign_study_of_oils_without_printed_constants_says_so(config: dict[str, Any]) -> None:
+    figure, drawn = FIGURES["signs"].draw(Results(), config)
+    assert drawn.empty
+    assert "no oil of this campaign" in figure.axes[0].texts[0].get_text()
+
+
+def test_shades_run_from_dark_to_light() -> None:
+    lightness = [sum(colour) for colour in style.shades("#0072B2", 4)]
+    assert lightness == sorted(lightness)
+    assert len(style.shades("#0072B2", 1)) == 1
+
+
+@pytest.mark.parametrize("name", ["fig02", "fig03"])
+def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
+    results: Results, config: dict[str, Any], name: str
+) -> None:
+    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
+    drawn = FIGURES[name].draw(results, {**config, "campaign": campaign})[1]
+    expected = FIGURES[name].draw(results, config)[1]
+    pd.testing.assert_frame_equal(drawn, expected)
+
+
+def test_campaign_without_set_points_says_that_nothing_can_be_shown(
+    results: Results, config: dict[str, Any]
+) -> None:
+    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
+    unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan, nominal_load_n=np.nan)
+    bare = Results(results.points, unset, results.coefficients, results.coverage)
+    figure, drawn = FIGURES["fig03"].draw(bare, {**config, "campaign": campaign})
+    assert drawn.empty
+    assert "no accepted point" in figure.axes[0].texts[0].get_text()
+
+
+@pytest.fixture(scope="module")
+def audited(config: dict[str, Any]) -> Results:
+    """Claims and selection by the printed constants, no other table."""
+    bases = [
+        replace(printed_evidence(printed(), list(printed()), config), basis=basis)
+        for basis in ("refit", "printed")
+    ]
+    advice = select(bases, config["selection"], config["printed"]["boxes"]["extrapolated"])
+    claims = audit(read_claims(CLAIMS), bases, config)
+    return Results(claims=claims, selection=advice)
+
+
+def test_bars_of_the_claims_are_as_long_as_their_shares(
+    audited: Results, config: dict[str, Any]
+) -> None:
+    figure, drawn = FIGURES["claims"].draw(audited, config)
+    tables.conform(drawn, "claims_page", "claims")
+    bars = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] != (1, 1, 1)]
+    frame = next(p for p in figure.axes[0].patches if p.get_facecolor()[:3] == (1, 1, 1))
+    lengths = [bar.get_width() / frame.get_width() for bar in bars]
+    np.testing.assert_allclose(lengths, drawn["share"].dropna())
+    words = {text.get_text() for text in figure.axes[0].texts}
+    assert set(drawn["claim"]) <= words
+    # signs and units as they are printed, no unit in another line than its number
+    lines = "\n".join(words).split("\n")
+    assert not any(re.search(r"\bmu\b|degC|\bum\b|>=", line) for line in lines)
+    assert not any(re.match(r"GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN}", line) for line in lines)
+    assert any("140\N{NO-BREAK SPACE}\N{DEGREE SIGN}C" in line for line in lines)
+    assert len(drawn) == len(audited.claims)
+    assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    assert nothing_is_cut_off(figure)
+
+
+def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
+    audited: Results, config: dict[str, Any]
+) -> None:
+    figure, drawn = FIGURES["selection"].draw(audited, config)
+    tables.conform(drawn, "selection_map", "selection")
+    assert set(drawn["basis"]) == {"refit"}
+    settings = config["selection"]["map"]
+    assert drawn["panel"].nunique() == len(settings["inlet_temperature_c"]) * len(
+        settings["slide_roll_ratio"]
+    )
+    symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
+    assert symbols == (drawn["judgement"] != "agree").sum()
+    assert "STAND-IN" in " ".join(text.get_text() for text in figure.texts)
+    assert nothing_is_cut_off(figure)
+
+
+def test_map_of_oils_that_are_not_there_says_so(config: dict[str, Any]) -> None:
+    figure, drawn = FIGURES["selection"].draw(Results(), config)
+    assert drawn.empty
+    assert "no map" in figure.axes[0].texts[0].get_text()

@@ -1,0 +1,228 @@
+"""Every refused run has its page, which marks the place of the trouble and trusts no name."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from campaigns import Campaign
+from oilfilm import tables
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.refused_runs import draw_page, listing, page_name
+
+HOSTILE = [
+    "../../etc/passwd",
+    "/absolute/a.csv",
+    "..",
+    "",
+    "a b.csv",
+    "a-b.csv",
+    "A-B.csv",
+    "\N{GREEK SMALL LETTER MU}\N{CJK UNIFIED IDEOGRAPH-6CB9}.csv",
+    "line\nbreak\x00.csv",
+    "x" * 5000,
+    "x" * 5001,
+    r"$\frac{1}{$ \input{x} _^{.csv",
+    "\udcff.csv",
+]
+
+
+@pytest.fixture(scope="module")
+def pages(demo: Campaign) -> pd.DataFrame:
+    curated = demo.curated
+    return listing(curated.runs, curated.points, curated.quarantine, 50)
+
+
+def page_of(demo: Campaign, entry: dict[str, Any], **changed: Any) -> Figure:
+    runs, points = demo.curated.runs, demo.curated.points
+    (run,) = runs[runs["run_id"] == entry["run_id"]].to_dict("records")
+    samples = demo.ingested.samples[run["oil"]]
+    of_run = points[points["run_id"] == entry["run_id"]]
+    samples = samples[samples["run_id"] == entry["run_id"]]
+    return draw_page({**entry, **changed}, run, samples, of_run, demo.config["campaign"])
+
+
+def entry_of(pages: pd.DataFrame, rule: str) -> dict[str, Any]:
+    (entry,) = pages[pages["rule"] == rule].to_dict("records")
+    return entry
+
+
+def words_of(figure: Figure) -> str:
+    found = [*figure.texts, *(text for axis in figure.axes for text in axis.texts)]
+    return " ".join(text.get_text() for text in found)
+
+
+def test_every_planted_defect_has_a_page_of_its_own(demo: Campaign, pages: pd.DataFrame) -> None:
+    planted = demo.truth.query("defect != ''")
+    shown = pages[pages["page"] != ""]
+    assert dict(zip(shown["run_id"], shown["rule"], strict=True)) == dict(
+        zip(planted["run_id"], planted["gate"], strict=True)
+    )
+    assert shown["page"].is_unique
+
+
+def test_mark_lies_where_the_sensor_was_stuck(demo: Campaign, pages: pd.DataFrame) -> None:
+    entry = entry_of(pages, "stuck_sensor")
+    rows = 4020
+    # the rig twin holds the force from 40 % of the rows on
+    assert (entry["place"], entry["first_row"], entry["last_row"]) == (
+        "rows",
+        int(0.4 * rows) + 1,
+        rows,
+    )
+    figure = page_of(demo, entry)
+    colour = style.STATE_COLOURS["refused"]
+    for axis in figure.axes[1:]:
+        marks = [line.get_xdata() for line in axis.get_lines() if line.get_color() == colour]
+        edges = [place[0] for place in marks if len(set(place)) == 1]  # upright lines
+        # 50 Hz, the first row at 0 s
+        assert edges == pytest.approx([int(0.4 * rows) / 50, (rows - 1) / 50])
+    assert any(to_rgb(line.get_color()) == to_rgb(colour) for line in figure.axes[1].get_lines())
+
+
+def test_mark_of_a_cut_log_lies_at_its_end(demo: Campaign, pages: pd.DataFrame) -> None:
+    entry = entry_of(pages, "truncated")
+    assert entry["place"] == "rows"
+    figure = page_of(demo, entry)
+    signal, *edges = figure.axes[1].get_lines()
+    assert edges[0].get_xdata()[0] == signal.get_xdata()[-1]
+
+
+def test_without_rows_the_failing_plateaus_are_marked_or_else_the_whole_run(
+    demo: Campaign, pages: pd.DataFrame
+) -> None:
+    thin = entry_of(pages, "thin_film")
+    points = demo.curated.points[demo.curated.points["run_id"] == thin["run_id"]]
+    assert thin["place"] == "plateaus"
+    assert (thin["first_row"], thin["last_row"]) == (
+        points["first_row"].min(),
+        points["last_row"].max(),
+    )
+    again = entry_of(pages, "duplicate_condition")
+    assert (again["place"], again["first_row"], again["last_row"]) == ("whole run", 0, 0)
+
+
+def test_mark_of_a_whole_run_spans_its_signal(demo: Campaign, pages: pd.DataFrame) -> None:
+    figure = page_of(demo, entry_of(pages, "duplicate_condition"))
+    signal, *edges = figure.axes[1].get_lines()
+    assert edges[0].get_xdata()[0] == signal.get_xdata()[0]
+    assert edges[1].get_xdata()[0] == signal.get_xdata()[-1]
+
+
+def test_page_says_what_is_wrong_what_to_do_and_that_it_is_simulated(
+    demo: Campaign, pages: pd.DataFrame
+) -> None:
+    for entry in pages.to_dict("records"):
+        words = words_of(page_of(demo, entry)).replace("\n", " ")
+        for part in (entry["run_id"], entry["reason"], entry["advice"], "SIMULATED"):
+            assert part in words
+
+
+def test_page_names_are_safe_and_differ(tmp_path: Path) -> None:
+    names = [page_name(run_id) for run_id in HOSTILE]
+    assert len({name.lower() for name in names}) == len(HOSTILE)
+    for name in names:
+        assert name.isascii() and len(name) < 70
+        assert (tmp_path / name).resolve().parent == tmp_path.resolve()
+        assert name.removesuffix(".png").replace("-", "").isalnum()
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_text_of_logs_is_drawn_as_it_stands(
+    demo: Campaign, pages: pd.DataFrame, tmp_path: Path, name: str
+) -> None:
+    entry = entry_of(pages, "stuck_sensor")
+    (run,) = demo.curated.runs[demo.curated.runs["run_id"] == entry["run_id"]].to_dict("records")
+    samples = demo.ingested.samples["4050"].query("run_id == @entry['run_id']").iloc[:300]
+    hostile = {**entry, "run_id": name, "file": f"in {name}", "reason": f"found {name!r}: {name}"}
+    figure = draw_page(hostile, run, samples, tables.empty("points"), demo.config["campaign"])
+    style.save(figure, tmp_path / "page.png")
+    assert figure.get_figheight() < 8
+    if "$" in name:
+        assert r"$\frac{1}{$" in words_of(figure)
+
+
+def test_pages_are_bounded_and_each_gate_gets_one_first(demo: Campaign) -> None:
+    curated = demo.curated
+    stuck = curated.quarantine[curated.quarantine["rule"] == "stuck_sensor"]
+    run = curated.runs[curated.runs["run_id"] == stuck["run_id"].iloc[0]]
+    many = [f"a{number}" for number in range(20)]
+    runs = pd.concat([curated.runs, *(run.assign(run_id=name) for name in many)])
+    refused = pd.concat(
+        [curated.quarantine, *(stuck.assign(run_id=name, file=name) for name in many)]
+    )
+    pages = listing(runs, curated.points, refused, 7)
+    assert len(pages) == 6 + 20
+    shown = pages[pages["page"] != ""]
+    assert len(shown) == 7
+    assert shown["rule"].nunique() == 6
+    assert (pages.loc[pages["page"] == "", "first_row"] == 0).all()
+    assert (listing(runs, curated.points, refused, 0)["page"] == "").all()
+
+
+def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
+    row = {name: "x" for name in tables.columns("quarantine")}
+    row |= {"first_row": 1, "last_row": 7, "refused_rows": 7, "stage": "ingest"}
+    unread = tables.from_rows([row | {"run_id": "", "file": "broken.csv"}], "quarantine")
+    (entry,) = listing(demo.curated.runs, demo.curated.points, unread, 9).to_dict("records")
+    assert (entry["file"], entry["page"], entry["reason"]) == ("broken.csv", "", "x")
+    nothing = tables.empty("runs"), tables.empty("points"), tables.empty("quarantine")
+    assert listing(*nothing, 9).empty
+
+
+def test_remark_on_a_file_with_runs_is_no_refusal_but_a_step_without_one_is(
+    etm: Campaign,
+) -> None:
+    curated = etm.curated
+    assert set(curated.quarantine["rule"]) == {"misdated_step", "not_a_sweep"}
+    (entry,) = listing(curated.runs, curated.points, curated.quarantine, 9).to_dict("records")
+    assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
+
+
+def test_signals_that_were_not_logged_are_said_to_be_so(
+    demo: Campaign, pages: pd.DataFrame
+) -> None:
+    entry = entry_of(pages, "stuck_sensor")
+    (run,) = demo.curated.runs[demo.curated.runs["run_id"] == entry["run_id"]].to_dict("records")
+    samples = demo.ingested.samples["4050"].query("run_id == @entry['run_id']")
+    bare = samples.assign(load_n=np.nan, ball_speed_m_s=np.nan)
+    figure = draw_page(entry, run, bare, tables.empty("points"), demo.config["campaign"])
+    assert words_of(figure).count("not logged") == 2
+
+
+def test_long_signals_are_thinned_but_keep_their_extremes(
+    demo: Campaign, pages: pd.DataFrame
+) -> None:
+    entry = entry_of(pages, "stuck_sensor")
+    (run,) = demo.curated.runs[demo.curated.runs["run_id"] == entry["run_id"]].to_dict("records")
+    samples = demo.ingested.samples["4050"].query("run_id == @entry['run_id']")
+    long = pd.concat([samples] * 10, ignore_index=True)
+    long = long.assign(row=np.arange(1, len(long) + 1), time_s=np.arange(len(long)) / 50)
+    long.loc[12345, "load_n"] = 999.0
+    figure = draw_page(entry, run, long, tables.empty("points"), demo.config["campaign"])
+    drawn = figure.axes[2].get_lines()[0].get_ydata()
+    assert len(drawn) < len(long) / 2
+    assert drawn.max() == 999.0
+
+
+def test_only_the_rows_of_one_run_are_read(demo: Campaign, tmp_path: Path) -> None:
+    about = {"campaign": "demo", "data": "simulated"}
+    paths = [tmp_path / f"oil={oil}" / "part-0.parquet" for oil in demo.ingested.samples]
+    for path, samples in zip(paths, demo.ingested.samples.values(), strict=True):
+        tables.write(samples, "samples", path, about)
+    found = tables.read_run("samples", paths, "4050_P1.50_U35_T085.csv")
+    assert len(found) == 4020
+    assert set(found["run_id"]) == {"4050_P1.50_U35_T085.csv"}
+
+
+def test_pages_come_out_in_the_same_bytes(
+    demo: Campaign, pages: pd.DataFrame, tmp_path: Path
+) -> None:
+    entry = entry_of(pages, "swapped_sign")
+    for name in ("a", "b"):
+        style.save(page_of(demo, entry), tmp_path / f"{name}.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()

@@ -1,0 +1,300 @@
+"""The report without a browser: what its text holds, and what can never get into it."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import ROOT
+from oilfilm.outputs.report import sections
+from oilfilm.outputs.report.explorer import Axis, explorer
+from oilfilm.outputs.report.sections import Results
+from oilfilm.outputs.report.verdict import verdict
+from oilfilm.outputs.spreadsheet import csv_text
+from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
+
+
+class Page(HTMLParser):
+    """Tags, attributes and texts of a page, as a browser sees them."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.scripts: dict[str, str] = {}
+        self.texts: list[str] = []
+        self.script: str | None = None
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag in ("script", "style"):
+            self.script = dict(attrs).get("id") or f"{tag}{len(self.scripts)}"
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in ("script", "style"):
+            self.script = None
+
+    def handle_data(self, data: str) -> None:
+        if self.script is None:
+            self.texts.append(data)
+        else:
+            self.scripts[self.script] = self.scripts.get(self.script, "") + data
+
+    def data(self, name: str) -> Any:
+        return json.loads(self.scripts[name])
+
+
+@pytest.fixture(scope="module")
+def results(config: dict[str, Any]) -> Results:
+    return results_of(config)
+
+
+@pytest.fixture(scope="module")
+def text(results: Results, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> str:
+    return report_of(results, config, tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def page(text: str) -> Page:
+    return Page(text)
+
+
+def test_same_results_give_the_same_bytes_wherever_they_lie(
+    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+) -> None:
+    assert report_of(results, config, tmp_path) == text
+    assert str(tmp_path.parent) not in text
+    assert str(ROOT) not in text
+
+
+def test_page_holds_the_tables_themselves(page: Page, results: Results) -> None:
+    downloads = page.data("downloads")
+    assert downloads["coefficients.csv"] == csv_text(results.coefficients)
+    assert downloads["quarantine.csv"] == csv_text(results.quarantine)
+    kept = pd.DataFrame(json.loads(downloads["coefficients.json"]))
+    for name in ("value", "standard_error", "lower", "upper"):
+        assert kept[name].tolist() == results.coefficients[name].tolist()
+    for oil in page.data("explorer-data")["oils"]:
+        own = results.points[results.points["oil"] == oil["name"]]
+        for name in ("slide_roll_ratio", "inlet_temperature_c", "traction_coefficient"):
+            assert oil["points"][name] == own[name].tolist()
+        runs = [oil["points"]["runs"][place] for place in oil["points"]["run"]]
+        assert runs == own["run_id"].tolist()
+
+
+def test_page_asks_the_network_for_nothing(page: Page) -> None:
+    addresses = [
+        value
+        for tag, attributes in page.tags
+        for name, value in attributes.items()
+        if name in ("src", "href", "srcset", "action", "data", "poster") and value
+    ]
+    assert len(addresses) > 10
+    assert all(address.startswith(("#", "data:")) for address in addresses)
+    assert not [tag for tag, _ in page.tags if tag in ("iframe", "object", "embed", "base", "form")]
+    styles = page.scripts["style0"]
+    assert "url(" not in styles
+    assert "@import" not in styles
+    policy = next(a["content"] for tag, a in page.tags if tag == "meta" and "http-equiv" in a)
+    assert "default-src 'none'" in str(policy)
+    assert "unsafe-eval" not in str(policy)
+    assert "script-src 'sha256-" in str(policy)
+
+
+def test_hostile_names_are_text(
+    results: Results, config: dict[str, Any], page: Page, tmp_path: Path
+) -> None:
+    campaign = {**config["campaign"], "description": HOSTILE[0]}
+    about = {"title": HOSTILE[1], "creators": [HOSTILE[2]], "licence": HOSTILE[3]}
+    hostile = Page(
+        report_of(
+            with_hostile_names(results),
+            {
+                **config,
+                "campaign": campaign,
+                "dataset": {**about, "sources": [{"title": HOSTILE[1]}]},
+            },
+            tmp_path,
+        )
+    )
+    assert {tag for tag, _ in hostile.tags} == {tag for tag, _ in page.tags}
+    assert len(hostile.scripts) == len(page.scripts)
+    handlers = {
+        name for _, attributes in hostile.tags for name in attributes if name.startswith("on")
+    }
+    assert not handlers
+    texts = "".join(hostile.texts)
+    for name in HOSTILE:
+        assert name in texts
+    assert "49" not in {one.strip() for one in hostile.texts}
+    runs = [run for oil in hostile.data("explorer-data")["oils"] for run in oil["points"]["runs"]]
+    assert set(HOSTILE) <= set(runs)
+
+
+def test_verdict_is_five_lines_with_the_numbers(results: Results, config: dict[str, Any]) -> None:
+    sure = {oil: sections.certainty(results, oil) for oil in OILS}
+    lines = dict(verdict(results, sure, config))
+    assert list(lines) == ["Data", "Fit", "Error", "Trouble", "Paper"]
+    assert "SIMULATED" in lines["Data"]
+    assert "54 of 55 runs and 1674 of 1674 points" in lines["Data"]
+    assert all(oil in lines["Fit"] for oil in OILS)
+    assert "1 runs refused (stuck sensor)" in lines["Trouble"]
+    assert "1 logs could not be read" in lines["Trouble"]
+    assert "STAND-IN" in lines["Trouble"]
+    assert "1 holds" in lines["Paper"]
+    assert "20.0 % in the median, 30.0 % at worst" in lines["Paper"]  # of 0.1 and -0.3
+
+
+def test_certainty_is_half_the_interval_over_mu(results: Results) -> None:
+    # curves with 1 % gain errors, 18 of them, and a calibration of 0.5 % of load, 1 % of mu or less
+    found = sections.certainty(results, "4102")
+    assert 0.005 < found.median < 0.06
+    assert found.median < found.largest
+
+
+def test_data_that_could_not_be_fitted_make_a_page(
+    config: dict[str, Any], results: Results, tmp_path: Path
+) -> None:
+    nothing = results.coefficients.assign(
+        **dict.fromkeys(["value", "standard_error", "lower", "upper"], np.nan),
+        identifiable=False,
+        verdict="not identifiable",
+    )
+    none = replace(
+        results,
+        coefficients=nothing,
+        refits=results.refits[:0],
+        points=results.points[:0],
+        runs=results.runs[:0],
+        quarantine=results.quarantine[:0],
+        comparison=results.comparison[:0],
+        claims=results.claims[:0],
+        torque=results.torque[:0],
+        fit_quality=results.fit_quality.assign(rmse=np.nan, certified=False),
+    )
+    page = Page(report_of(none, config, tmp_path))
+    words = "".join(page.texts)
+    assert "Nothing could be fitted." in words
+    assert "No fit can be explored here." in words
+    assert "No log, run or row was refused." in words
+
+
+def test_fit_without_refits_has_no_interval(results: Results, config: dict[str, Any]) -> None:
+    found = explorer(
+        results.points, results.coefficients, results.refits[:0], results.fit_quality, config
+    )
+    assert [oil["root"] for oil in found["oils"]] == [None] * 3
+
+
+def test_condition_without_exponents_moves_no_slider(
+    results: Results, config: dict[str, Any]
+) -> None:
+    lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
+    table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
+    found = explorer(results.points, table, results.refits[:0], results.fit_quality, config)
+    assert [axis["idle"] for axis in found["axes"]] == [False, True, False, False]
+    assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
+
+
+def test_endless_interval_is_none_in_json(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    endless = results.coefficients.assign(upper=np.inf)
+    page = Page(report_of(replace(results, coefficients=endless), config, tmp_path))
+    kept = json.loads(page.data("downloads")["coefficients.json"], parse_constant=pytest.fail)
+    assert {row["upper"] for row in kept} == {None}
+    assert [row["value"] for row in kept] == results.coefficients["value"].tolist()
+
+
+def test_law_that_the_page_does_not_know_is_named(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    other = results.coefficients.replace({"law": {"deng2026": "wang-deng-load"}})
+    found = explorer(
+        results.points,
+        other,
+        results.refits.replace({"law": {"deng2026": "wang-deng-load"}}),
+        results.fit_quality.replace({"law": {"deng2026": "wang-deng-load"}}),
+        config,
+    )
+    assert found["oils"] == []
+    assert [one["oil"] for one in found["lacking"]] == list(OILS)
+
+
+def test_page_stays_below_its_limit_and_says_what_it_leaves_out(
+    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+) -> None:
+    pictures = sum(map(len, re.findall(r'(?:src|href)="(data:image[^"]+)"', text)))
+    bare = len(text.encode()) - pictures
+    tight = {**config["report"], "size_max_mb": (bare + 100) / 1e6}
+    page = report_of(results, {**config, "report": tight}, tmp_path)
+    assert len(page.encode()) <= bare + 100
+    assert "figures/fig02.png" in page
+    assert len(text.encode()) < 8e6
+
+
+def test_endless_list_of_refusals_is_left_out_of_the_page(
+    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+) -> None:
+    about = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
+    many = rows("quarantine", *({"file": f"{n:05}.csv", **about} for n in range(20_000)))
+    assert len(csv_text(many)) > 600_000
+    report = {**config["report"], "size_max_mb": (len(text.encode()) + 300_000) / 1e6}
+    crowded = replace(results, quarantine=many)
+    page = report_of(crowded, {**config, "report": report}, tmp_path)
+    assert len(page.encode()) <= report["size_max_mb"] * 1e6
+    assert 'data-save="quarantine.csv"' not in page
+    assert "tables/quarantine.csv" in page
+    assert page.count("data:image/png") == text.count("data:image/png")
+
+
+def test_many_points_and_refusals_are_thinned_and_counted(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    few = {**config["report"], "points_max": 500, "rows_max": 1}
+    page = Page(report_of(results, {**config, "report": few}, tmp_path))
+    found = page.data("explorer-data")
+    assert (
+        sum(len(oil["points"]["run"]) for oil in found["oils"]) == found["points"]["shown"] <= 500
+    )
+    words = " ".join("".join(page.texts).split())
+    assert f"Of 1674 accepted points this page holds {found['points']['shown']}" in words
+    assert "And 1 more rows" in words
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "step"),
+    [(0.8, 2.5, 0.01), (20, 200, 1), (0.0, 0.3, 0.001), (0.0249, 0.0251, 1e-6), (0.5, 100.0, 0.1)],
+)
+def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: float) -> None:
+    axis = Axis.over("x", low, high, (low + high) / 2)
+    assert axis.step == pytest.approx(step)
+    assert axis.values[0] <= low * (1 + 1e-12)
+    assert axis.values[0] > 0 or low == 0
+    assert axis.values[-1] >= high * (1 - 1e-12)
+    assert len(axis.values) < 2000
+
+
+def test_measured_campaign_does_not_say_simulated(
+    results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    campaign = {**config["campaign"], "data": "measured"}
+    text = report_of(results, {**config, "campaign": campaign}, tmp_path)
+    assert "SIMULATED data" not in text
+    assert "Measured data" in text
+    assert "not stated in the campaign file" in text
+    dated = {**config, "campaign": campaign, "dataset": {"date": "June 2026"}}
+    assert "June 2026" in report_of(results, dated, tmp_path)
+
+
+def test_runs_that_share_a_log_are_told_apart(config: dict[str, Any]) -> None:
+    shown = sections.refused(
+        rows("quarantine", {"file": "a.csv", "run_id": "a.csv#2"}), "quarantine", "", 10
+    )
+    assert [column.heading for column in shown.columns][:2] == ["Log", "Run"]

@@ -1,0 +1,506 @@
+"""The report in a browser: what it computes, and that it can be used by everyone.
+
+Needs chromium or Chrome (`.ci/tools` installs Debian's chromium); skipped where there is none.
+"""
+
+import codecs
+import csv
+import io
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oilfilm import predict
+from oilfilm.fitting.fitted import Coefficients, FittedLaw
+from oilfilm.outputs.report.explorer import LAWS as LAWS_OF_PAGE
+from oilfilm.outputs.report.explorer import law_of
+from oilfilm.outputs.report.release_id import with_release
+from oilfilm.outputs.report.sections import Results
+from oilfilm.studies.audit.audit import films
+from oilfilm.studies.audit.evidence import Evidence
+from oilfilm.studies.operating_grid import AXES, Grid
+from oilfilm.studies.selection import select
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import bounds, to_constants
+from reports import CONDITIONS, HOSTILE, OILS, report_of, results_of, with_hostile_names
+
+if sys.platform != "linux":
+    pytest.skip("the report is tested in Debian's chromium", allow_module_level=True)
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, sync_playwright
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+if CHROMIUM is None:
+    pytest.skip("there is no chromium (.ci/tools installs it)", allow_module_level=True)
+QUIET = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+LOADED = "#explorer[data-ready]"
+
+
+@dataclass
+class Opened:
+    """A page, what its console said and what it asked for beyond itself."""
+
+    page: Page
+    address: str
+    said: list[str] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        # starts with an empty profile in a folder of its own
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=QUIET)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def results(config: dict[str, Any]) -> Results:
+    return results_of(config)
+
+
+@pytest.fixture(scope="module")
+def report(
+    results: Results, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    folder = tmp_path_factory.mktemp("report")
+    (folder / "report.html").write_text(report_of(results, config, folder), encoding="utf-8")
+    return folder / "report.html"
+
+
+def open_page(browser: Browser, file: Path, fragment: str = "", width: int = 1280) -> Opened:
+    opened = Opened(browser.new_page(viewport={"width": width, "height": 900}), file.as_uri())
+    page = opened.page
+    page.on("console", lambda message: opened.said.append(f"{message.type}: {message.text}"))
+    page.on("pageerror", lambda error: opened.said.append(f"error: {error}"))
+    page.on(
+        "request",
+        lambda request: (
+            None if request.url.startswith(("data:", "blob:")) else opened.asked.append(request.url)
+        ),
+    )
+    page.goto(opened.address + fragment)
+    page.wait_for_selector(LOADED)
+    return opened
+
+
+@pytest.fixture
+def opened(browser: Browser, report: Path) -> Iterator[Opened]:
+    opened = open_page(browser, report)
+    yield opened
+    opened.page.close()
+
+
+@pytest.fixture
+def page(opened: Opened) -> Page:
+    return opened.page
+
+
+def fitted(results: Results, oil: str) -> FittedLaw:
+    return FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
+
+
+def python_says(results: Results, oil: str, places: np.ndarray) -> Any:
+    law = fitted(results, oil)
+    return predict(law.law, law.coefficients, *places.T)
+
+
+def curves(page: Page, number: int) -> dict[str, list[float]]:
+    return page.evaluate(
+        "n => Object.fromEntries(Object.entries(oilfilm.model(`curve${n}`).data)"
+        ".map(([name, values]) => [name, Array.from(values)]))",
+        number,
+    )
+
+
+def slide(page: Page, symbol: str, step: int) -> None:
+    page.locator(f"#slider-{symbol}").fill(str(step))
+
+
+def agree(found: Any, expected: Any) -> None:
+    np.testing.assert_allclose(np.asarray(found, float), expected, rtol=1e-9, atol=1e-300)
+
+
+def test_page_loads_without_a_word_and_asks_for_nothing(opened: Opened) -> None:
+    assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
+    assert opened.asked == [opened.address]
+
+
+def test_page_of_a_release_says_which_wherever_it_lies(
+    browser: Browser, report: Path, page: Page
+) -> None:
+    assert page.inner_text("#release") == "not released"
+    file = report.with_name("passed on.html")
+    text = with_release(report.read_text(encoding="utf-8"), "v1-0123456789ab")
+    file.write_text(text, encoding="utf-8")
+    opened = open_page(browser, file)
+    assert opened.page.inner_text("#release") == "v1-0123456789ab"
+    opened.page.close()
+
+
+def test_policy_stops_scripts_that_are_not_the_pages_own(page: Page) -> None:
+    page.evaluate(
+        "() => { const s = document.createElement('script'); s.textContent = 'globalThis.x = 1';"
+        " document.body.append(s); }"
+    )
+    assert page.evaluate("globalThis.x") is None
+
+
+@pytest.mark.parametrize(
+    ("abscissa", "steps"),
+    [
+        ("S", {"P": 60, "U": 15, "T": 55, "S": 100}),
+        ("P", {"P": 0, "U": 180, "T": 120, "S": 50}),
+        ("U", {"P": 170, "U": 0, "T": 0, "S": 300}),
+        ("T", {"P": 45, "U": 5, "T": 50, "S": 7}),
+    ],
+)
+def test_sliders_move_the_curves_to_the_numbers_of_python(
+    page: Page, results: Results, abscissa: str, steps: dict[str, int]
+) -> None:
+    page.select_option("#abscissa", abscissa)
+    for symbol, step in steps.items():
+        slide(page, symbol, step)
+    place = page.evaluate("oilfilm.state.place")
+    low, step = {"P": (0.8, 0.01), "U": (20, 1), "T": (20, 1), "S": (0, 0.001)}, steps
+    assert place == pytest.approx([low[s][0] + step[s] * low[s][1] for s in "PUTS"])
+    for number, oil in enumerate(OILS):
+        line = curves(page, number)
+        places = np.tile(place, (len(line["x"]), 1))
+        places[:, "PUTS".index(abscissa)] = line["x"]
+        expected = python_says(results, oil, places)
+        assert len(line["x"]) > 100
+        agree(line["mu"], expected.traction_coefficient)
+        agree(line["lower"], expected.lower)
+        agree(line["upper"], expected.upper)
+
+
+def test_page_predicts_what_python_does_anywhere(page: Page, results: Results) -> None:
+    random = np.random.default_rng(4)
+    low, high = np.array([0.5, 5.0, 5.0, 0.0]), np.array([3.0, 250.0, 180.0, 0.5])
+    places = low + (high - low) * random.random((500, 4))
+    places[:20, 3] = 0
+    for number, oil in enumerate(OILS):
+        found = page.evaluate(
+            "([n, places]) => places.map(p => oilfilm.predict(oilfilm.DATA.oils[n], p))",
+            [number, places.tolist()],
+        )
+        expected = python_says(results, oil, places)
+        agree([one["mu"] for one in found], expected.traction_coefficient)
+        agree([one["lower"] for one in found], expected.lower)
+        agree([one["upper"] for one in found], expected.upper)
+        assert [one["outside"] for one in found] == expected.outside.tolist()
+        agree([max(one["beyond"]) for one in found], expected.distance)
+
+
+@pytest.mark.parametrize("name", LAWS_OF_PAGE)
+def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
+    law, random = LAWS[name], np.random.default_rng(9)
+    ends = bounds(law)
+    # thick and thin films, known and unknown exponents, refits scattered by 5 %
+    internal = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * random.uniform(0.4, 0.6, len(ends))
+    fixed = [one.known is not None for one in law.constants]
+    internal = np.where(fixed, law.known, internal)
+    drawn = internal + np.where(fixed, 0, 0.05) * random.standard_normal((30, len(ends)))
+    box = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])
+    known = np.array([True, False, True])
+    spread = to_constants(law, drawn)
+    fit = Coefficients(to_constants(law, internal), known, spread, spread[:3], box)
+    places = random.uniform([0.5, 5, 5, 0], [3, 250, 180, 0.5], (300, 4))
+    expected = predict(law, fit, *places.T)
+    found = page.evaluate(
+        "([law, places]) => places.map(p => oilfilm.predict(law, p))",
+        [law_of(FittedLaw(law, fit)), places.tolist()],
+    )
+    agree([one["mu"] for one in found], expected.traction_coefficient)
+    agree([one["lower"] for one in found], expected.lower)
+    agree([one["upper"] for one in found], expected.upper)
+
+
+@pytest.mark.parametrize("lambda_limit", [3.0, 8.0])
+def test_page_advises_what_python_does(
+    page: Page, results: Results, config: dict[str, Any], lambda_limit: float
+) -> None:
+    laws = {oil: fitted(results, oil) for oil in OILS}
+    evidence = Evidence("refit", OILS, laws, {}, films(config), lambda_limit)
+    grid = {"inlet_temperature_c": [30, 99, 100, 140], "slide_roll_ratio": [0.001, 0.05, 0.15, 0.2]}
+    settings = {**config["selection"], "map": {**grid, "levels": 9}}
+    box = config["printed"]["boxes"]["extrapolated"]
+    table = select([evidence], settings, box)
+    found = page.evaluate(
+        "([limit, places]) => { oilfilm.DATA.selection.lambda_limit = limit;"
+        " return places.map(p => { const a = oilfilm.advise(p); return ["
+        " a.rule.name, a.advised?.name ?? '', a.best?.name ?? '', a.judgement, a.loss,"
+        " a.advised?.lambda ?? NaN, a.best?.lambda ?? NaN, a.advised?.mu ?? NaN,"
+        " a.contradicting.map(r => r.name).join('; ')]; }); }",
+        [lambda_limit, table[list(AXES)].to_numpy().tolist()],
+    )
+    columns = [list(column) for column in zip(*found, strict=True)]
+    for place, name in enumerate(("rule", "advised_oil", "best_oil", "judgement")):
+        assert columns[place] == table[name].tolist()
+    assert columns[8] == table["contradicting_rules"].tolist()
+    assert table["judgement"].nunique() > 1
+    np.testing.assert_allclose(columns[4], table["loss_ratio"], rtol=1e-9, atol=1e-9)
+    for place, name in enumerate(
+        ("advised_lambda_ratio", "best_lambda_ratio", "advised_traction_coefficient"), 5
+    ):
+        agree(columns[place], table[name])
+
+
+def test_without_slip_there_is_nothing_to_choose(page: Page) -> None:
+    slide(page, "S", 0)
+    assert page.inner_text("#advice").startswith("Without slip no oil has traction")
+
+
+def test_film_of_the_page_is_that_of_python_at_every_step(
+    page: Page, results: Results, config: dict[str, Any]
+) -> None:
+    grid = Grid(
+        np.array([0.8, 1.37, 2.5]),
+        np.array([20.0, 63.0, 200.0]),
+        np.array([20.0, 57.0, 93.0, 94.0, 140.0]),  # a property bends at 93.85 degC
+        np.array([0.0, 0.123]),
+    )
+    places = grid.places().to_numpy().tolist()
+    for number, oil in enumerate(OILS):
+        found = page.evaluate(
+            "([n, places]) => places.map(p => oilfilm.lambdaRatio(oilfilm.DATA.oils[n].film, p))",
+            [number, places],
+        )
+        agree(found, films(config)[oil].over(grid)[1].ravel())
+
+
+def test_points_beside_the_curve_are_the_near_ones(page: Page, results: Results) -> None:
+    for symbol, step in {"P": 45, "U": 5, "T": 50}.items():  # 1.25 GPa, 25 m/s, 70 degC
+        slide(page, symbol, step)
+    points = results.points
+    near = points[
+        (points["oil"] == "4050")
+        & (points["max_hertz_pressure_gpa"] == 1.25)
+        & (points["entrainment_speed_m_s"] == 25)
+        & (points["inlet_temperature_c"] == 70)
+    ]
+    shown = page.evaluate("Array.from(oilfilm.model('points1').data.mu)")
+    assert shown == near["traction_coefficient"].tolist()
+    slide(page, "T", 56)  # 76 degC: nothing within 3 K
+    assert page.evaluate("oilfilm.model('points1').data.mu.length") == 0
+
+
+def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
+    slide(page, "U", 10)
+    assert page.locator("#outside").is_hidden()
+    slide(page, "U", 150)
+    assert "U 170, tested 25 to 40" in page.inner_text("#outside")
+    assert "no: U beyond" in page.inner_text("#here")
+    # against slip nothing is tested there; against speed all but the fast part is
+    assert page.evaluate("oilfilm.model('below').right") == pytest.approx(0.3)
+    page.select_option("#abscissa", "U")
+    assert page.evaluate("oilfilm.model('below').right") == pytest.approx(25)
+    assert page.evaluate("oilfilm.model('above').left") == pytest.approx(40)
+
+
+def test_link_restores_the_state(browser: Browser, report: Path, page: Page) -> None:
+    page.select_option("#abscissa", "T")
+    slide(page, "P", 33)
+    slide(page, "S", 200)
+    page.locator("[name=oil]").nth(1).uncheck()
+    state, address = page.evaluate("oilfilm.state"), page.evaluate("location.hash")
+    again = open_page(browser, report, address)
+    assert again.page.evaluate("oilfilm.state") == state
+    assert again.page.locator("#slider-P").input_value() == "33"
+    assert again.page.locator("[name=oil]").nth(1).is_checked() is False
+    assert curves(again.page, 0) == curves(page, 0)
+    assert curves(again.page, 1)["mu"] == []
+    again.page.close()
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        "#explorer?x=Q&P=nan&U=1e999&T=-5&oils=[",
+        "#explorer?oils=%3Cscript%3E",
+        "#explorer?P=9&S=-1",
+    ],
+)
+def test_link_that_makes_no_sense_does_no_harm(
+    browser: Browser, report: Path, fragment: str
+) -> None:
+    opened = open_page(browser, report, fragment)
+    assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
+    place = opened.page.evaluate("oilfilm.state.place")
+    assert all(
+        low <= at <= high
+        for at, low, high in zip(place, [0.8, 20, 20, 0], [2.5, 200, 140, 0.3], strict=True)
+    )
+    opened.page.close()
+
+
+def saved_csv(path: Path) -> str:
+    content = path.read_bytes()
+    # the mark of UTF-8, as `write_csv` sets it
+    assert content.startswith(codecs.BOM_UTF8)
+    return content.decode("utf-8-sig")
+
+
+def test_curve_saved_as_csv_is_the_curve(page: Page, results: Results) -> None:
+    page.select_option("#abscissa", "U")
+    with page.expect_download() as saving:
+        page.click("#save-curve")
+    text = saved_csv(Path(saving.value.path()))
+    assert saving.value.suggested_filename == "curve.csv"
+    saved = list(csv.DictReader(io.StringIO(text, newline="")))
+    assert [row["oil"] for row in saved[::201]] == list(OILS)
+    for oil in OILS:
+        own = [row for row in saved if row["oil"] == oil]
+        places = np.array([[float(row[name]) for name in AXES] for row in own])
+        expected = python_says(results, oil, places)
+        agree([row["traction_coefficient"] for row in own], expected.traction_coefficient)
+        agree([row["upper"] for row in own], expected.upper)
+        assert [row["outside"] for row in own] == [str(one) for one in expected.outside.tolist()]
+
+
+def test_constants_saved_and_copied_are_the_table(page: Page, results: Results) -> None:
+    with page.expect_download() as saving:
+        page.click("[data-save='coefficients.csv']")
+    text = saved_csv(Path(saving.value.path()))
+    saved = list(csv.DictReader(io.StringIO(text, newline="")))
+    assert [float(row["value"]) for row in saved] == results.coefficients["value"].tolist()
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.click("[data-copy='coefficients.csv']")
+    page.wait_for_selector("#copied:not(:empty)")
+    assert page.inner_text("#copied") == "Copied."
+    copied = page.evaluate("navigator.clipboard.readText()")
+    assert copied.replace("\r\n", "\n") == text.replace("\r\n", "\n")
+
+
+def test_drawing_is_saved_as_it_was_made(page: Page, report: Path) -> None:
+    with page.expect_download() as saving:
+        page.click("[data-drawing=fig02]")
+    assert saving.value.suggested_filename == "fig02.svg"
+    saved = Path(saving.value.path()).read_bytes()
+    assert saved == (report.parent / "fig02.svg").read_bytes()
+
+
+def test_hostile_names_are_shown_as_text(
+    browser: Browser, results: Results, config: dict[str, Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "report.html"
+    text = report_of(with_hostile_names(results), config, tmp_path)
+    file.write_text(text, encoding="utf-8")
+    opened = open_page(browser, file, width=375)
+    page = opened.page
+    page.on("dialog", lambda dialog: pytest.fail(f"the page ran {dialog.message}"))
+    shown = page.locator("#quarantine").inner_text()
+    for name in HOSTILE:
+        assert " ".join(name.split()) in " ".join(shown.split())
+    # the names stand in the tooltips of the points as well
+    for number in (1, 2):
+        page.locator("[name=oil]").nth(number).uncheck()
+    for place, name in list(enumerate(HOSTILE))[:2]:
+        pressure, speed, temperature = CONDITIONS[place]
+        fields = {"P": pressure, "U": speed, "T": temperature}
+        for symbol, value in fields.items():
+            page.fill(f"#value-{symbol}", str(value))
+            page.keyboard.press("Enter")
+        page.locator("#chart").scroll_into_view_if_needed()
+        left, top = page.evaluate(
+            "() => { const view = Bokeh.index.roots[0], box = view.el.getBoundingClientRect();"
+            " const { x, mu } = oilfilm.model('points0').data;"
+            " return [box.x + view.frame.x_scale.compute(x[10]),"
+            " box.y + view.frame.y_scale.compute(mu[10])]; }"
+        )
+        page.mouse.move(left - 30, top)
+        page.mouse.move(left, top)
+        tip = page.locator(".bk-Tooltip")
+        tip.wait_for(state="visible")
+        assert name in tip.evaluate("tip => tip.shadowRoot.textContent")
+        page.mouse.move(0, 0)
+    assert page.locator("img[src=x]").count() == 0
+    assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
+    assert opened.asked == [file.as_uri()]
+    # a name without spaces must not push the page off a phone's screen
+    assert page.evaluate("document.documentElement.scrollWidth") <= 375
+    page.close()
+
+
+@pytest.mark.parametrize("width", [375, 768, 1280])
+def test_everyone_can_use_the_page(browser: Browser, report: Path, width: int) -> None:
+    opened = open_page(browser, report, width=width)
+    for details in opened.page.locator("details").all():
+        details.evaluate("one => { one.open = true; }")
+    found = Axe().run(opened.page).response["violations"]
+    serious = [
+        f"{one['id']}: {node['html'][:200]}"
+        for one in found
+        if one["impact"] in ("serious", "critical")
+        for node in one["nodes"]
+    ]
+    assert serious == []
+    assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
+    opened.page.close()
+
+
+def test_constants_stand_side_by_side_with_their_verdicts_in_sight(
+    browser: Browser, report: Path
+) -> None:
+    """At 1280 px less a scroll bar, whatever the verdict and however small the constant."""
+    opened = open_page(browser, report, width=1265)
+    tables = opened.page.locator(".side-by-side .scroll")
+    tops = tables.evaluate_all(
+        "all => all.map(one => { const cells = one.querySelectorAll('tbody tr:first-child td');"
+        " const texts = ['\u22120.008269', '\u22120.008375 \u2026 \u22120.008120', '0.000065',"
+        " '0.000097', 'not identifiable', '\u22120.03064724'];"
+        " texts.forEach((text, i) => { cells[i].firstChild.textContent = text; });"
+        " return one.getBoundingClientRect().top; })"
+    )
+    assert tops[0] == tops[1]
+    widths = tables.evaluate_all("all => all.map(one => [one.scrollWidth, one.clientWidth])")
+    assert len(widths) == len(OILS)
+    assert all(inner <= outer for inner, outer in widths), widths
+    opened.page.close()
+
+
+def test_explorer_works_by_keyboard_alone(page: Page) -> None:
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.textContent") == "Skip to the verdict"
+    before = page.evaluate("oilfilm.state.place")
+    seen = set()
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        seen.add(page.evaluate("document.activeElement.id"))
+        if page.evaluate("document.activeElement.id") == "slider-P":
+            page.keyboard.press("ArrowRight")
+        if page.evaluate("document.activeElement.id") == "value-T":
+            page.keyboard.type("99")
+    assert {"slider-P", "value-P", "slider-S", "abscissa", "copy-link", "save-curve"} <= seen
+    after = page.evaluate("oilfilm.state.place")
+    assert after[0] == pytest.approx(before[0] + 0.01)
+    assert after[2] != before[2]
+
+
+def test_print_shows_what_is_folded_and_no_buttons(page: Page) -> None:
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert page.locator("details:not([open], .on-screen)").count() == 0
+    assert page.locator("details.on-screen").first.is_hidden()
+    assert page.locator("nav").is_hidden()
+    assert page.locator("#save-curve").is_hidden()
+    assert page.locator("#constants0").is_visible()
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.locator("details[open]").count() == 0
+    assert len(page.pdf(format="A4")) > 20_000

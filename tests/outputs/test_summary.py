@@ -1,0 +1,77 @@
+"""The summary tells the counts, the refusals and each fit's verdict."""
+
+import re
+
+from campaigns import CLAIMS, Campaign, printed, printed_settings
+from oilfilm import tables
+from oilfilm.curation.coverage import coverage
+from oilfilm.outputs.summary import summarise
+from oilfilm.rig_twin.truth import truth_grid
+from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
+from oilfilm.studies.extrapolation import extrapolate
+from oilfilm.studies.printed.judge import judge_printed
+from oilfilm.studies.printed.signs import study_signs
+
+
+def text_of(campaign: Campaign, oil: str) -> str:
+    fit = campaign.fit(oil, bootstrap=20, searches=2)
+    coefficients, quality = fit.coefficients, fit.fit_quality
+    covered = coverage(campaign.curated.runs, campaign.config)
+    extrapolation = tables.empty("extrapolation")
+    if "twin" in campaign.config["campaign"]:
+        extrapolation = extrapolate(
+            truth_grid(campaign.config, printed()),
+            fit.coefficients,
+            fit.refits,
+            fit.fit_quality,
+            campaign.config["same_set_point"]["relative"],
+        )
+    points, settings = campaign.curated.points, printed_settings(campaign.config)
+    signs, sign_verdicts = study_signs(printed(), list(printed()), points, settings)
+    basis = printed_evidence(printed(), list(printed()), campaign.config)
+    return summarise(
+        runs=campaign.curated.runs,
+        points=campaign.curated.points,
+        quarantine=campaign.curated.quarantine,
+        coverage=covered,
+        extrapolation=extrapolation,
+        coefficients=coefficients,
+        quality=quality,
+        judged=judge_printed(points, coefficients, quality, printed(), settings, fit.refits),
+        signs=signs,
+        sign_verdicts=sign_verdicts,
+        claims=audit(read_claims(CLAIMS), [basis], campaign.config),
+        campaign=campaign.config["campaign"],
+        oils=campaign.config["oils"],
+        film=campaign.config["film"],
+        gates=campaign.config["gates"],
+    )
+
+
+def test_summary_of_the_demonstration(demo: Campaign) -> None:
+    text = text_of(demo, "4010")
+    assert "SIMULATED" in text
+    assert "212 accepted of 218" in text
+    assert "certified: 2 of 2 searches agree" in text
+    assert "stuck_sensor 31" in text
+    assert "218 read of 218" in text
+    assert "STAND-IN properties for 4102, 4050" in text
+    assert "which decides nothing about the real oils:\n    deng2026: rms error" in text
+    assert "212 of 216 conditions of the matrix accepted, 4 refused; missing: none" in text
+    assert "outside it: 1 tested" in text
+    assert "results/demo/refused" in text
+    assert re.search(r"4010: SSE [\d.e-]+, the fit's [\d.e-]+; mu differs by at most", text)
+    assert "4050: signs in use rank" in text
+    assert "without effect C2" in text
+    assert re.search(r"printed: .*\d fails.*; failing: viscosity-order, hot-convergence", text)
+    # 4050's C2 is without effect: noise may favour either sign of it
+    assert re.search(r"the points favour .*; CIRCULAR: they were simulated with these", text)
+
+
+def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) -> None:
+    text = text_of(etm, "unrecorded-oil")
+    assert "FILM NOT JUDGED for 20482 accepted points" in text
+    assert "not identifiable from these conditions" in text
+    assert "measured" in text
+    assert "1 of 1 conditions tested accepted (no matrix is given" in text
+    assert "Printed constants" not in text

@@ -1,0 +1,250 @@
+"""Hertz contact against published relations, independent calculations and its own laws."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import ellipe, ellipk
+
+from oilfilm.physics.contact import (
+    EllipticalContact,
+    contact_radius,
+    elliptical_contact,
+    ellipticity,
+    load_for_max_hertz_pressure,
+    max_hertz_pressure,
+    reduced_modulus,
+    reduced_radius,
+)
+
+M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)  # the rig's steel (physics.md, check 1)
+BALL_RADIUS_M = 0.010  # the rig's 20 mm ball on a flat
+
+loads_n = st.floats(1e-2, 1e5)
+radii_m = st.floats(1e-4, 1.0)
+moduli_pa = st.floats(1e9, 1e12)
+# Ry/Rx of ball bearings is about 10 to 100; beyond that the contact is nearly a line
+radius_ratios = st.floats(1e-4, 1e4)
+
+
+@pytest.mark.parametrize(
+    ("max_pressure_gpa", "load_n", "rounding_n"),
+    [(1.0, 42.1, 0.05), (1.5, 142, 0.5)],  # physics.md, check 1 [C], and the rig page
+)
+def test_rig_ball_needs_the_printed_load_for_its_pressure(
+    max_pressure_gpa: float, load_n: float, rounding_n: float
+) -> None:
+    load = load_for_max_hertz_pressure(max_pressure_gpa * 1e9, BALL_RADIUS_M, M50)
+    assert load == pytest.approx(load_n, abs=rounding_n)
+
+
+@given(loads_n, radii_m, moduli_pa)
+def test_load_of_a_pressure_and_pressure_of_a_load_are_inverse(
+    load_n: float, radius_m: float, modulus_pa: float
+) -> None:
+    pressure = max_hertz_pressure(load_n, radius_m, modulus_pa)
+    assert load_for_max_hertz_pressure(pressure, radius_m, modulus_pa) == pytest.approx(load_n)
+
+
+@given(loads_n, st.floats(0.1, 10.0))
+def test_load_grows_as_the_cube_of_pressure(load_n: float, factor: float) -> None:
+    pressure = max_hertz_pressure(load_n, BALL_RADIUS_M, M50)
+    load = load_for_max_hertz_pressure(factor * pressure, BALL_RADIUS_M, M50)
+    assert load == pytest.approx(factor**3 * load_n)
+
+
+@given(loads_n, radii_m, moduli_pa)
+def test_mean_pressure_of_a_circular_contact_is_two_thirds_of_its_maximum(
+    load_n: float, radius_m: float, modulus_pa: float
+) -> None:
+    # Johnson (1985), Eq. 4.24: p0 = 3 p_m / 2
+    mean_pressure = load_n / (np.pi * contact_radius(load_n, radius_m, modulus_pa) ** 2)
+    maximum = max_hertz_pressure(load_n, radius_m, modulus_pa)
+    assert mean_pressure == pytest.approx(2 / 3 * maximum)
+
+
+def test_unloaded_ball_presses_on_nothing() -> None:
+    assert max_hertz_pressure(0.0, BALL_RADIUS_M, M50) == 0
+
+
+def test_softer_body_decides_the_reduced_modulus() -> None:
+    # a rigid partner adds nothing: 1/E' = (1 - nu^2)/(2 E), by hand
+    assert reduced_modulus(70e9, 0.3, np.inf, 0.3) == pytest.approx(2 * 70e9 / 0.91)
+
+
+def test_flat_partner_leaves_the_ball_its_radius() -> None:
+    assert reduced_radius(BALL_RADIUS_M, np.inf) == BALL_RADIUS_M
+
+
+def test_groove_tighter_than_the_ball_has_no_positive_radius() -> None:
+    assert reduced_radius(10e-3, -9e-3) < 0
+
+
+def test_groove_tighter_than_the_ball_is_refused() -> None:
+    with pytest.raises(ValueError, match="must be positive"):
+        elliptical_contact(100.0, 5e-3, reduced_radius(10e-3, -9e-3), M50)
+
+
+@given(loads_n, radii_m, moduli_pa)
+def test_ellipse_of_equal_radii_is_the_circular_contact(
+    load_n: float, radius_m: float, modulus_pa: float
+) -> None:
+    contact = elliptical_contact(load_n, radius_m, radius_m, modulus_pa)
+    radius = contact_radius(load_n, radius_m, modulus_pa)
+    assert contact.ellipticity == pytest.approx(1.0)
+    assert contact.semi_axis_x_m == pytest.approx(radius)
+    assert contact.semi_axis_y_m == pytest.approx(radius)
+    assert contact.max_hertz_pressure_pa == pytest.approx(
+        max_hertz_pressure(load_n, radius_m, modulus_pa)
+    )
+    # Johnson (1985), Eq. 4.23: delta = a^2/R
+    assert contact.approach_m == pytest.approx(radius**2 / radius_m)
+
+
+@given(loads_n, radii_m, radius_ratios)
+def test_turning_an_ellipse_by_a_quarter_exchanges_its_axes(
+    load_n: float, radius_m: float, ratio: float
+) -> None:
+    contact = elliptical_contact(load_n, radius_m, ratio * radius_m, M50)
+    turned = elliptical_contact(load_n, ratio * radius_m, radius_m, M50)
+    assert turned.semi_axis_x_m == pytest.approx(contact.semi_axis_y_m)
+    assert turned.semi_axis_y_m == pytest.approx(contact.semi_axis_x_m)
+    assert turned.ellipticity == pytest.approx(1 / contact.ellipticity)
+    assert turned.max_hertz_pressure_pa == pytest.approx(contact.max_hertz_pressure_pa)
+    assert turned.approach_m == pytest.approx(contact.approach_m)
+
+
+@given(loads_n, radii_m, radius_ratios, st.floats(0.01, 100.0))
+def test_model_twice_as_large_under_four_times_the_load_has_the_same_pressure(
+    load_n: float, radius_m: float, ratio: float, size: float
+) -> None:
+    contact = elliptical_contact(load_n, radius_m, ratio * radius_m, M50)
+    larger = elliptical_contact(size**2 * load_n, size * radius_m, size * ratio * radius_m, M50)
+    assert larger.max_hertz_pressure_pa == pytest.approx(contact.max_hertz_pressure_pa)
+    assert larger.semi_axis_x_m == pytest.approx(size * contact.semi_axis_x_m)
+    assert larger.approach_m == pytest.approx(size * contact.approach_m)
+
+
+@given(loads_n, radii_m, st.floats(1.2, 1e4))
+def test_wide_ellipse_obeys_the_textbook_equations_in_k_and_e(
+    load_n: float, radius_m: float, ratio: float
+) -> None:
+    # Johnson (1985), Eqs 4.26 a-c, with a the longer axis; below 1.2 K - E loses digits
+    contact = elliptical_contact(load_n, radius_m, ratio * radius_m, M50)
+    a, b = contact.semi_axis_y_m, contact.semi_axis_x_m
+    m = 1 - (b / a) ** 2
+    slope = contact.max_hertz_pressure_pa / (M50 / 2) * b / (m * a**2)
+    assert slope * (ellipk(m) - ellipe(m)) == pytest.approx(1 / (2 * ratio * radius_m))
+    assert slope * ((a / b) ** 2 * ellipe(m) - ellipk(m)) == pytest.approx(1 / (2 * radius_m))
+    approach = contact.max_hertz_pressure_pa / (M50 / 2) * b * ellipk(m)
+    assert contact.approach_m == pytest.approx(approach)
+
+
+@pytest.mark.parametrize("ratio", [0.03, 0.5, 1.0, 3.0, 30.0])
+def test_pressed_surfaces_fit_each_other_along_both_axes(ratio: float) -> None:
+    # Hertz's potential integrated numerically, without any elliptic function: the displacement
+    # p0 a_x a_y/(2 E*) int dw / [(a_i^2 + w) sqrt((a_x^2 + w)(a_y^2 + w) w)] must be 1/(2 R_i)
+    contact = elliptical_contact(500.0, 5e-3, ratio * 5e-3, M50)
+    k = float(contact.ellipticity)  # lengths in units of a_x from here on
+    curvature = float(contact.max_hertz_pressure_pa / M50 / contact.semi_axis_x_m)
+
+    def integrand(v: float, axis: float) -> float:  # w = v^2 removes the pole at w = 0
+        return float(2 / ((axis**2 + v**2) * np.sqrt((1 + v**2) * (k**2 + v**2))))
+
+    for axis, radius_m in ((1.0, 5e-3), (k, ratio * 5e-3)):
+        integral, _ = quad(integrand, 0, np.inf, args=(axis,), epsrel=1e-10)
+        assert curvature * k * integral == pytest.approx(1 / (2 * radius_m), rel=1e-7)
+
+
+def angular_contact(
+    ring: str, load_n: float, angle_deg: float, *, ball_mm: float, pitch_mm: float, groove_mm: float
+) -> EllipticalContact:
+    """Contact of a ball with one ring of the benchmark bearings (physics.md; E 207.5 GPa)."""
+    steel = reduced_modulus(207.5e9, 0.3, 207.5e9, 0.3)
+    ball = ball_mm * 1e-3 / 2
+    pitch_along_normal = pitch_mm * 1e-3 / (2 * np.cos(np.radians(angle_deg)))
+    race = pitch_along_normal - ball if ring == "inner" else -(pitch_along_normal + ball)
+    along, across = reduced_radius(ball, race), reduced_radius(ball, -groove_mm * 1e-3)
+    return elliptical_contact(load_n, along, across, steel)
+
+
+@pytest.mark.parametrize(
+    ("ring", "load_n", "angle_deg", "max_pressure_gpa"),
+    [
+        ("inner", 1679, 41.50, 1.526),
+        ("outer", 1679, 41.50, 1.352),
+        ("inner", 1562, 45.42, 1.483),
+        ("outer", 2022, 37.39, 1.434),
+        ("inner", 1970, 44.91, 1.603),
+        ("outer", 2423, 38.44, 1.524),
+    ],
+)
+def test_harris_218_bearing_has_the_benchmark_pressures(
+    ring: str, load_n: float, angle_deg: float, max_pressure_gpa: float
+) -> None:
+    # physics.md, Jones-Harris benchmark [C]: p0 is printed to 0.0005 GPa, Q to 0.5 N, which
+    # is another 0.0002 GPa
+    contact = angular_contact(
+        ring, load_n, angle_deg, ball_mm=22.23, pitch_mm=125.26, groove_mm=11.63
+    )
+    assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, abs=0.0007)
+
+
+@pytest.mark.parametrize(
+    ("ring", "load_n", "angle_deg", "conformity", "max_pressure_gpa"),
+    [("inner", 1770, 34.39, 0.52, 1.489), ("outer", 2834, 24.65, 0.515, 1.479)],
+)
+def test_mainshaft_bearing_has_the_benchmark_pressures(
+    ring: str, load_n: float, angle_deg: float, conformity: float, max_pressure_gpa: float
+) -> None:
+    # physics.md, Jones-Harris benchmark, 12 000 rpm; rounding as above
+    groove_mm = conformity * 22.225
+    contact = angular_contact(
+        ring, load_n, angle_deg, ball_mm=22.225, pitch_mm=167.5375, groove_mm=groove_mm
+    )
+    assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, abs=0.0007)
+
+
+@pytest.mark.parametrize(
+    ("race_mm", "max_pressure_gpa", "approach_um"),
+    [(52.291 / 2, 3.13, 29.1), (-77.706 / 2, 2.63, 28.3)],
+)
+def test_hamrock_anderson_bearing_is_near_the_simplified_solution(
+    race_mm: float, max_pressure_gpa: float, approach_um: float
+) -> None:
+    # physics.md, check 2. Its four figures are those of the simplified solution
+    # k = (Ry/Rx)^(2/pi), which lies about 1 % off the exact one used here.
+    steel = reduced_modulus(200e9, 0.3, 200e9, 0.3)
+    along = reduced_radius(6.35e-3, race_mm * 1e-3)
+    across = reduced_radius(6.35e-3, -6.604e-3)
+    contact = elliptical_contact(5 * 8900 / 9, along, across, steel)
+    assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, rel=0.015)
+    assert contact.approach_m * 1e6 == pytest.approx(approach_um, rel=0.015)
+
+
+def test_missing_load_gives_a_missing_pressure_and_spares_its_neighbours() -> None:
+    contact = elliptical_contact(np.array([100.0, np.nan]), 5e-3, 0.1, M50)
+    assert np.isfinite(contact.max_hertz_pressure_pa).tolist() == [True, False]
+
+
+def test_each_attribute_has_the_shape_of_all_arguments_together() -> None:
+    contact = elliptical_contact(np.ones((4, 1)), np.full(3, 5e-3), 0.1, M50)
+    assert {np.shape(value) for value in vars(contact).values()} == {(4, 3)}
+
+
+@pytest.mark.parametrize("difference", [1e-3, 1e-9, -1e-9, 2e-16, -2e-16])
+def test_nearly_circular_contact_is_solved(difference: float) -> None:
+    # Greenwood, J. Tribol. 107 (1985) 501: k -> (Ry/Rx)^(2/3) for small ellipticities; the
+    # second-order term is about a fifth of the square, the rest is rounding
+    k = ellipticity(1.0, 1 + difference)
+    assert k - 1 == pytest.approx(2 / 3 * difference, abs=0.2 * difference**2 + 1e-15)
+
+
+@given(radius_ratios)
+def test_ellipticity_lies_between_the_root_and_the_two_thirds_power(ratio: float) -> None:
+    # both limits follow from Johnson (1985), Eq. 4.28: k -> ratio^(2/3) for a nearly circular
+    # contact and, but for a logarithm, ratio^(1/2) for a nearly linear one
+    k = ellipticity(1.0, ratio)
+    low, high = sorted([ratio**0.5, ratio ** (2 / 3)])
+    assert low * (1 - 1e-12) <= k <= high * (1 + 1e-12)

@@ -1,0 +1,239 @@
+"""Film thickness against the worked checks of physics.md and the exponents of its formulas."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oilfilm.physics.contact import (
+    ellipticity,
+    load_for_max_hertz_pressure,
+    max_hertz_pressure,
+    reduced_modulus,
+    reduced_radius,
+)
+from oilfilm.physics.film import (
+    central_film_thickness,
+    combined_roughness,
+    lambda_ratio,
+    minimum_film_thickness,
+    rq_from_ra,
+    thermal_loading_parameter,
+    thermal_reduction_factor,
+)
+
+M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)
+LOAD_N = load_for_max_hertz_pressure(1.5e9, 0.010, M50)
+# physics.md, check 1: 20 mm ball on a flat, MIL-L-23699 oil at 100 degC, 25 m/s, 1.5 GPa
+CHECK_1: dict[str, Any] = {
+    "load_n": LOAD_N,
+    "entrainment_speed_m_s": 25.0,
+    "dynamic_viscosity_pa_s": 5.006e-3,
+    "pressure_viscosity_coefficient_1_pa": 1.103e-8,
+    "radius_x_m": 0.010,
+    "reduced_modulus_pa": M50,
+}
+# the rig's worst corner: 7808-type oil at 120 degC, properties as printed in physics.md [C]
+WORST_CORNER = CHECK_1 | {
+    "dynamic_viscosity_pa_s": 2.09e-3,
+    "pressure_viscosity_coefficient_1_pa": 0.681e-8,
+}
+RIG_ROUGHNESS_M = combined_roughness(rq_from_ra(0.014e-6), rq_from_ra(0.010e-6))
+
+factors = st.floats(0.05, 20.0)
+slips = st.floats(-2.0, 2.0)
+thermal_loadings = st.floats(0.0, 10.0)
+
+
+def test_check_1_film_thickness_agrees() -> None:
+    # physics.md, check 1 [C], printed to 0.0005 um
+    assert central_film_thickness(**CHECK_1) * 1e6 == pytest.approx(0.360, abs=0.0005)
+    assert minimum_film_thickness(**CHECK_1) * 1e6 == pytest.approx(0.211, abs=0.0005)
+
+
+def test_check_1_thermal_reduction_agrees() -> None:
+    # physics.md, check 1 [C], printed to 0.0005; beta and k_oil by its formulas, by hand
+    loading = thermal_loading_parameter(
+        entrainment_speed_m_s=25.0,
+        dynamic_viscosity_pa_s=5.006e-3,
+        temperature_viscosity_coefficient_1_k=0.019963,
+        thermal_conductivity_w_mk=0.14724,
+    )
+    factor = thermal_reduction_factor(
+        max_hertz_pressure_pa=1.5e9,
+        reduced_modulus_pa=M50,
+        slide_roll_ratio=np.array([0.0, 0.3]),
+        thermal_loading=loading,
+    )
+    assert loading == pytest.approx(0.424, abs=0.0005)
+    assert factor == pytest.approx(np.array([0.835, 0.766]), abs=0.0005)
+
+
+@pytest.mark.parametrize(
+    ("race_mm", "minimum_um", "central_um"),
+    [(52.291 / 2, 0.553, 0.690), (-77.706 / 2, 0.661, 0.828)],
+)
+def test_check_2_film_thickness_in_a_radial_ball_bearing_agrees(
+    race_mm: float, minimum_um: float, central_um: float
+) -> None:
+    # physics.md, check 2 [C], printed to 0.0005 um. The published 0.557 and 0.665 are [M].
+    ball_m, pitch_m = 12.700e-3, (52.291e-3 + 77.706e-3) / 2
+    along = reduced_radius(ball_m / 2, race_mm * 1e-3)
+    contact: dict[str, Any] = {
+        "load_n": 5 * 8900 / 9,
+        # inner ring 400 rad/s, outer at rest, by kinematics: u = omega (dm^2 - d^2)/(4 dm)
+        "entrainment_speed_m_s": 400 * (pitch_m**2 - ball_m**2) / (4 * pitch_m),
+        "dynamic_viscosity_pa_s": 0.04,
+        "pressure_viscosity_coefficient_1_pa": 2.3e-8,
+        "radius_x_m": along,
+        "reduced_modulus_pa": reduced_modulus(200e9, 0.3, 200e9, 0.3),
+        "ellipticity": ellipticity(along, reduced_radius(ball_m / 2, -6.604e-3)),
+    }
+    assert minimum_film_thickness(**contact) * 1e6 == pytest.approx(minimum_um, abs=0.0005)
+    assert central_film_thickness(**contact) * 1e6 == pytest.approx(central_um, abs=0.0005)
+
+
+def test_round_contact_loses_the_printed_share_to_side_leakage() -> None:
+    # physics.md [S, H]: brackets 0.706 (central) and 0.493 (minimum) at k = 1, printed to 0.0005
+    wide = CHECK_1 | {"ellipticity": 1e3}
+    central = central_film_thickness(**CHECK_1) / central_film_thickness(**wide)
+    minimum = minimum_film_thickness(**CHECK_1) / minimum_film_thickness(**wide)
+    assert central == pytest.approx(0.706, abs=0.0005)
+    assert minimum == pytest.approx(0.493, abs=0.0005)
+
+
+def test_worst_corner_of_the_rig_has_the_printed_film() -> None:
+    # physics.md [C], printed to 0.0005 um
+    assert minimum_film_thickness(**WORST_CORNER) * 1e6 == pytest.approx(0.092, abs=0.0005)
+    assert central_film_thickness(**WORST_CORNER) * 1e6 == pytest.approx(0.155, abs=0.0005)
+
+
+def test_worst_corner_of_the_rig_runs_at_the_printed_lambda() -> None:
+    # physics.md: lambda 3.9 with Rq 0.0215 um, printed to 0.05; thermally reduced, pure rolling
+    loading = thermal_loading_parameter(
+        entrainment_speed_m_s=25.0,
+        dynamic_viscosity_pa_s=2.09e-3,
+        temperature_viscosity_coefficient_1_k=0.0145,
+        thermal_conductivity_w_mk=0.1333,  # between 0.13395 at 367 K and 0.13265 at 422 K
+    )
+    factor = thermal_reduction_factor(
+        max_hertz_pressure_pa=1.5e9,
+        reduced_modulus_pa=M50,
+        slide_roll_ratio=0.0,
+        thermal_loading=loading,
+    )
+    film_m = factor * minimum_film_thickness(**WORST_CORNER)
+    assert lambda_ratio(film_m, RIG_ROUGHNESS_M) == pytest.approx(3.9, abs=0.05)
+
+
+@given(factors)
+def test_film_grows_with_speed_to_the_published_power(factor: float) -> None:
+    # Hamrock and Dowson (1977): U^0.67 in the centre, U^0.68 at the sides
+    faster = CHECK_1 | {"entrainment_speed_m_s": factor * 25.0}
+    central = central_film_thickness(**faster) / central_film_thickness(**CHECK_1)
+    minimum = minimum_film_thickness(**faster) / minimum_film_thickness(**CHECK_1)
+    assert central == pytest.approx(factor**0.67)
+    assert minimum == pytest.approx(factor**0.68)
+
+
+@given(factors)
+def test_film_hardly_yields_to_load(factor: float) -> None:
+    # Hamrock and Dowson (1977): W^-0.067 in the centre, W^-0.073 at the sides
+    heavier = CHECK_1 | {"load_n": factor * LOAD_N}
+    central = central_film_thickness(**heavier) / central_film_thickness(**CHECK_1)
+    minimum = minimum_film_thickness(**heavier) / minimum_film_thickness(**CHECK_1)
+    assert central == pytest.approx(factor**-0.067)
+    assert minimum == pytest.approx(factor**-0.073)
+
+
+@given(factors)
+def test_doubling_viscosity_thickens_the_film_as_doubling_speed_does(factor: float) -> None:
+    thicker_oil = CHECK_1 | {"dynamic_viscosity_pa_s": factor * 5.006e-3}
+    faster = CHECK_1 | {"entrainment_speed_m_s": factor * 25.0}
+    assert minimum_film_thickness(**thicker_oil) == pytest.approx(minimum_film_thickness(**faster))
+    assert central_film_thickness(**thicker_oil) == pytest.approx(central_film_thickness(**faster))
+
+
+@given(factors)
+def test_model_of_another_size_at_equal_pressure_and_rate_has_the_same_film_in_proportion(
+    size: float,
+) -> None:
+    # lengths x s, load x s^2 and speed x s leave U, G and W as they are
+    scaled = CHECK_1 | {
+        "radius_x_m": size * 0.010,
+        "load_n": size**2 * LOAD_N,
+        "entrainment_speed_m_s": size * 25.0,
+    }
+    assert max_hertz_pressure(scaled["load_n"], scaled["radius_x_m"], M50) == pytest.approx(1.5e9)
+    for film in (central_film_thickness, minimum_film_thickness):
+        assert film(**scaled) == pytest.approx(size * film(**CHECK_1))
+
+
+@given(st.floats(1.0, 8.0))
+def test_film_is_thinner_at_the_sides_than_in_the_centre(k: float) -> None:
+    # within the range of ellipticity that the formulas were fitted to
+    contact = CHECK_1 | {"ellipticity": k}
+    assert minimum_film_thickness(**contact) < central_film_thickness(**contact)
+
+
+def test_cold_inlet_film_is_not_reduced() -> None:
+    factor = thermal_reduction_factor(
+        max_hertz_pressure_pa=1.5e9,
+        reduced_modulus_pa=M50,
+        slide_roll_ratio=0.3,
+        thermal_loading=0.0,
+    )
+    assert factor == 1
+
+
+@given(slips, thermal_loadings)
+def test_heating_never_thickens_the_film(slip: float, loading: float) -> None:
+    factor = thermal_reduction_factor(
+        max_hertz_pressure_pa=1.5e9,
+        reduced_modulus_pa=M50,
+        slide_roll_ratio=slip,
+        thermal_loading=loading,
+    )
+    assert 0 < factor <= 1
+
+
+@given(slips, thermal_loadings)
+def test_which_surface_is_faster_makes_no_difference_to_heating(
+    slip: float, loading: float
+) -> None:
+    factors_both_ways = thermal_reduction_factor(
+        max_hertz_pressure_pa=1.5e9,
+        reduced_modulus_pa=M50,
+        slide_roll_ratio=np.array([slip, -slip]),
+        thermal_loading=loading,
+    )
+    assert factors_both_ways[0] == factors_both_ways[1]
+
+
+@given(factors)
+def test_inlet_heating_grows_with_the_square_of_speed(factor: float) -> None:
+    loading = thermal_loading_parameter(
+        entrainment_speed_m_s=np.array([25.0, factor * 25.0]),
+        dynamic_viscosity_pa_s=5.006e-3,
+        temperature_viscosity_coefficient_1_k=0.02,
+        thermal_conductivity_w_mk=0.147,
+    )
+    assert loading[1] / loading[0] == pytest.approx(factor**2)
+
+
+def test_rig_has_the_printed_roughness() -> None:
+    # rig page: Ra 0.0172 um, Rq 0.0215 um for ball and disc together, printed to 0.00005 um
+    assert combined_roughness(0.014e-6, 0.010e-6) * 1e6 == pytest.approx(0.0172, abs=5e-5)
+    assert RIG_ROUGHNESS_M * 1e6 == pytest.approx(0.0215, abs=5e-5)
+
+
+@given(factors, factors)
+def test_combined_roughness_does_not_depend_on_the_order(rq_1_um: float, rq_2_um: float) -> None:
+    assert combined_roughness(rq_1_um, rq_2_um) == combined_roughness(rq_2_um, rq_1_um)
+
+
+def test_missing_speed_gives_a_missing_film_and_spares_its_neighbours() -> None:
+    points = CHECK_1 | {"entrainment_speed_m_s": np.array([25.0, np.nan, 30.0])}
+    assert np.isnan(minimum_film_thickness(**points)).tolist() == [False, True, False]

@@ -1,0 +1,241 @@
+"""Oil properties against the evaluated tables of physics.md and against each other."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oilfilm.errors import OilfilmError
+from oilfilm.physics.contact import load_for_max_hertz_pressure, reduced_modulus
+from oilfilm.physics.film import minimum_film_thickness
+from oilfilm.physics.oils import Oil, PiecewiseLinear, oil_from_config
+from oilfilm.settings.load import load_checked
+
+FOLDER = Path(__file__).parents[2] / "config" / "oils"
+OILS = {
+    name: oil_from_config(load_checked(FOLDER / f"{name}.yaml", "oil"))
+    for name in ("4010", "4050", "4102")
+}
+
+any_oil = st.sampled_from(sorted(OILS)).map(OILS.__getitem__)
+rig_temperatures_c = st.floats(20.0, 150.0)  # the rig's range and a little beyond
+
+# physics.md, oils, "Evaluated" [C]: degC, eta mPa s, rho kg/m3, nu cSt, alpha 1e-8/Pa, beta 1/K
+TABLE = [
+    ("4010", 25, "19.76", "963", "20.51", "1.376", ".0393"),
+    ("4010", 40, "11.60", "953", "12.18", "1.177", ".0321"),
+    ("4010", 70, "5.17", "931", "5.55", "0.918", ".0227"),
+    ("4010", 100, "2.87", "909", "3.15", "0.758", ".0171"),
+    ("4010", 120, "2.09", "893", "2.34", "0.681", ".0145"),
+    ("4010", 140, "1.60", "877", "1.82", "0.620", ".0125"),
+    ("4050", 25, "46.40", "967", "47.97", "1.561", ".0430"),
+    ("4050", 40, "25.60", "957", "26.74", "1.423", ".0365"),
+    ("4050", 70, "10.02", "938", "10.69", "1.229", ".0267"),
+    ("4050", 100, "5.01", "918", "5.46", "1.103", ".0200"),
+    ("4050", 120, "3.48", "904", "3.85", "1.042", ".0166"),
+    ("4050", 140, "2.56", "890", "2.88", "0.994", ".0139"),
+]
+
+
+def printed(figure: str) -> object:
+    """A printed figure, to one unit of its last digit.
+
+    Half a unit is the rounding of the figure itself, and 56 of the 60 figures keep to it. The
+    other four (4010: rho at 40 degC, alpha at 100 and 140 degC; 4050: nu at 100 degC) lie 0.54
+    to 0.55 of a unit off, so they were rounded from something slightly different.
+    """
+    decimals = len(figure.partition(".")[2])
+    return pytest.approx(float(figure), abs=10.0**-decimals)
+
+
+@pytest.mark.parametrize(("name", "celsius", "eta", "rho", "nu", "alpha", "beta"), TABLE)
+def test_stand_ins_have_the_tabulated_properties(
+    name: str, celsius: float, eta: str, rho: str, nu: str, alpha: str, beta: str
+) -> None:
+    oil = OILS[name]
+    assert oil.dynamic_viscosity_pa_s(celsius) * 1e3 == printed(eta)
+    assert oil.density_kg_m3(celsius) == printed(rho)
+    assert oil.kinematic_viscosity_m2_s(celsius) * 1e6 == printed(nu)
+    assert oil.pressure_viscosity_coefficient_1_pa(celsius) * 1e8 == printed(alpha)
+    assert oil.temperature_viscosity_coefficient_1_k(celsius) == printed(beta)
+
+
+def test_4102_has_the_two_viscosities_that_its_line_was_drawn_through() -> None:
+    # physics.md: 7.0 cSt at 100 degC and 40.2 cSt at 40 degC, printed to 0.05 cSt
+    viscosity_cst = OILS["4102"].kinematic_viscosity_m2_s(np.array([100.0, 40.0])) * 1e6
+    assert viscosity_cst == pytest.approx(np.array([7.0, 40.2]), abs=0.05)
+
+
+def test_4102_has_the_printed_pressure_viscosity_coefficient_when_hot() -> None:
+    # physics.md: 1.15e-8 1/Pa at 100 degC by the 23699 rule, printed to 0.005e-8
+    alpha = OILS["4102"].pressure_viscosity_coefficient_1_pa(100.0)
+    assert alpha * 1e8 == pytest.approx(1.15, abs=0.005)
+
+
+def test_4102_has_the_printed_density_heat_and_uncertainty() -> None:
+    # physics.md: rho about 920 kg/m3 at 100 degC, cp 2000, k 0.147; alpha +-15 %, rho +-3 %
+    oil, celsius = OILS["4102"], np.array([20.0, 100.0, 150.0])
+    assert oil.density_kg_m3(100.0) == pytest.approx(920)
+    assert oil.specific_heat_j_kgk(celsius) == pytest.approx(2000)
+    assert oil.thermal_conductivity_w_mk(celsius) == pytest.approx(0.147)
+    assert oil.relative_uncertainty == {"pressure_viscosity_coefficient": 0.15, "density": 0.03}
+
+
+def test_4102_expands_as_4050_does() -> None:
+    # its density has the other's mean slope from 25 to 140 degC: 967 - 890 kg/m3 (physics.md [C]),
+    # both printed to 0.5 kg/m3
+    cold, hot = OILS["4102"].density_kg_m3(np.array([25.0, 140.0]))
+    assert cold - hot == pytest.approx(967 - 890, abs=1.0)
+
+
+def test_4010_keeps_the_thermal_properties_of_its_source() -> None:
+    # physics.md, MIL-L-7808 at 311, 367, 422 and 478 K [S]
+    celsius = np.array([311, 367, 422, 478]) - 273.15
+    oil = OILS["4010"]
+    assert oil.density_kg_m3(celsius) == pytest.approx([954, 914, 870, 826])
+    assert oil.specific_heat_j_kgk(celsius) == pytest.approx([1800.2, 1967.7, 2177.0, 2344.5])
+    assert oil.thermal_conductivity_w_mk(celsius) == pytest.approx(
+        [0.14485, 0.13395, 0.13265, 0.13136]
+    )
+
+
+@given(rig_temperatures_c)
+def test_4050_conducts_heat_as_its_source_says(celsius: float) -> None:
+    # physics.md, MIL-L-23699 [S]: k = 0.14868 - 2.2275e-4 (T - 366.67), T in K
+    kelvin = celsius + 273.15
+    expected = 0.14868 - 2.2275e-4 * (kelvin - 366.67)
+    assert OILS["4050"].thermal_conductivity_w_mk(celsius) == pytest.approx(expected)
+
+
+def test_4050_keeps_the_density_and_heat_of_its_source() -> None:
+    # physics.md, MIL-L-23699 at 233, 300, 367 and 422 K [S]
+    celsius = np.array([233, 300, 367, 422]) - 273.15
+    assert OILS["4050"].density_kg_m3(celsius) == pytest.approx([1016, 966, 922, 884])
+    assert OILS["4050"].specific_heat_j_kgk(celsius) == pytest.approx(2000)
+
+
+@pytest.mark.parametrize(("name", "grade_cst"), [("4010", 3), ("4050", 5), ("4102", 7)])
+def test_stand_in_is_of_the_grade_of_its_oil(name: str, grade_cst: float) -> None:
+    # rig page: 3, 5 and 7 cSt at 100 degC, printed to 0.5 cSt
+    oil = OILS[name]
+    assert oil.nominal_kinematic_viscosity_100c_cst == grade_cst
+    assert oil.kinematic_viscosity_m2_s(100.0) * 1e6 == pytest.approx(grade_cst, abs=0.5)
+
+
+@pytest.mark.parametrize("name", sorted(OILS))
+def test_stand_in_says_that_it_is_one(name: str) -> None:
+    assert OILS[name].stand_in
+    assert "lost" in OILS[name].note and "stand-in" in OILS[name].note
+
+
+@pytest.mark.parametrize("name", sorted(OILS))
+def test_oil_is_named_as_its_file(name: str) -> None:
+    assert OILS[name].id == name
+
+
+@given(any_oil, rig_temperatures_c, st.floats(0.1, 30.0))
+def test_hot_oil_is_thinner_lighter_and_yields_less_to_pressure(
+    oil: Oil, celsius: float, rise: float
+) -> None:
+    temperatures = np.array([celsius, celsius + rise])
+    for property_of in (
+        oil.dynamic_viscosity_pa_s,
+        oil.kinematic_viscosity_m2_s,
+        oil.density_kg_m3,
+        oil.pressure_viscosity_coefficient_1_pa,
+        oil.temperature_viscosity_coefficient_1_k,
+    ):
+        cold, hot = property_of(temperatures)
+        assert 0 < hot < cold
+
+
+@given(any_oil, rig_temperatures_c)
+def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: float) -> None:
+    step = 0.01  # K; the central difference is then good to about 1e-8 of beta
+    around = np.log(oil.dynamic_viscosity_pa_s(np.array([celsius - step, celsius + step])))
+    slope = (around[0] - around[1]) / (2 * step)
+    assert oil.temperature_viscosity_coefficient_1_k(celsius) == pytest.approx(slope, rel=1e-6)
+
+
+@given(rig_temperatures_c)
+def test_grades_keep_their_order_at_every_temperature(celsius: float) -> None:
+    seven, five, three = (
+        OILS[name].kinematic_viscosity_m2_s(celsius) for name in ("4102", "4050", "4010")
+    )
+    assert seven > five > three
+
+
+@given(any_oil, rig_temperatures_c, st.floats(0.1, 30.0))
+def test_film_is_thinner_when_hotter(oil: Oil, celsius: float, rise: float) -> None:
+    steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
+    temperatures = np.array([celsius, celsius + rise])
+    cold, hot = minimum_film_thickness(
+        load_n=load_for_max_hertz_pressure(1.5e9, 0.010, steel),
+        entrainment_speed_m_s=25.0,
+        dynamic_viscosity_pa_s=oil.dynamic_viscosity_pa_s(temperatures),
+        pressure_viscosity_coefficient_1_pa=oil.pressure_viscosity_coefficient_1_pa(temperatures),
+        radius_x_m=0.010,
+        reduced_modulus_pa=steel,
+    )
+    assert hot < cold
+
+
+@given(any_oil, st.lists(rig_temperatures_c, min_size=1, max_size=5))
+def test_array_of_temperatures_gives_what_each_alone_gives(
+    oil: Oil, temperatures_c: list[float]
+) -> None:
+    for property_of in (
+        oil.dynamic_viscosity_pa_s,
+        oil.kinematic_viscosity_m2_s,
+        oil.density_kg_m3,
+        oil.pressure_viscosity_coefficient_1_pa,
+        oil.temperature_viscosity_coefficient_1_k,
+        oil.thermal_conductivity_w_mk,
+        oil.specific_heat_j_kgk,
+    ):
+        alone = [float(property_of(celsius)) for celsius in temperatures_c]
+        assert property_of(np.array(temperatures_c)) == pytest.approx(alone, rel=1e-12)
+
+
+def test_missing_temperature_gives_a_missing_viscosity() -> None:
+    viscosity = OILS["4010"].dynamic_viscosity_pa_s(np.array([np.nan, 100.0]))
+    assert np.isnan(viscosity).tolist() == [True, False]
+
+
+def test_table_is_continued_beyond_both_ends() -> None:
+    line = PiecewiseLinear((300.0, 310.0, 330.0), (10.0, 12.0, 8.0))
+    at = np.array([290.0, 300.0, 305.0, 310.0, 320.0, 330.0, 340.0])
+    assert line.at(at) == pytest.approx([8.0, 10.0, 11.0, 12.0, 10.0, 8.0, 6.0])
+
+
+def test_rows_of_a_table_may_come_in_any_order() -> None:
+    config = load_checked(FOLDER / "4010.yaml", "oil")
+    turned = config | {"density_kg_m3": config["density_kg_m3"][::-1]}
+    assert oil_from_config(turned) == oil_from_config(config)
+
+
+def test_unknown_model_is_refused_with_the_allowed_ones() -> None:
+    config = load_checked(FOLDER / "4010.yaml", "oil") | {"model": "walther"}
+    allowed = "adore-mil-l-7808, adore-mil-l-23699, astm-d341"
+    with pytest.raises(ValueError, match=re.escape(f"'walther'; expected one of {allowed}")):
+        oil_from_config(config)
+
+
+def test_misspelt_coefficient_is_refused_with_a_suggestion(tmp_path: Path) -> None:
+    text = (FOLDER / "4102.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "4102.yaml"
+    path.write_text(text.replace("  viscosity_slope:", "  viscosity_slop:"), encoding="utf-8")
+    with pytest.raises(OilfilmError, match="Did you mean 'viscosity_slope'"):
+        load_checked(path, "oil")
+
+
+def test_coefficients_of_another_model_are_refused(tmp_path: Path) -> None:
+    config = load_checked(FOLDER / "4102.yaml", "oil") | {"model": "adore-mil-l-7808"}
+    path = tmp_path / "4102.yaml"
+    path.write_text(yaml.safe_dump(config), encoding="utf-8")
+    with pytest.raises(OilfilmError, match="coefficients"):
+        load_checked(path, "oil")

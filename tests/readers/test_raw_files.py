@@ -1,0 +1,135 @@
+"""Which files count as logs, and that no path leads out of the raw folder."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from oilfilm.errors import OilfilmError
+from oilfilm.readers.raw_files import (
+    expected_digests,
+    listing,
+    raw_files,
+    read_listing,
+    refuse_altered,
+    refuse_strangers,
+    remove_others,
+    shard_of,
+    unchanged_logs,
+)
+
+
+def test_logs_are_found_in_subfolders_and_notes_are_not_logs(tmp_path: Path) -> None:
+    (tmp_path / "june").mkdir()
+    for name in ("b.csv", "june/a.csv", "README.md", ".hidden.csv"):
+        (tmp_path / name).write_text("x")
+    assert raw_files(tmp_path) == ["b.csv", "june/a.csv"]
+
+
+@pytest.mark.parametrize("name", [b"{a}.csv", b"a\\b.csv", b"a\nb.csv", b"\xe4.csv"])
+def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: bytes) -> None:
+    try:
+        (tmp_path / os.fsdecode(name)).write_text("x")
+    except OSError:
+        pytest.skip("this file system has no such names")
+    with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it") as told:
+        raw_files(tmp_path)
+    str(told.value).encode("utf-8")
+
+
+def test_time_of_day_in_a_name_is_no_harm(tmp_path: Path) -> None:
+    (tmp_path / "12:30 \u6cb9.csv").write_text("x")
+    assert raw_files(tmp_path) == ["12:30 \u6cb9.csv"]
+
+
+def test_missing_and_empty_folders_are_told(tmp_path: Path) -> None:
+    with pytest.raises(OilfilmError, match="no such folder"):
+        raw_files(tmp_path / "june")
+    with pytest.raises(OilfilmError, match="holds no logs"):
+        raw_files(tmp_path)
+
+
+def test_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "secret.csv").write_text("x")
+    folder = tmp_path / "raw"
+    folder.mkdir()
+    (folder / "log.csv").symlink_to(tmp_path / "secret.csv")
+    with pytest.raises(OilfilmError, match="leads out of"):
+        raw_files(folder)
+
+
+def test_share_of_a_log_does_not_depend_on_the_other_logs() -> None:
+    # CRC-32 of "123456789" is 0xCBF43926, the check value of the standard
+    assert shard_of("123456789", 1000) == 0xCBF43926 % 1000
+
+
+def test_link_to_a_folder_is_refused_not_skipped(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "a.csv").write_text("x")
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "raw" / "more").symlink_to(tmp_path / "logs")
+    with pytest.raises(OilfilmError, match="link to a folder"):
+        raw_files(tmp_path / "raw")
+
+
+def test_twin_refuses_a_folder_with_logs_of_somebody_else(tmp_path: Path) -> None:
+    refuse_strangers(tmp_path / "nothing", ["a.csv"])
+    (tmp_path / "a.csv").write_text("x")
+    refuse_strangers(tmp_path, ["a.csv", "b.csv"])
+    (tmp_path / "mine.csv").write_text("x")
+    with pytest.raises(OilfilmError, match=r"mine\.csv"):
+        refuse_strangers(tmp_path, ["a.csv"])
+
+
+def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
+    parts = [tmp_path / f"oil=x/part-{share}.parquet" for share in range(3)]
+    parts[0].parent.mkdir()
+    for part in parts:
+        part.write_text("")
+    remove_others(parts[:1])
+    assert [part.exists() for part in parts] == [True, False, False]
+
+
+# sha256 of "abc", from FIPS 180-2, appendix B.1
+ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+
+
+def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
+    (tmp_path / "two words.csv").write_text("abc")
+    assert listing(tmp_path) == f"{ABC}  two words.csv\n"
+    written = tmp_path / "logs.sha256"
+    written.write_text(listing(tmp_path))
+    assert read_listing(written) == {"two words.csv": ABC}
+
+
+def test_log_that_is_not_as_the_twin_wrote_it_is_refused(tmp_path: Path) -> None:
+    folder, written = tmp_path / "raw", tmp_path / "logs.sha256"
+    folder.mkdir()
+    (folder / "a.csv").write_text("abc")
+    refuse_altered(folder, written)  # nothing is known of it yet
+    written.write_text(listing(folder))
+    refuse_altered(folder, written)
+    (folder / "a.csv").write_text("abd")
+    with pytest.raises(OilfilmError, match=r"a\.csv: is not as the rig twin wrote it\. Delete"):
+        refuse_altered(folder, written)
+    (folder / "a.csv").unlink()
+    with pytest.raises(OilfilmError, match=r"a\.csv: is not as"):
+        refuse_altered(folder, written)
+
+
+def test_log_that_has_changed_since_its_digest_was_taken_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("abc")
+    assert list(unchanged_logs(tmp_path, {"a.csv": ABC})) == [("a.csv", b"abc")]
+    (tmp_path / "a.csv").write_text("abcd")
+    with pytest.raises(OilfilmError, match="has changed since the run began"):
+        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
+    (tmp_path / "a.csv").unlink()
+    with pytest.raises(OilfilmError, match="cannot be read"):
+        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
+
+
+def test_digests_come_from_the_run_or_from_the_twins_listing(tmp_path: Path) -> None:
+    written = tmp_path / "logs.sha256"
+    written.write_text(f"{ABC}  a.csv\n{'0' * 64}  b.csv\n")
+    assert expected_digests({"a.csv": "1"}, None) == {"a.csv": "1"}
+    assert expected_digests({"a.csv": ""}, str(written)) == {"a.csv": ABC}

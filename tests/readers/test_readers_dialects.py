@@ -1,0 +1,260 @@
+"""Whatever the dialect, encoding, unit or order: what is written comes back."""
+
+import gzip
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as arrow
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from campaigns import ROOT
+from oilfilm.readers import ingest
+from oilfilm.readers.ingest import read_log, unpack
+from oilfilm.readers.layout import encoding_of
+from oilfilm.settings.load import resolve
+from oilfilm.units import conversion
+
+CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
+
+# unit -> what one of it is in the reader's unit, from the definitions of the units themselves
+UNITS = {
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "load": {"N": 1.0, "kgf": 9.80665, "gf": 9.80665e-3, "lbf": 4.4482216152605, "kN": 1e3},
+    "traction_force": {"N": 1.0, "mN": 1e-3, "kgf": 9.80665},
+    "ball_speed": {"rpm": 1.0, "1/min": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "disc_speed": {"rpm": 1.0, "r/min": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "inlet_temperature": {"degC": 1.0, "\N{DEGREE SIGN}C": 1.0, "K": 1.0, "degF": 5 / 9},
+}
+ZERO_C = {"K": 273.15, "degF": 32.0}
+SAMPLE_COLUMNS = {
+    "time": "time_s",
+    "load": "load_n",
+    "traction_force": "traction_force_n",
+    "ball_speed": "ball_speed_m_s",
+    "disc_speed": "disc_speed_m_s",
+    "inlet_temperature": "inlet_temperature_c",
+}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    delimiter: str
+    decimal: str
+    end: str
+    encoding: str
+    unit_style: str
+    comment: str
+    units: dict[str, str]
+    order: list[str]
+
+
+@st.composite
+def dialects(draw: Any) -> Dialect:
+    delimiter = draw(st.sampled_from([",", ";", "\t", "|"]))
+    return Dialect(
+        delimiter,
+        draw(st.sampled_from(["."] if delimiter == "," else [".", ","])),
+        draw(st.sampled_from(["\n", "\r\n", "\r"])),
+        draw(
+            st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gb18030"])
+        ),
+        draw(st.sampled_from(["brackets", "parentheses", "row"])),
+        draw(st.sampled_from(["# ", ""])),
+        {name: draw(st.sampled_from(sorted(units))) for name, units in UNITS.items()},
+        draw(st.permutations([*UNITS, "\u5907\u6ce8"])),
+    )
+
+
+def write(dialect: Dialect, values: dict[str, np.ndarray]) -> bytes:
+    names = []
+    for name in dialect.order:
+        unit = dialect.units.get(name, "")
+        marks = {"brackets": f" [{unit}]", "parentheses": f" ({unit})", "row": ""}
+        names.append(name.replace("_", " ").title() + marks[dialect.unit_style] if unit else name)
+    lines = [f"{dialect.comment}oil: 4102", f"{dialect.comment}\u64cd\u4f5c\u5458: \u5f20", ""]
+    lines.append(dialect.delimiter.join(names))
+    if dialect.unit_style == "row":
+        lines.append(dialect.delimiter.join(dialect.units.get(name, "") for name in dialect.order))
+    for row in range(len(values["time"])):
+        cells = [
+            repr(float(values[name][row])).replace(".", dialect.decimal) if name in values else "x"
+            for name in dialect.order
+        ]
+        lines.append(dialect.delimiter.join(cells))
+    return (dialect.end.join(lines) + dialect.end).encode(dialect.encoding)
+
+
+@given(
+    dialect=dialects(),
+    rows=st.lists(
+        st.tuples(
+            *5 * [st.floats(-1e5, 1e5, allow_nan=False).map(lambda x: round(x, 6))],
+            # a temperature above absolute zero in every unit
+            st.floats(0.001, 900, allow_nan=False).map(lambda x: round(x, 6)),
+        ),
+        min_size=1,
+        max_size=5,
+    ),
+)
+@settings(max_examples=300)
+def test_what_is_written_comes_back_whatever_the_dialect(
+    dialect: Dialect, rows: list[tuple[float, ...]]
+) -> None:
+    values = dict(zip(UNITS, np.array(rows).T, strict=True))
+    _, reading = read_log(write(dialect, values), "log", CONFIG)
+    assert reading.refusals == []
+    (run,) = reading.runs
+    rig = CONFIG["rigs"]["ball-on-disc-20mm"]
+    for name, logged in values.items():
+        unit = dialect.units[name]
+        expected = (logged - ZERO_C.get(unit, 0.0)) * UNITS[name][unit]
+        if name.endswith("speed"):
+            body = name.removesuffix("_speed")
+            expected = expected * 2 * np.pi / 60 * rig[f"{body}_track_radius_m"]
+        read = run.samples[SAMPLE_COLUMNS[name]]
+        # 1e-12 relative; degF and K subtract 255 K, whose rounding is 3e-14
+        np.testing.assert_allclose(read, expected, rtol=1e-12, atol=2e-13 * 300)
+
+
+def test_decimal_comma_is_known_where_the_first_row_has_whole_numbers_only() -> None:
+    names = "time_s;load_n;traction_force_n;ball_speed_rpm;disc_speed_rpm;inlet_temperature_c;note"
+    rows = "0;82;0;28650;7160;70;a.b\n0,02;82,5;0,25;28650,5;7160;70;a.b\n"
+    _, reading = read_log(f"# oil: 4102\n{names}\n{rows}".encode(), "log", CONFIG)
+    assert reading.refusals == []
+    assert reading.runs[0].samples["load_n"].tolist() == [82.0, 82.5]
+
+
+def test_decimal_point_is_known_where_a_text_has_a_comma() -> None:
+    names = "time_s;load_n;traction_force_n;ball_speed_rpm;disc_speed_rpm;inlet_temperature_c;note"
+    rows = "0;82.5;0;28650;7160;70;warm, then cold\n"
+    _, reading = read_log(f"# oil: 4102\n{names}\n{rows}".encode(), "log", CONFIG)
+    assert reading.runs[0].samples["load_n"].tolist() == [82.5]
+
+
+def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
+    names = "time_s,max_hertz_pressure_gpa,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
+    text = f"# oil: 4102\n{names}inlet_temperature_c\n0,1.5,0.5,24,26,70\n"
+    (run,) = read_log(text.encode(), "log", CONFIG)[1].runs
+    # physics.md: W 142 N at 1.5 GPa
+    assert run.samples["load_n"][0] == pytest.approx(142, abs=0.5)
+    assert run.samples["disc_speed_m_s"].tolist() == [26]
+
+
+def test_renamed_columns_are_found_by_the_campaign_file_() -> None:
+    columns = {
+        "load": {"name": "\u8f7d\u8377", "unit": "kgf"},
+        "traction_force": {"name": "F_x", "unit": "N"},
+    }
+    campaign = {**CONFIG["campaign"], "columns": columns}
+    text = (
+        "# oil: 4102\ntime_s,\u8f7d\u8377,F_x,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
+    )
+    content = (text + "0,10,-0.5,1,2,70\n").encode("gb18030")
+    (run,) = read_log(content, "log", {**CONFIG, "campaign": campaign})[1].runs
+    assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
+    assert run.samples["traction_force_n"].tolist() == [-0.5]
+
+
+@pytest.mark.parametrize(
+    ("unit", "definition", "logged"),
+    [
+        ("-", "over_mean", 0.2),
+        ("%", "over_mean", 20),
+        ("%", "over_sum", 10),
+        ("1", "over_sum", 0.1),
+    ],
+)
+def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
+    unit: str, definition: str, logged: float
+) -> None:
+    campaign = {**CONFIG["campaign"], "semantics": {"slide_roll_ratio": definition}}
+    names = "time_s,load_n,traction_force_n,inlet_temperature_c,"
+    names += f"entrainment speed [mm/s],slide_roll_ratio [{unit}]"
+    content = f"# oil: 4102\n{names}\n0,82,1,70,10000,{logged}\n".encode()
+    (run,) = read_log(content, "log", {**CONFIG, "campaign": campaign})[1].runs
+    assert run.samples["disc_speed_m_s"].tolist() == pytest.approx([11.0])
+    assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
+
+
+def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
+    campaign = {**CONFIG["campaign"], "semantics": {"slide_roll_ratio": "over_faster"}}
+    names = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment_speed_m_s,"
+    rows = "0,82,1,70,10,0.1\n1,82,1,70,10,2\n"
+    content = f"# oil: 4102\n{names}slide_roll_ratio\n{rows}".encode()
+    _, reading = read_log(content, "log", {**CONFIG, "campaign": campaign})
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.refused_rows) == ("unreadable_row", 2, 1)
+    assert len(reading.runs[0]) == 1
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-1.25", "0", "1e12", "one"])
+def test_set_point_that_is_none_is_refused(value: str) -> None:
+    names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    content = f"# oil: 4102\n# max_hertz_pressure_gpa: {value}\n{names}\n0,1,2,3,4,5\n".encode()
+    (refusal,) = read_log(content, "log", CONFIG)[1].refusals
+    assert refusal.rule == "header"
+    assert repr(value) in refusal.reason
+
+
+def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
+    rigs = {"pcs-etm": {"name": "x", "source": "y"}}
+    names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    content = f"# oil: 4102\n{names}\n0,1,2,3,4,5\n".encode()
+    (refusal,) = read_log(content, "log", {**CONFIG, "rigs": rigs})[1].refusals
+    assert refusal.rule == "rig"
+    assert "ball_track_radius_m" in refusal.reason
+    assert refusal.refused_rows == 1
+
+
+@pytest.mark.parametrize("codec", ["gzip", "zstd"])
+def test_compressed_log_is_read_in_place_and_a_cut_one_is_refused(codec: str) -> None:
+    text = b"# oil: 4102\ntime_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,"
+    text += b"inlet_temperature_c\n" + 500 * b"0,1,2,3,4,5\n"
+    packed = gzip.compress(text) if codec == "gzip" else arrow.compress(text, codec, asbytes=True)
+    assert len(read_log(packed, "log", CONFIG)[1].runs[0]) == 500
+    reading = read_log(packed[:-9], "log", CONFIG)[1]
+    assert [refusal.rule for refusal in reading.refusals] == ["damaged_archive"]
+
+
+def test_archive_that_unfolds_without_end_is_refused() -> None:
+    bomb = gzip.compress(bytes(1 << 20), 9)
+    stacked = arrow.compress(bytes((1 << 29) + 10), "zstd", asbytes=True)
+    assert len(unpack(bomb)) == 1 << 20
+    with pytest.raises(OSError, match="unfolds to more than 512 MiB"):
+        unpack(stacked)
+
+
+@pytest.mark.parametrize(
+    ("text", "encoding"),
+    [
+        ("load", "ascii"),
+        ("\u8f7d\u8377", "utf-8"),
+        ("\u8f7d\u8377,1", "gb18030"),
+        ("load;1;2;3", "utf-16-le"),
+        ("load;1;2;3", "utf-16-be"),
+    ],
+)
+def test_encoding_is_known_without_a_mark(text: str, encoding: str) -> None:
+    assert encoding_of(text.encode(encoding)) == encoding
+
+
+@pytest.mark.parametrize("unit", ["m", "banana", "kg", "%%", "", "N*m"])
+def test_impossible_unit_is_refused_in_words(unit: str) -> None:
+    with pytest.raises(ValueError, match="is none of N or GPa"):
+        conversion(unit, ("N", "GPa"))
+
+
+def test_file_larger_than_any_log_is_refused_and_never_read_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ingest, "LARGEST_LOG", 1000)
+    log = tmp_path / "log.csv"
+    log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
+    content = ingest.read_bytes(log)
+    assert len(content) == 1001
+    (refusal,) = ingest.read_log(content, "log.csv", CONFIG)[1].refusals
+    assert refusal.rule == "too_large"

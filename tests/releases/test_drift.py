@@ -1,0 +1,435 @@
+"""Two releases compared: a sensor that is off is named and stopped, equal ones pass silently."""
+
+import json
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+import pytest
+
+from campaigns import ROOT, Campaign, carry_through
+from oilfilm.cli import main
+from oilfilm.errors import OilfilmError
+from oilfilm.releases.compare import Comparison, Extreme, Traction, _levels, compare
+from oilfilm.releases.drift import moved
+from oilfilm.releases.manifest import (
+    MANIFEST,
+    PINNED_MANIFEST,
+    FileRecord,
+    Manifest,
+    canonical,
+    read_manifest,
+)
+from oilfilm.releases.opened import Opened
+from oilfilm.releases.page import page
+from oilfilm.releases.pin import pin
+from oilfilm.releases.said import said
+from oilfilm.settings.load import as_yaml
+from oilfilm.traction.deng2026 import traction_coefficient
+from releases import PNG, made, project, released, tables_of
+
+OILS = ("4102", "4050")
+CONFIG = ["--config", str(ROOT / "config")]
+Change = Callable[[str, bytes], bytes]
+
+
+def with_load_factor(content: bytes, factor: float) -> bytes:
+    """A log as a load cell writes it that shows every load too large by a factor."""
+    head, names, rows = content.partition(b"time_s,load_n,")
+    times = r"(?m)^([-0-9.]+),([-0-9.]+),"
+    scaled = re.sub(
+        times,
+        lambda found: f"{found[1]},{float(found[2]) * factor:.3f},",
+        rows.decode(),
+    )
+    return head + names + scaled.encode()
+
+
+def logs_of(campaign: Campaign, oils: tuple[str, ...] = OILS) -> dict[str, bytes]:
+    return {
+        path.name: path.read_bytes()
+        for path in sorted(campaign.folder.iterdir())
+        if path.name.startswith(oils)
+    }
+
+
+@pytest.fixture(scope="module")
+def frames(demo: Campaign) -> dict[str, pd.DataFrame]:
+    """Tables of two oils of the demonstration campaign."""
+    return tables_of(demo, OILS)
+
+
+@pytest.fixture(scope="module")
+def place(
+    demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """Their release."""
+    root = project(tmp_path_factory.mktemp("before") / "p")
+    return released(made(root, demo.config, logs_of(demo), frames))
+
+
+@pytest.fixture(scope="module")
+def miscalibrated(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same after the load cell read 1 % too much in every run of 4102."""
+    folder = tmp_path_factory.mktemp("raw")
+    logs = {
+        name: with_load_factor(content, 1.01) if name.startswith("4102") else content
+        for name, content in logs_of(demo).items()
+    }
+    for name, content in logs.items():
+        (folder / name).write_bytes(content)
+    again = carry_through(demo.config, folder, sorted(logs))
+    root = project(tmp_path_factory.mktemp("after") / "p")
+    return released(made(root, demo.config, logs, tables_of(again, OILS)))
+
+
+def test_load_cell_one_percent_off_is_stopped_by_the_gate(
+    place: Path, miscalibrated: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["diff", str(place), str(miscalibrated), "--gate", *CONFIG]) == 1
+    said = capsys.readouterr().out
+    assert "drift gate" in said
+    moved = [line.split() for line in said.splitlines()[4:]]
+    assert {line[0] for line in moved} == {"4102"}
+    assert "mu" in {line[1] for line in moved}
+
+
+def test_load_cell_one_percent_off_is_named(
+    place: Path, miscalibrated: Path, demo: Campaign, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Which logs of which oil, which constants, how much of mu."""
+    assert main(["diff", str(place), str(miscalibrated), *CONFIG]) == 0
+    text = capsys.readouterr().out
+    of_oil = sum(name.startswith("4102") for name in logs_of(demo))
+    assert f"Raw logs ({of_oil} of 4102): {of_oil}\n" in text
+    assert "data/raw/demo/4102_P1.00_U25_T025.csv  changed" in text
+    assert "4050" not in text
+    comparison = compare(Opened.at(place), Opened.at(miscalibrated), demo.config["drift"])
+    assert {row[0] for row in comparison.inputs.rows} == {"4102"}
+    assert not comparison.config.rows
+    assert not comparison.code.rows
+    assert not comparison.environment.rows
+    largest = max(comparison.constants, key=lambda one: one.change)
+    assert (largest.oil, largest.name) == ("4102", "A0")
+    traction = {one.oil: one for one in comparison.traction}
+    assert traction["4050"].absolute.change == 0
+    # force over a load read 1 % too high is 1/1.01 of mu, found at a pressure 1.01^(1/3) higher
+    true = [
+        float(traction_coefficient(constants, 1.25 * factor, 30.0, 70.0, 0.05))
+        for constants in [_values(place)]
+        for factor in (1.0, 1.01 ** (-1 / 3))
+    ]
+    new = float(traction_coefficient(_values(miscalibrated), 1.25, 30.0, 70.0, 0.05))
+    assert new == pytest.approx(true[1] / 1.01, rel=5e-4)
+    assert 0.01 < traction["4102"].relative.change < 0.03
+
+
+def _values(release: Path) -> np.ndarray:
+    coefficients = Opened.at(release).table("coefficients")
+    assert coefficients is not None
+    return coefficients.loc[coefficients["oil"] == "4102", "value"].to_numpy()
+
+
+def test_equal_releases_pass_silently(
+    place: Path,
+    demo: Campaign,
+    frames: dict[str, pd.DataFrame],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    again = released(made(project(tmp_path / "p"), demo.config, logs_of(demo), frames))
+    assert again.name == place.name
+    assert main(["diff", str(place), str(again), "--gate", *CONFIG]) == 0
+    assert capsys.readouterr().out == ""
+    assert main(["diff", str(place), str(again), *CONFIG]) == 0
+    assert capsys.readouterr().out.endswith("no difference\n")
+
+
+def test_pin_stops_what_its_release_stops(
+    place: Path, miscalibrated: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept = pin(place, tmp_path)
+    assert sum(path.stat().st_size for path in kept.rglob("*") if path.is_file()) < 300_000
+    assert main(["diff", str(kept), str(place), "--gate", *CONFIG]) == 0
+    assert capsys.readouterr().out == ""
+    assert main(["diff", str(kept), str(miscalibrated), "--gate", *CONFIG]) == 1
+    assert "4102" in capsys.readouterr().out
+
+
+# ---------------------------------------------------------------- what else can differ
+
+
+Make = Callable[..., Path]
+
+
+@pytest.fixture
+def make(demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path) -> Make:
+    """Releases of the same tables without raw logs, some of them or settings replaced."""
+
+    def release(config: Mapping[str, Any] = demo.config, **replaced: pd.DataFrame) -> Path:
+        root = project(tmp_path / str(len(list(tmp_path.iterdir()))))
+        return released(made(root, config, {}, {**frames, **replaced}))
+
+    return release
+
+
+def comparison_of(before: Path, after: Path, demo: Campaign) -> Comparison:
+    return compare(Opened.at(before), Opened.at(after), demo.config["drift"])
+
+
+def test_point_and_constant_that_change_their_verdict_are_named(
+    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
+) -> None:
+    points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
+    one = points.index[points["accepted"]][0]
+    points.loc[one, ["accepted", "reasons"]] = [False, "thin_film"]
+    coefficients.loc[3, "verdict"] = "sign unknown"
+    after = make(points=points, coefficients=coefficients)
+    row = points.loc[one]
+    assert comparison_of(make(), after, demo).verdicts.rows == [
+        ("points", f"{row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
+        ("coefficients", "4102, deng2026, A3", "known", "sign unknown"),
+    ]
+
+
+def test_changed_setting_is_named_with_its_key(make: Make, demo: Campaign) -> None:
+    config = {**demo.config, "gates": {**demo.config["gates"], "lambda_limit": 2.5}}
+    comparison = comparison_of(make(), make(config), demo)
+    assert comparison.config.rows == [("gates.lambda_limit", "3.0", "2.5")]
+
+
+def test_changed_package_is_named(make: Make, demo: Campaign) -> None:
+    after = make()
+    environment = read_manifest(after)[0].made_from["environment"]
+    packages = {**environment["packages"], "numpy": "99.0"}
+    alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
+    ((what, _, new),) = comparison_of(make(), after, demo).environment.rows
+    assert (what, new) == ("numpy", "99.0")
+
+
+def test_condition_tested_at_one_level_is_compared_there() -> None:
+    assert _levels(70.0, 70.0, 9).tolist() == [70.0]
+    assert _levels(1.0, 1.5, 3).tolist() == [1.0, 1.25, 1.5]
+    assert len(_levels(np.nan, np.nan, 9)) == 1
+
+
+def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not_gated(
+    make: Make, demo: Campaign, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = {**demo.config, "campaign": {**demo.config["campaign"], "name": "elsewhere"}}
+    both = [str(make(config)), str(make(config))]
+    assert main(["diff", *both, *CONFIG]) == 0
+    assert main(["diff", *both, "--gate", *CONFIG]) == 2
+    assert "elsewhere" in capsys.readouterr().err
+
+
+def test_lost_fit_is_stopped(make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]) -> None:
+    fits = ("coefficients", "fit_quality", "refits")
+    after = make(**{name: frames[name].query("oil != '4050'") for name in fits})
+    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    assert {row[0] for row in rows} == {"4050"}
+    assert "4050 is fitted in one release only" in str(rows)
+
+
+def test_release_without_any_fit_is_stopped(
+    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
+) -> None:
+    fits = ("coefficients", "fit_quality", "refits")
+    after = make(**{name: frames[name].iloc[:0] for name in fits})
+    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    assert {row[0] for row in rows} == set(OILS)
+
+
+def test_constant_that_is_no_longer_known_is_stopped(
+    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
+) -> None:
+    coefficients = frames["coefficients"].copy()
+    lost = coefficients.index[(coefficients["oil"] == "4050") & (coefficients["constant"] == "C3")]
+    coefficients.loc[lost, "value"] = np.nan
+    after = make(coefficients=coefficients)
+    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    assert ("4050", "C3", "inf standard errors") in {(row[0], row[1], row[4]) for row in rows}
+
+
+@pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
+def test_gate_closes_at_its_limit(
+    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
+) -> None:
+    """mu is A + B S times an exponential that C decides: A and B by 1 % move mu by 1 %."""
+    coefficients = frames["coefficients"].copy()
+    heads = (coefficients["oil"] == "4102") & coefficients["constant"].isin(["A0", "B0"])
+    coefficients.loc[heads, "value"] *= scale
+    # so that mu alone decides
+    drift = {**demo.config["drift"], "standard_errors": 1e9}
+    comparison = comparison_of(make(), make(coefficients=coefficients), demo)
+    (moving,) = [one for one in comparison.traction if one.oil == "4102"]
+    assert moving.relative.change == pytest.approx(scale - 1, rel=1e-9)
+    assert bool(moved(comparison, drift).rows) == stopped
+
+
+def test_table_that_differs_from_its_manifest_is_not_read(
+    place: Path, make: Make, capsys: pytest.CaptureFixture[str]
+) -> None:
+    after = make()
+    path = after / "tables/coefficients.parquet"
+    path.chmod(0o644)
+    path.write_bytes(b"x" * path.stat().st_size)
+    assert main(["diff", str(place), str(after), *CONFIG]) == 2
+    assert "tables/coefficients.parquet: differs: sha256" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("column", "found"),
+    [
+        # a few kB, 16 MB and 50 MB in memory
+        (arrow.array(np.zeros(2_000_000)), "unpacks to"),
+        (arrow.array(["x" * 10_000] * 5_000), "unpacks to"),
+        (arrow.array([["x"] * 5]), "hold lists"),
+        (arrow.array([b"x" * 10_000] * 5_000, arrow.binary(10_000)), "hold FIXED_LEN_BYTE_ARRAY"),
+    ],
+)
+def test_table_that_no_memory_holds_is_not_read(
+    make: Make,
+    column: arrow.Array,
+    found: str,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.setattr("oilfilm.releases.opened._LARGEST_TABLE", 10_000_000)
+    after, small = make(), tmp_path / "small.parquet"
+    parquet.write_table(arrow.table({"column": column}), small)
+    assert small.stat().st_size < 100_000
+    alter(after, "tables/points.parquet", small.read_bytes())
+    opened = Opened.at(after)
+    for read in (opened.table, lambda name: opened.file(f"tables/{name}.parquet")):
+        with pytest.raises(OilfilmError, match=found):
+            read("points")
+
+
+def test_release_of_another_schema_version_is_told_apart(
+    place: Path, make: Make, capsys: pytest.CaptureFixture[str]
+) -> None:
+    after = make()
+    manifest, _ = read_manifest(after)
+    made_from = {**manifest.made_from, "schema_version": 1}
+    (after / MANIFEST).chmod(0o644)
+    text = Manifest(made_from, manifest.files, manifest.samples).text()
+    (after / MANIFEST).write_text(text, encoding="utf-8")
+    assert main(["diff", str(after), str(place), *CONFIG]) == 2
+    assert "its tables have schema version 1, and version" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- the page
+
+HOSTILE = "<script>alert(1)</script>\x1b[31m"
+
+
+def test_page_holds_everything_and_asks_for_nothing(
+    place: Path, miscalibrated: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "diff.html"
+    assert main(["diff", str(place), str(miscalibrated), "--html", str(path), *CONFIG]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert "SIMULATED data" in text
+    assert "data/raw/demo/4102_P1.50_U40_T120.csv" in text
+    assert not re.findall(r"""(?:src|href)=["'](?!data:image/png;base64,)""", text)
+    assert "<script" not in text
+    assert "://" not in text
+
+
+def test_page_that_cannot_be_written_is_told(
+    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "no" / "folder.html"
+    assert main(["diff", str(place), str(place), "--html", str(page), *CONFIG]) == 2
+    assert capsys.readouterr().err == f"{page}: No such file or directory.\n"
+
+
+def test_figures_stand_side_by_side(
+    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path
+) -> None:
+    run = made(project(tmp_path / "p"), demo.config, {}, frames)
+    drawn = {"fig02": PNG + b"2", "fig03": b"<svg onload=x>"}
+    for name, content in drawn.items():
+        (run.root / run.results / f"figures/{name}.png").write_bytes(content)
+    extra = run.results / "figures/fig03.png"
+    after = released(replace(run, files=[*run.files, extra]))
+    comparison = comparison_of(make(), after, demo)
+    text = page(comparison, moved(comparison, demo.config["drift"]))
+    # what is no PNG is not embedded
+    assert text.count("data:image/png;base64,") == 2
+    assert "onload" not in text
+    assert "<p>no such figure</p>" in text
+    assert "<p>no PNG</p>" in text
+    kept = comparison_of(pin(make(), tmp_path / "pinned"), after, demo)
+    text = page(kept, moved(kept, demo.config["drift"]))
+    assert text.count("data:image/png;base64,") == 1
+    assert "<p>not kept in the pin</p>" in text
+
+
+def alter(release: Path, path: str, content: bytes) -> None:
+    """Put other content into a release, and what follows into the manifest, as a stranger can."""
+    (release / path).chmod(0o644)
+    (release / path).write_bytes(content)
+    manifest, _ = read_manifest(release)
+    record = FileRecord.of(release, path)
+    files = tuple(record if each.path == path else each for each in manifest.files)
+    made_from = dict(manifest.made_from)
+    if path == "config.yaml":
+        made_from["config"] = record.sha256
+    if path == "environment.json":
+        made_from["environment"] = json.loads(content)
+    (release / MANIFEST).chmod(0o644)
+    text = Manifest(made_from, files, manifest.samples).text()
+    (release / MANIFEST).write_text(text, encoding="utf-8")
+
+
+def test_settings_that_no_encoding_holds_make_a_page(
+    make: Make, demo: Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    about = {**demo.config["campaign"], "description": "half a letter: \ud800"}
+    after, path = make(), tmp_path / "diff.html"
+    text = as_yaml({**demo.config, "campaign": about})
+    alter(after, "config.yaml", text.encode("ascii"))
+    assert main(["diff", str(make()), str(after), "--html", str(path), *CONFIG]) == 0
+    assert "half a letter: \\ud800" in path.read_text(encoding="utf-8")
+    assert "half a letter: \\ud800" in capsys.readouterr().out
+
+
+def test_hostile_names_are_text(place: Path, demo: Campaign) -> None:
+    opened = Opened.at(place)
+    before = compare(opened, opened, demo.config["drift"])
+    extreme = Extreme(1.0, 0.1, 0.2, HOSTILE)
+    comparison = replace(before, traction=[Traction(HOSTILE, extreme, extreme)])
+    drift = demo.config["drift"]
+    text = page(comparison, moved(comparison, drift))
+    assert "<script" not in text
+    assert "&lt;script&gt;" in text
+    assert "\x1b" not in said(comparison)
+
+
+def test_pin_is_known_by_its_manifest(place: Path, tmp_path: Path) -> None:
+    kept = pin(place, tmp_path)
+    assert (kept / PINNED_MANIFEST).is_file()
+    assert Opened.at(kept).pinned
+    assert Opened.at(kept).table("points") is None
+
+
+@pytest.mark.parametrize("law", ["no-such-law", "tanh"])
+def test_tables_that_contradict_each_other_end_in_a_sentence(
+    make: Make,
+    frames: dict[str, pd.DataFrame],
+    law: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    coefficients = frames["coefficients"].assign(law=law)
+    assert main(["diff", str(make(coefficients=coefficients)), str(make()), *CONFIG]) == 2
+    said = capsys.readouterr().err
+    assert "tables/" in said
+    assert said.count("\n") == 1

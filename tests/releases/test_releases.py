@@ -1,0 +1,672 @@
+"""Releases: the same for the same, refused or named where anything differs."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from campaigns import ROOT
+from oilfilm import tables
+from oilfilm.cli import main
+from oilfilm.digests import file_digest
+from oilfilm.errors import OilfilmError
+from oilfilm.outputs.report.release_id import UNRELEASED
+from oilfilm.releases import rebuild
+from oilfilm.releases import release as making
+from oilfilm.releases.crate import CRATE
+from oilfilm.releases.logs import logs_read
+from oilfilm.releases.manifest import (
+    MANIFEST,
+    canonical,
+    is_inside,
+    read_manifest,
+    sha256_of,
+    shown,
+)
+from oilfilm.releases.pin import pin
+from oilfilm.releases.verify import verify
+from oilfilm.settings.load import resolve, unresolve
+from releases import made, project, released
+
+RAW = {"a.csv": b"load_n\n1\n", "b.csv": b"load_n\n2\n"}
+TIMED = {"2026-06-01 12:30.csv": b"load_n\n1\n"}
+
+
+def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
+    """A row a log, as ingest writes it."""
+    text = {"campaign": "demo", "rig": "r", "kind": "steps", "label": "", "reader": "csv"}
+    verdict = {"verdict": "accepted", "reason": ""}
+    counts = {"samples": 1, "refused_rows": 0, "plateaus": 1, "accepted_points": 1}
+    nominal = dict.fromkeys(
+        (
+            *("nominal_max_hertz_pressure_gpa", "nominal_load_n"),
+            *("nominal_entrainment_speed_m_s", "nominal_inlet_temperature_c"),
+        )
+    )
+    rows = []
+    for name, content in raw.items():
+        (folder / name).write_bytes(content)
+        about = {"run_id": name, "oil": "4102", "file": name}
+        digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
+        rows.append({**about, **digests, **text, **counts, **nominal, **verdict})
+    return tables.from_rows(rows, "runs")
+
+
+@pytest.fixture
+def run(config: dict[str, Any], tmp_path: Path) -> making.Made:
+    return made(project(tmp_path / "project"), config, RAW, {"runs": runs_of(RAW, tmp_path)})
+
+
+@pytest.fixture(scope="module")
+def place(config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A release that tests leave as they found it."""
+    folder = tmp_path_factory.mktemp("place")
+    return released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
+
+
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def test_same_run_in_another_folder_gives_the_same_version_and_bytes(
+    run: making.Made, config: dict[str, Any], tmp_path: Path
+) -> None:
+    other = project(tmp_path / "elsewhere" / "deep")
+    os.utime(other / "Snakefile", (0, 0))
+    twin = made(other, config, RAW, {"runs": runs_of(RAW, tmp_path)})
+    one, two = released(run), released(twin)
+    assert one.name == two.name
+    assert bytes_of(one) == bytes_of(two)
+
+
+def test_release_holds_what_was_made_and_leaves_the_samples_out(place: Path) -> None:
+    manifest, pinned = read_manifest(place)
+    paths = {record.path for record in manifest.files}
+    assert not pinned
+    assert {
+        *("config.yaml", "requirements.lock", "environment.json", "log.txt", "summary.txt", CRATE),
+        *("tables/runs.parquet", "tables/datapackage.json", "figures/fig02.png"),
+        *("exports/4102/law.h", "code/Snakefile", "code/workflow/fit.py"),
+    } <= paths
+    assert not [path for path in paths if "samples" in path or "snakemake_timestamp" in path]
+    assert [record.path for record in manifest.samples] == [
+        "tables/samples/oil=4102/part-0.parquet"
+    ]
+    assert [record.path for record in manifest.raw] == [
+        "data/raw/demo/a.csv",
+        "data/raw/demo/b.csv",
+    ]
+    assert {path.relative_to(place).as_posix() for path in place.rglob("*") if path.is_file()} == {
+        *paths,
+        MANIFEST,
+    }
+    package = json.loads((place / "tables/datapackage.json").read_text(encoding="utf-8"))
+    assert [resource["name"] for resource in package["resources"]] == ["runs"]
+
+
+def test_release_names_no_place_and_no_clock(run: making.Made) -> None:
+    place = released(run)
+    # code and lock are the repository's own, which test_repository looks through
+    for path in place.rglob("*"):
+        if path.is_file() and "code" not in path.parts and path.suffix != ".parquet":
+            text = path.read_bytes().decode("utf-8", errors="replace")
+            assert str(run.root) not in text, path
+            dates = set(re.findall(r"\b20\d\d-\d\d-\d\dT?", text))
+            assert dates <= {run.config["release"]["date"]}, path
+
+
+def test_files_of_a_release_are_read_only_and_latest_leads_to_it(place: Path) -> None:
+    assert {path.stat().st_mode & 0o777 for path in place.rglob("*") if path.is_file()} == {0o444}
+    latest = place.parent / "latest"
+    assert latest.readlink() == Path(place.name)
+    assert latest.resolve() == place.resolve()
+
+
+def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.Made) -> None:
+    own = run.results / "report.html"
+    text = f"<h1>\u6cb9\r\n</h1>{UNRELEASED}<p>{escape(UNRELEASED)}</p>"
+    (run.root / own).write_bytes(text.encode("utf-8"))
+    run = replace(run, files=[*run.files, own])
+    place = released(run)
+    found = (place / "report.html").read_bytes().decode("utf-8")
+    assert found == text.replace(">not released<", f">{place.name}<", 1)
+    assert (run.root / own).read_bytes().decode("utf-8") == text
+    assert released(run) == place
+    assert verify(place) == []
+
+
+def test_second_release_finds_the_first(run: making.Made) -> None:
+    releases = run.root / "results/releases/demo"
+    first, new = making.release(run, releases)
+    again, new_again = making.release(run, releases)
+    assert (first, new, new_again) == (again, True, False)
+    assert sorted(path.name for path in releases.iterdir()) == ["latest", first.name]
+
+
+def test_release_of_logs_named_by_the_time_of_day_is_read_again(
+    config: dict[str, Any], tmp_path: Path
+) -> None:
+    run = made(project(tmp_path / "p"), config, TIMED, {"runs": runs_of(TIMED, tmp_path)})
+    place = released(run)
+    assert verify(place) == []
+    assert [record.path for record in read_manifest(place)[0].raw] == [
+        f"data/raw/demo/{name}" for name in TIMED
+    ]
+
+
+def change_raw(run: making.Made) -> None:
+    """A log changes, and the run has read it, as the tables say; it was not asked for by digest."""
+    changed = {**RAW, "a.csv": b"load_n\n1.01\n"}
+    folder = run.root / "data/raw/demo"
+    about = {"campaign": "demo", "data": "simulated", "rule": "test"}
+    path = run.root / run.results / "tables/runs.parquet"
+    tables.write(runs_of(changed, folder), "runs", path, about)
+
+
+CHANGES = {
+    "raw log": change_raw,
+    "code": lambda run: (run.root / "workflow/fit.py").write_text("answer = 43\n"),
+    "new module": lambda run: (run.root / "workflow/new.py").write_text(""),
+    "reference data": lambda run: (run.root / "data/reference/claims.yaml").write_text("x: 1\n"),
+    "lock": lambda run: (run.root / "requirements.lock").write_text("numpy==1\n"),
+    "tag": lambda run: run.config["release"].update(tag="v2"),
+    "setting": lambda run: run.config["gates"].update(lambda_limit=2.9),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_anything_that_a_release_is_made_from_changes_its_version(
+    run: making.Made, change: str
+) -> None:
+    config = json.loads(json.dumps(run.config))
+    run = making.Made(**{**vars(run), "config": config, "raw": dict.fromkeys(run.raw, "")})
+    before = released(run)
+    CHANGES[change](run)
+    after = released(run)
+    assert after.name != before.name
+    assert verify(before) == verify(after) == []
+    assert (before.parent / "latest").readlink() == Path(after.name)
+
+
+def test_other_bytes_under_the_same_version_are_refused(run: making.Made) -> None:
+    place = released(run)
+    before = bytes_of(place)
+    (run.root / run.results / "summary.txt").write_text("otherwise\n", encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"now given other bytes, first in summary\.txt"):
+        released(run)
+    assert bytes_of(place) == before
+
+
+def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.Made) -> None:
+    place = released(run)
+    (place / "summary.txt").chmod(0o644)
+    (place / "summary.txt").write_text("fake\n", encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"not as it was released: summary\.txt: differs"):
+        released(run)
+
+
+@pytest.mark.parametrize("step", ["_copy", "_describe", "_close", "_log_summary"])
+def test_interrupted_release_leaves_none_and_the_next_run_makes_it(
+    run: making.Made, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    releases = run.root / "results/releases/demo"
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(making, step, killed)
+        released(run)
+    assert not list(releases.glob("[!.]*"))
+    place = released(run)
+    assert sorted(path.name for path in releases.iterdir()) == ["latest", place.name]
+    assert verify(place) == []
+
+
+def test_full_disk_gets_its_room_back(run: making.Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(making, "_close", full)
+    with pytest.raises(OSError, match="No space left on device"):
+        released(run)
+    assert not list((run.root / "results/releases/demo").iterdir())
+
+
+@pytest.mark.parametrize("known", ["by its digest", "by the tables"])
+def test_log_that_changed_after_it_was_read_is_refused(run: making.Made, known: str) -> None:
+    if known == "by its digest":  # as a log that no table knows, because nothing of it was readable
+        (run.root / run.results / "tables/runs.parquet").unlink()
+        run = replace(run, files=run.files[1:])
+    else:
+        run = replace(run, raw=dict.fromkeys(run.raw, ""))
+    (run.root / "data/raw/demo/a.csv").write_bytes(b"load_n\n9\n")
+    with pytest.raises(OilfilmError, match=r"data/raw/demo/a\.csv: has changed since the run"):
+        released(run)
+
+
+def test_logs_are_known_by_their_runs_in_files_of_one_run_and_of_several(tmp_path: Path) -> None:
+    torque = pd.DataFrame(
+        {"run_id": ["x.csv", "y.tdms:low", "y.tdms:high", "a:b.csv"], "oil": "4050", "sha256": "s"}
+    )
+    frames = {"runs": runs_of(RAW, tmp_path), "torque_runs": torque}
+    raw = [f"data/raw/demo-torque/{name}" for name in ("x.csv", "y.tdms", "a:b.csv")]
+    logs = logs_read("demo", frames.get, raw)
+    assert {path: log.oil for path, log in logs.items()} == {
+        **{f"data/raw/demo/{name}": "4102" for name in RAW},
+        **dict.fromkeys(raw, "4050"),
+    }
+
+
+def test_missing_log_of_a_job_is_told(run: making.Made) -> None:
+    (run.root / run.logs[0]).unlink()
+    with pytest.raises(OilfilmError, match=r"fit-4102\.log: the log of a job is missing"):
+        released(run)
+
+
+# ---------------------------------------------------------------- integrity
+
+
+@pytest.fixture(scope="module")
+def loose(place: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of a release whose files can be written."""
+    copy = tmp_path_factory.mktemp("loose") / place.name
+    shutil.copytree(place, copy, copy_function=shutil.copyfile)
+    return copy
+
+
+def complaints(folder: Path) -> list[str]:
+    try:
+        return verify(folder)
+    except OilfilmError as refused:
+        return [str(refused).removeprefix(f"{folder}/")]
+
+
+@settings(max_examples=100)
+@given(data=st.data())
+def test_any_single_changed_byte_is_found_and_its_file_named(
+    loose: Path, data: st.DataObject
+) -> None:
+    files = sorted(path for path in loose.rglob("*") if path.is_file() and path.stat().st_size)
+    path = data.draw(st.sampled_from([loose / MANIFEST, *files]))
+    before = path.read_bytes()
+    at = data.draw(st.integers(0, len(before) - 1))
+    other = data.draw(st.integers(0, 255).filter(lambda value: value != before[at]))
+    try:
+        path.write_bytes(before[:at] + bytes([other]) + before[at + 1 :])
+        (found,) = complaints(loose)
+        assert found.startswith(f"{path.relative_to(loose).as_posix()}:")
+    finally:
+        path.write_bytes(before)
+
+
+def test_every_file_that_differs_is_missing_or_extra_is_named(
+    loose: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "release"
+    shutil.copytree(loose, folder)
+    (folder / "summary.txt").unlink()
+    (folder / "log.txt").write_bytes(b"much longer than before, all of it\n" * 3)
+    (folder / "figures/fig99.png").write_bytes(b"")
+    (folder / "config.yaml").unlink()
+    (folder / "config.yaml").symlink_to(ROOT / "config/config.yaml")
+    assert main(["verify", str(folder)]) == 1
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].endswith(": 4 files are not as released:")
+    assert [line.split(":")[0] for line in said[1:]] == [
+        *("config.yaml", "figures/fig99.png", "log.txt", "summary.txt")
+    ]
+    assert said[1].endswith("is no plain file.")
+
+
+def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
+    """Deeper than Python's functions may call each other."""
+    depth = sys.getrecursionlimit() + 100
+    folder = tmp_path / "r"
+    shutil.copytree(loose, folder)
+    path = folder
+    for _ in range(depth):
+        path /= "d"
+        path.mkdir()
+    try:
+        (path / "x").write_bytes(b"")
+        assert verify(folder) == ["d/" * depth + "x: is extra: the manifest does not name it."]
+    finally:
+        # Python's own recurses
+        subprocess.run(["rm", "-rf", str(folder / "d")], check=True)
+
+
+def test_untouched_release_is_verified(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(place)]) == 0
+    assert "files are as released" in capsys.readouterr().out
+
+
+def hostile(manifest: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Manifests that a stranger might send, each with what must be said of it."""
+    for path in ("../../outside", "/etc/passwd", "a/../b", "C:/x", "a\\b", ""):
+        yield path, {**manifest, "files": [{**manifest["files"][0], "path": path}]}
+    yield "negative size", {**manifest, "files": [{**manifest["files"][0], "size": -1}]}
+    yield "not a hash", {**manifest, "samples": [{**manifest["files"][0], "sha256": "0"}]}
+    yield "the manifest itself", {**manifest, "files": [{**manifest["files"][0], "path": MANIFEST}]}
+    yield "unknown key", {**manifest, "extra": 1}
+    yield "other format", {**manifest, "format": 1}
+    yield (
+        "campaign as a path",
+        {
+            **manifest,
+            "made_from": {**manifest["made_from"], "campaign": "../x"},
+        },
+    )
+    strange = {**manifest["made_from"]["raw"][0], "path": "workflow/oilfilm/cli.py"}
+    yield (
+        "raw log elsewhere",
+        {
+            **manifest,
+            "made_from": {**manifest["made_from"], "raw": [strange]},
+        },
+    )
+    made_from = manifest["made_from"]
+    packages = {"\x1b[31mX": 5}
+    environment = {**made_from["environment"], "packages": packages}
+    steering = {**made_from, "environment": environment}
+    yield "what steers a terminal", {**manifest, "made_from": steering}
+    yield "half a letter", {**manifest, "files": [{**manifest["files"][0], "path": "a\ud800"}]}
+    yield "long", {**manifest, "version": "v" * 100_000}
+    yield "a list", []
+
+
+def sealed(content: Any) -> str:
+    """A manifest with the hash that belongs to it, which a stranger can compute as well."""
+    if not isinstance(content, dict):
+        return canonical(content)
+    rest = {key: value for key, value in content.items() if key != "sha256"}
+    # a half of a letter can only stand there escaped
+    text = canonical(rest).encode("utf-8", "backslashreplace").decode("utf-8")
+    return canonical({**rest, "sha256": sha256_of(text)}).replace("\ud800", "\\ud800")
+
+
+def test_hostile_manifest_is_refused_in_a_sentence(
+    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
+    texts = [sealed(content) for _, content in hostile(manifest)]
+    texts += ["{" * 100_000, "[" * 100_000 + "]" * 100_000, "\xff", "", '{"format": 1e999}']
+    for number, text in enumerate(texts):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        # one of the texts is no UTF-8
+        (folder / MANIFEST).write_text(text, encoding="latin-1")
+        assert main(["verify", str(folder)]) == 2, text[:200]
+        said = capsys.readouterr().err
+        assert f"{folder}/{MANIFEST}: " in said
+        assert "\x1b" not in said
+        # refused for what it says, not for a hash that does not fit
+        assert "was altered" not in said
+        assert len(said) < 2000
+    assert main(["verify", str(tmp_path)]) == 2
+    assert "is no release: it holds no manifest.json" in capsys.readouterr().err
+
+
+def test_release_of_another_time_is_told_apart(place: Path, tmp_path: Path) -> None:
+    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
+    (tmp_path / MANIFEST).write_text(sealed({**manifest, "format": 1}), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"`format`: found 1, expected 2\. Read a release of"):
+        read_manifest(tmp_path)
+
+
+@pytest.mark.parametrize("what", ["config", "lock", "code", "environment"])
+def test_files_that_are_not_what_the_version_stands_for_are_refused(
+    place: Path, tmp_path: Path, what: str
+) -> None:
+    """A stranger can seal anything anew, but not under the version of something else."""
+    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
+    found = {
+        "config": "config.yaml",
+        "lock": "requirements.lock",
+        "code": "code/workflow/fit.py",
+        "environment": "environment.json",
+    }[what]
+    other = [
+        {**each, "sha256": "0" * 64} if each["path"] == found else each
+        for each in manifest["files"]
+    ]
+    text = sealed({**manifest, "files": other})
+    (tmp_path / MANIFEST).write_text(text, encoding="utf-8")
+    with pytest.raises(OilfilmError, match="is not what it says that the release was made from"):
+        read_manifest(tmp_path)
+
+
+@given(st.lists(st.sampled_from(["..", ".", "", "a", "b.c", "/", "\\", "c:"]), max_size=4))
+def test_path_inside_stays_below_its_folder(parts: list[str]) -> None:
+    path = "/".join(parts)
+    if is_inside(path):
+        folder = Path("/some/where")
+        below = Path(os.path.normpath(folder / path))
+        assert below.is_relative_to(folder)
+        assert below != folder
+
+
+@given(st.text())
+def test_what_is_shown_of_a_stranger_cannot_steer_a_terminal(text: str) -> None:
+    assert shown(text).isprintable()
+
+
+# ---------------------------------------------------------------- configuration, crate, pin
+
+
+@pytest.mark.parametrize("name", ["demo", "thermal", "etm-slim"])
+def test_resolved_configuration_resolves_to_itself(name: str, tmp_path: Path) -> None:
+    resolved = resolve(ROOT / "config", {"campaign": name, "seed": 7})
+    for path, text in unresolve(resolved).items():
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        (tmp_path / path).write_text(text, encoding="utf-8")
+    again = resolve(tmp_path, {})
+    assert again == resolved
+    # the order of oils and levels is the order of rows in the tables
+    assert json.dumps(again) == json.dumps(resolved)
+
+
+@pytest.fixture(scope="module")
+def crate(place: Path) -> dict[str, dict[str, Any]]:
+    content = json.loads((place / CRATE).read_text(encoding="utf-8"))
+    assert content["@context"] == [
+        "https://w3id.org/ro/crate/1.1/context",
+        "https://w3id.org/ro/terms/workflow-run/context",
+    ]
+    return {entity["@id"]: entity for entity in content["@graph"]}
+
+
+def ids(value: Any) -> list[str]:
+    return [each["@id"] for each in (value if isinstance(value, list) else [value])]
+
+
+def test_crate_is_a_workflow_run_crate(place: Path, crate: dict[str, dict[str, Any]]) -> None:
+    """Everything that the profile 0.5 and those it extends ask for with MUST."""
+    descriptor, root = crate[CRATE], crate["./"]
+    assert descriptor["@type"] == "CreativeWork"
+    assert descriptor["about"] == {"@id": "./"}
+    assert "https://w3id.org/ro/crate/1.1" in ids(descriptor["conformsTo"])
+    assert root["@type"] == "Dataset"
+    assert all(root[key] for key in ("name", "description", "datePublished", "license"))
+    profiles = ids(root["conformsTo"])
+    assert profiles == [
+        "https://w3id.org/ro/wfrun/process/0.5",
+        "https://w3id.org/ro/wfrun/workflow/0.5",
+        "https://w3id.org/workflowhub/workflow-ro-crate/1.0",
+    ]
+    assert {crate[profile]["@type"] for profile in profiles} == {"CreativeWork"}
+    workflow = crate[root["mainEntity"]["@id"]]
+    assert set(workflow["@type"]) == {"File", "SoftwareSourceCode", "ComputationalWorkflow"}
+    assert (place / workflow["@id"]).is_file()
+    language = crate[workflow["programmingLanguage"]["@id"]]
+    assert (language["@type"], language["name"]) == ("ComputerLanguage", "Snakemake")
+    (action,) = ids(root["mentions"])
+    run = crate[action]
+    assert run["@type"] == "CreateAction"
+    assert run["instrument"] == {"@id": workflow["@id"]}
+    for thing in (*ids(run["object"]), *ids(run["result"])):
+        assert crate[thing]["@type"] == "File"
+
+
+def test_crate_has_every_file_and_every_raw_log_by_its_hash(
+    place: Path, crate: dict[str, dict[str, Any]]
+) -> None:
+    manifest, _ = read_manifest(place)
+    parts = set(ids(crate["./"]["hasPart"]))
+    for record in manifest.files:
+        if record.path != CRATE:
+            entity = crate[record.path]
+            assert entity["@id"] in parts
+            assert (entity["sha256"], entity["contentSize"]) == (record.sha256, str(record.size))
+    for record in manifest.raw:
+        entity = crate[f"nih:sha-256;{record.sha256}"]
+        assert entity["name"] == record.path
+        assert entity["@id"] in ids(crate["#run"]["object"])
+    known = set(crate)
+    for entity in crate.values():
+        for value in entity.values():
+            for each in value if isinstance(value, list) else [value]:
+                if isinstance(each, dict):
+                    address = each["@id"]
+                    assert address in known or address.startswith("http"), address
+
+
+def test_crate_dates_from_the_configuration(
+    place: Path, crate: dict[str, dict[str, Any]], config: dict[str, Any]
+) -> None:
+    assert crate["./"]["datePublished"] == config["release"]["date"]
+    assert not [key for entity in crate.values() for key in entity if key.endswith("Time")]
+
+
+def test_pin_keeps_a_part_and_is_verified(
+    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = pin(place, tmp_path)
+    assert folder == tmp_path / "data/reference/pins/demo"
+    assert read_manifest(folder)[0].version == place.name
+    assert main(["verify", str(folder)]) == 0
+    assert "the files that the pin keeps" in capsys.readouterr().out
+    (folder / "config.yaml").write_text("changed: true\n", encoding="utf-8")
+    assert verify(folder)[0].startswith("config.yaml: differs")
+    with pytest.raises(OilfilmError, match="is a pin already"):
+        pin(folder, tmp_path)
+
+
+def test_pin_does_not_change_the_version_of_what_it_pins(run: making.Made) -> None:
+    place = released(run)
+    pin(place, run.root)
+    assert released(run) == place
+
+
+# ---------------------------------------------------------------- rebuilding
+
+
+def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.Made, **changed: bytes) -> None:
+    """Stand in for the run of snakemake: the same results, some of them changed."""
+
+    def run_again(place: Path, *_: object) -> None:
+        config = resolve(place / "config", {})
+        raw = {Path(path).name: (place / path).read_bytes() for path in run.raw}
+        again = made(place, config, raw, {"runs": runs_of(raw, place / "data")})
+        for name, content in changed.items():
+            (place / run.results / f"{name}.txt").write_bytes(content)
+        released(again)
+
+    monkeypatch.setattr(rebuild, "_run", run_again)
+
+
+@pytest.fixture
+def measured(config: dict[str, Any], tmp_path: Path) -> making.Made:
+    """A run of measured logs, which a rebuild has to find again."""
+    campaign = {key: value for key, value in config["campaign"].items() if key != "twin"}
+    del campaign["torque"]
+    campaign["figures"] = ["fig02"]
+    root = project(tmp_path / "project")
+    for name in ("profiles/default/config.yaml",):
+        (root / name).parent.mkdir(parents=True)
+        shutil.copy(ROOT / name, root / name)
+    bearings: dict[str, Any] = {}
+    own = {**config, "campaign": campaign, "bearings": bearings}
+    return made(root, own, RAW, {"runs": runs_of(RAW, tmp_path)})
+
+
+def verify_rebuilt(place: Path, run: making.Made, monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.chdir(run.root)
+    return main(["verify", str(place), "--rebuild"])
+
+
+def test_rebuild_from_the_raw_logs_gives_the_same_bytes(
+    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The release's own configuration counts, whatever lies in config/ by now."""
+    place = released(measured)
+    rebuilding(monkeypatch, measured)
+    assert verify_rebuilt(place, measured, monkeypatch) == 0
+    assert "rebuilt from the raw logs: the same bytes" in capsys.readouterr().out
+
+
+def test_rebuild_names_every_difference_and_where_the_first_begins(
+    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = released(measured)
+    rebuilding(monkeypatch, measured, summary=b"fine\nor not\n")
+    (measured.root / "workflow/fit.py").write_text("answer = 43\n", encoding="utf-8")
+    assert verify_rebuilt(place, measured, monkeypatch) == 1
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "rebuilt from the raw logs: 3 differences, the first:",
+        "code/workflow/fit.py differs: line 1: 'answer = 42', then 'answer = 43'",
+        "ro-crate-metadata.json differs",
+        "summary.txt differs",
+    ]
+
+
+def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
+    measured: making.Made,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    place = released(measured)
+    python = tmp_path / "python"
+    python.write_text('#!/bin/sh\nprintf "first\\n\\033[31mred in %s\\n" "$PWD"\nexit 1\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(rebuild.sys, "executable", str(python))
+    assert verify_rebuilt(place, measured, monkeypatch) == 2
+    said = capsys.readouterr().err
+    assert "the rebuild did not end. Its last words:\nfirst\n\\x1b[31mred in ." in said
+
+
+@pytest.mark.parametrize("campaign", [{"name": "demo", "torque": None}, [["name", "demo"]]])
+def test_rebuild_of_what_is_no_configuration_ends_in_a_sentence(
+    measured: making.Made,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    campaign: Any,
+) -> None:
+    place = released(measured)
+    config = rebuild.Opened.at(place).config()
+    monkeypatch.setattr(rebuild.Opened, "config", lambda _: {**config, "campaign": campaign})
+    assert verify_rebuilt(place, measured, monkeypatch) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_rebuild_wants_the_very_logs(
+    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = released(measured)
+    rebuilding(monkeypatch, measured)
+    (measured.root / "data/raw/demo/b.csv").write_bytes(b"load_n\n2.02\n")
+    assert verify_rebuilt(place, measured, monkeypatch) == 2
+    assert "data/raw/demo/b.csv: is not the log that release" in capsys.readouterr().err

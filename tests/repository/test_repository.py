@@ -1,0 +1,166 @@
+"""What must stay true of the files of the repository themselves."""
+
+import io
+import os
+import re
+import subprocess
+import sys
+import tarfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+MACHINE_PATH = re.compile(
+    r"(?<![\w.~-])/(?:home|Users|root|work|opt|tmp|private|mnt)/\w|\b[A-Z]:\\Users"
+)
+REGISTRY = re.compile(
+    r"pypi\.org|pythonhosted\.org|npmjs\.(?:org|com)|anaconda\.(?:org|com)|deb\.debian\.org", re.I
+)
+
+
+def tracked() -> list[Path]:
+    """The files under version control, and the new ones that would be added."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        check=False,
+    )
+    if listed.returncode != 0:
+        pytest.skip("not a clone: git knows no files here")
+    paths = (ROOT / name for name in listed.stdout.decode().split("\0") if name)
+    return [path for path in paths if path.is_file()]
+
+
+def lines_with(pattern: re.Pattern[str]) -> list[str]:
+    found = []
+    for path in tracked():
+        text = path.read_bytes().decode(errors="replace")
+        for number, line in enumerate(text.splitlines(), start=1):
+            if pattern.search(line):
+                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
+    return found
+
+
+def actions() -> Iterator[str]:
+    for path in WORKFLOWS:
+        yield from re.findall(r"(?m)^\s*(?:- )?uses:\s*(.+)$", path.read_text(encoding="utf-8"))
+
+
+def workflow(path: Path) -> dict[str, Any]:
+    found = yaml.safe_load(path.read_text(encoding="utf-8"))
+    assert isinstance(found, dict)
+    return found
+
+
+def steps(path: Path) -> list[dict[str, Any]]:
+    return [step for job in workflow(path)["jobs"].values() for step in job["steps"]]
+
+
+def commands(path: Path) -> list[str]:
+    return [step["run"] for step in steps(path) if "run" in step]
+
+
+def test_no_file_names_a_path_of_somebodys_machine():
+    assert not lines_with(MACHINE_PATH)
+
+
+def test_no_file_names_a_package_registry():
+    assert not lines_with(REGISTRY)
+
+
+@pytest.mark.parametrize("folder", ["home", "Users", "root", "work"])
+def test_machine_paths_are_recognised(folder: str):
+    assert MACHINE_PATH.search(f"see /{folder}/someone/data.txt")
+    assert not MACHINE_PATH.search(f"see results/{folder}/someone/data.txt")
+
+
+def test_ci_runs_the_users_own_command():
+    script = ROOT / ".ci" / "run"
+    own = [
+        line
+        for line in script.read_text(encoding="utf-8").splitlines()
+        if line and not line.startswith(("#", "set ", "cd "))
+    ]
+    assert own == [".ci/tools", "make test"]
+    assert commands(ROOT / ".github/workflows/test.yml") == own
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_what_github_runs_can_be_run_anywhere(path: Path):
+    targets = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for command in commands(path):
+        script, _, rest = command.partition(" ")
+        if script == "make":
+            assert re.search(rf"(?m)^{rest}:", targets), command
+        else:
+            assert (ROOT / script).stat().st_mode & 0o100, command
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_workflows_may_only_read_but_for_the_one_that_publishes(path: Path):
+    assert workflow(path)["permissions"] == {"contents": "read"}
+    more = [job["permissions"] for job in workflow(path)["jobs"].values() if "permissions" in job]
+    assert more == ([{"contents": "write"}] if path.name == "release.yml" else [])
+    assert "secrets." not in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_nothing_is_cached_but_downloads_that_the_lock_checks(path: Path):
+    for step in steps(path):
+        assert "actions/cache" not in step.get("uses", "")
+        given = step.get("with", {})
+        assert given.get("cache", "pip") == "pip"
+        assert given.get("cache-dependency-path", "requirements.lock") == "requirements.lock"
+
+
+def test_actions_are_pinned_by_commit_with_their_version_beside():
+    used = list(actions())
+    assert used
+    assert not [each for each in used if not re.fullmatch(r"[\w./-]+@[0-9a-f]{40} # v[\d.]+", each)]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="GitHub publishes on Linux, by GNU tar")
+def test_published_archives_are_the_same_bytes_whatever_the_umask(tmp_path: Path):
+    """A stand-in for `gh` shows what it was given."""
+    bin_ = tmp_path / "bin"
+    bin_.mkdir()
+    (bin_ / "gh").write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n', encoding="utf-8")
+    (bin_ / "gh").chmod(0o755)
+    environment = {**os.environ, "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}"}
+    archives = []
+    for mask in (0o022, 0o077):
+        place = tmp_path / f"{mask:o}"
+        release = place / "results/releases/demo/v1-0123456789ab"
+        for path, mode in ((release, 0o777), (release / "tables", 0o777)):
+            path.mkdir(parents=True)
+            path.chmod(mode & ~mask)
+        (release / "tables/runs.parquet").write_bytes(b"PAR1")
+        (release / "tables/runs.parquet").chmod(0o444)
+        (release.parent / "latest").symlink_to(release.name)
+        done = subprocess.run(
+            [ROOT / ".ci/publish", "v1"],
+            cwd=place,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        *words, archive = done.stdout.split()
+        assert words[:4] == ["release", "create", "v1", "--verify-tag"]
+        assert archive == "results/releases/demo-v1-0123456789ab.tar.gz"
+        archives.append((place / archive).read_bytes())
+    assert archives[0] == archives[1]
+    with tarfile.open(fileobj=io.BytesIO(archives[0])) as archive:
+        assert {one.name: oct(one.mode) for one in archive} == {
+            "v1-0123456789ab": "0o755",
+            "v1-0123456789ab/tables": "0o755",
+            "v1-0123456789ab/tables/runs.parquet": "0o644",
+        }

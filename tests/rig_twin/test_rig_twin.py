@@ -1,0 +1,128 @@
+"""The simulated campaign: the same bytes each time, and honest about what it is."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from campaigns import ROOT, Campaign, printed
+from oilfilm.errors import OilfilmError
+from oilfilm.randomness import generator
+from oilfilm.rig_twin.campaign import simulate_campaign
+from oilfilm.rig_twin.plan import planned_runs
+from oilfilm.rig_twin.simulate import slip_programme
+from oilfilm.rig_twin.truth import true_tractions, truth_grid
+from oilfilm.settings.load import resolve
+
+
+def test_campaign_has_72_runs_an_oil_and_its_extra_defects(config: dict[str, Any]) -> None:
+    runs = planned_runs(config["campaign"])
+    assert len(runs) == 3 * 72 + 2
+    assert sum(run.defect != "" for run in runs) == 6
+    assert len({run.name for run in runs}) == len(runs)
+
+
+def test_fixed_seed_gives_the_same_bytes_and_another_seed_others(
+    config: dict[str, Any], demo: Campaign
+) -> None:
+    again = next(simulate_campaign(config, printed()))
+    assert again[1] == (demo.folder / again[0].name).read_bytes()
+    other = next(simulate_campaign({**config, "seed": 1}, printed()))
+    assert other[1] != again[1]
+
+
+def test_run_does_not_depend_on_which_others_are_simulated(
+    config: dict[str, Any], demo: Campaign
+) -> None:
+    campaign = {**config["campaign"], "oils": ["4010"]}
+    run, content, _ = next(simulate_campaign({**config, "campaign": campaign}, printed()))
+    assert content == (demo.folder / run.name).read_bytes()
+
+
+def test_every_log_says_that_it_is_simulated(demo: Campaign) -> None:
+    for path in demo.folder.iterdir():
+        assert path.read_bytes().startswith(b"# simulated: yes")
+
+
+def test_slip_programme_visits_31_steps_between_two_rolling_phases(
+    config: dict[str, Any],
+) -> None:
+    twin = config["campaign"]["twin"]
+    time_s, slip = slip_programme(twin)
+    assert len(time_s) == round((2 * 3.0 + 31 * 2.4) * 50)
+    assert np.abs(slip[:150]).max() == 0
+    assert abs(slip[-1]) < 1e-6
+    ends = slip[150 + 119 : 150 + 31 * 120 : 120]
+    np.testing.assert_allclose(ends, np.linspace(0, 0.3, 31), atol=1e-6)
+    assert slip.max() > 0.3  # it overshoots
+
+
+def test_twin_without_geometry_is_refused(config: dict[str, Any]) -> None:
+    rigs = resolve(ROOT / "config", {"campaign": "etm-slim"})["rigs"]
+    with pytest.raises(OilfilmError, match=r"pcs-etm\.yaml: .*known geometry"):
+        next(simulate_campaign({**config, "rigs": rigs}, printed()))
+
+
+def test_random_streams_of_different_purposes_differ() -> None:
+    assert generator(1, "a").random() == generator(1, "a").random()
+    assert generator(1, "a").random() != generator(1, "b").random()
+    assert generator(1, "a", "b").random() != generator(1, "ab").random()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"oils": ["4102", "9999"]}, "no constants are printed for the oil '9999'"),
+        ({"rig": "full_scale"}, "needs the key `full_scale`"),
+    ],
+)
+def test_campaign_that_the_twin_cannot_simulate_is_refused_in_words(
+    config: dict[str, Any], change: dict[str, Any], words: str
+) -> None:
+    campaign = {**config["campaign"], "oils": change.get("oils", config["campaign"]["oils"])}
+    ((name, rig),) = config["rigs"].items()
+    rig = {key: value for key, value in rig.items() if key != change.get("rig")}
+    spoiled = {**config, "campaign": campaign, "rigs": {name: rig}}
+    with pytest.raises(OilfilmError, match=words):
+        list(simulate_campaign(spoiled, printed()))
+
+
+def test_thermal_campaign_is_that_of_the_demo_but_for_its_truth(config: dict[str, Any]) -> None:
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"})
+    assert thermal["campaign"]["matrix"] == config["campaign"]["matrix"]
+    twin = thermal["campaign"]["twin"]
+    assert {**twin, "defects": []} == {
+        **config["campaign"]["twin"],
+        "defects": [],
+        "thermal_ehl": twin["thermal_ehl"],
+    }
+    assert thermal["oils"] == config["oils"]
+
+
+def test_thermal_truth_needs_no_printed_constants() -> None:
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"})
+    run, content, _ = next(simulate_campaign(thermal, {}))
+    assert run.oil == "4010"
+    assert b"nan" not in content
+
+
+def test_printed_truth_is_the_printed_law(config: dict[str, Any]) -> None:
+    # reference condition of the law, S = 0.05: (A0 + B0 S) exp(-C0 S) - A0 by hand
+    at = (np.array(part) for part in (1.0, 20.0, 20.0, 0.05))
+    assert true_tractions(config, printed())["4102"](*at) == pytest.approx(0.020412, abs=5e-7)
+
+
+@pytest.mark.parametrize("campaign", ["demo", "thermal"])
+def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil(campaign: str) -> None:
+    config = resolve(ROOT / "config", {"campaign": campaign})
+    grid = truth_grid(config, printed())
+    wanted = sum(
+        np.prod([len(levels) for levels in figure.values()])
+        for figure in config["extrapolation"].values()
+    )
+    assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
+    assert grid["entrainment_speed_m_s"].max() == 200
+    assert grid["max_hertz_pressure_gpa"].max() == 2.5
+    # physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
+    if campaign == "thermal":
+        assert 0.03 < grid["traction_coefficient"].max() < 0.05

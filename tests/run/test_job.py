@@ -1,0 +1,58 @@
+"""What every script does around its call: provenance, and mistakes in a sentence."""
+
+import errno
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from oilfilm.errors import OilfilmError
+from oilfilm.run.job import job
+
+
+def a_job(tmp_path: Path) -> SimpleNamespace:
+    return SimpleNamespace(
+        log=[str(tmp_path / "job.log")],
+        rule="fit",
+        input=[],
+        params=SimpleNamespace(
+            config={"campaign": {"name": "june", "data": "measured"}}, code="0123"
+        ),
+    )
+
+
+def test_mistake_ends_a_job_in_its_sentence_and_in_the_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended, job(a_job(tmp_path)):
+        raise OilfilmError("june.csv, row 3: found x, expected a number; correct it.")
+    assert ended.value.code == 1
+    assert "row 3: found x" in capsys.readouterr().err
+    assert "row 3: found x" in (tmp_path / "job.log").read_text(encoding="utf-8")
+
+
+def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: Path) -> None:
+    with job(a_job(tmp_path)) as first, job(a_job(tmp_path)) as second:
+        assert first == second
+        assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
+
+
+def test_full_disk_ends_a_job_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended, job(a_job(tmp_path)):
+        raise OSError(errno.ENOSPC, "No space left on device", "points.parquet")
+    assert ended.value.code == 1
+    said = capsys.readouterr().err
+    assert said.startswith("The disk is full. Make room on it (")
+    assert "points.parquet" in said
+
+
+def test_other_trouble_with_files_is_a_fault_of_the_program(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError), job(a_job(tmp_path)):
+        (tmp_path / "nothing").read_bytes()
+
+
+def test_fault_of_the_program_keeps_its_traceback(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError), job(a_job(tmp_path)):
+        raise ZeroDivisionError

@@ -1,0 +1,190 @@
+"""Configuration: every mistake is told with file, line, key, what was found and expected."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from oilfilm.errors import OilfilmError
+from oilfilm.physics.oils import oil_from_config
+from oilfilm.settings.load import load_checked, load_yaml, merge, resolve
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    return tmp_path / "config"
+
+
+def test_every_shipped_campaign_resolves() -> None:
+    names = [path.stem for path in (ROOT / "config/campaigns").glob("*.yaml")]
+    assert {"demo", "etm-slim", "template"} <= set(names)
+    for name in names:
+        assert resolve(ROOT / "config", {"campaign": name})["campaign"]["name"] == name
+
+
+def test_the_paper_matrix_has_72_conditions(config: dict) -> None:
+    levels = config["campaign"]["matrix"].values()
+    product = 1
+    for values in levels:
+        product *= len(values)
+    assert product == 72  # curves an oil, Deng et al. 2026, section 2.4
+
+
+def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(folder: Path) -> None:
+    path = folder / "campaigns/etm-slim.yaml"
+    default = load_yaml(folder / "config.yaml")["gates"]["temperature_tolerance_c"]
+    of_campaign = resolve(folder, {"campaign": "etm-slim"})["gates"]["temperature_tolerance_c"]
+    given = resolve(folder, {"campaign": "etm-slim", "gates": {"temperature_tolerance_c": 9.0}})[
+        "gates"
+    ]["temperature_tolerance_c"]
+    assert (default, of_campaign, given) == (2.0, 2.5, 9.0), path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("data: measured", "data: mesured", ["line", "`data`", "'mesured'", "'measured'"]),
+        ("oils: []", "oils: 4102", ["`oils`", "4102", "a list"]),
+        ("oils_without_properties: [unrecorded-oil]\n", "", ["names no oil", "`oils`"]),
+        ("figures:", "figurs:", ["unknown key 'figurs'", "Did you mean 'figures'?"]),
+        ("description:", "# description:", ["the key 'description' is missing"]),
+        ("inlet_temperature_c: 40", "inlet_temperature_c: hot", ["'hot'", "a number"]),
+        ("inlet_temperature_c: 40", "inlet_temperature_c: 4e1", ["'4e1'", "Write 40."]),
+        ("inlet_temperature_c: 40", "inlet_temperature_c: .nan", ["nan", "finite"]),
+        ("figures: [curves", "figures: [fig02, curves", ["line 9", "fig02", "'4102'"]),
+        (
+            "figures: [curves",
+            "figures: [extrapolation, curves",
+            ["line 9", "`extrapolation` needs the truth of a rig twin"],
+        ),
+        ("rigs: [pcs-etm]", "rigs: [pcs-mtm]", ["`rigs`", "pcs-mtm.yaml"]),
+        ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
+        ("rigs:", "traction_sign: -1\nrigs:", ["stands under `semantics`"]),
+        ("rigs:", "[a]: 1\nrigs:", ["a group as a key"]),
+        ("traction_min: -0.03", "traction_min: 0.3", ["gates.traction_min is 0.3", "below"]),
+        ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
+        (
+            "entrainment_speed_m_s: 0.025",
+            "entrainment_speed_m_s: -1",
+            ["set_points.entrainment_speed_m_s", "-1", "more than 0"],
+        ),
+        ("rigs: [pcs-etm]", "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
+        ("rigs: [pcs-etm]", "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
+        ("rigs: [pcs-etm]", "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "stands already at line"]),
+        ("rigs: [pcs-etm]", "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
+        ("rigs: [pcs-etm]", "rigs: [", ["not valid YAML", "line"]),
+        ("rigs: [pcs-etm]", "rigs: !!python/object:os.system x", ["not valid YAML"]),
+        ("rigs: [pcs-etm]", f"rigs: {'[' * 3000}{']' * 3000}", ["in groups without end"]),
+        ("traction_min: -0.03", f"traction_min: -1{'0' * 400}", ["1329 bits", "below 1e+15"]),
+        ("traction_min: -0.03", f"traction_min: -1{'0' * 5000}", ["a value cannot be read"]),
+        ("description: ", "description: 2026-13-45\nfigurs: ", ["a value cannot be read"]),
+    ],
+)
+def test_mistake_is_told_in_a_sentence(
+    folder: Path, old: str, new: str, expected: list[str]
+) -> None:
+    path = folder / "campaigns/etm-slim.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(OilfilmError) as mistake:
+        resolve(folder, {"campaign": "etm-slim"})
+    for words in (*expected, "etm-slim.yaml"):
+        assert words in str(mistake.value)
+
+
+def test_mistake_names_the_line_of_the_key(folder: Path) -> None:
+    path = folder / "config.yaml"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    number = next(i for i, line in enumerate(lines) if "lambda_limit" in line)
+    lines[number] = "  lambda_limit: three"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=rf"line {number + 1}: `gates.lambda_limit`.*'three'"):
+        load_checked(path, "config")
+
+
+def test_wrong_value_on_the_command_line_is_refused(folder: Path) -> None:
+    with pytest.raises(OilfilmError, match=r"fit\.searches.*found 0, expected 2 or more"):
+        resolve(folder, {"fit": {"searches": 0}})
+
+
+def test_numbers_inside_groups_of_the_command_line_are_numbers(folder: Path) -> None:
+    # snakemake --config "gates={'load_tolerance': 0.05}" hands over the text '0.05'
+    resolved = resolve(folder, {"gates": {"load_tolerance": "0.05"}})
+    assert resolved["gates"]["load_tolerance"] == 0.05
+    with pytest.raises(OilfilmError, match="found 'much', expected a number"):
+        resolve(folder, {"gates": {"load_tolerance": "much"}})
+
+
+@pytest.mark.parametrize("value", ["a: b", "[[[", "*a", "2026-13-45", ".nan", float("nan")])
+def test_no_value_of_the_command_line_ends_in_a_traceback(folder: Path, value: object) -> None:
+    with pytest.raises(OilfilmError, match=r"--config.*(expected a number|expected a finite one)"):
+        resolve(folder, {"gates": {"load_tolerance": value}})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("settle_s: 0.8 ", "settle_s: 1.0e+14 ", "`curation.plateaus.settle_s`: .* 86400 or less"),
+        ("U: [25, 40]", "U: [40, 25]", "boxes.tested.entrainment_speed_m_s goes from 40 to 25"),
+    ],
+)
+def test_setting_that_would_overflow_or_turn_a_box_round_is_refused(
+    folder: Path, old: str, new: str, expected: str
+) -> None:
+    path = folder / "config.yaml"
+    old, new = (text.replace("U:", "entrainment_speed_m_s:") for text in (old, new))
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=expected):
+        resolve(folder, {})
+
+
+def test_unknown_campaign_names_the_known_ones(folder: Path) -> None:
+    with pytest.raises(OilfilmError, match=r"no such campaign file.*demo.*template"):
+        resolve(folder, {"campaign": "june"})
+
+
+def test_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(OilfilmError, match="cannot be read as UTF-8"):
+        load_yaml(path)
+    path.write_text("just words", encoding="utf-8")
+    with pytest.raises(OilfilmError, match="found no keys"):
+        load_yaml(path)
+
+
+def test_merge_goes_group_by_group() -> None:
+    assert merge({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 9}, "d": {"e": 4}}) == {
+        "a": {"b": 9, "c": 2},
+        "d": {"e": 4},
+    }
+
+
+def test_every_key_of_the_settings_may_stand_in_a_campaign(folder: Path) -> None:
+    settings = load_yaml(folder / "config.yaml")
+    del settings["campaign"]
+    path = folder / "campaigns" / "etm-slim.yaml"
+    campaign = {**load_yaml(path), "settings": settings}
+    path.write_text(yaml.safe_dump(campaign), encoding="utf-8")
+    resolved = resolve(folder, {"campaign": "etm-slim"})
+    assert {key: resolved[key] for key in settings} == settings
+
+
+def test_template_of_an_oil_is_a_good_oil_file() -> None:
+    oil = oil_from_config(load_checked(ROOT / "config/oils/template.yaml", "oil"))
+    # the template says 5 cSt and 920 kg/m3 at 100 degC
+    assert oil.dynamic_viscosity_pa_s(np.array([100.0])) == pytest.approx(5e-6 * 920, rel=0.02)
+
+
+def test_extrapolation_of_an_oil_that_the_twin_does_not_have_is_refused(folder: Path) -> None:
+    path = folder / "campaigns/thermal.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace('"4050", ', ""), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"thermal\.yaml, line 6: extrapolation shows .*'4050'"):
+        resolve(folder, {"campaign": "thermal"})

@@ -1,0 +1,248 @@
+"""Every traction law: gradients, planted truth, bases that are one law written twice."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import ROOT
+from law_points import CONTACT, EVERY_LAW, MATRIX, OIL, SLIP, TRUTH, internal_of, observe, points_of
+from oilfilm.fitting import engine
+from oilfilm.fitting.fit import fit_law
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fitting.problem import Problem, build_problem, curve_data
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.physics.rigs import Contact
+from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
+from oilfilm.randomness import generator
+from oilfilm.settings.load import resolve
+from oilfilm.traction import LAW_NAMES, LAWS, laws_for
+from oilfilm.traction.law import Law, bounds, to_constants
+from oilfilm.traction.wang_deng import WangDengGroups, WangDengLoad
+
+
+def problem_of(law: Law, points: pd.DataFrame) -> Problem:
+    return build_problem(law, curve_data(points, law.conditions), np.ones(3, dtype=bool))
+
+
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_gradient_is_that_of_finite_differences(law: Law) -> None:
+    at, internal = observe(law), internal_of(law)
+    jacobian = law.jacobian(internal, at)
+    for place in range(len(internal)):
+        step = np.zeros(len(internal))
+        step[place] = 1e-5
+        ends = [law.traction(internal + sign * step, at) for sign in (1, -1)]
+        central = (ends[0] - ends[1]) / 2e-5
+        # the error of a central difference is of second order in the step
+        np.testing.assert_allclose(jacobian[:, place], central, rtol=1e-6, atol=1e-10)
+
+
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_global_search_finds_the_planted_law(law: Law, config: dict[str, Any]) -> None:
+    task = problem_of(law, points_of(law))
+    found = engine.search(task, config["fit"], generator(3, "planted", law.name))
+    truth = np.array(TRUTH[law.name])[task.free]
+    np.testing.assert_allclose(task.reported(found.values), truth, rtol=1e-4, atol=1e-6)
+    assert found.sse < 1e-14 * float(np.sum(task.mu**2))
+
+
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_planted_constants_are_plausible_and_within_the_bounds(law: Law) -> None:
+    mu = law.traction(internal_of(law), observe(law))
+    assert 0.01 < mu.max() < 0.1
+    inside = (internal_of(law) >= bounds(law)[:, 0]) & (internal_of(law) <= bounds(law)[:, 1])
+    assert inside.all()
+    np.testing.assert_allclose(to_constants(law, internal_of(law)), TRUTH[law.name], rtol=1e-12)
+
+
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_fit_read_back_from_its_tables_is_the_planted_traction(
+    law: Law, config: dict[str, Any]
+) -> None:
+    settings = {**config["fit"], "bootstrap": 20, "searches": 1}
+    points = points_of(law, noise=1e-5)
+    fit = fit_law(points, "4050", law, None, {**config, "fit": settings})
+    fitted = FittedLaw.of(fit.coefficients, "4050", fit.refits, fit.fit_quality, law)
+    levels = MATRIX[list(law.conditions)].to_numpy()
+    at = np.repeat(levels, len(SLIP), axis=0)
+    true = law.traction(internal_of(law), observe(law))
+    predicted = fitted.predict(at, np.tile(SLIP, len(MATRIX)))
+    np.testing.assert_allclose(predicted.traction_coefficient, true, atol=3e-5)
+    assert np.isfinite(predicted.upper).all()
+    assert not predicted.outside.any()
+
+
+def test_dimensionless_load_depends_on_pressure_over_modulus_alone() -> None:
+    """W/(E' R^2) = (2 pi^3/3) (p_max/E')^3: no ball size can be read from it."""
+    pressure = 1.2e9
+    groups = []
+    for radius_m, modulus_pa in ((0.010, 221.6e9), (0.003, 221.6e9), (0.010, 443.2e9)):
+        contact = Contact(radius_m, modulus_pa, 1e-8, 1e-8)
+        load_n = float(load_for_max_hertz_pressure(pressure, radius_m, modulus_pa))
+        group = WangDengGroups(OIL, contact).group_values(np.array([[load_n, 30.0, 70.0]]))[0, 0]
+        assert group == pytest.approx(2 * np.pi**3 / 3 * (pressure / modulus_pa) ** 3, rel=1e-12)
+        groups.append(group)
+    assert groups[0] == pytest.approx(groups[1], rel=1e-12)
+    assert groups[0] == pytest.approx(8 * groups[2], rel=1e-12)
+
+
+def test_groups_are_those_of_the_film_formulas() -> None:
+    # physics.md, check 1 [C]: 23699 at 100 degC, 25 m/s, 142 N: L 0.424; eta 5.006 mPa s,
+    # E' 221.6 GPa, R 10 mm: 5.006e-3 * 25/(221.6e9 * 0.01) = 5.65e-11; 142/(221.6e9 * 1e-4)
+    law = EVERY_LAW["wang-deng-groups"]
+    load, speed, heating = law.group_values(np.array([[142.0, 25.0, 100.0]]))[0]
+    assert load == pytest.approx(6.41e-6, rel=2e-3)
+    assert speed == pytest.approx(5.65e-11, rel=2e-3)
+    assert heating == pytest.approx(0.424, rel=2e-3)
+
+
+class WangDengStress(WangDengLoad):
+    """The same law on stress: for one ball a mere reparametrisation."""
+
+    name = "wang-deng-stress"
+    conditions = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
+    reference = np.array([1.0, 20.0, 20.0])
+
+
+def test_load_and_stress_are_one_law_for_one_ball(config: dict[str, Any]) -> None:
+    """W ~ p^3: the same least SSE, and exponents of pressure three times those of load."""
+    points = points_of(LAWS["wang-deng-load"], noise=2e-4)
+    ends = {}
+    for law in (LAWS["wang-deng-load"], WangDengStress()):
+        task = problem_of(law, points)
+        ends[law.name] = engine.search(task, config["fit"], generator(1, "bases", law.name))
+    on_load, on_stress = ends["wang-deng-load"], ends["wang-deng-stress"]
+    assert on_stress.sse == pytest.approx(on_load.sse, rel=1e-9)
+    np.testing.assert_allclose(on_stress.values[1::4], 3 * on_load.values[1::4], rtol=1e-5)
+    np.testing.assert_allclose(on_stress.values[2::4], on_load.values[2::4], rtol=1e-5, atol=1e-7)
+
+
+def test_a_ball_of_another_size_parts_load_from_stress() -> None:
+    """At the same stress a ball of 3 mm radius bears (3/10)^2 of the load."""
+    law = LAWS["wang-deng-load"]
+    load_n = load_for_max_hertz_pressure(
+        np.array([1.2e9, 1.2e9]), np.array([0.010, 0.003]), CONTACT.reduced_modulus_pa
+    )
+    rows = np.column_stack([load_n, np.full((2, 2), [30.0, 70.0])])
+    sizes = law.sizes(internal_of(law), law.design(rows))
+    exponent = TRUTH["wang-deng-load"][5]  # of load, in B
+    assert sizes[1, 1] / sizes[1, 0] == pytest.approx(0.09**exponent, rel=1e-12)
+
+
+def test_critical_load_far_above_is_the_law_without_it() -> None:
+    """|Wc/W - 1| -> Wc/W: the factor is a constant and one exponent of load."""
+    plain, critical = LAWS["wang-deng-load"], LAWS["wang-deng-critical-load"]
+    far = np.array([*internal_of(plain), np.log(1e3), -1, 0, 0])
+    far[0] -= np.log(1e3)
+    far[1] += 1
+    expected = plain.traction(internal_of(plain), observe(plain))
+    # |K - 1| is off from K by W/Wc, 0.14 % at most here, and so is A, of size 0.03
+    found = critical.traction(far, observe(critical))
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_three_levels_of_load_leave_two_critical_loads() -> None:
+    """A0, A1 and Wc make A at three loads: one Wc above them all, and one among them."""
+    law = LAWS["wang-deng-critical-load"]
+    points = points_of(law)
+    three = points[points["max_hertz_pressure_gpa"] != 1.15]
+    ends = []
+    for critical in (3.0, 0.5):  # over 100 N; the loads are 42, 93 and 142 N
+        start = internal_of(law)
+        start[16] = np.log(critical)
+        task = problem_of(law, three)
+        ends.append(engine.polish(task, start[task.free]))
+    assert max(end.sse for end in ends) < 1e-14 * float(np.sum(three["traction_coefficient"] ** 2))
+    found = np.exp([end.values[-1] for end in ends])
+    assert found[0] == pytest.approx(3.0, rel=1e-4)
+    assert 0.42 < found[1] < 1.42
+
+
+def test_traction_of_wang_deng_at_no_slip_is_d_minus_a() -> None:
+    law = LAWS["wang-deng-load"]
+    sizes = np.array([0.030, 0.9, 27.0, 0.033])
+    assert law.value(sizes, np.array(0.0)) == pytest.approx(0.003, rel=1e-12)
+    # and with D = |A| it is Eq. 7
+    sizes[3] = sizes[0]
+    np.testing.assert_allclose(
+        law.value(sizes, SLIP), LAWS["deng2026"].value(sizes[:3], SLIP), rtol=1e-12, atol=1e-17
+    )
+
+
+def test_eyring_law_solves_its_own_equation() -> None:
+    law = LAWS["eyring"]
+    slope, eyring, limit, heat = sizes = np.array([5.0, 0.01, 0.05, 200.0])
+    mu = law.value(sizes, SLIP)
+    cold = limited_stress(eyring_stress(slope, SLIP, eyring), limit)
+    np.testing.assert_allclose(mu * (1 + heat * SLIP * mu), cold, rtol=1e-12)
+    # heat makes a peak; without it the film only saturates
+    assert 0 < np.argmax(mu) < len(SLIP) - 1
+    sizes[3] = 1e-9
+    np.testing.assert_allclose(law.value(sizes, SLIP), cold, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "slope", "level"),
+    [("eyring", 5.0, None), ("carreau", 5.0, 0.05), ("tanh", 5.0, 0.05)],
+)
+def test_yardsticks_start_with_their_slope_and_end_at_their_limit(
+    name: str, slope: float, level: float | None
+) -> None:
+    sizes = {
+        "eyring": [5.0, 0.01, 0.05, 200.0],
+        "carreau": [5.0, 0.02, 0.6, 0.05],
+        "tanh": [0.05, 5.0],
+    }[name]
+    law = LAWS[name]
+    assert law.value(np.array(sizes), np.array(1e-7)) / 1e-7 == pytest.approx(slope, rel=1e-4)
+    if level is not None:
+        assert law.value(np.array(sizes), np.array(1e6)) == pytest.approx(level, rel=1e-6)
+
+
+def test_laws_that_need_an_oil_and_a_contact_are_had_only_with_both() -> None:
+    assert set(laws_for(None, CONTACT)) == set(laws_for(OIL, None)) == set(LAWS)
+    assert tuple(EVERY_LAW) == LAW_NAMES
+
+
+def test_config_knows_the_laws_that_there_are() -> None:
+    config = resolve(ROOT / "config", {})
+    assert set(config["compare"]["laws"]) == set(LAW_NAMES)
+    schema = pd.read_json(ROOT / "workflow/schemas/config.schema.json", typ="series")["properties"]
+    assert schema["compare"]["properties"]["laws"]["items"]["enum"] == list(LAW_NAMES)
+    assert schema["fit"]["properties"]["law"]["enum"] == list(LAWS)
+
+
+@pytest.mark.parametrize(
+    ("name", "alone"), [("wang-deng-groups", 1), ("wang-deng-groups", 2)], ids=["speed", "heat"]
+)
+def test_groups_cannot_be_told_apart_where_speed_or_temperature_varies_alone(
+    name: str, alone: int
+) -> None:
+    law = EVERY_LAW[name]
+    data = curve_data(points_of(law), law.conditions)
+    varied = np.array([True, alone == 1, alone == 2])
+    with pytest.raises(ValueError, match="speed and temperature to vary"):
+        build_problem(law, data, varied)
+
+
+def test_critical_load_needs_loads() -> None:
+    law = LAWS["wang-deng-critical-load"]
+    data = curve_data(points_of(law), law.conditions)
+    with pytest.raises(ValueError, match="needs the load to vary"):
+        build_problem(law, data, np.array([False, True, True]))
+
+
+def test_constant_beyond_its_bound_is_held_there_and_the_others_fitted() -> None:
+    """tanh below its slope's bound: every end is on the bound, none beyond it."""
+    law = LAWS["tanh"]
+    points = points_of(law)
+    points["traction_coefficient"] = 0.005 * points["slide_roll_ratio"]  # B0 >= 0.01
+    task = problem_of(law, points)
+    end = engine.polish(task, internal_of(law))
+    assert (task.beyond(end.values) == 0).all()
+    held = task.holding(end.values, engine.at_bounds(task, end.values))
+    assert "B0" in held.at_bounds
+    assert held.at_bounds["B0"] == pytest.approx(0.01)
+    assert "B0" not in held.names

@@ -1,0 +1,130 @@
+"""The traction law: closed forms of its equation, its gradient, its paper."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from campaigns import ROOT, printed
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.reference import printed_constants
+from oilfilm.traction import LAWS
+from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.law import Observations, bounds, to_constants, to_internal
+
+LAW = LAWS["deng2026"]
+OILS = ("4102", "4050", "4010")
+MATRIX = np.array(
+    [
+        (p, u, t)
+        for p in (1.0, 1.25, 1.5)
+        for u in (25.0, 30.0, 35.0, 40.0)
+        for t in (25.0, 50.0, 70.0, 85.0, 100.0, 120.0)
+    ]
+)
+box = st.tuples(st.floats(0.8, 2.5), st.floats(20, 200), st.floats(20, 140))
+
+
+def observe(conditions: np.ndarray, slip: np.ndarray) -> Observations:
+    curve = np.repeat(np.arange(len(conditions)), len(slip))
+    return Observations(LAW.design(conditions), curve, np.tile(slip, len(conditions)))
+
+
+@pytest.mark.parametrize("oil", OILS)
+def test_traction_over_the_matrix_stays_where_the_reconstruction_says(oil: str) -> None:
+    # the reconstruction of the signs was chosen so that mu stays within 0..0.035 on the matrix; on
+    # a fine grid of slip 4010 reaches 0.0393 (1.5 GPa, 25 m/s, 25 degC, S 0.03)
+    mu = traction_coefficient(printed()[oil], *MATRIX.T[:, :, None], np.linspace(0, 0.3, 61))
+    assert mu.min() >= 0
+    assert 0.02 < mu.max() < (0.040 if oil == "4010" else 0.035)
+
+
+@given(condition=box, oil=st.sampled_from(OILS))
+def test_curve_starts_at_zero_with_the_slope_b_plus_size_of_a_times_c(
+    condition: tuple[float, float, float], oil: str
+) -> None:
+    a, b, c = local(oil, condition)
+    tiny = 1e-7
+    mu = traction_coefficient(printed()[oil], *condition, np.array([0.0, tiny]))
+    assert mu[0] == 0
+    assert mu[1] / tiny == pytest.approx(b - a * c, rel=1e-4)
+
+
+@given(condition=box, oil=st.sampled_from(OILS))
+def test_curve_has_its_one_peak_where_the_derivative_vanishes(
+    condition: tuple[float, float, float], oil: str
+) -> None:
+    a, b, c = local(oil, condition)
+    peak = 1 / c - a / b  # d/dS of Eq. 7 set to zero
+    around = traction_coefficient(printed()[oil], *condition, peak * np.array([0.99, 1, 1.01]))
+    assert around[1] >= max(around[0], around[2])
+
+
+@given(condition=box, oil=st.sampled_from(OILS))
+def test_curve_levels_off_at_the_size_of_a(condition: tuple[float, float, float], oil: str) -> None:
+    a, _, c = local(oil, condition)
+    mu = traction_coefficient(printed()[oil], *condition, np.array(60 / c))
+    assert float(mu) == pytest.approx(-a, rel=1e-12)
+
+
+def local(oil: str, condition: tuple[float, float, float]) -> np.ndarray:
+    internal = to_internal(LAW, printed()[oil])
+    return LAW.sizes(internal, LAW.design(np.array(condition)))[:, 0] * [-1, 1, 1]
+
+
+@pytest.mark.parametrize("oil", OILS)
+def test_internal_form_is_the_printed_equation(oil: str) -> None:
+    slip = np.linspace(0, 0.3, 31)
+    internal = to_internal(LAW, printed()[oil])
+    direct = traction_coefficient(printed()[oil], *MATRIX.T[:, :, None], slip).ravel()
+    at = observe(MATRIX, slip)
+    np.testing.assert_allclose(LAW.traction(internal, at), direct, rtol=1e-12, atol=1e-16)
+    population = np.column_stack([internal, internal + 0.1])
+    np.testing.assert_allclose(LAW.traction(population, at)[:, 0], direct, rtol=1e-12, atol=1e-16)
+    np.testing.assert_allclose(to_constants(LAW, internal), printed()[oil], rtol=1e-14)
+    sizes = np.abs(local(oil, (1.25, 30, 70)))[:, np.newaxis]
+    curve = LAW.value(sizes, slip)
+    expected = traction_coefficient(printed()[oil], 1.25, 30.0, 70.0, slip)
+    np.testing.assert_allclose(curve, expected, rtol=1e-12, atol=1e-17)
+
+
+@pytest.mark.parametrize("oil", OILS)
+def test_gradient_is_the_complex_step_derivative(oil: str) -> None:
+    """f(x + i h) = f(x) + i h f'(x): exact to machine precision, an independent derivative."""
+    slip = np.array([0.0, 0.01, 0.05, 0.3])
+    at = observe(MATRIX[::7], slip)
+    internal = to_internal(LAW, printed()[oil])
+    jacobian = LAW.jacobian(internal, at)
+    for place in range(12):
+        shifted = internal.astype(complex)
+        shifted[place] += 1e-30j
+        a, b, c = (np.exp(at.design @ block) for block in np.split(shifted, 3))
+        a, b, c = -a[at.curve], b[at.curve], c[at.curve]
+        derivative = ((a + b * at.slip) * np.exp(-c * at.slip) - a).imag / 1e-30
+        np.testing.assert_allclose(jacobian[:, place], derivative, rtol=1e-10, atol=1e-18)
+
+
+def test_wrong_sign_and_impossible_conditions_are_refused() -> None:
+    with pytest.raises(ValueError, match="A0 must be of sign -1"):
+        to_internal(LAW, np.abs(printed()["4102"]))
+    with pytest.raises(ValueError, match="above zero"):
+        LAW.design(np.array([1.0, 30.0, -5.0]))
+
+
+def test_printed_constants_lie_within_the_search_bounds() -> None:
+    limits = bounds(LAW)
+    for oil in OILS:
+        internal = to_internal(LAW, printed()[oil])
+        assert np.all((internal > limits[:, 0]) & (internal < limits[:, 1]))
+
+
+def test_printed_magnitudes_are_the_papers() -> None:
+    # paper/README, table of Eqs 11-13
+    assert abs(printed()["4102"][0]) == 0.01567792
+    assert abs(printed()["4050"][10]) == 0.0022
+    assert abs(printed()["4010"][8]) == 49.8739777
+
+
+def test_missing_reference_file_is_told() -> None:
+    with pytest.raises(OilfilmError, match="there is no such file"):
+        printed_constants(ROOT / "data/reference/nothing.yaml")

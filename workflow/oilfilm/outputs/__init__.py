@@ -1,0 +1,1 @@
+"""What people and programs get: figures, report, exports, summary, metadata."""

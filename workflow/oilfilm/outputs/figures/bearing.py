@@ -1,0 +1,345 @@
+"""Figures of the bearing: torque on each basis, cage slip, size effect, a published power loss."""
+
+import itertools
+import string
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from oilfilm import tables
+from oilfilm.bearing.friction import HEATS
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.units import RAD_S_PER_RPM
+
+_SE_DRAWN = 1.96  # error bars are 95 % intervals
+_BASES: dict[str, tuple[str, Any, str]] = {
+    "stress": ("stress", style.LINES["fit"], "o"),
+    "load": ("load W", style.LINES["load"], "s"),
+    "dimensionless_load": (
+        "load W/(E'R\N{SUPERSCRIPT TWO})",
+        style.LINES["dimensionless load"],
+        "^",
+    ),
+}
+
+
+def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Measured torque and each basis against speed, an oil a column; relative errors below."""
+    settings = config["figures"]["fig06"]
+    asked, within = settings["inlet_temperature_c"], settings["same_within"]
+    near = (results.torque["inlet_temperature_c"] - asked).abs() <= within * asked
+    torque = results.torque[near]
+    oils = [oil for oil in config["oils"] if (torque["oil"] == oil).any()]
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4))
+    axes = figure.subplots(2, max(len(oils), 1), sharex=True, sharey="row", squeeze=False)
+    torque = torque.assign(load=_sets(torque["axial_load_n"], within))
+    loads = sorted(set(torque["load"]))
+    rows = []
+    for column, oil in enumerate(oils):
+        of_oil = torque[torque["oil"] == oil]
+        colour = style.oil_colour(oil, list(config["oils"]))
+        letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
+        rows.append(_draw_oil(axes[:, column], of_oil, colour, letters, loads))
+        for axis, letter in zip(axes[:, column], letters, strict=True):
+            axis.set_title(f"({letter}) {oil}, {asked:g} \N{DEGREE SIGN}C")
+    axes[0, 0].set_ylabel("Friction torque (N m)")
+    axes[1, 0].set_ylabel("Relative error (%)")
+    for axis in axes[1]:
+        axis.set_xlabel("Speed of the inner ring (1000 rpm)")
+    if not rows:
+        _say_nothing(axes[0, 0], "No torque was measured at this temperature.")
+        return _finish(figure, config), tables.empty("torque_drawn")
+    axes[0, 0].legend(
+        handles=_load_handles(loads),
+        loc="upper left",
+        title="axial load",
+        title_fontsize=7,
+        alignment="left",
+    )
+    figure.legend(handles=_basis_handles(), loc="outside lower center", ncols=3)
+    style.say_key(
+        figure, "Points above: measured; bars: 95 %, random errors alone. Lines: the law."
+    )
+    return _finish(figure, config), tables.conform(
+        pd.concat(rows, ignore_index=True), "torque_drawn", "fig06"
+    )
+
+
+def _basis_handles() -> list[Line2D]:
+    """Entries of a legend that tell the bases apart, in grey."""
+    return [
+        Line2D([], [], linestyle=line, marker=marker, color=style.GREY, linewidth=0.9, label=name)
+        for name, line, marker in _BASES.values()
+    ]
+
+
+def _draw_oil(
+    axes: np.ndarray[Any, Any],
+    torque: pd.DataFrame,
+    colour: str,
+    letters: tuple[str, str],
+    loads: Sequence[float],
+) -> pd.DataFrame:
+    rows = []
+    for load, shade in zip(loads, style.shades(colour, len(loads)), strict=True):
+        of_load = torque[torque["load"] == load]
+        for basis, (_, line, marker) in _BASES.items():
+            of_basis = of_load[of_load["basis"] == basis].sort_values("inner_speed_rpm")
+            speed = of_basis["inner_speed_rpm"] / 1e3
+            if basis == "stress":
+                axes[0].errorbar(
+                    speed,
+                    of_basis["measured_torque_n_m"],
+                    _SE_DRAWN * of_basis["measured_torque_n_m_se"],
+                    fmt="o",
+                    color=shade,
+                )
+                rows.append(_drawn(of_basis, letters[0], "measured", load))
+            axes[0].plot(speed, of_basis["torque_n_m"], linestyle=line, color=shade, linewidth=0.9)
+            axes[1].plot(
+                speed,
+                100 * of_basis["relative_error"],
+                linestyle=line,
+                marker=marker,
+                color=shade,
+                linewidth=0.6,
+            )
+            rows.append(_drawn(of_basis, f"{letters[0]} {letters[1]}", basis, load))
+    axes[1].axhline(0, color="black", linewidth=0.6)
+    return pd.concat(rows, ignore_index=True)
+
+
+def _load_handles(loads: Sequence[float]) -> list[Line2D]:
+    """Entries of a legend that tell loads apart, in shades of grey: each oil has its own colour."""
+    return [
+        Line2D([], [], linestyle="", marker="o", color=shade, label=f"{load / 1e3:.3g} kN")
+        for load, shade in zip(loads, style.shades(style.GREY, len(loads)), strict=True)
+    ]
+
+
+def _sets(levels: "pd.Series[float]", within: float) -> "pd.Series[float]":
+    """For each measured level the mean of those that it belongs with."""
+    ranked = levels.sort_values()
+    apart = ranked.diff() > within * ranked.shift()
+    return levels.groupby(apart.cumsum()).transform("mean")
+
+
+def _drawn(rows: pd.DataFrame, panel: str, series: str, load: float) -> pd.DataFrame:
+    measured = series == "measured"
+    return pd.DataFrame(
+        {
+            "panel": panel,
+            "series": series,
+            "oil": rows["oil"],
+            "axial_load_n": load,
+            "inner_speed_rpm": rows["inner_speed_rpm"],
+            "torque_n_m": rows["measured_torque_n_m" if measured else "torque_n_m"],
+            "torque_n_m_se": rows["measured_torque_n_m_se"] if measured else np.nan,
+            "relative_error": np.nan if measured else rows["relative_error"],
+        }
+    )
+
+
+_SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
+_FIELD = 0.45  # share of an oil's colour in the field of the advice
+
+
+def cage_slip(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
+    table, advice = results.cage_slip, results.slip_advice
+    every = list(config["oils"])
+    oils = [oil for oil in every if (table["oil"] == oil).any()]
+    if not oils:
+        figure, axes = style.panels(1, 1, style.SINGLE_COLUMN_IN, 1.0)
+        _say_nothing(axes[0], "No oil has a law that a bearing could use.")
+        return _finish(figure, config), tables.empty("cage_slip_map")
+    count = len(oils) + (not advice.empty)
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    width = style.DOUBLE_COLUMN_IN if columns > 1 else style.SINGLE_COLUMN_IN
+    figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.4)
+    drawn = []
+    for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
+        of_oil = table[table["oil"] == oil]
+        filled = _draw_slip(axis, of_oil, config["selection"]["limits"]["slip_limit"])
+        axis.set_title(f"({letter}) {oil}")
+        drawn.append(of_oil.assign(panel=letter, advised_oil="", best_oil="", judgement=""))
+    if not advice.empty:
+        letter, axis = string.ascii_letters[len(oils)], axes[len(oils)]
+        _draw_advice(axis, advice, every)
+        axis.set_title(f"({letter}) advice by slip")
+        drawn.append(advice.assign(panel=letter, oil="", cage_slip=np.nan))
+        _say_advice(figure, every, advice)
+    for axis in axes[count:]:
+        axis.set_axis_off()
+    axes[0].set_yscale("log")
+    axes[0].yaxis.set_major_formatter("{x:g}")
+    bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
+    bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
+    for axis in axes[max(count - columns, 0) :]:
+        axis.set_xlabel("Pitch diameter times speed (million mm rpm)")
+    figure.supylabel("Axial load (kN)", fontsize=8)
+    temperature = config["bearing"]["cage_slip"]["inlet_temperature_c"]
+    limit = config["selection"]["limits"]["slip_limit"]
+    style.say_key(
+        figure,
+        f"Friction equilibrium, {table['bearing'].iloc[0]}, {temperature:g} \N{DEGREE SIGN}C; "
+        f"line: slip of {limit:g}.",
+    )
+    together = pd.concat(drawn, ignore_index=True)[tables.columns("cage_slip_map")]
+    return _finish(figure, config), tables.conform(together, "cage_slip_map", "map of cage slip")
+
+
+def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
+    grid = of_oil.pivot(index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip")
+    speed, load = grid.columns.to_numpy() / 1e6, grid.index.to_numpy() / 1e3
+    slip = np.ma.masked_invalid(grid.to_numpy())
+    norm = BoundaryNorm(_SLIP_LEVELS, 256)
+    filled = axis.pcolormesh(*_cells(speed, load), slip, cmap="cividis_r", norm=norm)
+    axis.contour(speed, load, slip, [limit], colors="black", linewidths=1.1)
+    axis.grid(False)
+    return filled
+
+
+def _draw_advice(axis: Axes, advice: pd.DataFrame, oils: list[str]) -> None:
+    """Fields in the colour of the oil that the rules advise, symbols of the one that slip does."""
+    field = advice.pivot(index="axial_load_n", columns="pitch_speed_mm_rpm", values="advised_oil")
+    speed, load = field.columns.to_numpy() / 1e6, field.index.to_numpy() / 1e3
+    # white is for places where no oil is advised
+    fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
+    places = field.map(lambda oil: oils.index(oil) + 1 if oil else 0).to_numpy()
+    colours = ListedColormap([(1.0, 1.0, 1.0), *fields])
+    axis.pcolormesh(*_cells(speed, load), places, cmap=colours, vmin=-0.5, vmax=len(oils) + 0.5)
+    for oil in oils:
+        apart = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
+        _draw_places(axis, apart, style.oil_marker(oil, oils), style.oil_colour(oil, oils))
+    _draw_places(axis, advice[advice["judgement"] == "no film"], "x", style.GREY)
+    axis.grid(False)
+
+
+def _draw_places(axis: Axes, rows: pd.DataFrame, marker: str, colour: str) -> None:
+    axis.plot(
+        rows["pitch_speed_mm_rpm"] / 1e6,
+        rows["axial_load_n"] / 1e3,
+        marker,
+        color=colour,
+        markersize=3.5,
+    )
+
+
+def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
+    shown = [oil for oil in oils if oil in {*advice["advised_oil"], *advice["best_oil"]}]
+    handles: list[Any] = []
+    for oil in shown:
+        colour, symbol = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
+        handles += [
+            Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
+            _symbol(symbol, colour, f"slip speaks for {oil}"),
+        ]
+    handles.append(_symbol("x", style.GREY, "film too thin"))
+    figure.legend(handles=handles, loc="outside lower left", ncols=4)
+
+
+def _symbol(marker: str, colour: str, label: str) -> Line2D:
+    return Line2D([], [], linestyle="", marker=marker, color=colour, label=label)
+
+
+def _cells(
+    speed: np.ndarray[Any, Any], load: np.ndarray[Any, Any]
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Edges of cells around speeds, and around loads in equal ratios."""
+    return _edges(speed), np.exp(_edges(np.log(load)))
+
+
+def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Edges of cells around rising centres."""
+    middles = (centres[1:] + centres[:-1]) / 2
+    return np.concatenate([[2 * centres[0] - middles[0]], middles, [2 * centres[-1] - middles[-1]]])
+
+
+def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Traction torque of the load bases against the stress basis, by ball size and conformity."""
+    drawn = results.size_effect["basis"].isin(["load", "dimensionless_load"])
+    table = results.size_effect[drawn].reset_index(drop=True)
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
+    axes = figure.subplots(1, 2, sharey=True)
+    panels = (
+        ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "stress and surface speed"),
+        (
+            "conformity",
+            "groove_curvature",
+            "Groove radius over ball diameter (1)",
+            "load and speed",
+        ),
+    )
+    for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
+        rows = table[table["varied"] == varied]
+        for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
+            of_series = rows[(rows["oil"] == oil) & (rows["basis"] == basis)]
+            _, line, marker = _BASES[basis]
+            axis.plot(
+                of_series[column],
+                100 * of_series["relative_to_stress"],
+                linestyle=line,
+                marker=marker,
+                color=style.oil_colour(oil, list(config["oils"])),
+                label=oil if basis == "load" else None,
+            )
+        axis.axhline(0, color="black", linewidth=0.6)
+        axis.set_xlabel(label)
+        axis.set_title(f"({letter}) {varied} at the same {held}")
+    axes[0].set_ylabel("Traction torque above that\nof the law on stress (%)")
+    if table.empty:
+        _say_nothing(axes[0], "No oil has a law that a bearing could use.")
+    else:
+        axes[0].legend(loc="upper left")
+        handles = _basis_handles()[1:]
+        axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
+    return _finish(figure, config), table
+
+
+def power_loss(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Calculated power loss term by term beside a published one: plausibility alone."""
+    table = results.power_loss
+    figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)
+    axis.set_xlabel("Speed of the inner ring (1000 rpm)")
+    axis.set_ylabel("Power loss (W)")
+    if table.empty:
+        _say_nothing(axis, "The published test's oil is not fitted,\nor its bearing not described.")
+        return _finish(figure, config), table
+    turning = table["inner_speed_rpm"] * RAD_S_PER_RPM
+    watts = [table[f"{term}_torque_n_m"] * turning for term in HEATS]
+    speed = table["inner_speed_rpm"] / 1e3
+    shades = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
+    axis.stackplot(speed, watts, labels=HEATS, colors=shades, edgecolor="white", linewidth=0.3)
+    # not in the colour of an oil; the rim shows it on dark areas
+    rim: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4}
+    axis.plot(speed, table["published_power_w"], "o", color="black", label="published", **rim)
+    axis.set_axisbelow(True)
+    # from the top, as the areas lie
+    axis.legend(loc="upper left", reverse=True)
+    style.say_key(figure, "Points: NASA TP-2275, second-hand. Areas: calculated.")
+    bearing, oil, load, temperature = table.loc[
+        table.index[0], ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
+    ]
+    axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
+    return _finish(figure, config), table
+
+
+def _say_nothing(axis: Axes, words: str) -> None:
+    axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=7)
+
+
+def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
+    style.say_source(figure, config["campaign"])
+    return figure

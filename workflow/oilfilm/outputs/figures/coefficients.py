@@ -1,0 +1,77 @@
+"""The table of fitted constants beside the printed ones (Eqs 11-13)."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+
+_ROW_IN = 0.17
+
+
+def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Each oil's constants: fitted with standard error, and printed."""
+    table = results.coefficients
+    drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]]
+    oils = list(config["oils"])
+    # a constant that no oil has, neither fitted nor printed, is no row
+    shown = drawn.dropna(subset=["value", "printed_value"], how="all")
+    constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]
+    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
+    figure, (axis,) = style.panels(1, 1, width, _ROW_IN * (len(constants) + 4))
+    axis.set_axis_off()
+    axis.set_xlim(0, 1)
+    axis.set_ylim(len(constants) + 1.6, -2.0)
+    for row, constant in enumerate(constants):
+        axis.text(0, row + 0.5, constant, va="center", fontweight="bold")
+    left = 0.06 if len(oils) > 1 else 0.12
+    span = (1 - left) / len(oils)
+    for place, oil in enumerate(oils):
+        rows = table[table["oil"] == oil].set_index("constant").reindex(constants)
+        _draw_oil(axis, oil, style.oil_colour(oil, oils), rows, left + place * span, span)
+    for line in (-1.8, 0.0, len(constants) + 0.1):
+        axis.axhline(line, color="black", linewidth=0.6)
+    note = "s.e.: from resampling whole curves"
+    if shown["standard_error"].isna().any():
+        note += "; none where there are too few"
+    if shown["printed_value"].notna().any():
+        note += ". Printed: Deng et al. 2026, signs reconstructed"
+    axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color=style.GREY)
+    style.say_source(figure, config["campaign"])
+    return figure, drawn.reset_index(drop=True)
+
+
+def _draw_oil(
+    axis: Axes, oil: str, colour: str, rows: pd.DataFrame, start: float, span: float
+) -> None:
+    """Three columns of one oil: fitted value, standard error, printed value if there are any."""
+    columns = ["value", "standard_error", "printed_value"]
+    heads = ["fitted", "\N{PLUS-MINUS SIGN} s.e.", "printed"]
+    ends = [start + share * span for share in (0.31, 0.57, 0.97)]
+    if rows["printed_value"].isna().all():
+        columns, heads, ends = columns[:2], heads[:2], [start + 0.5 * span, start + 0.97 * span]
+    axis.text(
+        start + 0.53 * span, -1.3, oil, ha="center", va="center", color=colour, fontweight="bold"
+    )
+    for end, head in zip(ends, heads, strict=True):
+        axis.text(end, -0.5, head, ha="right", va="center", color=style.GREY)
+    naive = rows["naive_standard_error"].to_numpy()
+    for height, row in enumerate(rows[columns].to_numpy(dtype=float)):
+        # digits beyond the second of the error say nothing
+        digits = _decimals(row[1] if not np.isnan(row[1]) else naive[height])
+        for end, number, column in zip(ends, row, columns, strict=True):
+            # what is printed has every digit of the print
+            form = ".10g" if column == "printed_value" else f".{digits}f"
+            words = "\N{EN DASH}" if np.isnan(number) else format(number, form)
+            words = words.replace("-", "\N{MINUS SIGN}")
+            axis.text(end, height + 0.5, words, ha="right", va="center", fontsize=7)
+
+
+def _decimals(error: float) -> int:
+    """Decimals that show two digits of an error; 4 where there is none."""
+    return 4 if np.isnan(error) or error <= 0 else int(np.clip(1 - np.floor(np.log10(error)), 0, 8))

@@ -1,0 +1,201 @@
+"""Fitted laws against the truth of a simulated campaign, at the conditions of Figs 7-10."""
+
+import string
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator, PercentFormatter
+
+from oilfilm import tables
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.studies.extrapolation import relative_rms
+
+# Abscissa of each figure of the paper.
+_ABSCISSAE = {
+    "fig07": "slide_roll_ratio",
+    "fig08": "entrainment_speed_m_s",
+    "fig09": "max_hertz_pressure_gpa",
+    "fig10": "inlet_temperature_c",
+}
+_LABELS = {
+    "slide_roll_ratio": "Slide-roll ratio S (1)",
+    "entrainment_speed_m_s": "Entrainment speed U (m/s)",
+    "max_hertz_pressure_gpa": "Maximum Hertz pressure P (GPa)",
+    "inlet_temperature_c": "Inlet temperature T (\N{DEGREE SIGN}C)",
+}
+_LEVELS = {
+    "max_hertz_pressure_gpa": "P = {:g} GPa",
+    "entrainment_speed_m_s": "U = {:g} m/s",
+    "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
+    "slide_roll_ratio": "S = {:g}",
+}
+_ROW_IN = 0.24
+
+
+def extrapolation(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
+    compared, choice = results.extrapolation, config["figures"]["extrapolation"]
+    laws, oils = list(dict.fromkeys(compared["law"])), list(config["oils"])
+    errors_in = _ROW_IN * len(laws) + 0.55
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4 + errors_in))
+    grid = figure.add_gridspec(3, 2, height_ratios=(2.1, 2.1, errors_in))
+    of_oil = compared[compared["oil"] == choice["oil"]]
+    colour = style.oil_colour(choice["oil"], oils)
+    drawn: list[pd.DataFrame] = []
+    first: Axes | None = None
+    for place, (name, abscissa) in enumerate(_ABSCISSAE.items()):
+        axis = figure.add_subplot(grid[place // 2, place % 2], sharey=first)
+        first = first or axis
+        of_figure = of_oil[of_oil["figure"] == name]
+        cut, levels = _cut(of_figure, abscissa, choice)
+        panel = string.ascii_letters[place]
+        axis.set_title(f"({panel}) {levels}")
+        axis.set_xlabel(_LABELS[abscissa])
+        drawn += _draw_cut(axis, panel, cut.sort_values(abscissa), abscissa, colour, laws)
+        if place % 2 == 0:
+            axis.set_ylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)")
+    true = of_oil["true_traction_coefficient"]
+    if first is not None and len(true):
+        # a law that runs away leaves the panel, instead of pressing the others flat
+        first.set_ylim(0, min(first.get_ylim()[1], 2 * true.max()))
+    axis = figure.add_subplot(grid[2, :])
+    drawn += _draw_errors(axis, string.ascii_letters[len(_ABSCISSAE)], compared, laws, oils)
+    _say_key(figure, choice["oil"], colour, laws)
+    style.say_source(figure, config["campaign"])
+    style.say_key(figure, "It decides nothing about the real oils.")
+    return figure, tables.conform(pd.concat(drawn), "extrapolation_panels", "figure extrapolation")
+
+
+def _cut(
+    of_figure: pd.DataFrame, abscissa: str, choice: Mapping[str, Any]
+) -> tuple[pd.DataFrame, str]:
+    """The rows along one abscissa, and the other conditions in words.
+
+    A condition that the figure has at one level is at that level, the others are chosen.
+    """
+    words = []
+    for name, phrase in _LEVELS.items():
+        if name != abscissa:
+            found = of_figure[name].unique()
+            level = found[0] if len(found) == 1 else choice[name]
+            of_figure = of_figure[np.isclose(of_figure[name], level)]
+            words.append(phrase.format(level))
+    return of_figure, ", ".join(words)
+
+
+def _draw_cut(
+    axis: Axes, panel: str, cut: pd.DataFrame, abscissa: str, colour: Any, laws: Sequence[str]
+) -> Iterator[pd.DataFrame]:
+    """The truth, each law, and a tint where no test reaches."""
+    if cut.empty:
+        words = "no such condition\n(config: figures, extrapolation)"
+        axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
+        return
+    axis.set_facecolor(style.EXTRAPOLATED)
+    tested = cut.loc[cut["beyond"] == "", abscissa]
+    if len(tested):
+        axis.axvspan(tested.min(), tested.max(), color="white", linewidth=0, zorder=0)
+    one = cut[cut["law"] == laws[0]]
+    axis.plot(one[abscissa], one["true_traction_coefficient"], color=colour, linewidth=1.8)
+    yield _rows(panel, "true", "", one, abscissa, "true_traction_coefficient")
+    for place, law in enumerate(laws):
+        of_law = cut[cut["law"] == law]
+        axis.plot(of_law[abscissa], of_law["traction_coefficient"], **_line_of_law(place))
+        yield _rows(panel, "fit", law, of_law, abscissa, "traction_coefficient")
+
+
+def _rows(panel: str, kind: str, law: str, cut: pd.DataFrame, x: str, y: str) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "panel": panel,
+            "kind": kind,
+            "law": law,
+            "oil": cut["oil"],
+            "x": cut[x].astype(float),
+            "y": cut[y],
+        }
+    )
+
+
+def _draw_errors(
+    axis: Axes, panel: str, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
+) -> Iterator[pd.DataFrame]:
+    """A row a law: open symbols in the tested box, filled ones beyond it, joined by a line."""
+    for row, law in enumerate(laws):
+        for place, oil in enumerate(oils):
+            of_both = compared[(compared["law"] == law) & (compared["oil"] == oil)]
+            outside = of_both["beyond"] != ""
+            inside, beyond = relative_rms(of_both[~outside]), relative_rms(of_both[outside])
+            height = row + 0.22 * (place - (len(oils) - 1) / 2)
+            colour = style.oil_colour(oil, oils)
+            marker = style.oil_marker(oil, oils)
+            axis.plot([inside, beyond], [height, height], color=colour, linewidth=0.8)
+            axis.plot(inside, height, marker, color=colour, markerfacecolor="white", markersize=4)
+            axis.plot(beyond, height, marker, color=colour, markersize=4)
+            yield pd.DataFrame(
+                [
+                    {
+                        "panel": panel,
+                        "kind": "error",
+                        "law": law,
+                        "oil": oil,
+                        "x": inside,
+                        "y": beyond,
+                    }
+                ]
+            )
+    axis.set_yticks(range(len(laws)), laws)
+    axis.set_ylim(len(laws) - 0.5, -0.5)
+    if axis.get_xlim()[1] > 1:
+        axis.set_xscale("log")
+    else:
+        axis.set_xlim(left=0)
+        axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    axis.set_title(f"({panel}) Rms error over Figs 7-10, open: tested box; filled: beyond it")
+    axis.set_xlabel("Rms error over rms of true \N{GREEK SMALL LETTER MU}")
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=style.oil_colour(oil, oils),
+            marker=style.oil_marker(oil, oils),
+            markersize=4,
+            linewidth=0.8,
+            label=oil,
+        )
+        for oil in oils
+    ]
+    axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def _line_of_law(place: int) -> dict[str, Any]:
+    """Colours are for oils, dashes for what a law was fitted to: laws differ by symbol and grey."""
+    return {
+        "color": ("black", "#777777")[place % 2],
+        "linewidth": 0.9,
+        "linestyle": style.LINES["fit"],
+        # one symbol along each sixth of the panel's diagonal, not all at one abscissa
+        "marker": style.MARKERS[place % len(style.MARKERS)],
+        "markevery": (0.03 * place, 0.17),
+        "markersize": 2.6,
+        "markerfacecolor": "white" if place < len(style.MARKERS) else "black",
+        "markeredgewidth": 0.6,
+    }
+
+
+def _say_key(figure: Figure, oil: str, colour: Any, laws: Sequence[str]) -> None:
+    """What the lines mean, below the panels, where it covers no data."""
+    handles = [
+        Line2D([], [], color=colour, linewidth=1.8, label=f"truth of the twin, {oil}"),
+        *(Line2D([], [], label=law, **_line_of_law(place)) for place, law in enumerate(laws)),
+        Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)

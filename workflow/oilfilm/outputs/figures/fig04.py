@@ -1,0 +1,130 @@
+"""What the paper says of the Wang-Deng law: traction without slip, and overfitting (Fig. 4)."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter
+
+from oilfilm import tables
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fitting.problem import curve_data
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.studies.law_comparison import laws_of
+
+_ROW_IN = 0.34
+_ENDS = ("pressure", "speed", "temperature")
+_LOOK: dict[str, Any] = {"markersize": 3.4, "linestyle": "none"}
+# Kinds of error, from those on the fitted curves themselves to the farthest: how each is drawn.
+_KINDS: dict[str, dict[str, Any]] = {
+    "fitted curves": _LOOK | {"marker": "o", "markerfacecolor": "white"},
+    "curve left out": _LOOK | {"marker": "o"},
+    "end level left out": _LOOK | {"marker": "|", "markersize": 7, "markeredgewidth": 1.4},
+}
+
+
+def fig04(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
+    compared, oils = results.comparison.dropna(subset="rmse"), list(config["oils"])
+    laws = list(dict.fromkeys(compared["law"]))
+    starting = list(compared.loc[compared["zero_slip_traction"] != 0, "law"].unique())
+    heights = (1.6, _ROW_IN * max(len(laws), 1) + 0.5)
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, sum(heights) + 0.9))
+    above, below = figure.subplots(2, 1, height_ratios=heights)
+    drawn = [*_draw_starts(above, results, config, starting), *_draw_errors(below, compared, oils)]
+    if not drawn:
+        words = "no law could be fitted"
+        above.text(0.5, 0.5, words, ha="center", va="center", transform=above.transAxes)
+    above.set_title(
+        "(a) Traction without slip at the tested conditions, cold to hot; other laws: 0"
+    )
+    above.set_ylabel("\N{GREEK SMALL LETTER MU} at S = 0 (10$^{-3}$)")
+    below.set_title(
+        "(b) Rms error over rms of \N{GREEK SMALL LETTER MU}; left out: a curve, or the lowest and "
+        "highest level of P, U or T"
+    )
+    below.set_xlabel("Rms error over rms of measured \N{GREEK SMALL LETTER MU}")
+    _say_key(figure, oils)
+    style.say_source(figure, config["campaign"])
+    style.say_key(figure, "Wang-Deng laws: groups and readings are ours")
+    whole = pd.concat(drawn, ignore_index=True) if drawn else tables.empty("law_panels")
+    return figure, tables.conform(whole, "law_panels", "figure fig04")
+
+
+def _draw_starts(
+    axis: Axes, results: Results, config: Mapping[str, Any], laws: Sequence[str]
+) -> Iterator[pd.DataFrame]:
+    """A cloud a law and oil: mu at no slip at each curve's condition, spread along the abscissa."""
+    oils = list(config["oils"])
+    axis.axhline(0, color="black", linewidth=0.8)
+    for place, law in enumerate(laws):
+        for number, oil in enumerate(oils):
+            y = _starts(results, oil, law, config)
+            middle = place + 0.26 * (number - (len(oils) - 1) / 2)
+            x = middle + np.linspace(-0.09, 0.09, len(y))
+            colour = style.oil_colour(oil, oils)
+            axis.plot(x, 1e3 * y, style.oil_marker(oil, oils), color=colour)
+            about = {"panel": "a", "law": law, "oil": oil, "kind": "zero slip"}
+            yield pd.DataFrame({"x": x, "y": y}).assign(**about)
+    axis.set_xticks(range(len(laws)), laws)
+    axis.set_xlim(-0.5, max(len(laws), 1) - 0.5)
+    axis.grid(visible=False, axis="x")
+
+
+def _starts(results: Results, oil: str, law_name: str, config: Mapping[str, Any]) -> Any:
+    """mu at no slip, condition by condition in the order of rising temperature."""
+    known = laws_of(oil, config)
+    fits = results.law_coefficients
+    if not ((fits["oil"] == oil) & (fits["law"] == law_name)).any():
+        return np.empty(0)
+    law = known[law_name]
+    of_oil = results.points[results.points["oil"] == oil]
+    data = curve_data(of_oil, law.conditions)
+    conditions = data.conditions[np.argsort(data.conditions[:, -1])]
+    fitted = FittedLaw.of(fits, oil, law=law)
+    return fitted.predict(conditions, np.zeros(len(conditions))).traction_coefficient
+
+
+def _draw_errors(axis: Axes, compared: pd.DataFrame, oils: Sequence[str]) -> Iterator[pd.DataFrame]:
+    """A row a law, a line an oil from the smallest of its errors to the largest."""
+    laws = list(dict.fromkeys(compared["law"]))
+    for fit in tables.rows(compared):
+        height = laws.index(fit["law"]) + 0.24 * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)
+        colour = style.oil_colour(fit["oil"], oils)
+        left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
+        ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
+        errors = dict(zip(_KINDS, ([fit["relative_rms"]], [left_out], ends), strict=True))
+        every = np.concatenate(list(errors.values()))
+        axis.plot([np.nanmin(every), np.nanmax(every)], [height] * 2, color=colour, linewidth=0.6)
+        for kind, values in errors.items():
+            axis.plot(values, [height] * len(values), color=colour, **_KINDS[kind])
+            about = {"panel": "b", "law": fit["law"], "oil": fit["oil"], "kind": kind}
+            yield pd.DataFrame({"x": values, "y": height}).assign(**about)
+    axis.set_yticks(range(len(laws)), laws)
+    axis.set_ylim(len(laws) - 0.45, -0.55)
+    axis.set_xscale("log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=None))
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.grid(visible=False, axis="y")
+
+
+def _say_key(figure: Figure, oils: Sequence[str]) -> None:
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=style.oil_colour(oil, oils),
+            marker=style.oil_marker(oil, oils),
+            linewidth=0.8,
+            label=oil,
+        )
+        for oil in oils
+    ]
+    handles += [Line2D([], [], color="black", label=kind, **look) for kind, look in _KINDS.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=6)

@@ -1,0 +1,109 @@
+"""How well the data tell the constants apart: correlations and profiles."""
+
+import string
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm import tables
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+
+_COLOURS = "PuOr"  # from orange by white to purple, told apart by every kind of colour vision
+_REACH = 4.5  # naive standard errors to either side
+_NAMED = 2  # profiles that bend most ...
+_BENT = 0.05  # ... by this at least, in naive standard errors
+
+
+def identifiability(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """A column an oil: correlations of each pair of constants, and the profile of each constant."""
+    fitted = set(results.profiles["oil"])
+    oils = [oil for oil in config["oils"] if oil in fitted]
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.6 if oils else 0.6))
+    style.say_source(figure, config["campaign"])
+    if not oils:
+        axis = figure.subplots()
+        axis.set_axis_off()
+        axis.text(0, 0.5, "no oil has a fit with profiles", va="center", fontsize=7)
+        return figure, tables.empty("identifiability")
+    axes = figure.subplots(2, len(oils), squeeze=False)
+    drawn = []
+    image: Any = None
+    for column, oil in enumerate(oils):
+        letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
+        constants = list(dict.fromkeys(results.profiles.query("oil == @oil")["constant"]))
+        image, pairs = _draw_correlations(axes[0, column], results, oil, constants)
+        profiles = _profiles(results, oil)
+        _draw_profiles(axes[1, column], profiles, style.oil_colour(oil, list(config["oils"])))
+        for axis, letter in zip(axes[:, column], letters, strict=True):
+            axis.set_title(f"({letter}) {oil}")
+        drawn += [
+            part.assign(panel=letter, oil=oil)
+            for part, letter in zip((pairs, profiles), letters, strict=True)
+        ]
+    figure.colorbar(image, ax=list(axes[0]), label="Correlation (1)", shrink=0.9)
+    axes[1, 0].set_ylabel("Signed root of the rise\nof the squared error (1)")
+    axes[1, len(oils) // 2].set_xlabel("Distance from the fit in naive standard errors (1)")
+    style.say_key(figure, "Below: a line a constant, those that bend most are named")
+    return figure, tables.conform(
+        pd.concat(drawn)[tables.columns("identifiability")],
+        "identifiability",
+        "figure identifiability",
+    )
+
+
+def _draw_correlations(
+    axis: Axes, results: Results, oil: str, constants: Sequence[str]
+) -> tuple[Any, pd.DataFrame]:
+    """A square a pair, below the diagonal; each pair stands in the table once."""
+    pairs = results.correlations.query("oil == @oil")
+    places = {name: place for place, name in enumerate(constants)}
+    field = np.full((len(constants), len(constants)), np.nan)
+    for row in tables.rows(pairs):
+        one, other = sorted((places[row["constant"]], places[row["other"]]))
+        field[other, one] = row["correlation"]
+    image = axis.imshow(field, cmap=_COLOURS, vmin=-1, vmax=1)
+    axis.set_xticks(range(len(constants)), constants, rotation=90, fontsize=6)
+    axis.set_yticks(range(len(constants)), constants, fontsize=6)
+    axis.grid(False)
+    axis.tick_params(length=0)
+    drawn = pairs[["constant", "other"]].assign(
+        kind="correlation", x=np.nan, value=pairs["correlation"]
+    )
+    return image, drawn
+
+
+def _profiles(results: Results, oil: str) -> pd.DataFrame:
+    """Profiles over the distance from the fit, in naive standard errors."""
+    fitted = results.coefficients.query("oil == @oil").set_index("constant")
+    profiles = results.profiles.query("oil == @oil")
+    best, error = (
+        profiles["constant"].map(fitted[name]) for name in ("value", "naive_standard_error")
+    )
+    return pd.DataFrame(
+        {
+            "kind": "profile",
+            "constant": profiles["constant"],
+            "other": "",
+            "x": (profiles["value"] - best) / error,
+            "value": profiles["signed_root"],
+        }
+    )
+
+
+def _draw_profiles(axis: Axes, profiles: pd.DataFrame, colour: str) -> None:
+    axis.axline((0, 0), slope=1, color=style.GREY, linewidth=0.6)
+    bends = {}
+    for constant, line in profiles.groupby("constant", sort=False):
+        axis.plot(line["x"], line["value"], color=colour, linewidth=0.7)
+        bends[str(constant)] = float((line["value"] - line["x"]).abs().max())
+    axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
+    named = [name for name in sorted(bends, key=lambda name: -bends[name]) if bends[name] > _BENT]
+    words = [f"{name}: off the line by {bends[name]:.2g}" for name in named[:_NAMED]]
+    axis.text(
+        0.03, 0.97, "\n".join(words), va="top", fontsize=6, transform=axis.transAxes
+    )  # fmt: skip

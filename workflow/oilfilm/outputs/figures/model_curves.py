@@ -1,0 +1,252 @@
+"""mu of the fitted law far and wide, beside the printed constants: Figs 7-10 of the paper."""
+
+import itertools
+import string
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from oilfilm import tables
+from oilfilm.fitting.fitted import Coefficients, FittedLaw
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.studies.extrapolation import is_beyond
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.units import FloatArray
+
+_STEPS = 121  # along the abscissa
+_SYMBOLS = 4  # along a curve
+_PHRASES = {
+    "max_hertz_pressure_gpa": "P = {:g} GPa",
+    "entrainment_speed_m_s": "U = {:g} m/s",
+    "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
+    "slide_roll_ratio": "S = {:g}",
+}
+
+
+@dataclass(frozen=True)
+class Cuts:
+    """What one of Figs 7-10 varies, and how.
+
+    Attributes:
+        abscissa: Condition along the abscissa.
+        by: Condition that tells the curves of one panel apart; the others tell panels apart.
+        label: Of the abscissa.
+    """
+
+    abscissa: str
+    by: str
+    label: str
+
+
+_TEMPERATURE, _SLIP = "inlet_temperature_c", "slide_roll_ratio"
+CUTS = {
+    "fig07": Cuts(_SLIP, _TEMPERATURE, "Slide-roll ratio S (1)"),
+    "fig08": Cuts("entrainment_speed_m_s", _TEMPERATURE, "Entrainment speed U (m/s)"),
+    "fig09": Cuts("max_hertz_pressure_gpa", _TEMPERATURE, "Maximum Hertz pressure P (GPa)"),
+    "fig10": Cuts(_TEMPERATURE, _SLIP, "Inlet temperature T (\N{DEGREE SIGN}C)"),
+}
+
+
+def fig07(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """mu against slip, a panel a pressure."""
+    return _figure("fig07", results, config)
+
+
+def fig08(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """mu against entrainment speed, a panel a slip."""
+    return _figure("fig08", results, config)
+
+
+def fig09(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """mu against pressure, a panel a speed and slip."""
+    return _figure("fig09", results, config)
+
+
+def fig10(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """mu against temperature, a panel a pressure and speed."""
+    return _figure("fig10", results, config)
+
+
+def _figure(name: str, results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
+    cuts, levels = CUTS[name], config["extrapolation"][name]
+    apart = [axis for axis in _PHRASES if axis not in (cuts.abscissa, cuts.by)]
+    places = [
+        dict(zip(apart, at, strict=True))
+        for at in itertools.product(*(levels[axis] for axis in apart))
+    ]
+    rows = -(-len(places) // 2)
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.35 * rows + 0.6))
+    # each panel with its own scale, or the strong traction of one would press the others flat
+    axes = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
+    oils = list(config["oils"])
+    laws = {oil: found for oil in oils if (found := _laws(results, oil))}
+    drawn = []
+    for letter, axis, place in zip(string.ascii_lowercase, axes, places, strict=False):
+        words = ", ".join(_PHRASES[axis_name].format(level) for axis_name, level in place.items())
+        axis.set_title(f"({letter}) {words}")
+        curves = _curves(laws, cuts, levels, place, config["same_set_point"]["relative"])
+        if not curves.empty:
+            _draw(axis, curves, cuts, oils)
+            drawn.append(curves.assign(panel=letter))
+    for axis in axes[len(places) :]:
+        axis.set_visible(False)
+    for axis in axes[max(len(places) - 2, 0) : len(places)]:
+        # not of the figure as a whole, which would lie on the key
+        axis.set_xlabel(cuts.label)
+        axis.tick_params(labelbottom=True)
+    figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
+    if drawn:
+        _say_key(figure, cuts, levels[cuts.by], laws, oils)
+    else:
+        words = "no oil has a fitted law\nof pressure, speed and temperature"
+        axes[0].text(0.5, 0.5, words, ha="center", va="center", transform=axes[0].transAxes)
+    style.say_source(figure, config["campaign"])
+    whole = pd.concat(drawn) if drawn else tables.empty("model_curves")
+    return figure, tables.conform(
+        whole[tables.columns("model_curves")], "model_curves", f"figure {name}"
+    )
+
+
+def _laws(results: Results, oil: str) -> dict[str, FittedLaw]:
+    """The refit and, where the paper has them, the printed constants, by the name of the series.
+
+    None of an oil whose law does not follow all three conditions.
+    """
+    of_oil = results.coefficients[results.coefficients["oil"] == oil]
+    if of_oil.empty:
+        return {}
+    refit = FittedLaw.of(of_oil, oil, results.refits, results.fit_quality)
+    found = refit.coefficients
+    if (
+        refit.law.conditions != CONDITIONS
+        or not found.known.all()
+        or np.isnan(found.constants).any()
+    ):
+        return {}
+    names = [constant.name for constant in refit.law.constants]
+    printed = of_oil.set_index("constant")["printed_value"].reindex(names).to_numpy(dtype=float)
+    if np.isnan(printed).any():
+        return {"refit": refit}
+    return {
+        "refit": refit,
+        "printed": FittedLaw(refit.law, Coefficients.bare(refit.law, printed)),
+    }
+
+
+def _curves(
+    laws: Mapping[str, Mapping[str, FittedLaw]],
+    cuts: Cuts,
+    levels: Mapping[str, Sequence[float]],
+    place: Mapping[str, float],
+    within: float,
+) -> pd.DataFrame:
+    """Every curve of a panel, a row a vertex."""
+    ends = min(levels[cuts.abscissa]), max(levels[cuts.abscissa])
+    # without slip there is nothing to measure, but a curve begins there
+    along = np.linspace(0.0 if cuts.abscissa == _SLIP else ends[0], ends[1], _STEPS)
+    parts = []
+    for (oil, both), level in itertools.product(laws.items(), levels[cuts.by]):
+        at: dict[str, Any] = {**place, cuts.by: level, cuts.abscissa: along}
+        conditions = np.column_stack(
+            [np.broadcast_to(at[name], along.shape) for name in CONDITIONS]
+        )
+        slip = np.broadcast_to(at[_SLIP], along.shape)
+        asked = np.column_stack([conditions, slip])
+        beyond = is_beyond(asked, both["refit"].coefficients.box, within).any(axis=1)
+        for series, law in both.items():
+            found = law.predict(conditions, slip)
+            parts.append(
+                pd.DataFrame(dict(zip(CONDITIONS, conditions.T, strict=True))).assign(
+                    oil=oil,
+                    series=series,
+                    slide_roll_ratio=slip,
+                    traction_coefficient=found.traction_coefficient,
+                    lower=found.lower,
+                    upper=found.upper,
+                    extrapolated=np.asarray(beyond),
+                )
+            )
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def _draw(axis: Axes, curves: pd.DataFrame, cuts: Cuts, oils: Sequence[str]) -> None:
+    """Intervals as bands, the refit as lines with a symbol a level, printed constants dashed."""
+    levels = list(curves[cuts.by].unique())
+    for (oil, level), curve in curves.groupby(["oil", cuts.by], sort=False):
+        place = levels.index(level)
+        colour = style.oil_colour(str(oil), oils)
+        refit = curve[curve["series"] == "refit"]
+        x = refit[cuts.abscissa]
+        axis.fill_between(x, refit["lower"], refit["upper"], color=colour, alpha=0.25, linewidth=0)
+        axis.plot(
+            x,
+            refit["traction_coefficient"],
+            linestyle=style.LINES["fit"],
+            color=colour,
+            marker=style.MARKERS[place % len(style.MARKERS)],
+            markevery=(_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS),
+            markerfacecolor="white",
+            markeredgewidth=0.7,
+        )
+        printed = curve[curve["series"] == "printed"]
+        axis.plot(
+            printed[cuts.abscissa],
+            printed["traction_coefficient"],
+            linestyle=style.LINES["printed"],
+            color=style.shades(colour, 2)[0],
+            linewidth=0.6,
+        )
+    # a place counts as tested only where every curve is
+    beyond = curves.groupby(cuts.abscissa)["extrapolated"].any()
+    for start, end in _stretches(beyond):
+        axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
+    axis.set_xlim(curves[cuts.abscissa].min(), curves[cuts.abscissa].max())
+    axis.set_ylim(bottom=0)
+
+
+def _stretches(flags: "pd.Series[bool]") -> Iterator[tuple[float, float]]:
+    """Where flags along an axis are true, from half way before to half way behind."""
+    along, here = flags.index.to_numpy(dtype=float), flags.to_numpy()
+    middles: FloatArray = np.concatenate([along[:1], (along[1:] + along[:-1]) / 2, along[-1:]])
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], here, [False]])))
+    for start, end in changes.reshape(-1, 2):
+        yield middles[start], middles[end]
+
+
+def _say_key(
+    figure: Figure,
+    cuts: Cuts,
+    levels: Sequence[float],
+    laws: Mapping[str, Mapping[str, FittedLaw]],
+    oils: Sequence[str],
+) -> None:
+    """What colours, symbols and lines mean, below the panels."""
+    handles: list[Any] = [
+        Line2D([], [], color=style.oil_colour(oil, oils), label=f"{oil}, refit") for oil in laws
+    ]
+    handles += [
+        Line2D(
+            [], [], color=style.GREY, linewidth=0.6, markerfacecolor="white",
+            marker=style.MARKERS[place % len(style.MARKERS)], label=_PHRASES[cuts.by].format(level),
+        )
+        for place, level in enumerate(levels)
+    ]  # fmt: skip
+    if any("printed" in both for both in laws.values()):
+        handles.append(
+            Line2D(
+                [], [], color="black", linestyle=style.LINES["printed"], linewidth=0.6,
+                label="printed constants",
+            )
+        )  # fmt: skip
+    handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 % interval"))
+    handles.append(Patch(color=style.EXTRAPOLATED, label="beyond the tests"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)

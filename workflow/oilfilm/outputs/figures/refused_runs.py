@@ -1,0 +1,319 @@
+"""A page a refused run: its signals, its plateaus, and the place of the trouble."""
+
+import hashlib
+import re
+import textwrap
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.transforms import blended_transform_factory
+
+from oilfilm import tables
+from oilfilm.curation.coverage import describe_condition
+from oilfilm.curation.gates import POINT_GATES
+from oilfilm.curation.signals import SIGNALS, FloatArray, Signals
+from oilfilm.outputs.figures import style
+from oilfilm.settings.semantics import semantics_of
+
+_HEIGHT_IN = 7.2
+_LETTERS = 112  # of 7 pt in a line of the page
+_LINES = 4  # of one sentence; the listing has the whole
+_DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
+_SIGNALS = {
+    "traction_force_n": "Traction\nforce (N)",
+    "load_n": "Load (N)",
+    "slide_roll_ratio": "Slide-roll\nratio S (1)",
+    "inlet_temperature_c": "Inlet temp.\n(\N{DEGREE SIGN}C)",
+}
+_PASSING, _FAILING = "#56B4E9", "#E69F00"
+
+
+def listing(
+    runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame, most: int
+) -> pd.DataFrame:
+    """Every refused run and whatever gave no run at all, with the page of each run that gets one.
+
+    Where there are more runs than pages, each gate gets pages in turn, so that many runs refused
+    for one reason do not hide another.
+
+    Args:
+        runs: Table of runs with their verdicts.
+        points: Table of points with their reasons.
+        quarantine: Table of what was refused.
+        most: Number of pages at most.
+    """
+    without_run = ~quarantine["run_id"].isin(runs["run_id"])
+    # what is said of a file that has runs is no refusal of the file
+    of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
+    refused = quarantine[quarantine["stage"].eq("curate") | (without_run & ~of_file)]
+    refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
+    about = runs.set_index("run_id")
+    samples = refused["run_id"].map(about["samples"]).fillna(0)
+    turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
+    paged = set(turn.index[:most])
+    plateaus = dict(iter(points[points["run_id"].isin(refused["run_id"])].groupby("run_id")))
+    rows = []
+    for number, one in enumerate(refused.to_dict("records")):
+        run_id, shown = one["run_id"], number in paged
+        place = ("", 0, 0)
+        if shown:
+            of_run = plateaus.get(run_id, points.iloc[:0])
+            named = quarantine[
+                (quarantine["run_id"] == run_id) & (quarantine["reason"] == one["reason"])
+            ]
+            place = _place(named, of_run)
+        rows.append(
+            {
+                "run_id": run_id,
+                "file": one["file"],
+                "oil": about.at[run_id, "oil"] if run_id in about.index else "",
+                "page": page_name(run_id) if shown else "",
+                "rule": one["rule"],
+                **dict(zip(("place", "first_row", "last_row"), place, strict=True)),
+                "reason": one["reason"],
+                "advice": one["advice"],
+            }
+        )
+    return tables.from_rows(rows, "refused_pages")
+
+
+def page_name(run_id: str) -> str:
+    """A file name that is safe on every system, and another one for every run.
+
+    Example:
+        >>> page_name("../a b.csv")
+        'a-b-csv-530abcb5b24c48fc.png'
+    """
+    slug = re.sub(r"[^a-z0-9]+", "-", run_id.lower()).strip("-")[:40]
+    digest = hashlib.sha256(run_id.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    return f"{slug or 'run'}-{digest}.png"
+
+
+def draw_page(
+    entry: Mapping[str, Any],
+    run: Mapping[str, Any],
+    samples: pd.DataFrame,
+    points: pd.DataFrame,
+    campaign: Mapping[str, Any],
+) -> Figure:
+    """One page: what is wrong in words, then four signals against time with the place marked.
+
+    Args:
+        entry: The run's row of the listing.
+        run: Its row of the table of runs.
+        samples: Its samples.
+        points: Its points.
+        campaign: The campaign file's values.
+    """
+    arrays = {name: samples[name].to_numpy() for name in SIGNALS}
+    signals = Signals.of(arrays, semantics_of(campaign, run["rig"]))
+    head = _head(entry, run)
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, _HEIGHT_IN))
+    axes = figure.subplots(
+        len(_SIGNALS) + 1,
+        1,
+        sharex=False,
+        height_ratios=[0.15 + 0.13 * len(head), *[1.2] * len(_SIGNALS)],
+    )
+    _write(axes[0], head)
+    for axis, (name, label) in zip(axes[1:], _SIGNALS.items(), strict=True):
+        _draw_signal(axis, signals.time_s, getattr(signals, name), label)
+        _shade_plateaus(axis, signals, points)
+        _mark(axis, signals, entry)
+        axis.set_xlim(*_span(signals.time_s))
+        axis.tick_params(labelbottom=axis is axes[-1])
+    axes[-1].set_xlabel("Time since the log's start (s)")
+    figure.align_ylabels(list(axes[1:]))
+    _say_place(axes[1], signals, entry)
+    _say_key(figure)
+    style.say_source(figure, campaign)
+    return figure
+
+
+def _place(named: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
+    """What to mark: the rows that the refusal names, else failing plateaus, else everything."""
+    with_rows = named[named["first_row"] > 0]
+    if len(with_rows):
+        return "rows", int(with_rows["first_row"].min()), int(with_rows["last_row"].max())
+    failing = points[_fail_alone(points)]
+    if len(failing):
+        return "plateaus", int(failing["first_row"].min()), int(failing["last_row"].max())
+    return "whole run", 0, 0
+
+
+def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
+    """Points that fail a gate of points, not only because their whole run was refused."""
+    own = {gate.name for gate in POINT_GATES}
+    return (
+        points["reasons"].map(lambda names: bool(own.intersection(names.split(";")))).astype(bool)
+    )
+
+
+def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
+    """Lines of the head, in plain characters; the first is the title."""
+    file = "" if entry["file"] == entry["run_id"] else f"file {entry['file']}, "
+    about = (
+        f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
+        f"{run['samples']} rows"
+    )
+    return [
+        *_wrapped(f"REFUSED: {entry['run_id']}", 2, 90),
+        *_wrapped(about, 2),
+        *_wrapped(f"{entry['rule']}: {entry['reason']}", _LINES),
+        *_wrapped(f"What to do: {entry['advice']}", _LINES),
+    ]
+
+
+def _wrapped(text: str, lines: int, letters: int = _LETTERS) -> list[str]:
+    return textwrap.wrap(style.plain(text), letters, max_lines=lines, placeholder=" ...") or [""]
+
+
+def _write(axis: Axes, lines: list[str]) -> None:
+    axis.set_axis_off()
+    title, rest = lines[0], "\n".join(lines[1:])
+    about: dict[str, Any] = {"transform": axis.transAxes, "va": "top", "parse_math": False}
+    axis.text(0, 1, title, fontsize=9, fontweight="bold", **about)
+    axis.annotate(
+        rest,
+        (0, 1),
+        xytext=(0, -15),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        va="top",
+        fontsize=7,
+        linespacing=1.35,
+        parse_math=False,
+    )
+
+
+def _draw_signal(axis: Axes, time_s: FloatArray, values: FloatArray, label: str) -> None:
+    axis.set_ylabel(label, fontsize=7)
+    axis.grid(axis="x", visible=False)
+    if not np.isfinite(values).any():
+        axis.text(0.5, 0.5, "not logged", ha="center", va="center", transform=axis.transAxes)
+        axis.set_yticks([])
+        return
+    few = len(values) < 200
+    axis.plot(
+        *_thinned(time_s, values),
+        color="black",
+        linewidth=0.6,
+        marker="." if few else "",
+        markersize=2,
+    )
+    axis.ticklabel_format(axis="y", useOffset=False)
+    axis.margins(y=0.12)
+
+
+def _thinned(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A long signal as the lowest and the highest value of each of many short stretches."""
+    if len(values) <= 2 * _DRAWN:
+        return time_s, values
+    starts = np.linspace(0, len(values), _DRAWN, endpoint=False).astype(int)
+    both = np.stack([np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)], axis=1)
+    return np.repeat(time_s[starts], 2), both.ravel()
+
+
+def _shade_plateaus(axis: Axes, signals: Signals, points: pd.DataFrame) -> None:
+    failing = _fail_alone(points)
+    for colour, share in ((_PASSING, points[~failing]), (_FAILING, points[failing])):
+        spans = [
+            _times(signals, first, last)
+            for first, last in zip(share["first_row"], share["last_row"], strict=True)
+        ]
+        axis.broken_barh(
+            [(start, stop - start) for start, stop in spans],
+            (0, 1),
+            transform=blended_transform_factory(axis.transData, axis.transAxes),
+            facecolor=style.tint(colour, 0.25),
+            edgecolor=style.tint(colour, 0.25 if colour == _PASSING else 0.6),
+            hatch="" if colour == _PASSING else "///",
+            linewidth=0.4,
+            zorder=0.5,
+        )
+
+
+def _mark(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
+    start, stop = _times(signals, entry["first_row"], entry["last_row"])
+    for edge in (start, stop):
+        axis.axvline(edge, color=style.STATE_COLOURS["refused"], linewidth=1.0, linestyle="-")
+
+
+def _say_place(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
+    """A bar above the first panel over the place that is marked, and its rows."""
+    colour = style.STATE_COLOURS["refused"]
+    start, stop = _times(signals, entry["first_row"], entry["last_row"])
+    above = blended_transform_factory(axis.transData, axis.transAxes)
+    axis.plot(
+        [start, stop],
+        [1.06, 1.06],
+        color=colour,
+        linewidth=3,
+        solid_capstyle="butt",
+        marker="v" if start == stop else "",
+        markersize=5,
+        transform=above,
+        clip_on=False,
+    )
+    low, high = _span(signals.time_s)
+    right = (start + stop) / 2 > (low + high) / 2
+    words = {
+        "rows": f"place of the trouble: {_range(entry)}",
+        "plateaus": f"failing plateaus: {_range(entry)}",
+        "whole run": "concerns the whole run",
+    }[entry["place"]]
+    axis.annotate(
+        words,
+        (stop if right else start, 1.06),
+        xytext=(0, 4),
+        xycoords=above,
+        textcoords="offset points",
+        ha="right" if right else "left",
+        fontsize=7,
+        color=colour,
+        annotation_clip=False,
+    )
+
+
+def _range(entry: Mapping[str, Any]) -> str:
+    first, last = entry["first_row"], entry["last_row"]
+    return f"row {first}" if first == last else f"rows {first} to {last}"
+
+
+def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
+    """Times between which rows lie, 0 and 0 being all; the nearest where none was readable."""
+    if last_row == 0:
+        return float(signals.time_s.min()), float(signals.time_s.max())
+    inside = (signals.row >= first_row) & (signals.row <= last_row)
+    if not inside.any():
+        nearest = float(signals.time_s[np.abs(signals.row - first_row).argmin()])
+        return nearest, nearest
+    return float(signals.time_s[inside].min()), float(signals.time_s[inside].max())
+
+
+def _span(time_s: FloatArray) -> tuple[float, float]:
+    low, high = float(time_s.min()), float(time_s.max())
+    margin = 0.01 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def _say_key(figure: Figure) -> None:
+    failing: dict[str, Any] = {
+        "edgecolor": style.tint(_FAILING, 0.6),
+        "hatch": "///",
+        "linewidth": 0.4,
+    }
+    handles = [
+        Patch(facecolor=style.tint(_PASSING, 0.25), label="plateau that passes its own gates"),
+        Patch(
+            facecolor=style.tint(_FAILING, 0.25),
+            label="plateau refused by its own gates",
+            **failing,
+        ),
+    ]
+    figure.legend(handles=handles, loc="outside lower right", ncols=2)

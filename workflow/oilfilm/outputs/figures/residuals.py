@@ -1,0 +1,115 @@
+"""Residuals of the fit against every condition: where the law lacks something."""
+
+import string
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from oilfilm import tables
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+
+_LABELS = {
+    "max_hertz_pressure_gpa": "P (GPa)",
+    "entrainment_speed_m_s": "U (m/s)",
+    "inlet_temperature_c": "T (\N{DEGREE SIGN}C)",
+    "slide_roll_ratio": "|S| (1)",
+}
+_DELTA = "\N{GREEK CAPITAL LETTER DELTA}\N{GREEK SMALL LETTER MU}"
+_GROUPS = 15  # of equally many points, where no set points tell levels apart
+_MILLI = 1e3
+
+
+def residuals(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """A row of panels an oil, a column a condition; points, and mean and scatter at each level."""
+    oils = list(config["oils"])
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.45 * len(oils) + 0.6))
+    axes = figure.subplots(len(oils), len(_LABELS), sharex="col", sharey="row", squeeze=False)
+    drawn = []
+    for row, oil in enumerate(oils):
+        points = _residuals(results, oil)
+        axes[row, 0].set_ylabel(f"{oil}: {_DELTA} (10$^{{-3}}$)")
+        for column, condition in enumerate(_LABELS):
+            axis = axes[row, column]
+            panel = string.ascii_letters[row * len(_LABELS) + column]
+            axis.set_title(f"({panel})")
+            if points is None or points[condition].isna().all():
+                words = "not known" if points is not None else "no fit"
+                axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
+                continue
+            about = {"panel": panel, "oil": oil, "condition": condition}
+            colour = style.oil_colour(oil, oils)
+            drawn += [one.assign(**about) for one in _draw(axis, points, condition, colour)]
+    for axis, label in zip(axes[-1], _LABELS.values(), strict=True):
+        axis.set_xlabel(label)
+    _say_key(figure)
+    style.say_key(figure, f"{_DELTA}: measured minus fitted")
+    style.say_source(figure, config["campaign"])
+    whole = pd.concat(drawn) if drawn else tables.empty("residuals_drawn")
+    return figure, tables.conform(
+        whole[tables.columns("residuals_drawn")], "residuals_drawn", "figure residuals"
+    )
+
+
+def _residuals(results: Results, oil: str) -> pd.DataFrame | None:
+    """Accepted points with their residual and the set points of their run; None without a fit."""
+    of_oil = results.coefficients[results.coefficients["oil"] == oil]
+    points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+    if of_oil.empty or points.empty:
+        return None
+    law = FittedLaw.of(of_oil, oil)
+    slip = points["slide_roll_ratio"].to_numpy()
+    fitted = law.predict(points[list(law.law.conditions)].to_numpy(), slip).traction_coefficient
+    if np.isnan(fitted).any():
+        return None
+    # slip and traction of a rig that reverses the slip change sign together
+    residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted)
+    nominal = [f"nominal_{name}" for name in _LABELS if name != "slide_roll_ratio"]
+    known = points.assign(residual=_MILLI * residual, slide_roll_ratio=np.abs(slip))
+    return known.merge(results.runs[["run_id", *nominal]], on="run_id")
+
+
+def _draw(axis: Axes, points: pd.DataFrame, condition: str, colour: str) -> Iterator[pd.DataFrame]:
+    axis.plot(
+        points[condition], points["residual"], ".", color=colour, alpha=0.25, markersize=1.2,
+        rasterized=True,
+    )  # fmt: skip
+    yield pd.DataFrame({"x": points[condition], "y": points["residual"]}).assign(
+        kind="point", spread=np.nan
+    )
+    axis.axhline(0, color="black", linewidth=0.6)
+    groups = points.groupby(_levels(points, condition), observed=True)
+    means = groups.agg(
+        x=(condition, "mean"), y=("residual", "mean"), spread=("residual", "std")
+    ).reset_index(drop=True)
+    axis.errorbar(
+        means["x"], means["y"], means["spread"], fmt="o", color="black", markerfacecolor="white",
+        elinewidth=0.7, markeredgewidth=0.7,
+    )  # fmt: skip
+    yield means.assign(kind="mean")
+
+
+def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
+    """The level of each point: its set point, or a group of equally many points."""
+    nominal = f"nominal_{condition}"
+    if nominal in points and points[nominal].notna().all():
+        return points[nominal]
+    return pd.qcut(points[condition], _GROUPS, duplicates="drop")
+
+
+def _say_key(figure: Figure) -> None:
+    look: dict[str, Any] = {"linestyle": "none", "color": "black"}
+    handles = [
+        Line2D([], [], marker=".", markersize=3, label="plateau", **look),
+        Line2D(
+            [], [], marker="o", markerfacecolor="white",
+            label="mean of a level, with the standard deviation of its plateaus", **look,
+        ),
+    ]  # fmt: skip
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)

@@ -1,0 +1,293 @@
+"""The two rigs, drawn by code from what the paper's text says of them (Figs 1 and 5)."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
+
+from oilfilm import tables
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+
+# What a part is -> its colour, and in words.
+_KINDS: dict[str, tuple[Any, str]] = {
+    "fixed": (style.tint("#555555", 0.30), "fixed or guided"),
+    "turning": ("#ffffff", "turning"),
+    "sensor": (style.tint("#E69F00", 0.65), "sensor"),
+    "drive": (style.tint("#CC79A7", 0.45), "drive"),
+    "oil": (style.tint("#56B4E9", 0.60), "oil"),
+}
+# One mark: panel, mark, kind, x, y, to_x, to_y, words. A circle has its radius as to_x; words stand
+# at (x, y) with a line to (to_x, to_y) unless that is the same place.
+_Mark = tuple[str, str, str, float, float, float, float, str]
+
+
+def _box(panel: str, kind: str, x: float, y: float, to_x: float, to_y: float) -> _Mark:
+    return (panel, "box", kind, x, y, to_x, to_y, "")
+
+
+def _words(
+    panel: str, words: str, x: float, y: float, to_x: float | None = None, to_y: float | None = None
+) -> _Mark:
+    end = (x, y) if to_x is None or to_y is None else (to_x, to_y)
+    return (panel, "words", "", x, y, *end, words)
+
+
+def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str = "") -> _Mark:
+    return (panel, "arrow", kind, x, y, to_x, to_y, "")
+
+
+def fig01(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """The traction rig from the side, and the contact seen along the ball's axis."""
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 3.9))
+    axes = figure.subplots(1, 2, width_ratios=(116, 70))
+    rig = next(iter(config["rigs"].values()))
+    drawn = _draw(dict(zip("ab", axes, strict=True)), [*_RIG, *_head(rig)])
+    axes[0].set_title("(a) Rig from the side")
+    axes[1].set_title("(b) Contact, along the ball's axis")
+    _say_key(figure, ("fixed", "turning", "sensor", "drive", "oil"))
+    return figure, drawn
+
+
+_RIG: tuple[_Mark, ...] = (
+    # frame: base, column, beam
+    _box("a", "fixed", -52, -8, 50, -3),
+    _box("a", "fixed", -52, -3, -46, 96),
+    _box("a", "fixed", -52, 96, 50, 101),
+    # disc below its vertical spindle
+    _box("a", "drive", 17, 70, 37, 96),
+    _box("a", "turning", 25, 61, 29, 70),
+    _box("a", "turning", 4, 57, 50, 61),
+    # ball on its horizontal spindle, on the cradle
+    ("a", "circle", "turning", 12, 51.5, 5.5, 0, ""),
+    _box("a", "turning", 2, 50, 6.6, 53),
+    _box("a", "drive", -30, 46, 2, 57),
+    _box("a", "fixed", -34, 41, 6, 46),
+    # air spindle, load sensor, actuator
+    _box("a", "turning", -20, 20, -8, 41),
+    _box("a", "fixed", -23, 22, -20, 38),
+    _box("a", "fixed", -8, 22, -5, 38),
+    _box("a", "sensor", -21, 14, -7, 20),
+    _box("a", "drive", -19, -3, -9, 14),
+    # traction force sensor between frame and cradle
+    _box("a", "fixed", -46, 42, -42, 45),
+    _box("a", "sensor", -42, 41, -34, 46),
+    # nozzle and its oil, Hall sensors
+    ("a", "line", "oil", 46, 40, 22, 52, ""),
+    _arrow("a", 22, 52, 15, 56, "oil"),
+    _box("a", "sensor", 30, 63, 34, 68),
+    _box("a", "sensor", -34, 49, -30, 54),
+    _arrow("a", -14, 2, -14, 10),
+    _words("a", "spindle II", 27, 83),
+    _words("a", "disc", 44, 67, 44, 61),
+    _words("a", "spindle I", -14, 51.5),
+    _words("a", "ball", 14, 36, 13, 47),
+    _words("a", "cradle", -14, 43.5),
+    _words("a", "contact A", -8, 64, 11, 57.2),
+    _words("a", "air spindle", 12, 29, -12, 30),
+    _words("a", "load sensor, W", 14, 17, -8, 17),
+    _words("a", "servo actuator", 14, 6, -10, 6),
+    _words("a", "traction\nforce\nsensor, F", -35, 31, -38, 41),
+    _words("a", "Hall sensor, n\u2082", -6, 84, 31, 67),
+    _words("a", "Hall sensor, n\u2081", -28, 72, -32, 53),
+    _words("a", "oil nozzle,\ntemperature T", 38, 33, 40, 43),
+    _words("a", "frame", 40, 98.5),
+)
+
+
+def _head(rig: Mapping[str, Any]) -> list[_Mark]:
+    """The contact; sizes as configured, where they are known."""
+
+    def size(key: str) -> str:
+        return f" = {1e3 * rig[key]:g} mm" if key in rig else ""
+
+    return [
+        _box("b", "turning", -34, 22, 34, 30),
+        ("b", "circle", "turning", 0, 0, 20, 0, ""),
+        ("b", "line", "", 0, 0, 14.1, 14.1, ""),
+        ("b", "line", "oil", -36, 12, -24, 17, ""),
+        _arrow("b", -24, 17, -12, 20.5, "oil"),
+        ("b", "film", "oil", -7, 20, 7, 22, ""),
+        ("b", "turn", "", 9, -9, -9, -9, ""),
+        _arrow("b", -30, 26, -14, 26),
+        _arrow("b", -8, 13, 6, 13),
+        _arrow("b", 10, 20.4, 27, 20.4),
+        _arrow("b", 0, -36, 0, -21),
+        _words("b", "disc, R\u2082" + size("disc_track_radius_m"), 15, 26),
+        _words("b", "U\u2082", -10, 26),
+        _words("b", "U\u2081", -11.5, 13),
+        _words("b", "F on the ball", 27, 15.5),
+        _words("b", "W", 4, -31),
+        _words("b", "R\u2081" + size("ball_track_radius_m"), 9, -2.2),
+        _words("b", "n\u2081", 0, -10.5),
+        _words("b", "ball", -10, -3),
+        _words("b", "film", -24, 8, -5, 20.8),
+        _words("b", "oil, T", -33, 4, -31, 13.5),
+        _words("b", "U = (U\u2081 + U\u2082)/2", -21, -27),
+        _words("b", "S = (U\u2082 \N{MINUS SIGN} U\u2081)/U", 23, -27),
+        _words("b", "\N{GREEK SMALL LETTER MU} = F/W", 23, -33),
+    ]
+
+
+def fig05(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """The torque rig in a section along its shaft."""
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.6))
+    axis = figure.subplots()
+    drawn = _draw({"a": axis}, _TORQUE_RIG)
+    _say_key(figure, ("fixed", "turning", "sensor", "drive", "oil"))
+    return figure, drawn
+
+
+_TORQUE_RIG: tuple[_Mark, ...] = (
+    # axial load: cylinder, sensor, carriage with the drive
+    _box("a", "fixed", -4, -28, 178, -24),
+    _box("a", "fixed", -4, -24, 0, 10),
+    _box("a", "drive", 0, -7, 22, 7),
+    _box("a", "fixed", 22, -2.5, 27, 2.5),
+    _box("a", "sensor", 27, -6, 36, 6),
+    _box("a", "drive", 36, -14, 76, 14),
+    _box("a", "fixed", 34, -19, 78, -14),
+    ("a", "circle", "fixed", 42, -21.5, 2.5, 0, ""),
+    ("a", "circle", "fixed", 70, -21.5, 2.5, 0, ""),
+    # shaft and test bearing
+    _box("a", "turning", 76, -4, 107, 4),
+    _box("a", "turning", 95, 4, 106, 7),
+    _box("a", "turning", 95, -7, 106, -4),
+    ("a", "circle", "turning", 100.5, 9.6, 3.1, 0, ""),
+    ("a", "circle", "turning", 100.5, -9.6, 3.1, 0, ""),
+    _box("a", "fixed", 95, 12.2, 106, 15.5),
+    _box("a", "fixed", 95, -15.5, 106, -12.2),
+    # housing, end cap, hydrostatic spindle, torque sensor
+    _box("a", "fixed", 95, 15.5, 112, 19),
+    _box("a", "fixed", 95, -19, 112, -15.5),
+    _box("a", "fixed", 91, 11, 95, 19),
+    _box("a", "fixed", 91, -19, 95, -11),
+    _box("a", "fixed", 112, -19, 116, 19),
+    # the spindle could turn, but the sensor holds it
+    _box("a", "fixed", 116, -8, 156, 8),
+    _box("a", "fixed", 121, 8, 150, 14),
+    _box("a", "fixed", 121, -24, 150, -8),
+    _box("a", "sensor", 156, -7, 170, 7),
+    _box("a", "fixed", 170, -24, 178, 10),
+    # oil to the holes of the inner ring
+    ("a", "line", "oil", 84, 26, 84, 10, ""),
+    _arrow("a", 84, 10, 94, 5.5, "oil"),
+    _arrow("a", 3, 11, 19, 11),
+    ("a", "turn", "", 85, 7, 85, -7, ""),
+    _words("a", "electric\ncylinder", 11, 0),
+    _words("a", "axial force\nsensor", 31, 22, 31.5, 6),
+    _words("a", "drive, high and\nlow speed", 56, 0),
+    _words("a", "carriage", 56, -16.5),
+    _words("a", "axial load", 11, 15),
+    _words("a", "drive shaft", 85, -21.3, 81, -3),
+    _words("a", "oil supply", 71, 24, 83.5, 24),
+    _words("a", "end cap", 84, 33, 92.5, 18.5),
+    _words("a", "inner ring", 121, 31, 104, 5.5),
+    _words("a", "outer ring", 101, 33, 101, 14),
+    _words("a", "loading housing", 150, 23, 114.5, 15),
+    _words("a", "hydrostatic spindle,\nalmost without friction", 136, 0),
+    _words("a", "torque\nsensor", 163, 0),
+    _words("a", "frame", 20, -26),
+)
+
+
+def _draw(axes: Mapping[str, Axes], marks: Iterable[_Mark]) -> pd.DataFrame:
+    """Draw marks, each as its row of the table says."""
+    drawn = tables.conform(
+        pd.DataFrame(list(marks), columns=tables.columns("schematic")), "schematic", "schematic"
+    )
+    for row in tables.rows(drawn):
+        _MARKS[row["mark"]](axes[row["panel"]], row)
+    for axis in axes.values():
+        axis.set_aspect("equal")
+        axis.set_axis_off()
+        axis.set_anchor("N")
+    return drawn
+
+
+_EDGE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
+
+
+def _draw_box(axis: Axes, row: Mapping[str, Any]) -> None:
+    width, height = row["to_x"] - row["x"], row["to_y"] - row["y"]
+    colour = _KINDS[row["kind"]][0]
+    axis.add_patch(Rectangle((row["x"], row["y"]), width, height, facecolor=colour, **_EDGE))
+
+
+def _draw_circle(axis: Axes, row: Mapping[str, Any]) -> None:
+    colour = _KINDS[row["kind"]][0]
+    axis.add_patch(Circle((row["x"], row["y"]), row["to_x"], facecolor=colour, **_EDGE))
+
+
+def _draw_line(axis: Axes, row: Mapping[str, Any]) -> None:
+    oil = row["kind"] == "oil"
+    axis.plot(
+        [row["x"], row["to_x"]],
+        [row["y"], row["to_y"]],
+        color=_KINDS["oil"][0] if oil else "black",
+        linewidth=3.0 if oil else 0.6,
+        solid_capstyle="butt",
+    )
+
+
+def _draw_film(axis: Axes, row: Mapping[str, Any]) -> None:
+    width, height = row["to_x"] - row["x"], row["to_y"] - row["y"]
+    colour = _KINDS["oil"][0]
+    axis.add_patch(Rectangle((row["x"], row["y"]), width, height, facecolor=colour, linewidth=0))
+
+
+def _draw_arrow(axis: Axes, row: Mapping[str, Any], bend: str = "arc3") -> None:
+    oil = row["kind"] == "oil"
+    axis.add_patch(
+        FancyArrowPatch(
+            (row["x"], row["y"]),
+            (row["to_x"], row["to_y"]),
+            arrowstyle="-|>",
+            connectionstyle=bend,
+            mutation_scale=7,
+            shrinkA=0,
+            shrinkB=0,
+            color="#0072B2" if oil else "black",
+            linewidth=0.9,
+        )
+    )
+
+
+def _draw_turn(axis: Axes, row: Mapping[str, Any]) -> None:
+    _draw_arrow(axis, row, "arc3,rad=-0.6")
+
+
+def _draw_words(axis: Axes, row: Mapping[str, Any]) -> None:
+    at, to = (row["x"], row["y"]), (row["to_x"], row["to_y"])
+    if at != to:
+        axis.plot([at[0], to[0]], [at[1], to[1]], color=style.GREY, linewidth=0.5)
+        axis.plot(*to, ".", color=style.GREY, markersize=2.5)
+    axis.text(
+        *at,
+        row["words"],
+        ha="center",
+        va="center",
+        fontsize=7,
+        linespacing=1.1,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8} if at != to else None,
+    )
+
+
+_MARKS = {
+    "box": _draw_box,
+    "circle": _draw_circle,
+    "line": _draw_line,
+    "film": _draw_film,
+    "arrow": _draw_arrow,
+    "turn": _draw_turn,
+    "words": _draw_words,
+}
+
+
+def _say_key(figure: Figure, kinds: Iterable[str]) -> None:
+    handles = [Patch(facecolor=_KINDS[kind][0], label=_KINDS[kind][1], **_EDGE) for kind in kinds]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    style.say_key(figure, "Schematic, not to scale")

@@ -1,0 +1,169 @@
+"""The study of the lost signs: every sign set's total, the statements, and each sign's margin."""
+
+import string
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm import tables
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+
+_HEIGHTS_IN = (1.4, 2.7, 1.75)
+_GREY = "#777777"
+_MINUS = "\N{MINUS SIGN}"
+_ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
+# Columns of the table of signs that are no statement.
+_NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
+
+
+def sign_study(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """A column an oil: totals by rank, statements of the set in use, margin of each sign."""
+    oils = [oil for oil in config["oils"] if (results.signs["oil"] == oil).any()]
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, sum(_HEIGHTS_IN)))
+    if not oils:
+        axis = figure.subplots()
+        axis.set_axis_off()
+        words = "no oil of this campaign\nhas printed constants"
+        axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
+        return figure, tables.empty("sign_study")
+    axes = figure.subplots(
+        3, len(oils), sharex="row", sharey="row", squeeze=False, height_ratios=_HEIGHTS_IN
+    )
+    drawn = []
+    for column, oil in enumerate(oils):
+        sets = results.signs[results.signs["oil"] == oil]
+        verdicts = results.sign_verdicts[results.sign_verdicts["oil"] == oil]
+        colour = style.oil_colour(oil, list(config["oils"]))
+        for row, (draw, of_oil) in enumerate(
+            ((_draw_totals, sets), (_draw_statements, sets), (_draw_margins, verdicts))
+        ):
+            panel = string.ascii_letters[row * len(oils) + column]
+            part = draw(axes[row, column], of_oil, colour)
+            drawn.append(part.assign(panel=panel, oil=oil))
+            axes[row, column].set_title(f"({panel})" + f" {oil}" * (row == 0))
+    _label(axes[:, 0], axes[-1])
+    style.say_key(
+        figure,
+        "Printed constants against the paper's text; no data are drawn. Top: dots near-best sets, "
+        "ring set in use.\nBottom: bars with every statement, ticks without the one that counts "
+        "most (at either slips).",
+    )
+    return figure, tables.conform(pd.concat(drawn), "sign_study", "sign study")
+
+
+def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
+    """Total against rank; near-best sets as dots, the set in use ringed and told in words."""
+    places = pd.Series(range(1, len(sets) + 1), index=sets.index)
+    near, used = sets["near_best"], sets["in_use"]
+    axis.semilogx(places, sets["total"], color=_GREY, linewidth=0.8)
+    axis.semilogx(places[near], sets["total"][near], "o", color=colour)
+    axis.semilogx(
+        places[used], sets["total"][used], "o", color="black", markersize=6, markerfacecolor="none"
+    )
+    axis.xaxis.set_major_formatter("{x:g}")
+    behind = float(sets["total"][used].max() - sets["total"][~used].max())
+    words = (
+        f"in use: rank {sets['rank'][used].iloc[0]} of {len(sets)}\n"
+        f"(at figs 8, 9: {sets['rank_at_figures'][used].iloc[0]}),\n"
+        f"{abs(behind):.2g} {'ahead of the next' if behind > 0 else 'behind the best'};\n"
+        f"near-best sets: {near.sum()}"
+    )
+    axis.text(0.03, 0.06, words, va="bottom", fontsize=6.5, transform=axis.transAxes)
+    return pd.DataFrame(
+        {
+            "series": [_IN_USE if flag else _ALL for flag in sets["in_use"]],
+            "label": sets["signs"],
+            "rank": places,
+            "value": sets["total"],
+            "weakest_margin": float("nan"),
+        }
+    )
+
+
+def _draw_statements(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
+    """Share of its box where each statement holds, for the set in use and for the best one."""
+    names = [name for name in sets.columns if name not in _NO_STATEMENT]
+    rows = []
+    for series, one, mark in (
+        (_IN_USE, sets[sets["in_use"]], "o"),
+        (_BEST, sets.head(1), "|"),
+    ):
+        shares = one[names].iloc[0].astype(float)
+        axis.plot(
+            shares,
+            range(len(names)),
+            mark,
+            color=colour if mark == "o" else "black",
+            markersize=3 if mark == "o" else 7,
+            clip_on=False,
+            label=series,
+        )
+        rows.append(
+            pd.DataFrame(
+                {
+                    "series": series,
+                    "label": names,
+                    "rank": float("nan"),
+                    "value": shares.to_numpy(),
+                    "weakest_margin": float("nan"),
+                }
+            )
+        )
+    axis.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=6.5)
+    axis.set_ylim(len(names) - 0.5, -0.5)
+    axis.set_xlim(-0.03, 1.03)
+    return pd.concat(rows).dropna(subset="value")
+
+
+def _draw_margins(axis: Axes, verdicts: pd.DataFrame, colour: str) -> pd.DataFrame:
+    """Bars of the margin, its weakest value as a tick, the sign and the verdict in words."""
+    places = range(len(verdicts))
+    sure = verdicts["verdict"].map({"settled": 1.0, "probable": 0.55}).fillna(0.15)
+    axis.set_axisbelow(True)
+    axis.barh(
+        places,
+        verdicts["margin"],
+        color=[style.tint(colour, share) for share in sure],
+        edgecolor=colour,
+        linewidth=0.6,
+        height=0.72,
+    )
+    axis.plot(verdicts["weakest_margin"], places, "|", color="black", markersize=6)
+    axis.axvline(0, color="black", linewidth=0.6)
+    signs = verdicts["sign"].str.replace("-", _MINUS)
+    for place, sign, word in zip(places, signs, verdicts["verdict"], strict=True):
+        axis.text(
+            1.0,
+            place,
+            f"{sign} {word}",
+            ha="right",
+            va="center",
+            fontsize=6.5,
+            transform=axis.get_yaxis_transform(),
+        )
+    axis.set_yticks(places, verdicts["constant"])
+    axis.set_ylim(len(verdicts) - 0.5, -0.5)
+    return pd.DataFrame(
+        {
+            "series": verdicts["verdict"],
+            "label": verdicts["constant"] + " " + verdicts["sign"],
+            "rank": float("nan"),
+            "value": verdicts["margin"],
+            "weakest_margin": verdicts["weakest_margin"],
+        }
+    )
+
+
+def _label(left: Any, last_row: Any) -> None:
+    left[0].set_ylabel("Statements\nthat hold", fontsize=7)
+    left[0].set_xlabel("Rank of the sign set", fontsize=7, loc="left")
+    left[1].set_xlabel("Share of the box where it holds", fontsize=7, loc="left")
+    left[1].legend(loc="lower left", fontsize=6.5, handletextpad=0.2)
+    left[2].set_xlabel("Margin of the sign in use (statements)", fontsize=7, loc="left")
+    # room for the verdicts right of the bars
+    low, high = last_row[0].get_xlim()
+    last_row[0].set_xlim(low, high + 0.75 * (high - low))

@@ -1,0 +1,247 @@
+"""Tables 1-3 of the paper: oils, test matrix and bearing as configured, each with its source."""
+
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm import tables
+from oilfilm.curation.coverage import with_levels
+from oilfilm.outputs.captions import CAPTIONS
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.traction.law import CONDITIONS
+
+_PAPER = "in the paper's text"
+_LINE_IN = 0.125
+_ROW_IN = 0.06  # between rows, beside their lines
+_NOTE_LETTERS = 140  # of 6 pt in a line over both columns
+# Of all cells alike: with line spacings of their own they stand at different heights.
+_CELL: dict[str, Any] = {"va": "center", "fontsize": 7}
+_AT_C = 100.0  # of the oils' properties, as in the paper
+# Quantity, unit and how an oil is asked for it.
+_OF_OIL: tuple[tuple[str, str, Any], ...] = (
+    ("grade", "cSt", lambda oil: oil.nominal_kinematic_viscosity_100c_cst),
+    ("kinematic viscosity", "cSt", lambda oil: 1e6 * oil.kinematic_viscosity_m2_s(_AT_C)),
+    ("dynamic viscosity", "mPa s", lambda oil: 1e3 * oil.dynamic_viscosity_pa_s(_AT_C)),
+    ("density", "kg/m\N{SUPERSCRIPT THREE}", lambda oil: oil.density_kg_m3(_AT_C)),
+    (
+        "pressure-viscosity coefficient",
+        "1/GPa",
+        lambda oil: 1e9 * oil.pressure_viscosity_coefficient_1_pa(_AT_C),
+    ),
+    ("thermal conductivity", "W/(m K)", lambda oil: oil.thermal_conductivity_w_mk(_AT_C)),
+    ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_AT_C)),
+)
+_MATRIX = dict(
+    zip(
+        CONDITIONS,
+        (
+            ("maximum Hertz pressure", "GPa"),
+            ("entrainment speed", "m/s"),
+            ("inlet temperature", "\N{DEGREE SIGN}C"),
+        ),
+        strict=True,
+    )
+)
+# Quantity, unit, where it stands in a file of config/bearings, and the factor to the unit.
+_OF_BEARING: tuple[tuple[str, str, tuple[str, ...], float], ...] = (
+    ("ball diameter", "mm", ("ball_diameter_m",), 1e3),
+    ("pitch diameter", "mm", ("pitch_diameter_m",), 1e3),
+    ("balls", "", ("ball_count",), 1),
+    ("contact angle, unloaded", "\N{DEGREE SIGN}", ("contact_angle_deg",), 1),
+    ("groove radius over ball diameter, inner", "", ("inner_groove_curvature",), 1),
+    ("groove radius over ball diameter, outer", "", ("outer_groove_curvature",), 1),
+    ("Young's modulus of the rings", "GPa", ("ring", "youngs_modulus_pa"), 1e-9),
+    ("Poisson's ratio of the rings", "", ("ring", "poisson_ratio"), 1),
+    ("Young's modulus of the balls", "GPa", ("ball", "youngs_modulus_pa"), 1e-9),
+    ("Poisson's ratio of the balls", "", ("ball", "poisson_ratio"), 1),
+    ("density of the balls", "kg/m\N{SUPERSCRIPT THREE}", ("ball", "density_kg_m3"), 1),
+    ("roughness Ra of the balls", "\N{MICRO SIGN}m", ("ball_roughness_ra_um",), 1),
+    ("roughness Ra of the races", "\N{MICRO SIGN}m", ("race_roughness_ra_um",), 1),
+    ("guiding ring of the cage", "", ("cage", "guidance"), 1),
+    ("land diameter of the cage", "mm", ("cage", "land_diameter_m"), 1e3),
+    ("land width of the cage, both together", "mm", ("cage", "land_width_m"), 1e3),
+    ("land clearance of the cage, radial", "mm", ("cage", "land_clearance_m"), 1e3),
+    ("friction coefficient of the pockets", "", ("cage", "pocket_friction_coefficient"), 1),
+)
+_OF_TORQUE_TEST = (
+    ("axial load", "kN", "axial_load_n", 1e-3),
+    ("speed of the inner ring", "rpm", "inner_speed_rpm", 1),
+    ("oil temperature", "\N{DEGREE SIGN}C", "oil_temperature_c", 1),
+)
+
+
+def tab01(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Properties of each oil at 100 degC; of oils without known properties only the name."""
+    rows = []
+    for oil, known in config["oils"].items():
+        found = None if known is None else oil_from_config(known)
+        for quantity, unit, ask in _OF_OIL:
+            value = np.nan if found is None else float(ask(found))
+            rows.append(_row(oil, quantity, unit, value, _source_of(found)))
+    notes = list(dict.fromkeys(f"{row['thing']}: {row['source']}" for row in rows))
+    title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
+    return _table("tab01", title, rows, notes, config)
+
+
+def _source_of(oil: Oil | None) -> str:
+    if oil is None:
+        return "no known properties"
+    return f"stand-in: {oil.source}" if oil.stand_in else oil.source
+
+
+def tab02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Levels of the test matrix; without one, those that the logs were set to."""
+    campaign = config["campaign"]
+    source = "campaign file, matrix" if "matrix" in campaign else "set points of the logs"
+    runs = with_levels(results.runs, config)
+    rows = []
+    for name, (quantity, unit) in _MATRIX.items():
+        levels = (
+            campaign["matrix"][name]
+            if "matrix" in campaign
+            else sorted(runs[f"nominal_{name}"].dropna().unique())
+        )
+        rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
+    slips = results.points.loc[results.points["accepted"], "slide_roll_ratio"].abs()
+    reached = (
+        f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else "\N{EN DASH}"
+    )
+    rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))
+    for oil in config["oils"]:
+        measured = results.runs.loc[results.runs["oil"] == oil]
+        accepted = results.points.loc[results.points["accepted"], "run_id"]
+        kept = measured["run_id"].isin(accepted).sum()
+        words = f"{kept} accepted of {len(measured)} runs"
+        rows.append(_row("this campaign", f"curves of {oil}", "", words, "tables runs and points"))
+    return _table("tab02", "Test matrix", rows, [f"Levels: {source}."], config)
+
+
+def tab03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Parameters of the campaign's bearing and the levels of its test."""
+    campaign = config["campaign"]
+    name = campaign["torque"]["bearing"]
+    bearing = config["bearings"][name]
+    rows = []
+    for quantity, unit, keys, factor in _OF_BEARING:
+        value: Any = bearing
+        for key in keys:
+            value = value[key]
+        assumed = keys[0] in bearing.get("assumed", [])
+        source = "assumed" if assumed else bearing["source"]
+        stated = value if isinstance(value, str) else factor * value
+        # every digit of the drawing, and none that it has not
+        rows.append(_row(name, quantity, unit, stated, source, "{:.7g}".format))
+    levels = campaign["torque"].get("matrix", {})
+    for quantity, unit, key, factor in _OF_TORQUE_TEST:
+        if key in levels:
+            words = _levels([factor * level for level in levels[key]])
+            rows.append(_row(name, quantity, unit, words, "campaign file, `torque`"))
+    notes = [f"{name}: {bearing['source']}. *: assumed."]
+    return _table("tab03", "Bearing and test of its torque", rows, notes, config)
+
+
+def _levels(levels: Iterable[float]) -> str:
+    return ", ".join(f"{level:g}" for level in levels) or "\N{EN DASH}"
+
+
+def _number(value: float) -> str:
+    """Three digits at least, and no whole one lost."""
+    return f"{value:.{int(np.clip(2 - np.floor(np.log10(value)), 0, 3))}f}"
+
+
+def _row(
+    thing: str,
+    quantity: str,
+    unit: str,
+    stated: float | str,
+    source: str,
+    spell: Callable[[float], str] = _number,
+) -> dict[str, Any]:
+    if isinstance(stated, str):
+        words, value = stated, np.nan
+    else:
+        words, value = "\N{EN DASH}" if np.isnan(stated) else spell(stated), float(stated)
+    return {
+        "thing": thing,
+        "quantity": quantity,
+        "unit": unit,
+        "words": f"{words}*" if source == "assumed" else words,
+        "value": value,
+        "source": source,
+    }
+
+
+def _table(
+    name: str,
+    title: str,
+    rows: list[dict[str, Any]],
+    notes: list[str],
+    config: Mapping[str, Any],
+) -> tuple[Figure, pd.DataFrame]:
+    """The rows as a table with a column a thing; beside them what the paper still says."""
+    units = {row["quantity"]: row["unit"] for row in rows}
+    for quantity, told in config["paper_tables"][name].items():
+        where = f" ({told['where']})" if "where" in told else ""
+        source = told.get("where", "lost")
+        rows.append(
+            _row(_PAPER, quantity, units.get(quantity, ""), f"{told['says']}{where}", source)
+        )
+    drawn = tables.from_rows(rows, "stated_values")
+    things = list(dict.fromkeys(drawn["thing"]))
+    if _PAPER not in things:
+        things.append(_PAPER)
+    cells = drawn.set_index(["quantity", "thing"])["words"].unstack("thing")
+    cells = cells.reindex(index=drawn["quantity"].unique(), columns=things).fillna("")
+    letters = 46 if len(things) <= 2 else 26
+    lines = [textwrap.wrap(words, letters) or [""] for words in cells[_PAPER]]
+    heights = [_LINE_IN * len(some) + _ROW_IN for some in lines]
+    small = [line for note in notes for line in textwrap.wrap(note, _NOTE_LETTERS)]
+    height_in = sum(heights) + 1.5 * (_LINE_IN + _ROW_IN) + 0.1 * len(small)
+    figure, (axis,) = style.panels(1, 1, style.DOUBLE_COLUMN_IN, height_in)
+    axis.set_axis_off()
+    axis.set_xlim(0, 1)
+    axis.set_ylim(height_in, 0)
+    _draw_cells(axis, title, cells, things, lines, heights, units)
+    axis.text(
+        0, height_in, "\n".join(small), va="bottom", fontsize=6, color=style.GREY,
+        linespacing=1.15, parse_math=False, in_layout=False,
+    )  # fmt: skip
+    if CAPTIONS[name].shows_data:
+        style.say_source(figure, config["campaign"])
+    return figure, drawn
+
+
+def _draw_cells(
+    axis: Axes,
+    title: str,
+    cells: pd.DataFrame,
+    things: Sequence[str],
+    lines: Sequence[Sequence[str]],
+    heights: Sequence[float],
+    units: Mapping[str, str],
+) -> None:
+    paper_at = 0.72 if len(things) > 2 else 0.64
+    ends = np.linspace(0.37, paper_at - 0.02, len(things))[1:]
+    y = _LINE_IN + _ROW_IN
+    axis.text(0, y / 2, title, va="center", fontsize=7, color=style.GREY)
+    for thing, end in zip(things[:-1], ends, strict=True):
+        axis.text(end, y / 2, thing, ha="right", va="center", fontsize=7, fontweight="bold")
+    axis.text(paper_at, y / 2, _PAPER, va="center", fontsize=7, fontweight="bold")
+    for edge in (0.0, y, y + sum(heights)):
+        axis.axhline(edge, color="black", linewidth=0.6)
+    for (quantity, row), words, height in zip(cells.iterrows(), lines, heights, strict=True):
+        middle = y + height / 2
+        unit = units.get(str(quantity))
+        named = f"{quantity} ({unit})" if unit else str(quantity)
+        axis.text(0, middle, named, **_CELL)
+        for thing, end in zip(things[:-1], ends, strict=True):
+            axis.text(end, middle, row[thing], ha="right", **_CELL)
+        axis.text(paper_at, middle, "\n".join(words), color=style.GREY, **_CELL)
+        y += height

@@ -1,0 +1,172 @@
+"""How every figure looks: widths of a journal, one colour an oil, one line style a meaning."""
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, get_font
+
+from oilfilm.atomic_write import whole_file
+from oilfilm.outputs import colours
+from oilfilm.outputs.captions import provenance
+
+# Columns of a page, 84 and 174 mm.
+SINGLE_COLUMN_IN = 84 / 25.4
+DOUBLE_COLUMN_IN = 174 / 25.4
+
+oil_colour = colours.oil_colour
+MARKERS = ("o", "s", "^", "D", "v", "P")
+# One style a meaning: what a law was fitted to, or where its constants are from.
+LINES: dict[str, Any] = {
+    "fit": "-",
+    "printed": (0, (4, 2)),
+    "load": "-.",
+    "dimensionless load": ":",
+    "not planned": (0, (6, 1.5)),
+}
+GREY = "#555555"  # of words and keys that belong to no oil
+EXTRAPOLATED = colours.EXTRAPOLATED
+_SMALL_PRINT: dict[str, Any] = {"va": "top", "fontsize": 6, "color": GREY}
+# What became of something: colour and symbol together, so that print in grey tells it as well.
+STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
+STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
+VERDICT_COLOURS = {
+    "holds": "#0072B2",
+    "holds in part": "#E69F00",
+    "fails": "#D55E00",
+    "cannot be checked": "#777777",
+}
+VERDICT_MARKERS = {"holds": "o", "holds in part": "D", "fails": "X", "cannot be checked": "_"}
+
+_SETTINGS: Any = {
+    "font.size": 8,
+    "font.family": "DejaVu Sans",
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e5e5e5",
+    "grid.linewidth": 0.5,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 2.8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "savefig.dpi": 300,
+    "svg.hashsalt": "oilfilm",
+    "svg.fonttype": "none",
+    "figure.constrained_layout.use": True,
+}
+mpl.rcParams.update(_SETTINGS)
+
+
+def oil_marker(oil: str, oils: Sequence[str]) -> str:
+    """The marker of an oil, beside its colour."""
+    return MARKERS[list(oils).index(oil) % len(MARKERS)]
+
+
+def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
+    """`count` shades of one colour, from the colour itself darkened to a light tint of it."""
+    red, green, blue = to_rgb(colour)
+    steps = [0.45 + 1.0 * place / max(count - 1, 1) for place in range(count)]
+    return [
+        (red * s, green * s, blue * s)
+        if s <= 1
+        else tuple(1 - (1 - part) * (2 - s) for part in (red, green, blue))  # type: ignore[misc]
+        for s in steps
+    ]
+
+
+# Height of a line of small print.
+_LINE_IN = 0.12
+_LETTERS = 70  # that fit into the width of one column
+
+
+def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
+    """A figure with a grid of panels that share their axes; panels in reading order."""
+    # not by pyplot, which would keep every figure open
+    figure = Figure(figsize=(width_in, height_in))
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    return figure, list(axes.flat)
+
+
+def label_traction_axes(figure: Figure) -> None:
+    """Names of the two axes of mu against slip."""
+    figure.supxlabel("Slide-roll ratio S (1)", fontsize=8)
+    figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
+
+
+def say_source(figure: Figure, campaign: Mapping[str, Any]) -> None:
+    """Say on the figure itself whether its data were simulated or measured."""
+    _put_above(figure, provenance(campaign), right=True)
+
+
+def say_key(figure: Figure, words: str) -> None:
+    """What symbols and lines mean, above the panels, where it covers no data."""
+    _put_above(figure, words, right=False)
+
+
+def _put_above(figure: Figure, words: str, *, right: bool) -> None:
+    """Small print above the panels, for which the figure grows; the panels keep their height."""
+    side = "right" if right else "left"
+    wide = figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
+    # half of a wide figure is as wide as a narrow one
+    lines = [part for line in words.split("\n") for part in textwrap.wrap(line, _LETTERS)]
+    words = words if wide and not right else "\n".join(lines)
+    figure.text(1 if right else 0, 1, words, ha=side, gid="small print", **_SMALL_PRINT)
+    print_above = [text for text in figure.texts if text.get_gid() == "small print"]
+    # which the settings above give to every figure
+    layout: Any = figure.get_layout_engine()
+    panels_in = figure.get_figheight() * layout.get()["rect"][3]
+    heights = [_LINE_IN * (text.get_text().count("\n") + 1) for text in print_above]
+    # in one line where that is wide enough for both
+    height_in = panels_in + (max(heights) if wide else sum(heights))
+    figure.set_figheight(height_in)
+    top = height_in
+    for text, height in zip(print_above, heights, strict=True):
+        margin_in = 0.02
+        x = margin_in / figure.get_figwidth()
+        at_right = text.get_horizontalalignment() == "right"
+        text.set_position((1 - x if at_right else x, (top - margin_in) / height_in))
+        top -= 0 if wide else height
+    layout.set(rect=(0, 0, 1, panels_in / height_in))
+
+
+def tint(colour: str, share: float) -> tuple[float, float, float]:
+    """White with a share of a colour in it."""
+    red, green, blue = (1 - share * (1 - part) for part in to_rgb(colour))
+    return red, green, blue
+
+
+def plain(text: str) -> str:
+    """Text of a log that can be drawn as it stands: what the font lacks is written as its code.
+
+    To be drawn with `parse_math=False`, or `$` would begin a formula.
+    """
+    font = get_font(findfont(_SETTINGS["font.family"]))
+    return "".join(
+        letter
+        if letter.isprintable() and font.get_char_index(ord(letter))
+        else letter.encode("unicode_escape").decode("ascii")
+        for letter in text
+    )
+
+
+def save(figure: Figure, *paths: Path) -> None:
+    """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
+    metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
+    for path in paths:
+        with whole_file(path) as aside:
+            figure.savefig(aside, format=path.suffix[1:], metadata=metadata[path.suffix])
+        # what is laid out once stays so
+        figure.set_layout_engine("none")

@@ -1,0 +1,379 @@
+"""mu against slip: measured points with their errors, and the fit as lines (figs 2 and 3)."""
+
+import itertools
+import string
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm import tables
+from oilfilm.curation.coverage import with_levels
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.outputs.figures import style
+from oilfilm.traction.law import CONDITIONS
+
+_SE_DRAWN = 1.96  # error bars are 95 % intervals
+
+
+@dataclass(frozen=True)
+class Results:
+    """The finished tables that figures are drawn from; each attribute is named after its table."""
+
+    points: pd.DataFrame = field(default_factory=partial(tables.empty, "points"))
+    runs: pd.DataFrame = field(default_factory=partial(tables.empty, "runs"))
+    coefficients: pd.DataFrame = field(default_factory=partial(tables.empty, "coefficients"))
+    coverage: pd.DataFrame = field(default_factory=partial(tables.empty, "coverage"))
+    fit_quality: pd.DataFrame = field(default_factory=partial(tables.empty, "fit_quality"))
+    refits: pd.DataFrame = field(default_factory=partial(tables.empty, "refits"))
+    correlations: pd.DataFrame = field(default_factory=partial(tables.empty, "correlations"))
+    profiles: pd.DataFrame = field(default_factory=partial(tables.empty, "profiles"))
+    extrapolation: pd.DataFrame = field(default_factory=partial(tables.empty, "extrapolation"))
+    signs: pd.DataFrame = field(default_factory=partial(tables.empty, "signs"))
+    sign_verdicts: pd.DataFrame = field(default_factory=partial(tables.empty, "sign_verdicts"))
+    claims: pd.DataFrame = field(default_factory=partial(tables.empty, "claims"))
+    selection: pd.DataFrame = field(default_factory=partial(tables.empty, "selection"))
+    comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "comparison"))
+    law_coefficients: pd.DataFrame = field(
+        default_factory=partial(tables.empty, "law_coefficients")
+    )
+    torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
+    cage_slip: pd.DataFrame = field(default_factory=partial(tables.empty, "cage_slip"))
+    slip_advice: pd.DataFrame = field(default_factory=partial(tables.empty, "slip_advice"))
+    size_effect: pd.DataFrame = field(default_factory=partial(tables.empty, "size_effect"))
+    power_loss: pd.DataFrame = field(default_factory=partial(tables.empty, "power_loss"))
+
+    @classmethod
+    def read(cls, paths: Mapping[str, str | Sequence[str]]) -> "Results":
+        """Those tables that are given, by name; a table without files is empty.
+
+        Raises:
+            OilfilmError: As `tables.read`.
+        """
+        files = {name: [some] if isinstance(some, str) else some for name, some in paths.items()}
+        return cls(**{name: tables.read(name, *map(Path, some)) for name, some in files.items()})
+
+
+@dataclass(frozen=True)
+class _Series:
+    """One curve of a panel: the points of some runs and the fit at their mean conditions."""
+
+    label: str
+    oil: str
+    points: pd.DataFrame
+    law: FittedLaw
+    colour: Any
+    marker: str
+
+
+@dataclass(frozen=True)
+class _Condition:
+    """One set of set points in words, its mean measured levels and its points."""
+
+    name: str
+    levels: "pd.Series[float]"
+    points: pd.DataFrame
+
+
+def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
+    results = replace(results, runs=with_levels(results.runs, config))
+    choice = config["figures"]["fig02"]
+    oil, temperatures = choice["oil"], choice["inlet_temperature_c"]
+    law = FittedLaw.of(results.coefficients, oil)
+    base = style.oil_colour(oil, list(config["oils"]))
+    figure, axes = style.panels(
+        len(temperatures), 2, style.DOUBLE_COLUMN_IN, 2.1 * len(temperatures)
+    )
+    rows = []
+    for row, temperature in enumerate(temperatures):
+        columns = (
+            ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "P = {:g} GPa", "U = {:g} m/s"),
+            ("entrainment_speed_m_s", "max_hertz_pressure_gpa", "U = {:g} m/s", "P = {:g} GPa"),
+        )
+        for column, (varied, fixed, label, fixed_label) in enumerate(columns):
+            levels = _levels(results, config["campaign"], varied)
+            series = [
+                _Series(
+                    label.format(level),
+                    oil,
+                    _select(
+                        results,
+                        oil,
+                        {varied: level, fixed: choice[fixed], "inlet_temperature_c": temperature},
+                    ),
+                    law,
+                    colour,
+                    marker,
+                )
+                for level, colour, marker in zip(
+                    levels,
+                    style.shades(base, len(levels)),
+                    itertools.cycle(style.MARKERS),
+                    strict=False,
+                )
+            ]
+            panel = string.ascii_letters[2 * row + column]
+            title = f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, " + fixed_label.format(
+                choice[fixed]
+            )
+            axis = axes[2 * row + column]
+            rows.append(_draw_panel(axis, panel, title, series))
+    drawn = _together(rows)
+    if drawn.empty:
+        _say_nothing_is_there(axes)
+    else:
+        for axis in axes[:2]:
+            axis.legend(loc="upper left", ncols=2, handletextpad=0.2, columnspacing=0.8)
+        _leave_room_for_legend(axes)
+    return _finish(figure, config), drawn
+
+
+def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """All oils at one temperature, mu against slip, a panel a pressure."""
+    results = replace(results, runs=with_levels(results.runs, config))
+    choice = config["figures"]["fig03"]
+    oils = list(config["oils"])
+    pressures = _levels(results, config["campaign"], "max_hertz_pressure_gpa")
+    figure, axes = style.panels(1, max(len(pressures), 1), style.DOUBLE_COLUMN_IN, 2.6)
+    rows = []
+    for number, (axis, pressure) in enumerate(zip(axes, pressures, strict=False)):
+        where = {
+            "max_hertz_pressure_gpa": pressure,
+            "entrainment_speed_m_s": choice["entrainment_speed_m_s"],
+            "inlet_temperature_c": choice["inlet_temperature_c"],
+        }
+        series = [
+            _Series(
+                oil,
+                oil,
+                _select(results, oil, where),
+                FittedLaw.of(results.coefficients, oil),
+                style.oil_colour(oil, oils),
+                style.oil_marker(oil, oils),
+            )
+            for oil in oils
+        ]
+        panel = string.ascii_letters[number]
+        title = f"({panel}) P = {pressure:g} GPa"
+        rows.append(_draw_panel(axis, panel, title, series))
+    drawn = _together(rows)
+    if drawn.empty:
+        _say_nothing_is_there(axes)
+    else:
+        axes[0].legend(
+            loc="upper left", title=_fixed_words(choice), title_fontsize=7, alignment="left"
+        )
+        _leave_room_for_legend(axes)
+    return _finish(figure, config), drawn
+
+
+def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+    """Every accepted point of every oil, and the fit at each of its conditions."""
+    oils = list(config["oils"])
+    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
+    figure, axes = style.panels(1, len(oils), width, 2.8)
+    rows = []
+    for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
+        of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        panel = string.ascii_letters[number]
+        axis.set_title(f"({panel}) {oil}")
+        if of_oil.empty:
+            _say_nothing_is_there([axis])
+            continue
+        law = FittedLaw.of(results.coefficients, oil)
+        conditions = list(_conditions(results, of_oil, law.law.conditions))
+        draw = _draw_each if 1 < len(conditions) <= _CONDITIONS_TOLD_APART else _draw_cloud
+        rows += draw(axis, panel, oil, style.oil_colour(oil, oils), conditions, law)
+        axis.legend(loc="best", fontsize=6)
+    bars = "bars: 95 % (random part); " if any(len(axis.containers) for axis in axes) else ""
+    _finish(figure, config, f"points: plateau means; {bars}lines: fit")
+    return figure, _together(rows)
+
+
+# More conditions than this in one panel cannot be told apart by shade and symbol.
+_CONDITIONS_TOLD_APART = 6
+
+
+def _draw_each(
+    axis: Axes, panel: str, oil: str, colour: str, conditions: list[_Condition], law: FittedLaw
+) -> list[pd.DataFrame]:
+    """A few conditions, each with its own shade, symbol and name."""
+    shades = style.shades(colour, len(conditions))
+    drawn = []
+    for number, (condition, shade) in enumerate(zip(conditions, shades, strict=True)):
+        measured = _measured_rows(panel, condition.name, oil, condition.points)
+        line = _fit_rows(panel, condition.name, oil, law, condition.levels, condition.points)
+        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=shade)
+        _draw_points(axis, measured, shade, style.MARKERS[number], condition.name)
+        drawn += [measured, line]
+    return drawn
+
+
+def _draw_cloud(
+    axis: Axes, panel: str, oil: str, colour: str, conditions: list[_Condition], law: FittedLaw
+) -> list[pd.DataFrame]:
+    """All points in one colour, with the fit of each condition through them."""
+    points = pd.concat([condition.points for condition in conditions])
+    # one line lies on its points, many of them below all points
+    one = len(conditions) == 1
+    many = one and len(points) > 2000
+    axis.plot(
+        points["slide_roll_ratio"],
+        points["traction_coefficient"],
+        ".",
+        color=colour,
+        markersize=1.6 if many or not one else 3.5,
+        alpha=0.15 if many else 0.7,
+        rasterized=True,
+    )
+    # a sample in the legend that can be seen
+    axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
+    # so many error bars would hide the points: none is drawn
+    drawn = [_measured_rows(panel, oil, oil, points).assign(traction_coefficient_se=np.nan)]
+    for condition in conditions:
+        line = _fit_rows(panel, condition.name, oil, law, condition.levels, points)
+        axis.plot(
+            line["slide_roll_ratio"],
+            line["traction_coefficient"],
+            color="black",
+            linewidth=1.1 if one else 0.3,
+            zorder=3 if one else 1.5,
+        )
+        drawn.append(line)
+    axis.plot([], [], color="black", label="fit")
+    return drawn
+
+
+def _levels(results: Results, campaign: Mapping[str, Any], name: str) -> list[float]:
+    """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
+    if "matrix" in campaign:
+        return list(campaign["matrix"][name])
+    return sorted(results.runs[f"nominal_{name}"].dropna().unique())
+
+
+def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
+    """Accepted points of the runs of an oil at given levels."""
+    runs = results.runs[results.runs["oil"] == oil]
+    for name, level in where.items():
+        runs = runs[np.isclose(runs[f"nominal_{name}"], level)]
+    points = results.points
+    return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
+
+
+def _conditions(
+    results: Results, points: pd.DataFrame, asked: Sequence[str]
+) -> Iterable[_Condition]:
+    """The points of each set of set points with the means of what a law asks."""
+    names = [f"nominal_{name}" for name in CONDITIONS]
+    joined = points.merge(results.runs[["run_id", *names]], on="run_id")
+    for _, group in joined.groupby(names, dropna=False):
+        known = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
+        name = ", ".join(f"{level:g} {unit}" for level, unit in known if not np.isnan(level))
+        yield _Condition(name, group[list(asked)].mean(), group)
+
+
+def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -> pd.DataFrame:
+    """Draw the series of one panel and return exactly what was drawn."""
+    rows = []
+    for one in series:
+        if one.points.empty:
+            continue
+        measured = _measured_rows(panel, one.label, one.oil, one.points)
+        condition = one.points[list(one.law.law.conditions)].mean()
+        line = _fit_rows(panel, one.label, one.oil, one.law, condition, one.points)
+        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=one.colour)
+        _draw_points(axis, measured, one.colour, one.marker, one.label)
+        rows += [measured, line]
+    axis.set_title(title)
+    return pd.concat(rows) if rows else pd.DataFrame()
+
+
+def _draw_points(axis: Axes, measured: pd.DataFrame, colour: Any, marker: str, label: str) -> None:
+    axis.errorbar(
+        measured["slide_roll_ratio"],
+        measured["traction_coefficient"],
+        yerr=_SE_DRAWN * measured["traction_coefficient_se"],
+        fmt=marker,
+        color=colour,
+        markerfacecolor="white",
+        markeredgewidth=0.7,
+        elinewidth=0.7,
+        label=label,
+    )
+
+
+def _measured_rows(panel: str, label: str, oil: str, points: pd.DataFrame) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "panel": panel,
+            "series": label,
+            "kind": "measured",
+            "oil": oil,
+            "slide_roll_ratio": points["slide_roll_ratio"],
+            "traction_coefficient": points["traction_coefficient"],
+            "traction_coefficient_se": points["traction_coefficient_se"],
+        }
+    )
+
+
+def _fit_rows(
+    panel: str,
+    label: str,
+    oil: str,
+    law: FittedLaw,
+    condition: "pd.Series[float]",
+    points: pd.DataFrame,
+) -> pd.DataFrame:
+    slip = np.linspace(0, float(points["slide_roll_ratio"].abs().max()), 151)
+    return pd.DataFrame(
+        {
+            "panel": panel,
+            "series": label,
+            "kind": "fit",
+            "oil": oil,
+            "slide_roll_ratio": slip,
+            "traction_coefficient": law.traction(np.asarray(condition, dtype=np.float64), slip),
+            "traction_coefficient_se": np.nan,
+        }
+    )
+
+
+def _fixed_words(choice: Mapping[str, Any]) -> str:
+    return (
+        f"U = {choice['entrainment_speed_m_s']:g} m/s, "
+        f"T = {choice['inlet_temperature_c']:g} \N{DEGREE SIGN}C"
+    )
+
+
+def _leave_room_for_legend(axes: list[Axes]) -> None:
+    axes[0].set_ylim(0, axes[0].get_ylim()[1] * 1.22)
+    axes[0].set_xlim(left=-0.005)
+
+
+def _together(rows: list[pd.DataFrame]) -> pd.DataFrame:
+    """All that was drawn, as one table; the empty table where there was nothing to draw."""
+    drawn = pd.concat(rows, ignore_index=True) if rows else pd.DataFrame()
+    return tables.empty("curves") if drawn.empty else drawn
+
+
+def _say_nothing_is_there(axes: list[Axes]) -> None:
+    words = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
+    axes[0].text(0.5, 0.5, words, ha="center", va="center", transform=axes[0].transAxes)
+
+
+def _finish(
+    figure: Figure,
+    config: Mapping[str, Any],
+    key: str = "symbols: plateau means, 95 % interval (random part); lines: fit",
+) -> Figure:
+    style.label_traction_axes(figure)
+    style.say_source(figure, config["campaign"])
+    style.say_key(figure, key)
+    return figure

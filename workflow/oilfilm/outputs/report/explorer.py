@@ -1,0 +1,255 @@
+"""What the explorer of the report computes with: laws, intervals, points, films, rules.
+
+`page.js` does there what `FittedLaw.predict` and `selection.select` do here; the tests hold the two
+against each other. So that the page needs neither the oils' formulas nor linear algebra, it is
+given the covariance as its root, and the film at each step of the temperature's slider.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.special import ndtri
+
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.outputs.colours import oil_colour
+from oilfilm.physics.film import thermal_loading_parameter
+from oilfilm.studies.audit.audit import films
+from oilfilm.studies.audit.evidence import usable
+from oilfilm.studies.operating_grid import AXES, Film, Grid
+from oilfilm.traction.law import to_internal
+from oilfilm.units import PA_PER_GPA, FloatArray
+
+# What page.js has the equations of.
+LAWS = ("deng2026", "eyring", "carreau", "tanh")
+LEVEL = 0.95
+_STEPS = 100  # of a slider, at least
+_LABELS = {
+    "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
+    "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
+    "slide_roll_ratio": ("S", "Slide-roll ratio", ""),
+}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One of P, U, T and S: a slider, or the abscissa.
+
+    Attributes:
+        name: Column of the table of points.
+        low: Smallest value of the slider.
+        step: Distance between its values.
+        steps: How many of them.
+        start: Value it begins with.
+        idle: True where no fit follows it: it was tested at one level, or is not known.
+    """
+
+    name: str
+    low: float
+    step: float
+    steps: int
+    start: float
+    idle: bool = False
+
+    @property
+    def digits(self) -> int:
+        """Decimals that every value of the slider has."""
+        return max(0, -int(np.floor(np.log10(self.step))))
+
+    @property
+    def values(self) -> FloatArray:
+        """Every value of the slider, rounded as the page rounds it."""
+        return np.round(self.low + self.step * np.arange(self.steps + 1), self.digits)
+
+    @classmethod
+    def over(cls, name: str, low: float, high: float, start: float, idle: bool = False) -> "Axis":
+        """A slider from `low` to `high` at least, by a power of ten of at least 100 steps."""
+        span = high - low or abs(low) or 1.0
+        # a step above `low` would begin at zero, where a power law has no value
+        widest = min(span / _STEPS, low) if low > 0 else span / _STEPS
+        step = float(10.0 ** np.floor(np.log10(widest)))
+        first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
+        digits = max(0, -int(np.floor(np.log10(step))))
+        steps = int(last - first)
+        return cls(
+            name, round(float(first * step), digits), step, steps, round(start, digits), idle
+        )
+
+
+def explorer(
+    points: pd.DataFrame,
+    coefficients: pd.DataFrame,
+    refits: pd.DataFrame,
+    quality: pd.DataFrame,
+    config: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Everything that the explorer needs, as plain values for JSON.
+
+    Args:
+        points: Table of points.
+        coefficients: Table of coefficients, of one law.
+        refits: Table of refits.
+        quality: Table of fit quality.
+        config: The whole configuration, resolved.
+    """
+    fits = {
+        oil: FittedLaw.of(coefficients, oil, refits, quality)
+        for oil in dict.fromkeys(coefficients["oil"])
+    }
+    lacking = {oil: _lacking(fit) for oil, fit in fits.items()}
+    shown = {oil: fit for oil, fit in fits.items() if not lacking[oil]}
+    accepted = points[points["accepted"]]
+    axes = _axes(shown, accepted, config["printed"]["boxes"]["extrapolated"])
+    known = films(config)
+    nearby = config["report"]["nearby"]
+    chosen = _thinned(accepted[accepted["oil"].isin(shown)], config["report"]["points_max"])
+    return {
+        "axes": [_axis(axis, nearby) for axis in axes],
+        "factor": float(ndtri(0.5 + LEVEL / 2)),
+        "oils": [
+            {
+                "name": oil,
+                "colour": oil_colour(oil, list(config["oils"])),
+                **law_of(fit),
+                "usable": usable(fit),
+                "film": _film(known[oil], axes[2].values) if oil in known else None,
+                "points": _points(chosen[chosen["oil"] == oil]),
+            }
+            for oil, fit in shown.items()
+        ],
+        "lacking": [{"oil": oil, "why": why} for oil, why in lacking.items() if why],
+        "points": {"shown": len(chosen), "accepted": len(accepted)},
+        "selection": {
+            **{name: config["selection"][name] for name in ("limits", "rules", "indifference")},
+            "lambda_limit": config["gates"]["lambda_limit"],
+        },
+    }
+
+
+def _lacking(fit: FittedLaw) -> str:
+    """Why the explorer cannot show a fit; empty where it can."""
+    if np.isnan(fit.coefficients.constants).any():
+        return "nothing could be fitted"
+    if fit.law.name not in LAWS:
+        return f"the page knows the law {', '.join(LAWS)} only, not {fit.law.name}"
+    return ""
+
+
+def _axes(
+    fits: Mapping[str, FittedLaw], points: pd.DataFrame, paper: Mapping[str, Sequence[float]]
+) -> list[Axis]:
+    """Sliders over everything tested, and over what the paper draws where that is near."""
+    centre = _central(points)
+    axes = []
+    for place, name in enumerate(AXES):
+        low, high = paper[name]
+        boxes = [fit.coefficients.box[place] for fit in fits.values()]
+        tested = np.array(boxes)[~np.isnan(boxes).any(axis=1)] if boxes else np.empty((0, 2))
+        if len(tested):
+            inner, outer = tested[:, 0].min(), tested[:, 1].max()
+            near = inner <= high and outer >= low
+            low, high = (min(low, inner), max(high, outer)) if near else (inner, outer)
+        start = float(np.clip(centre.get(name, low), low, high))
+        follow = name == "slide_roll_ratio" or any(
+            fit.coefficients.known[place] for fit in fits.values()
+        )
+        axes.append(Axis.over(name, low, high, start, idle=not follow))
+    return axes
+
+
+def _central(points: pd.DataFrame) -> dict[str, float]:
+    """Conditions of the accepted point nearest to the middle of all, so that some are shown."""
+    known = points[list(AXES)].dropna(axis="columns", how="all").dropna()
+    if known.empty:
+        return {}
+    low, high = known.min(), known.max()
+    width = (high - low).where(high > low, 1.0)
+    distance = (((known - (low + high) / 2) / width) ** 2).sum(axis="columns")
+    nearest = known.iloc[int(distance.to_numpy().argmin())]
+    return {str(name): float(value) for name, value in nearest.items()}
+
+
+def _axis(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
+    symbol, label, unit = _LABELS[axis.name]
+    relative = axis.name in ("max_hertz_pressure_gpa", "entrainment_speed_m_s")
+    return {
+        "symbol": symbol,
+        "name": axis.name,
+        "label": label,
+        "unit": unit,
+        "low": axis.low,
+        "high": float(axis.values[-1]),
+        "step": axis.step,
+        "steps": axis.steps,
+        "digits": axis.digits,
+        "start": axis.start,
+        "nearby": nearby[f"{axis.name}_relative" if relative else axis.name],
+        "relative": relative,
+        "idle": axis.idle,
+    }
+
+
+def law_of(fit: FittedLaw) -> dict[str, Any]:
+    """A fitted law with its interval and its tested box, as the page computes with it."""
+    law, coefficients = fit.law, fit.coefficients
+    root = coefficients.root(law)
+    return {
+        "law": law.name,
+        "reference": law.reference.tolist(),
+        "internal": to_internal(law, coefficients.constants).tolist(),
+        "known": coefficients.known.tolist(),
+        "root": None if np.isnan(root).any() else root.tolist(),
+        "box": [[_plain(end) for end in ends] for ends in coefficients.box],
+    }
+
+
+def _film(film: Film, temperatures_c: FloatArray) -> dict[str, Any]:
+    """lambda without inlet heating at 1 GPa and 1 m/s, its powers of both, and the heating.
+
+    Every isothermal film is a power law of pressure and speed; only the temperature's part has a
+    form of its own.
+    """
+    cold = replace(film, settings={**film.settings, "thermal_reduction": False})
+    unit, none = np.ones(1), np.zeros(1)
+    isothermal = cold.over(Grid(unit, unit, temperatures_c, none))[1].ravel()
+    two = np.array([1.0, 2.0])
+    powers = np.log2(cold.over(Grid(two, two, np.array([100.0]), none))[1][:, :, 0, 0])
+    oil = film.oil
+    loading = thermal_loading_parameter(
+        entrainment_speed_m_s=1.0,
+        dynamic_viscosity_pa_s=oil.dynamic_viscosity_pa_s(temperatures_c),
+        temperature_viscosity_coefficient_1_k=oil.temperature_viscosity_coefficient_1_k(
+            temperatures_c
+        ),
+        thermal_conductivity_w_mk=oil.thermal_conductivity_w_mk(temperatures_c),
+    )
+    heated = film.settings["thermal_reduction"]
+    return {
+        "lambda": [_plain(value) for value in isothermal],
+        "pressure_power": float(powers[1, 0] - powers[0, 0]),
+        "speed_power": float(powers[0, 1] - powers[0, 0]),
+        "loading": [_plain(value) for value in loading] if heated else [],
+        "modulus_gpa": film.contact.reduced_modulus_pa / PA_PER_GPA,
+        "stand_in": film.oil.stand_in,
+    }
+
+
+def _thinned(points: pd.DataFrame, most: int) -> pd.DataFrame:
+    """At most so many points, evenly chosen."""
+    return points.iloc[:: -(-len(points) // most)] if len(points) > most else points
+
+
+def _points(points: pd.DataFrame) -> dict[str, list[Any]]:
+    """Columns of numbers; each point's run as its place among the runs."""
+    places, runs = pd.factorize(points["run_id"])
+    names = (*AXES, "traction_coefficient", "traction_coefficient_se")
+    numbers = {name: [_plain(value) for value in points[name]] for name in names}
+    return {**numbers, "run": places.tolist(), "runs": runs.tolist()}
+
+
+def _plain(value: float) -> float | None:
+    """A number that JSON has; None for NaN and infinity."""
+    return float(value) if np.isfinite(value) else None

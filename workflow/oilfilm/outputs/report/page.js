@@ -1,0 +1,451 @@
+// The explorer of the report: fitted laws with their intervals, measured points, the paper's advice.
+//
+// Laws and intervals are those of oilfilm.fitting.fitted, the advice is that of oilfilm.selection;
+// tests/outputs/test_report_browser.py holds both against Python. Names from logs reach the page as text
+// only (textContent, Bokeh's escaped tooltips).
+"use strict";
+(() => {
+const read = (id) => JSON.parse(document.getElementById(id).textContent);
+const DATA = read("explorer-data");
+const DOWNLOADS = read("downloads");
+const DRAWINGS = read("drawings");
+const POINTS_OF_CURVE = 201;
+const MANY = 300; // points beside a curve
+const byId = (id) => document.getElementById(id);
+const numbers = (values) => values.map((value) => value ?? NaN);
+
+// ---------------------------------------------------------------- laws
+
+const limited = (free, limit) => -limit * Math.expm1(-free / limit);
+
+// from the coefficients' sizes |X|: mu, and its derivatives by each ln|X|
+const LAWS = {
+  deng2026: ([a, b, c], slip) => {
+    const decay = Math.exp(-c * slip);
+    return {
+      mu: a * (1 - decay) + b * slip * decay,
+      slopes: [a * (1 - decay), b * slip * decay, (a - b * slip) * c * slip * decay],
+    };
+  },
+  eyring: ([slope, stress, limit, heat], slip) => {
+    const ratio = slope * slip / stress;
+    const free = stress * Math.asinh(ratio);
+    const cold = limited(free, limit);
+    const root = Math.sqrt(1 + 4 * heat * slip * cold);
+    const mu = 2 * cold / (1 + root);
+    const bySlope = stress * ratio / Math.hypot(1, ratio);
+    const share = Math.exp(-free / limit);
+    const rising = [share * bySlope, share * (free - bySlope), cold - share * free];
+    return { mu, slopes: [...rising, -heat * slip * mu ** 2].map((one) => one / root) };
+  },
+  carreau: ([slope, thinning, exponent, limit], slip) => {
+    const ratio = slope * slip / thinning;
+    const free = slope * slip * Math.hypot(1, ratio) ** (exponent - 1);
+    const bend = (exponent - 1) * (ratio / Math.hypot(1, ratio)) ** 2;
+    const [mu, share] = [limited(free, limit), Math.exp(-free / limit)];
+    const byExponent = free * exponent * Math.log(Math.hypot(1, ratio));
+    return { mu, slopes: [share * free * (1 + bend), -share * free * bend, share * byExponent, mu - share * free] };
+  },
+  tanh: ([level, slope], slip) => {
+    const step = Math.tanh(slope * slip / level);
+    const bySlope = slope * slip * (1 - step ** 2);
+    return { mu: level * step, slopes: [level * step - bySlope, bySlope] };
+  },
+};
+
+const sum = (values) => values.reduce((total, value) => total + value, 0);
+
+// place: [P, U, T, S], S not negative
+function predict(oil, place) {
+  const logs = oil.reference.map((at, i) => (oil.known[i] ? Math.log(place[i] / at) : 0));
+  const design = [1, ...logs];
+  const size = design.length;
+  const sizes = [];
+  for (let start = 0; start < oil.internal.length; start += size) {
+    sizes.push(Math.exp(sum(design.map((value, i) => value * oil.internal[start + i]))));
+  }
+  const { mu, slopes } = LAWS[oil.law](sizes, place[3]);
+  let relative = NaN;
+  if (oil.root) {
+    const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
+    const along = oil.root[0].map((_, k) => sum(gradient.map((g, i) => g * oil.root[i][k])));
+    relative = mu > 0 ? Math.hypot(...along) / mu : 0;
+  }
+  const factor = Math.exp(DATA.factor * relative);
+  const beyond = oil.box.map((ends, i) => {
+    const [low, high] = numbers(ends);
+    const off = Math.max(low - place[i], place[i] - high, 0);
+    return off <= 1e-9 * Math.abs(place[i]) ? 0 : off / (high - low);
+  });
+  return { mu, lower: mu / factor, upper: mu * factor, beyond, outside: beyond.some((off) => off > 0) };
+}
+
+// ---------------------------------------------------------------- film and advice
+
+function lambdaRatio(film, [pressure, speed, temperature, slip]) {
+  const axis = DATA.axes[2];
+  const step = Math.round((temperature - axis.low) / axis.step);
+  const cold = (film.lambda[step] ?? NaN)
+    * pressure ** film.pressure_power * speed ** film.speed_power;
+  if (!film.loading.length) return cold;
+  const loading = (film.loading[step] ?? NaN) * speed ** 2;
+  const heating = 13.2 * (pressure / film.modulus_gpa) * loading ** 0.42;
+  const shear = 0.213 * (1 + 2.23 * slip ** 0.83) * loading ** 0.64;
+  const ratio = cold * (1 - heating) / (1 + shear);
+  return ratio > 0 ? ratio : NaN;
+}
+
+function states([pressure, speed, temperature, slip]) {
+  const limits = DATA.selection.limits;
+  const slipping = slip > limits.slip_limit;
+  return {
+    slipping,
+    gripping: !slipping,
+    light: pressure < limits.light_below_gpa,
+    heavy: pressure >= limits.heavy_from_gpa,
+    hot: temperature >= limits.hot_from_c,
+    fast: speed >= limits.fast_from_m_s,
+  };
+}
+
+function advise(place) {
+  const { rules, indifference, lambda_limit: limit } = DATA.selection;
+  const named = new Set(rules.flatMap((rule) => rule.prefer));
+  const choices = DATA.oils.filter((oil) => named.has(oil.name) && !oil.usable && oil.film)
+    .map((oil) => ({ name: oil.name, mu: predict(oil, place).mu, lambda: lambdaRatio(oil.film, place) }));
+  if (choices.length < named.size) {
+    const known = choices.map((oil) => oil.name);
+    return { lacking: [...named].filter((name) => !known.includes(name)) };
+  }
+  const enough = choices.filter((oil) => oil.lambda > limit);
+  const preferred = (rule) => rule.prefer.map((name) => enough.find((oil) => oil.name === name)).find(Boolean);
+  const now = states(place);
+  const applying = rules.filter((rule) => rule.when.every((name) => now[name]));
+  if (!applying.length) return { lacking: [], rule: null };
+  const rule = applying[0];
+  const most = rule.aim === "most traction";
+  const better = (one, other) => (most ? other.mu > one.mu : other.mu < one.mu);
+  const best = enough.reduce((one, other) => (one && !better(one, other) ? one : other), undefined);
+  const advised = preferred(rule);
+  const ratio = advised ? advised.mu / best.mu : NaN;
+  const loss = most ? 1 - ratio : ratio - 1;
+  const judgement = !advised ? (best ? "rule has none" : "no film")
+    : loss <= indifference ? "agree" : "disagree";
+  const contradicting = applying.filter((other) => preferred(other) !== advised);
+  return { lacking: [], rule, advised, best, loss, judgement, contradicting };
+}
+
+const short = (value, digits = 4) => (Number.isNaN(value) ? "\u2013" : Number(value.toPrecision(digits)).toString());
+const film = (oil) => `mu ${short(oil.mu)}, lambda ${short(oil.lambda, 3)}`;
+
+function adviceInWords(place) {
+  if (place[3] === 0) return "Without slip no oil has traction: there is nothing to choose.";
+  const found = advise(place);
+  if (found.lacking.length) {
+    return `No advice: the rules name ${found.lacking.join(", ")}, of which law or film is not known here.`;
+  }
+  if (!found.rule) return "No rule of the paper applies here.";
+  const { rule, advised, best, judgement } = found;
+  const limit = DATA.selection.lambda_limit;
+  const words = [`Rule "${rule.name}" (section ${rule.section} of the paper) decides; it is after ${
+    rule.aim} and prefers ${rule.prefer.join(", then ")}.`];
+  if (judgement === "no film") return `${words[0]} No oil has enough film here (lambda above ${limit}).`;
+  words.push(advised ? `Advised: ${advised.name}, the first with enough film (${film(advised)}; limit ${limit}).`
+    : `None of them has enough film (lambda above ${limit}).`);
+  if (advised === best) {
+    words.push(`The numbers agree: of the oils with enough film it has the ${rule.aim}.`);
+  } else {
+    words.push(`By the numbers ${best.name} has the ${rule.aim} (${film(best)})` + (advised
+      ? `; ${advised.name} misses that by ${short(100 * found.loss, 3)} %: they ${judgement} (indifferent up to ${
+        100 * DATA.selection.indifference} %).` : "."));
+  }
+  for (const other of found.contradicting) {
+    words.push(`Rule "${other.name}" (section ${other.section}) applies as well and says otherwise.`);
+  }
+  return words.join(" ");
+}
+
+// ---------------------------------------------------------------- state
+
+const at = (axis, step) => Number((axis.low + step * axis.step).toFixed(axis.digits));
+const stepOf = (axis, value) => Math.min(axis.steps, Math.max(0, Math.round((value - axis.low) / axis.step)));
+const state = {
+  x: "S",
+  oils: DATA.oils.map((_, i) => i),
+  place: DATA.axes.map((axis) => at(axis, stepOf(axis, axis.start))),
+};
+
+function fragment() {
+  const parts = new URLSearchParams({ x: state.x });
+  DATA.axes.forEach((axis, i) => parts.set(axis.symbol, state.place[i]));
+  parts.set("oils", JSON.stringify(state.oils.map((i) => DATA.oils[i].name)));
+  return `#explorer?${parts}`;
+}
+
+// What the address says; parts that make no sense are left as they are.
+function restore() {
+  const [section, query] = location.hash.slice(1).split("?");
+  if (section !== "explorer" || !query) return false;
+  const parts = new URLSearchParams(query);
+  if (DATA.axes.some((axis) => axis.symbol === parts.get("x") && !axis.idle)) state.x = parts.get("x");
+  DATA.axes.forEach((axis, i) => {
+    const value = parseFloat(parts.get(axis.symbol));
+    if (Number.isFinite(value)) state.place[i] = at(axis, stepOf(axis, value));
+  });
+  try {
+    const names = JSON.parse(parts.get("oils"));
+    state.oils = DATA.oils.flatMap((oil, i) => (names.includes(oil.name) ? [i] : []));
+  } catch { /* the oils stay */ }
+  return true;
+}
+
+// ---------------------------------------------------------------- curve
+
+const abscissa = () => DATA.axes.findIndex((axis) => axis.symbol === state.x);
+
+function curve(oil) {
+  const [place, along] = [[...state.place], abscissa()];
+  const { low, high } = DATA.axes[along];
+  return Array.from({ length: POINTS_OF_CURVE }, (_, i) => {
+    place[along] = low + (high - low) * (i / (POINTS_OF_CURVE - 1));
+    return { x: place[along], ...predict(oil, place) };
+  });
+}
+
+// Places of the measured points whose conditions but the abscissa are near those of the sliders.
+function nearby(oil) {
+  const along = abscissa();
+  const near = DATA.axes.map((axis, i) => {
+    const width = axis.relative ? axis.nearby * state.place[i] : axis.nearby;
+    const values = oil.points[axis.name];
+    return (k) => i === along || !(oil.known[i] ?? true) || Math.abs(values[k] - state.place[i]) <= width;
+  });
+  return oil.points.run.flatMap((_, k) => (near.every((test) => test(k)) ? [k] : []));
+}
+
+const escapeCell = (cell) => {
+  const text = typeof cell === "string" && /^[=+\-@\t\r]/.test(cell) ? `'${cell}` : String(cell);
+  return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+};
+
+function curveAsCsv() {
+  const along = abscissa();
+  const rows = [["oil", ...DATA.axes.map((axis) => axis.name), "traction_coefficient", "lower", "upper", "outside"]];
+  for (const i of state.oils) {
+    for (const one of curve(DATA.oils[i])) {
+      const place = state.place.map((value, k) => (k === along ? one.x : value));
+      const ends = [one.mu, one.lower, one.upper].map((value) => (Number.isNaN(value) ? "" : value));
+      rows.push([DATA.oils[i].name, ...place, ...ends, one.outside ? "True" : "False"]);
+    }
+  }
+  return rows.map((row) => `${row.map(escapeCell).join(",")}\r\n`).join("");
+}
+
+// ---------------------------------------------------------------- page
+
+// The part of the curve that some oil shown was tested at; none of it where the sliders lie beyond.
+function testedAlong(along) {
+  const { low, high } = DATA.axes[along];
+  const within = state.oils.map((i) => DATA.oils[i]).filter((oil) => (
+    predict(oil, state.place).beyond.every((off, k) => k === along || !(off > 0))));
+  if (state.oils.length && !within.length) return [high, high];
+  const ends = within.map((oil) => numbers(oil.box[along])).filter((pair) => !pair.some(Number.isNaN));
+  if (!ends.length) return [low, high];
+  return [Math.min(...ends.map((pair) => pair[0])), Math.max(...ends.map((pair) => pair[1]))];
+}
+
+let model = (name) => null; // of the chart, once it is there
+
+function draw() {
+  const along = abscissa();
+  const axis = DATA.axes[along];
+  let top = 0;
+  let shown = 0;
+  DATA.oils.forEach((oil, i) => {
+    const on = state.oils.includes(i);
+    const line = on ? curve(oil) : [];
+    const columns = (name) => line.map((one) => one[name]);
+    model(`curve${i}`).data = { x: columns("x"), mu: columns("mu"), lower: columns("lower"), upper: columns("upper") };
+    const places = on ? nearby(oil) : [];
+    const { traction_coefficient: mu, traction_coefficient_se: error, runs, run } = oil.points;
+    const bar = (k, sign) => mu[k] + sign * DATA.factor * (error[k] ?? 0);
+    model(`points${i}`).data = {
+      x: places.map((k) => oil.points[axis.name][k]),
+      mu: places.map((k) => mu[k]),
+      lower: places.map((k) => bar(k, -1)),
+      upper: places.map((k) => bar(k, 1)),
+      run: places.map((k) => runs[run[k]]),
+      oil: places.map(() => oil.name),
+      at: places.map((k) => DATA.axes.map((one) => `${one.symbol} ${short(oil.points[one.name][k] ?? NaN)} ${one.unit}`).join(", ")),
+    };
+    shown += places.length;
+    // many points would hide the curve
+    for (const name of ["dots", "bars"]) model(`${name}${i}`).level = places.length > MANY ? "underlay" : "glyph";
+    // an interval that runs away must not flatten the curves
+    for (const one of line) top = Math.max(top, one.mu, Math.min(one.upper || 0, 2 * one.mu));
+    for (const k of places) top = Math.max(top, mu[k]);
+  });
+  Object.assign(model("x"), { start: axis.low, end: axis.high });
+  Object.assign(model("y"), { start: 0, end: 1.05 * top || 1 });
+  model("chart").below[0].axis_label = `${axis.label} ${axis.symbol}${axis.unit ? ` (${axis.unit})` : ""}`;
+  const [low, high] = testedAlong(along);
+  Object.assign(model("below"), { left: axis.low, right: Math.max(low, axis.low) });
+  Object.assign(model("above"), { left: Math.min(high, axis.high), right: axis.high });
+  model("sliders").location = state.place[along];
+  byId("chart-note").textContent = `${shown || "No"} measured points near this place. Shaded: outside all tested ranges. Dashed: the sliders.`;
+}
+
+function cells(row, values) {
+  for (const [text, isHead, kind] of values) {
+    const cell = document.createElement(isHead ? "th" : "td");
+    if (isHead) cell.scope = "row";
+    const bdi = document.createElement("bdi");
+    bdi.textContent = text;
+    cell.append(bdi);
+    cell.className = kind ?? "";
+    row.append(cell);
+  }
+}
+
+const placeInWords = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
+  : [`${axis.symbol} ${state.place[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ");
+
+function tell() {
+  byId("here-caption").textContent = `At ${placeInWords()}`;
+  const body = byId("here").tBodies[0];
+  const beyond = DATA.axes.map(() => []); // oils that the place lies outside of
+  body.replaceChildren(...state.oils.map((i) => {
+    const oil = DATA.oils[i];
+    const found = predict(oil, state.place);
+    const off = DATA.axes.flatMap((axis, k) => (found.beyond[k] > 0 ? [axis.symbol] : []));
+    found.beyond.forEach((distance, k) => { if (distance > 0) beyond[k].push(oil); });
+    const row = document.createElement("tr");
+    const values = [found.mu, found.lower, found.upper].map((value) => [short(value), false, "number"]);
+    const ratio = oil.film ? lambdaRatio(oil.film, state.place) : NaN;
+    cells(row, [[oil.name, true], ...values, [short(ratio, 3), false, "number"],
+      [off.length ? `no: ${off.join(", ")} beyond` : "yes", false, off.length ? "fair" : "good"]]);
+    return row;
+  }));
+  const warnings = beyond.flatMap((oils, k) => {
+    if (!oils.length) return [];
+    const tested = oils.map((oil) => `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`);
+    return [`${DATA.axes[k].symbol} ${state.place[k]}, tested ${tested.join(", ")}`];
+  });
+  byId("outside").hidden = !warnings.length;
+  byId("outside").textContent = warnings.length
+    ? `Outside the tested box, where the law is a guess: ${warnings.join("; ")}.` : "";
+  byId("advice").textContent = adviceInWords(state.place);
+}
+
+function showControls() {
+  byId("abscissa").value = state.x;
+  DATA.axes.forEach((axis, i) => {
+    const slider = byId(`slider-${axis.symbol}`);
+    slider.value = stepOf(axis, state.place[i]);
+    slider.setAttribute("aria-valuetext", `${state.place[i]} ${axis.unit}`);
+    byId(`value-${axis.symbol}`).value = state.place[i].toFixed(axis.digits);
+  });
+  for (const box of document.getElementsByName("oil")) box.checked = state.oils.includes(Number(box.value));
+}
+
+function update({ keepAddress = false } = {}) {
+  showControls();
+  draw();
+  tell();
+  if (keepAddress) return;
+  try {
+    history.replaceState(null, "", fragment());
+  } catch { /* a browser that allows no more of them for now; the next one will do */ }
+}
+
+// ---------------------------------------------------------------- saving and copying
+
+const KINDS = { csv: "text/csv;charset=utf-8", json: "application/json", svg: "image/svg+xml" };
+
+function save(name, content) {
+  const link = document.createElement("a");
+  const kind = name.split(".").pop();
+  // without the mark some spreadsheets take UTF-8 for another encoding
+  const parts = kind === "csv" ? ["\ufeff", content] : [content];
+  link.href = URL.createObjectURL(new Blob(parts, { type: KINDS[kind] }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+async function saveDrawing(name) {
+  const packed = Uint8Array.from(atob(DRAWINGS[name]), (letter) => letter.charCodeAt(0));
+  const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  save(`${name}.svg`, await new Response(unpacked).arrayBuffer());
+}
+
+async function copy(text, status) {
+  try {
+    await navigator.clipboard.writeText(text);
+    status.textContent = "Copied.";
+  } catch {
+    status.textContent = "This browser does not let a page copy; save the file instead.";
+  }
+}
+
+function listen() {
+  for (const button of document.querySelectorAll("[data-save]")) {
+    button.addEventListener("click", () => save(button.dataset.save, DOWNLOADS[button.dataset.save]));
+  }
+  for (const button of document.querySelectorAll("[data-drawing]")) {
+    button.addEventListener("click", () => saveDrawing(button.dataset.drawing));
+  }
+  for (const button of document.querySelectorAll("[data-copy]")) {
+    button.addEventListener("click", () => copy(DOWNLOADS[button.dataset.copy], byId("copied")));
+  }
+  // what is folded away would be missing on paper
+  let opened = [];
+  addEventListener("beforeprint", () => {
+    opened = [...document.querySelectorAll("details:not([open], .on-screen)")];
+    for (const one of opened) one.open = true;
+  });
+  addEventListener("afterprint", () => { for (const one of opened) one.open = false; });
+}
+
+function listenToExplorer() {
+  DATA.axes.forEach((axis, i) => {
+    byId(`slider-${axis.symbol}`).addEventListener("input", (event) => {
+      state.place[i] = at(axis, Number(event.target.value));
+      update();
+    });
+    byId(`value-${axis.symbol}`).addEventListener("change", (event) => {
+      if (event.target.value !== "") state.place[i] = at(axis, stepOf(axis, Number(event.target.value)));
+      update();
+    });
+  });
+  byId("abscissa").addEventListener("change", (event) => {
+    state.x = event.target.value;
+    update();
+  });
+  for (const box of document.getElementsByName("oil")) {
+    box.addEventListener("change", () => {
+      state.oils = [...document.getElementsByName("oil")].filter((one) => one.checked).map((one) => Number(one.value));
+      update();
+    });
+  }
+  byId("copy-link").addEventListener("click", () => copy(location.href.split("#")[0] + fragment(), byId("explorer-status")));
+  byId("save-curve").addEventListener("click", () => save("curve.csv", curveAsCsv()));
+  addEventListener("hashchange", () => { if (restore()) update({ keepAddress: true }); });
+}
+
+async function start() {
+  listen();
+  if (!DATA.oils.length) return;
+  const [view] = await Bokeh.embed.embed_item(read("chart-data"), "chart");
+  model = (name) => view.model.document.get_model_by_name(name);
+  const asked = restore();
+  listenToExplorer();
+  update({ keepAddress: true });
+  if (asked) byId("explorer").scrollIntoView();
+  // for the tests
+  byId("explorer").dataset.ready = "";
+  globalThis.oilfilm = { DATA, state, predict, advise, lambdaRatio, curveAsCsv, model };
+}
+
+start();
+})();

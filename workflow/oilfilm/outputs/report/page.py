@@ -1,0 +1,226 @@
+"""One HTML text from the finished tables and figures of a campaign."""
+
+import base64
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.metadata import version
+from itertools import groupby
+from pathlib import Path
+from platform import python_version
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+from markupsafe import Markup
+
+from oilfilm import tables
+from oilfilm.outputs.captions import CAPTIONS, caption
+from oilfilm.outputs.report import chart, sections
+from oilfilm.outputs.report.explorer import explorer
+from oilfilm.outputs.report.pictures import packed, png_addresses, size_of
+from oilfilm.outputs.report.release_id import UNRELEASED
+from oilfilm.outputs.report.sections import Results
+from oilfilm.outputs.report.verdict import verdict
+from oilfilm.outputs.spreadsheet import csv_text
+from oilfilm.settings.load import as_yaml
+
+_HERE = Path(__file__).parent
+_PACKAGES = (
+    *("oilfilm", "numpy", "scipy", "pandas", "pandera", "pyarrow", "matplotlib", "snakemake"),
+    *("bokeh", "jinja2"),
+)
+_FIGURE_PX, _REFUSED_PX = 1400, 900
+_TAG = 500  # bytes around a picture, at most
+_SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
+# Texts of verdicts -> how they look.
+_LOOKS = {
+    **dict.fromkeys(("known", "holds", "yes"), "good"),
+    **dict.fromkeys(("sign unknown", "no interval", "holds in part", "no"), "fair"),
+    **dict.fromkeys(("at a bound", "not identifiable", "fails"), "bad"),
+}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure in the page; its addresses are empty where there is no room for it.
+
+    Attributes:
+        name: Name of its files.
+        title: A few words, also for those who cannot see it.
+        words: Its caption.
+        category: Where it belongs among the others.
+        width: On a wide screen, in CSS pixels.
+        height: The same.
+        png: The picture as a data address.
+        svg: The drawing, packed.
+    """
+
+    name: str
+    title: str
+    words: str
+    category: str
+    width: int
+    height: int
+    png: str = ""
+    svg: str = ""
+
+    @classmethod
+    def of(cls, path: Path, title: str, words: str, category: str) -> "Picture":
+        """A picture without its addresses."""
+        width, height = (round(pixels * _SCALE) for pixels in size_of(path))
+        return cls(path.stem, title, words, category, width, height)
+
+
+def page(
+    results: Results,
+    figures: Mapping[str, tuple[Path, Path]],
+    refused: Path,
+    config: Mapping[str, Any],
+    provenance: Mapping[str, Any],
+) -> str:
+    """The report of a campaign.
+
+    Args:
+        results: Its tables.
+        figures: PNG and SVG of each of its figures, by name.
+        refused: Folder of the pages of refused runs, as `refused_pages` names them.
+        config: The whole configuration, resolved.
+        provenance: Of the job that writes the report.
+
+    Returns:
+        HTML that asks the network for nothing; the same results give the same text.
+    """
+    settings = config["report"]
+    sure = {oil: sections.certainty(results, oil) for oil in results.fit_quality["oil"]}
+    exploring = explorer(
+        results.points, results.coefficients, results.refits, results.fit_quality, config
+    )
+    most = settings["rows_max"]
+    context: dict[str, Any] = {
+        "config": config,
+        "verdict": verdict(results, sure, config),
+        "equations": sections.equations(results),
+        "fits": sections.fit_table(results, sure),
+        "constants": [
+            sections.constants(results.coefficients, oil, number)
+            for number, oil in enumerate(dict.fromkeys(results.coefficients["oil"]))
+        ],
+        "quarantine": sections.refused(
+            results.quarantine, "quarantine", "Everything that was refused, and what to do", most
+        ),
+        "gates": sections.gates(results),
+        "claims": sections.claims(results),
+        "comparison": sections.comparison(results),
+        "torque": sections.torque(results),
+        "bearing": sections.bearing(results),
+        "torque_quarantine": sections.refused(
+            results.torque_quarantine, "torque_quarantine", "Torque logs that were refused", most
+        ),
+        "exploring": exploring,
+        "unreleased": UNRELEASED,
+        "chart": chart.chart([oil["colour"] for oil in exploring["oils"]]),
+        "downloads": _downloads(results),
+        "licence": chart.licence(),
+        "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},
+        "provenance": provenance,
+        "configuration": as_yaml(config),
+        "style": _asset("page.css"),
+        "scripts": [chart.library(), _asset("page.js")],
+        "looks": _LOOKS,
+    }
+    pictures = [
+        Picture.of(figures[name][0], known.title, caption(name, config["campaign"]), known.category)
+        for name, known in CAPTIONS.items()
+        if name in figures
+    ]
+    pages = [
+        Picture.of(
+            refused / row["page"],
+            f"Signals of {row['run_id']}",
+            f"{row['run_id']}: {row['reason']}",
+            row["rule"],
+        )
+        for row in tables.rows(results.refused_pages)
+        if row["page"]
+    ]
+    context |= {"pictures": pictures, "pages": pages}
+    whole = int(settings["size_max_mb"] * 1e6)
+    room = whole - len(_render(context).encode())
+    if room < 0:  # the one table in the page that grows with the trouble
+        context["downloads"].pop("quarantine.csv")
+        room = whole - len(_render(context).encode())
+    drawn = [figures[one.name] for one in pictures]
+    taken, room = _taken(png_addresses([png for png, _ in drawn], _FIGURE_PX), room)
+    pictures = [replace(one, png=png) for one, png in zip(pictures, taken, strict=True)]
+    logs = [refused / f"{one.name}.png" for one in pages]
+    taken, room = _taken(png_addresses(logs, _REFUSED_PX), room)
+    pages = [replace(one, png=png) for one, png in zip(pages, taken, strict=True)]
+    taken, room = _taken([packed(svg) for _, svg in drawn], room)
+    pictures = [replace(one, svg=svg) for one, svg in zip(pictures, taken, strict=True)]
+    return _render({**context, "pictures": pictures, "pages": pages})
+
+
+def _taken(addresses: Iterable[str], room: int) -> tuple[list[str], int]:
+    """The addresses for which there is room, empty for the others; and the room that is left."""
+    taken = []
+    for address in addresses:
+        size = len(address) + _TAG
+        taken.append(address if size <= room else "")
+        room -= size * (size <= room)
+    return taken, room
+
+
+def _downloads(results: Results) -> dict[str, str]:
+    """Files that the page can save or copy, by name."""
+    named = {
+        "coefficients": results.coefficients,
+        "fit_quality": results.fit_quality,
+        "quarantine": results.quarantine,
+        "claims": results.claims,
+    }
+    texts = {f"{name}.csv": csv_text(frame) for name, frame in named.items()}
+    return texts | {"coefficients.json": _json(results.coefficients)}
+
+
+def _json(frame: pd.DataFrame) -> str:
+    # JSON has neither NaN nor infinity
+    plain = frame.astype(object).where(frame.notna() & ~frame.isin([np.inf, -np.inf]), None)
+    return json.dumps(tables.rows(plain), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _asset(name: str) -> Markup:
+    return Markup((_HERE / name).read_text(encoding="utf-8"))  # noqa: S704  (our own file)
+
+
+def _source_hash(script: str) -> str:
+    """What a content security policy knows an inline script by."""
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(
+        loader=FileSystemLoader(_HERE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    # Bokeh reads a model where it first stands, and elsewhere by its number
+    environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False}
+    environment.filters["source_hash"] = _source_hash
+    return environment.get_template("page.html.jinja")
+
+
+def _render(context: Mapping[str, Any]) -> str:
+    pictures: Sequence[Picture] = context["pictures"]
+    gallery = [
+        (category, list(shown))
+        for category, shown in groupby(pictures, lambda picture: picture.category)
+    ]
+    drawings = {picture.name: picture.svg for picture in pictures if picture.svg}
+    return _template().render(context, gallery=gallery, drawings=drawings)

@@ -1,0 +1,42 @@
+"""Captions of figures and tables as reStructuredText, which Snakemake's report reads."""
+
+import inspect
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from oilfilm import tables
+from oilfilm.outputs.captions import CAPTIONS, caption, provenance
+
+
+def figure_caption(figure: str, campaign: Mapping[str, Any]) -> str:
+    """Title and caption of a figure of a campaign."""
+    return f"**{_plain(CAPTIONS[figure].title)}.** {_plain(caption(figure, campaign))}\n"
+
+
+def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
+    """What a row of a table is, where the data are from, and each column's unit and meaning."""
+    model = tables.TABLES[table]
+    lines = [_plain(f"{inspect.getdoc(model)}\n\n{provenance(campaign)}.\n")]
+    for name, column in model.to_schema().columns.items():
+        unit = tables.unit_of(name)
+        words = f" ({unit})" if unit else ""
+        lines.append(_plain(f"- {name}{words}: {column.description}"))
+    return "\n".join(lines) + "\n"
+
+
+def campaign_caption(campaign: Mapping[str, Any]) -> str:
+    """What a campaign is, for the first page."""
+    # on one line nothing of it can be a directive, which Snakemake's report would obey
+    about = " ".join(f"Campaign {campaign['name']}: {campaign['description']}.".split())
+    return f"{_plain(about)}\n\n{_plain(provenance(campaign))}.\n"
+
+
+def _plain(words: str) -> str:
+    r"""Words in which nothing is markup, neither of reStructuredText nor of Jinja.
+
+    Examples:
+        >>> print(_plain("|S| of run_ *x*"))
+        \|S\| of run\_ \*x\*
+    """
+    return re.sub(r"([\\*_`|])", r"\\\1", words).replace("{", "(").replace("}", ")")

@@ -1,0 +1,32 @@
+"""Tables for people with a spreadsheet, in which a cell of a log can start no formula."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from oilfilm.atomic_write import write_text
+
+# What a spreadsheet takes for the beginning of a formula or a command.
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write a table as csv (see `csv_text`), whole or not at all.
+
+    The file is UTF-8 with a mark, without which some spreadsheets take it for another encoding.
+    """
+    write_text(csv_text(frame), path, encoding="utf-8-sig")
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """A table as csv, numbers with all their digits.
+
+    Text that a spreadsheet would run as a formula gets an apostrophe before it; numbers stay.
+
+    Reference: OWASP, CSV Injection.
+    """
+    safe = frame.copy()
+    for name in frame.select_dtypes(exclude="number"):
+        text = frame[name].astype(str)
+        safe[name] = text.where(~text.str.startswith(_FORMULA_STARTS), "'" + text)
+    return safe.to_csv(index=False, lineterminator="\r\n")

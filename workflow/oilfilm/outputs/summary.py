@@ -1,0 +1,245 @@
+"""The one-screen summary that a run ends with."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.fitting.remarks import fit_remarks
+from oilfilm.outputs.bearing_sentences import BearingTables, bearing_words
+from oilfilm.studies.extrapolation import extrapolation_words
+
+# Missing conditions that are named; the table coverage has them all.
+_NAMED = 3
+
+
+def summarise(
+    *,
+    runs: pd.DataFrame,
+    points: pd.DataFrame,
+    quarantine: pd.DataFrame,
+    coverage: pd.DataFrame,
+    extrapolation: pd.DataFrame,
+    coefficients: pd.DataFrame,
+    quality: pd.DataFrame,
+    judged: pd.DataFrame,
+    signs: pd.DataFrame,
+    sign_verdicts: pd.DataFrame,
+    claims: pd.DataFrame,
+    campaign: Mapping[str, Any],
+    oils: Mapping[str, Any],
+    film: Mapping[str, Any],
+    gates: Mapping[str, Any],
+    bearing: BearingTables | None = None,
+) -> str:
+    """What was made, how good each fit is and where to look, as text."""
+    name = campaign["name"]
+    source = "SIMULATED by the rig twin" if campaign["data"] == "simulated" else "measured"
+    lines = [
+        f"Campaign {name} ({source}): {campaign['description']}",
+        _logs(runs, quarantine),
+        f"  runs    {(runs['verdict'] == 'accepted').sum()} accepted of {len(runs)}",
+        f"  points  {points['accepted'].sum()} accepted of {len(points)}",
+        f"  samples {runs['samples'].sum()} rows; "
+        f"{quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
+        *_covered(coverage),
+        *_unjudged(points, campaign),
+        *_stand_ins(oils),
+        f"  lambda  {_film(film)}; full film above {gates['lambda_limit']:g}",
+        *_without_set_points(runs),
+        *_refusals(runs, points, quarantine),
+        "",
+        *_fits(coefficients, quality),
+        *_extrapolated(extrapolation),
+        "",
+        *_printed(judged, signs, sign_verdicts, campaign),
+        *_claimed(claims),
+        *(bearing_words(bearing) if bearing is not None else []),
+        f"Report:  results/{name}/report.html (open it in a browser; it needs no network)",
+        f"Tables:  results/{name}/tables (start with quarantine.csv)",
+        f"Figures: results/{name}/figures",
+        f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",
+        *_pages(quarantine, name),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _covered(coverage: pd.DataFrame) -> list[str]:
+    """How much of the matrix is there, or of what was tested where none is given."""
+    matrix = coverage["planned"].any()
+    conditions = planned_states(coverage) if matrix else coverage
+    counts = conditions["state"].value_counts().reindex(["accepted", "refused", "missing"])
+    accepted, refused, lost = counts.fillna(0).astype(int)
+    line = f"  coverage {accepted} of {len(conditions)} conditions "
+    if not matrix:
+        return [line + "tested accepted (no matrix is given, so that none can be missing)"]
+    line += f"of the matrix accepted, {refused} refused; missing: {lost or 'none'}"
+    missing = conditions[conditions["state"] == "missing"].to_dict("records")
+    lines = [f"    {row['oil']}: {describe_condition(row)}" for row in missing[:_NAMED]]
+    if lost > _NAMED:
+        lines.append(f"    and {lost - _NAMED} more (coverage.parquet)")
+    outside = (~coverage["planned"]).sum()
+    if outside:
+        line += f"; outside it: {outside} tested"
+    return [line, *lines]
+
+
+def _pages(quarantine: pd.DataFrame, name: str) -> list[str]:
+    if not (quarantine["stage"] == "curate").any():
+        return []
+    return [f"Refused: results/{name}/refused (a page a run; index.parquet lists them)"]
+
+
+def _unjudged(points: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
+    unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
+    if not unjudged.any():
+        return []
+    reason = campaign["film_unjudged"]["reason"]
+    return [f"  FILM NOT JUDGED for {unjudged.sum()} accepted points: {reason}"]
+
+
+def _film(film: Mapping[str, Any]) -> str:
+    heat = "with" if film["thermal_reduction"] else "without"
+    return f"{film['thickness']} film {heat} thermal reduction over combined {film['roughness']}"
+
+
+def _logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> str:
+    read = set(runs["file"])
+    unread = set(quarantine["file"]) - read
+    return f"  logs    {len(read)} read of {len(read | unread)}"
+
+
+def _stand_ins(oils: Mapping[str, Any]) -> list[str]:
+    names = [name for name, oil in oils.items() if oil is not None and oil["stand_in"]]
+    if not names:
+        return []
+    return [f"  film thickness from STAND-IN properties for {', '.join(names)} (config/oils)"]
+
+
+def _without_set_points(runs: pd.DataFrame) -> list[str]:
+    words = {
+        "nominal_load_n": "load",
+        "nominal_entrainment_speed_m_s": "speed",
+        "nominal_inlet_temperature_c": "temperature",
+    }
+    missing = {word: int(runs[name].isna().sum()) for name, word in words.items()}
+    told = [f"{word} {count}" for word, count in missing.items() if count]
+    return [f"  not held against a set point, runs without one: {', '.join(told)}"] if told else []
+
+
+def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> list[str]:
+    counts = quarantine["rule"].value_counts()
+    gates = points.loc[~points["accepted"], "reasons"].str.split(";").explode().value_counts()
+    lines = []
+    for rule, count in counts.items():
+        case = quarantine[quarantine["rule"] == rule].iloc[0]
+        lines += [
+            f"  quarantine, {rule} {count}: {case['run_id'] or case['file']}: {case['reason']}",
+            f"    -> {case['advice']}",
+        ]
+    if len(gates):
+        lines.append(
+            "  points refused by: " + ", ".join(f"{gate} {count}" for gate, count in gates.items())
+        )
+    return lines
+
+
+def _extrapolated(compared: pd.DataFrame) -> list[str]:
+    if compared.empty:
+        return []
+    return [
+        "  against the SIMULATED truth at the conditions of Figs 7-10, which decides nothing about "
+        "the real oils:",
+        *(f"    {line}" for line in extrapolation_words(compared)),
+    ]
+
+
+def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
+    lines = []
+    for fit in tables.rows(quality):
+        if np.isnan(fit["rmse"]):
+            lines.append(f"  {fit['oil']}: {fit['verdict']}")
+            continue
+        lines.append(
+            f"  {fit['oil']}: {fit['n_points']} points of {fit['n_curves']} curves, "
+            f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['verdict']}"
+        )
+        lines += [f"    {remark}" for remark in fit_remarks(fit)[1:]]
+        rows = coefficients[coefficients["oil"] == fit["oil"]]
+        if rows.loc[rows["identifiable"], "standard_error"].isna().all():
+            lines.append(
+                f"    no honest errors: {fit['n_curves']} curves are too few to be drawn again "
+                "(fit.min_curves_to_resample of config.yaml)"
+            )
+        open_signs = rows.loc[rows["verdict"] == "sign unknown", "constant"]
+        if len(open_signs):
+            lines.append(
+                "    their sign is not known, zero lies within their errors: "
+                + ", ".join(open_signs)
+            )
+        lost = rows.loc[~rows["identifiable"], "constant"]
+        if len(lost):
+            lines.append(
+                f"    not identifiable from these conditions ({fit['fixed_conditions']}): "
+                + ", ".join(lost)
+            )
+    return lines
+
+
+def _claimed(claims: pd.DataFrame) -> list[str]:
+    """How many of the paper's claims hold, by basis, and which fail."""
+    lines = ["Claims of the paper (claims.parquet has definitions, shares and worst cases):"]
+    for basis, of_basis in claims.groupby("basis", sort=False):
+        counts = of_basis["verdict"].value_counts()
+        told = [f"{count} {verdict}" for verdict, count in counts.items()]
+        failing = of_basis.loc[of_basis["verdict"] == "fails", "claim"]
+        lines.append(f"  {basis}: {', '.join(told)}; failing: {', '.join(failing) or 'none'}")
+    return [*lines, ""]
+
+
+def _printed(
+    judged: pd.DataFrame,
+    signs: pd.DataFrame,
+    sign_verdicts: pd.DataFrame,
+    campaign: Mapping[str, Any],
+) -> list[str]:
+    """The constants printed in the paper: how far from the fit, and how sure their signs are."""
+    if signs.empty:
+        return []
+    lines = ["Printed constants (Deng et al. 2026):"]
+    for row in judged.dropna(subset=["tested_difference"]).to_dict("records"):
+        lines.append(
+            f"  {row['oil']}: SSE {row['printed_sse']:.3e}, the fit's {row['fitted_sse']:.3e}; "
+            f"mu differs by at most {abs(row['tested_difference']):.1e} as tested, "
+            f"{abs(row['extrapolated_difference']):.1e} as extrapolated"
+        )
+    for oil, of_oil in sign_verdicts.groupby("oil", sort=False):
+        used = signs[signs["in_use"] & (signs["oil"] == oil)].iloc[0]
+        named = [
+            f"{verdict} {' '.join(of_oil.loc[of_oil['verdict'] == verdict, 'constant'])}"
+            for verdict in ("settled", "probable", "open", "against", "without effect")
+            if (of_oil["verdict"] == verdict).any()
+        ]
+        lines.append(
+            f"  {oil}: signs in use rank {used['rank']} of 512 (at the slips of figs 8 and 9: "
+            f"{used['rank_at_figures']}); {', '.join(named)}"
+        )
+    return [*lines, *_signs_by_points(sign_verdicts, campaign), ""]
+
+
+def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
+    """What the campaign's own points say of the signs."""
+    asked = sign_verdicts.dropna(subset=["least_sse"])
+    if asked.empty:
+        return []
+    turned = asked[asked["least_sse_turned"] < asked["least_sse"]]
+    words = ", ".join(turned["oil"] + " " + turned["constant"])
+    line = f"  the points favour {'the other sign of ' + words if words else 'every sign in use'}"
+    if "thermal_ehl" in campaign.get("twin", {}):
+        line += "; they were SIMULATED by other physics, which says nothing of the printed signs"
+    elif campaign["data"] == "simulated":
+        line += "; CIRCULAR: they were simulated with these very signs"
+    return [line]

@@ -1,0 +1,1 @@
+"""Contact, film, oils and thermal traction: NumPy in, NumPy out."""

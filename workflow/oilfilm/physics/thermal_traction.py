@@ -1,0 +1,469 @@
+"""Traction of an oil film by thermal elastohydrodynamics: shear thinning, limiting stress, heat.
+
+What a traction law fits, computed from the oil's properties instead: the rig twin can take it for
+its truth, and laws can borrow its stresses. One mean pressure, film thickness and temperature
+stand for the whole contact. All quantities are in SI units, temperatures in degC; arguments are
+floats or arrays that broadcast against each other.
+
+Volumes and pages of the references are not checked against print; the tests hold each formula
+against its own limits and against conduction solved numerically.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import beta
+
+from oilfilm.physics.contact import Floats, contact_radius, load_for_max_hertz_pressure
+from oilfilm.physics.film import (
+    central_film_thickness,
+    thermal_loading_parameter,
+    thermal_reduction_factor,
+)
+from oilfilm.physics.oils import Oil
+from oilfilm.units import FloatArray
+
+# Further up, properties continued in straight lines from their tables would fall below zero.
+_HOTTEST_C = 800.0
+# Mean over a circle of the temperature that a fast, uniform source leaves behind: chord by chord
+# 4/3 q sqrt(chord/(pi k rho c V)), integrated over the chords.
+_CIRCULAR_SOURCE = 8 * np.sqrt(2) / (3 * np.pi**1.5) * beta(1 / 2, 7 / 4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThermalEhl:
+    """Constants of the computation that are in no oil's file.
+
+    Attributes:
+        eyring_stress_pa: tau_E, above which the film thins under shear, in Pa.
+        limiting_stress_ratio: Lambda, limiting stress over pressure, at the reference temperature.
+        limiting_stress_reference_c: That temperature, in degC.
+        limiting_stress_decay_1_k: Relative fall of Lambda with the film's temperature, in 1/K.
+        solid_conductivity_w_mk: Thermal conductivity of both bodies, in W/(m K).
+        solid_volumetric_heat_j_m3k: Their density times specific heat, in J/(m3 K).
+    """
+
+    eyring_stress_pa: float
+    limiting_stress_ratio: float
+    limiting_stress_reference_c: float
+    limiting_stress_decay_1_k: float
+    solid_conductivity_w_mk: float
+    solid_volumetric_heat_j_m3k: float
+
+
+@dataclass(frozen=True)
+class SlidingFilm:
+    """What `thermal_ehl_traction` returns, each attribute of the arguments' broadcast shape.
+
+    Attributes:
+        traction_coefficient: mu, mean shear stress over mean pressure.
+        shear_stress_pa: Mean shear stress tau, in Pa.
+        shear_rate_1_s: Sliding speed over film thickness, in 1/s.
+        film_thickness_m: Central film thickness, thinned by inlet heating, in m.
+        surface_temperature_c: Mean temperature of the two surfaces, in degC.
+        film_temperature_c: Mean temperature of the film, in degC.
+    """
+
+    traction_coefficient: FloatArray
+    shear_stress_pa: FloatArray
+    shear_rate_1_s: FloatArray
+    film_thickness_m: FloatArray
+    surface_temperature_c: FloatArray
+    film_temperature_c: FloatArray
+
+
+def barus_viscosity(
+    dynamic_viscosity_pa_s: Floats,
+    pressure_viscosity_coefficient_1_pa: Floats,
+    pressure_pa: Floats,
+) -> FloatArray:
+    """Viscosity under pressure.
+
+        eta = eta0 exp(alpha p)
+
+    Args:
+        dynamic_viscosity_pa_s: eta0 at ambient pressure, in Pa s.
+        pressure_viscosity_coefficient_1_pa: alpha, in 1/Pa.
+        pressure_pa: p, in Pa.
+
+    Returns:
+        eta, in Pa s.
+
+    Validity: good to some 0.5 GPa; far too high above, where a film's stress hangs on ln(eta) at
+        most and soon on its limit alone.
+
+    Reference: C. Barus, Am. J. Sci. 45 (1893) 87.
+
+    Examples:
+        MIL-L-23699 oil at 100 degC and 1 GPa, by hand 5.006e-3 exp(11.03) Pa s:
+
+        >>> print(f"{barus_viscosity(5.006e-3, 1.103e-8, 1e9):.0f} Pa s")
+        309 Pa s
+    """
+    return np.asarray(
+        dynamic_viscosity_pa_s * np.exp(pressure_viscosity_coefficient_1_pa * pressure_pa)
+    )
+
+
+def eyring_stress(
+    viscosity_pa_s: Floats, shear_rate_1_s: Floats, eyring_stress_pa: Floats
+) -> FloatArray:
+    """Shear stress of a film that thins by thermal activation.
+
+        tau = tau_E asinh(eta gamma/tau_E)
+
+    Args:
+        viscosity_pa_s: eta at rest, at the film's pressure and temperature, in Pa s.
+        shear_rate_1_s: gamma, in 1/s.
+        eyring_stress_pa: tau_E, in Pa.
+
+    Returns:
+        tau, in Pa: eta gamma where that is small against tau_E.
+
+    Reference: H. Eyring, J. Chem. Phys. 4 (1936) 283; K. L. Johnson and J. L. Tevaarwerk, Proc. R.
+        Soc. Lond. A 356 (1977) 215.
+
+    Examples:
+        At eta gamma = sinh(1) tau_E the stress is tau_E:
+
+        >>> print(f"{eyring_stress(np.sinh(1.0), 5e6, 5e6) / 1e6:.3f} MPa")
+        5.000 MPa
+    """
+    return np.asarray(
+        eyring_stress_pa * np.arcsinh(viscosity_pa_s * shear_rate_1_s / eyring_stress_pa)
+    )
+
+
+def carreau_stress(
+    viscosity_pa_s: Floats, shear_rate_1_s: Floats, critical_stress_pa: Floats, exponent: Floats
+) -> FloatArray:
+    """Shear stress of a film that thins by a power law.
+
+        tau = eta gamma [1 + (eta gamma/G)^2]^((n - 1)/2)
+
+    Args:
+        viscosity_pa_s: eta at rest, at the film's pressure and temperature, in Pa s.
+        shear_rate_1_s: gamma, in 1/s.
+        critical_stress_pa: G, at which thinning begins, in Pa.
+        exponent: n, the slope of ln(tau) against ln(gamma) far above G; 1 is Newtonian.
+
+    Returns:
+        tau, in Pa: eta gamma where that is small against G.
+
+    Reference: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99, in S. Bair's form with a stress.
+
+    Examples:
+        At eta gamma = G a film of n = 0.5 bears G/2^(1/4):
+
+        >>> print(f"{carreau_stress(1.0, 5e6, 5e6, 0.5) / 1e6:.3f} MPa")
+        4.204 MPa
+    """
+    newtonian = viscosity_pa_s * shear_rate_1_s
+    return np.asarray(newtonian * np.hypot(1, newtonian / critical_stress_pa) ** (exponent - 1))
+
+
+def limiting_stress(
+    pressure_pa: Floats,
+    temperature_c: Floats,
+    *,
+    ratio: Floats,
+    reference_c: Floats,
+    decay_1_k: Floats,
+) -> FloatArray:
+    """Largest shear stress that a film can bear.
+
+        tau_L = Lambda p exp(-b (T - T_r))
+
+    Proportional to pressure as usual; the fall with temperature is known to be there, its
+    exponential form is a convenience that keeps the stress above zero.
+
+    Args:
+        pressure_pa: p, in Pa.
+        temperature_c: T of the film, in degC.
+        ratio: Lambda, at the reference temperature.
+        reference_c: T_r, in degC.
+        decay_1_k: b, in 1/K.
+
+    Returns:
+        tau_L, in Pa.
+
+    Reference: S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 251, for its being
+        proportional to pressure.
+    """
+    cooler = np.asarray(reference_c) - temperature_c
+    return np.asarray(ratio * pressure_pa * np.exp(decay_1_k * cooler))
+
+
+def limited_stress(stress_pa: Floats, limiting_stress_pa: Floats) -> FloatArray:
+    """A shear stress that goes over smoothly into its limit.
+
+        tau = tau_L [1 - exp(-tau_0/tau_L)]
+
+    Args:
+        stress_pa: tau_0 that the film would bear without a limit, in Pa, 0 or more.
+        limiting_stress_pa: tau_L, in Pa.
+
+    Returns:
+        tau, in Pa: tau_0 far below tau_L, tau_L far above.
+
+    Reference: S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 258, the exponential form.
+
+    Examples:
+        Below both, and 1 - 1/e of the limit where they meet:
+
+        >>> limited_stress(np.array([1e3, 50e6, 1e12]), 50e6) / 50e6
+        array([1.99998000e-05, 6.32120559e-01, 1.00000000e+00])
+    """
+    return np.asarray(-limiting_stress_pa * np.expm1(-np.asarray(stress_pa) / limiting_stress_pa))
+
+
+def flash_temperature_rise(
+    heat_flux_w_m2: Floats,
+    *,
+    contact_radius_m: Floats,
+    speed_m_s: Floats,
+    conductivity_w_mk: Floats,
+    volumetric_heat_j_m3k: Floats,
+) -> FloatArray:
+    """Mean rise of a surface's temperature under a circular source of heat that moves fast.
+
+        dT = 0.974 q sqrt(a/(k rho c V))
+
+    In terms of the total heat Q = pi a^2 q and the diffusivity chi this is Archard's
+    0.31 (Q/(k a)) sqrt(chi/(V a)).
+
+    Args:
+        heat_flux_w_m2: q into this surface, the same all over the circle, in W/m2.
+        contact_radius_m: a, in m.
+        speed_m_s: V of the surface against the source, in m/s.
+        conductivity_w_mk: k of the body, in W/(m K).
+        volumetric_heat_j_m3k: rho c of the body, in J/(m3 K).
+
+    Returns:
+        dT, in K.
+
+    Validity: V a rho c/(2 k) above 5 (it is 88 at 20 m/s and 0.8 GPa, and rises with both).
+
+    Reference: J. C. Jaeger, J. Proc. R. Soc. N.S.W. 76 (1942) 203; J. F. Archard, Wear 2 (1959)
+        438.
+
+    Examples:
+        20 mm steel ball at 1.5 GPa and 25 m/s, half of 20 MPa times 1.25 m/s; by hand, with
+        Archard's factor, 0.31 pi 12.5e6 sqrt(0.212e-3/(46 * 3.6e6 * 25)) K:
+
+        >>> rise = flash_temperature_rise(
+        ...     12.5e6, contact_radius_m=0.212e-3, speed_m_s=25, conductivity_w_mk=46,
+        ...     volumetric_heat_j_m3k=3.6e6)
+        >>> print(f"{rise:.2f} K")
+        2.75 K
+    """
+    return np.asarray(
+        _CIRCULAR_SOURCE
+        * heat_flux_w_m2
+        * np.sqrt(contact_radius_m / (conductivity_w_mk * volumetric_heat_j_m3k * speed_m_s))
+    )
+
+
+def film_temperature_rise(
+    heat_flux_w_m2: Floats, *, film_thickness_m: Floats, conductivity_w_mk: Floats
+) -> FloatArray:
+    """Rise of a film's mean temperature over its surfaces, its heat leaving by conduction alone.
+
+        dT = q h/(12 k)
+
+    The mean over the parabola that heat makes when it arises evenly across the film and leaves
+    through both surfaces; the middle of the film is half as much again above them, q h/(8 k).
+
+    Args:
+        heat_flux_w_m2: q that arises in the film, in W per m2 of contact.
+        film_thickness_m: h, in m.
+        conductivity_w_mk: k of the oil, in W/(m K).
+
+    Returns:
+        dT, in K.
+
+    Validity: oil stays in the contact long against h^2 rho c/(pi^2 k); five times as long in the
+        cold films of 0.6 um at 200 m/s, longer elsewhere.
+
+    Reference: H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, Oxford (1959), 3.14.
+
+    Examples:
+        20 MPa times 1.25 m/s in 0.4 um of oil, by hand 25e6 * 0.4e-6/(12 * 0.147) K:
+
+        >>> rise = film_temperature_rise(25e6, film_thickness_m=0.4e-6, conductivity_w_mk=0.147)
+        >>> print(f"{rise:.2f} K")
+        5.67 K
+    """
+    return np.asarray(heat_flux_w_m2 * film_thickness_m / (12 * conductivity_w_mk))
+
+
+def thermal_ehl_traction(
+    oil: Oil,
+    constants: ThermalEhl,
+    *,
+    max_hertz_pressure_pa: Floats,
+    entrainment_speed_m_s: Floats,
+    inlet_temperature_c: Floats,
+    slide_roll_ratio: Floats,
+    radius_m: Floats,
+    reduced_modulus_pa: Floats,
+) -> SlidingFilm:
+    """Traction of a circular contact, with the heat that its own sliding makes.
+
+        mu    = tau/p,   p = 2/3 p0,   gamma = S U/h
+        tau   = limited_stress(eyring_stress(eta(p, T), gamma), limiting_stress(p, T))
+        T     = T_inlet + dT_flash(tau S U/2) + dT_film(tau S U)
+        h     = phi_T h_c
+
+    The stress falls with the temperature and the temperature rises with the stress, so that there
+    is exactly one pair of both. It is found by bracketing, without iteration that could swing.
+
+    Args:
+        oil: The oil; its viscosity and pressure-viscosity coefficient are taken at the mean
+            temperature of the film, its conductivity at the inlet's.
+        constants: Stresses and the bodies' thermal properties.
+        max_hertz_pressure_pa: p0, in Pa.
+        entrainment_speed_m_s: U, above 0, in m/s.
+        inlet_temperature_c: Of the oil and of both bodies far from the contact, in degC.
+        slide_roll_ratio: S, 0 or more.
+        radius_m: Reduced radius, the same in both planes, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
+
+    Returns:
+        The film; NaN where it would be hotter than 800 degC.
+
+    Validity: full film, small S (both surfaces are heated as if they moved at U; at S = 0.3 that
+        is 1 % off). The thermal reduction phi_T is the fit of Gupta et al. without its pressure
+        term, which would make films negative at 200 m/s. Left out: the spread of pressure over
+        the contact, oil that carries heat away or arrives heated, heat of compression, elastic
+        strain of the film, the pressure's effect on conductivity. Good for how traction goes with
+        its conditions, not for the level of any one oil.
+
+    References: K. L. Johnson and J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; the parts
+        as given with the functions of this module and in `film`.
+    """
+    pressure, speed, inlet, slip = np.broadcast_arrays(
+        *(
+            np.asarray(part, dtype=float)
+            for part in (
+                max_hertz_pressure_pa,
+                entrainment_speed_m_s,
+                inlet_temperature_c,
+                slide_roll_ratio,
+            )
+        )
+    )
+    load_n = load_for_max_hertz_pressure(pressure, radius_m, reduced_modulus_pa)
+    conductivity = oil.thermal_conductivity_w_mk(inlet)
+    film_thickness_m = _film_thickness(
+        oil, load_n, speed, inlet, slip, conductivity, radius_m, reduced_modulus_pa
+    )
+    sliding_m_s = slip * speed
+    # both rises are proportional to the heat: kelvin per pascal of shear stress
+    flash = flash_temperature_rise(
+        sliding_m_s / 2,
+        contact_radius_m=contact_radius(load_n, radius_m, reduced_modulus_pa),
+        speed_m_s=speed,
+        conductivity_w_mk=constants.solid_conductivity_w_mk,
+        volumetric_heat_j_m3k=constants.solid_volumetric_heat_j_m3k,
+    )
+    within = film_temperature_rise(
+        sliding_m_s, film_thickness_m=film_thickness_m, conductivity_w_mk=conductivity
+    )
+    shear_rate = sliding_m_s / film_thickness_m
+    mean_pressure = pressure * 2 / 3
+
+    def excess(
+        stress: FloatArray,
+        inlet: FloatArray,
+        rise: FloatArray,
+        shear_rate: FloatArray,
+        mean_pressure: FloatArray,
+    ) -> FloatArray:
+        at = inlet + rise * stress
+        return stress - _stress(oil, constants, mean_pressure, at, shear_rate)
+
+    # no film bears more than the one that stays cold; the excess keeps rounding from deciding
+    coldest = _stress(oil, constants, mean_pressure, inlet, shear_rate)
+    with np.errstate(divide="ignore"):
+        hottest = (_HOTTEST_C - inlet) / (flash + within)
+    most = np.minimum(coldest * (1 + 1e-9), hottest)
+    # imported where needed: it takes half a second, and the formulas above do without
+    from scipy.optimize import elementwise  # noqa: PLC0415
+
+    found = elementwise.find_root(
+        excess,
+        (np.zeros_like(most), most),
+        args=(inlet, flash + within, shear_rate, mean_pressure),
+    )
+    stress = found.x
+    return SlidingFilm(
+        traction_coefficient=stress / mean_pressure,
+        shear_stress_pa=stress,
+        shear_rate_1_s=shear_rate,
+        film_thickness_m=film_thickness_m,
+        surface_temperature_c=inlet + flash * stress,
+        film_temperature_c=inlet + (flash + within) * stress,
+    )
+
+
+def _film_thickness(
+    oil: Oil,
+    load_n: FloatArray,
+    speed_m_s: FloatArray,
+    inlet_temperature_c: FloatArray,
+    slip: FloatArray,
+    conductivity_w_mk: FloatArray,
+    radius_m: Floats,
+    reduced_modulus_pa: Floats,
+) -> FloatArray:
+    viscosity = oil.dynamic_viscosity_pa_s(inlet_temperature_c)
+    isothermal = central_film_thickness(
+        load_n=load_n,
+        entrainment_speed_m_s=speed_m_s,
+        dynamic_viscosity_pa_s=viscosity,
+        pressure_viscosity_coefficient_1_pa=oil.pressure_viscosity_coefficient_1_pa(
+            inlet_temperature_c
+        ),
+        radius_x_m=radius_m,
+        reduced_modulus_pa=reduced_modulus_pa,
+    )
+    loading = thermal_loading_parameter(
+        entrainment_speed_m_s=speed_m_s,
+        dynamic_viscosity_pa_s=viscosity,
+        temperature_viscosity_coefficient_1_k=oil.temperature_viscosity_coefficient_1_k(
+            inlet_temperature_c
+        ),
+        thermal_conductivity_w_mk=conductivity_w_mk,
+    )
+    # without the term in pressure, which turns the film negative where the fit ends
+    return isothermal * thermal_reduction_factor(
+        max_hertz_pressure_pa=0.0,
+        reduced_modulus_pa=reduced_modulus_pa,
+        slide_roll_ratio=slip,
+        thermal_loading=loading,
+    )
+
+
+def _stress(
+    oil: Oil,
+    constants: ThermalEhl,
+    pressure_pa: FloatArray,
+    temperature_c: FloatArray,
+    shear_rate_1_s: FloatArray,
+) -> FloatArray:
+    """Shear stress of a film of known temperature; it falls with it."""
+    viscosity = barus_viscosity(
+        oil.dynamic_viscosity_pa_s(temperature_c),
+        oil.pressure_viscosity_coefficient_1_pa(temperature_c),
+        pressure_pa,
+    )
+    limit = limiting_stress(
+        pressure_pa,
+        temperature_c,
+        ratio=constants.limiting_stress_ratio,
+        reference_c=constants.limiting_stress_reference_c,
+        decay_1_k=constants.limiting_stress_decay_1_k,
+    )
+    thinned = eyring_stress(viscosity, shear_rate_1_s, constants.eyring_stress_pa)
+    return limited_stress(thinned, limit)

@@ -1,0 +1,282 @@
+"""Raw logs to samples: every row of every file ends in samples or in quarantine."""
+
+import errno
+import hashlib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as arrow
+
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.physics.rigs import contact_of
+from oilfilm.readers import READERS, find_reader
+from oilfilm.readers.base import (
+    LARGEST_LOG,
+    LoggedRun,
+    Nominal,
+    Reading,
+    Refusal,
+    as_ranges,
+    printable,
+    refused_file,
+)
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.traction_log import TRACTION
+from oilfilm.tables import LARGEST
+from oilfilm.units import PA_PER_GPA
+
+_LONGEST_LABEL = 200
+_COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
+
+
+@dataclass(frozen=True)
+class Ingested:
+    """What a share of a campaign's raw files holds; `samples` by oil."""
+
+    samples: dict[str, pd.DataFrame]
+    runs: pd.DataFrame
+    quarantine: pd.DataFrame
+
+
+def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ingested:
+    """Read raw files into samples, runs and quarantine.
+
+    Args:
+        folder: The campaign's raw folder.
+        files: Paths of the logs, relative to `folder`.
+        config: The resolved configuration.
+
+    Raises:
+        OilfilmError: A file cannot be read at all, or has the name of a run of another one.
+        AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
+    """
+    return ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
+
+
+def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) -> Ingested:
+    """The same for logs given by name and content."""
+    logged: dict[str, list[LoggedRun]] = {oil: [] for oil in config["oils"]}
+    runs: list[dict[str, Any]] = []
+    refused: list[dict[str, Any]] = []
+    named: dict[str, str] = {}
+    name = config["campaign"]["name"]
+    for file, content in logs:
+        reader_name, reading = read_log(content, file, config)
+        about = {"campaign": name, "file": file}
+        digest = hashlib.sha256(content).hexdigest()
+        digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
+        for run in reading.runs:
+            other = named.setdefault(run.run_id, file)
+            if other != file:
+                raise OilfilmError(
+                    f"{file}: its run would have the name {run.run_id!r}, as one of {other} has "
+                    "already. Rename the file."
+                )
+            rows_refused = sum(r.refused_rows for r in reading.refusals if r.run_id == run.run_id)
+            runs.append(
+                {**about, **_about_run(run, config), **digests, "reader": reader_name}
+                | {"refused_rows": rows_refused}
+            )
+            logged[run.oil].append(run)
+        refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
+    return Ingested(
+        {oil: _together(of_oil) for oil, of_oil in logged.items()},
+        tables.from_rows(runs, "runs"),
+        tables.from_rows(refused, "quarantine"),
+    )
+
+
+def read_bytes(path: Path) -> bytes:
+    """A file's bytes; of one larger than any log no more than shows that it is.
+
+    Raises:
+        OilfilmError: The file cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            # as large as it says, because room for the largest log takes its time; a pipe says 0
+            size = min(path.stat().st_size, LARGEST_LOG)
+            content = file.read(size + 1)
+            return content + file.read(LARGEST_LOG - size) if len(content) > size else content
+    except OSError as error:
+        advice = {
+            errno.ENOENT: "Check the path.",
+            errno.EISDIR: "Name the logs in it, one by one or by a pattern such as *.csv.",
+        }.get(error.errno or 0, "Check its rights.")
+        raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
+
+
+def read_log(
+    content: bytes, file: str, config: Mapping[str, Any], kind: LogKind = TRACTION
+) -> tuple[str, Reading]:
+    """The reader's name and what it found in one file's bytes.
+
+    Args:
+        content: The file's bytes.
+        file: Its name, unique among the logs.
+        config: The resolved configuration.
+        kind: Whose log it is to be.
+
+    Raises:
+        AssertionError: The reader lost a row.
+    """
+    if len(content) > LARGEST_LOG:
+        return "none", refused_file(
+            0,
+            "too_large",
+            f"the file is larger than {LARGEST_LOG >> 20} MiB",
+            "Let the logger begin a file for each run.",
+        )
+    try:
+        content = unpack(content)
+    except OSError as error:
+        return "none", refused_file(
+            0,
+            "damaged_archive",
+            f"the compressed file cannot be unpacked: {error}",
+            "Copy it again from the rig; what it held cannot be told.",
+        )
+    reader = find_reader(content)
+    if reader is None:
+        return "none", _unknown(content)
+    reading = _without_absurd(reader.read(content, file, config, kind))
+    if not reading.runs and not reading.refusals:
+        return reader.name, refused_file(
+            reading.rows,
+            "no_rows",
+            f"the file looks like {reader.name}, but holds no row of data",
+            "Take it out, or export it again.",
+        )
+    kept = sum(len(run) for run in reading.runs)
+    refused = sum(refusal.refused_rows for refusal in reading.refusals)
+    assert kept + refused == reading.rows, (
+        f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
+    )
+    told = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return reader.name, replace(reading, refusals=told)
+
+
+def _without_absurd(reading: Reading) -> Reading:
+    """The reading without rows whose numbers no table may hold, as the load of 1e6 GPa.
+
+    Cells are judged by the readers; this is about what units and definitions make of them.
+    """
+    runs, refusals = [], list(reading.refusals)
+    for run in reading.runs:
+        held = np.ones(len(run), dtype=bool)
+        for name, values in run.samples.items():
+            # extremes first: they hardly ever lead on, and cost a tenth of a mask
+            if max(np.fmax.reduce(values, initial=0), -np.fmin.reduce(values, initial=0)) < LARGEST:
+                continue
+            absurd = held & (np.abs(values) >= LARGEST)
+            refusals += [
+                Refusal(
+                    "unreadable_row",
+                    f"rows {first} to {last}: {name} comes out as {LARGEST:g} or more",
+                    "Look at these rows of the raw log; the rows around them are used.",
+                    run.run_id,
+                    first,
+                    last,
+                    last - first + 1,
+                )
+                for first, last in as_ranges(run.samples["row"][absurd])
+            ]
+            held &= ~absurd
+        kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
+        runs.append(replace(run, samples=kept))
+    return Reading(reading.rows, runs, refusals)
+
+
+def unpack(content: bytes) -> bytes:
+    """The bytes inside a .gz or .zst file, known by their first bytes; others as they are.
+
+    Raises:
+        OSError: The compressed stream is cut or damaged, or unfolds beyond any log's size.
+    """
+    codec = _codec(content)
+    if codec is None:
+        return content
+    with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
+        unpacked = stream.read(LARGEST_LOG + 1)
+    if len(unpacked) > LARGEST_LOG:
+        raise OSError(f"it unfolds to more than {LARGEST_LOG >> 20} MiB")
+    return bytes(unpacked)
+
+
+def content_digest(content: bytes, digest: str) -> str:
+    """sha256 of what a log says, packed or not; where it is not packed, `digest` of its bytes."""
+    try:
+        return hashlib.sha256(unpack(content)).hexdigest() if _codec(content) else digest
+    except OSError:  # damaged; read_log says so
+        return digest
+
+
+def _codec(content: bytes) -> str | None:
+    return next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+
+
+def _unknown(content: bytes) -> Reading:
+    known = ", ".join(reader.name for reader in READERS)
+    seen = content[:40].decode("utf-8", "backslashreplace")
+    archive = content.startswith(b"PK")
+    hint = "; an Excel workbook or a zip archive: export it as csv, or unpack it" * archive
+    found = f"no reader knows this content, which begins {seen!r}{hint}"
+    return refused_file(
+        0,
+        "unknown_format",
+        found if content else "the file is empty",
+        f"Formats read: {known}. data/raw/README.md describes them.",
+    )
+
+
+def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
+    set_points = asdict(_with_load(run.nominal, config["rigs"][run.rig]))
+    return {
+        "run_id": run.run_id,
+        "oil": run.oil,
+        "rig": run.rig,
+        "kind": run.kind,
+        "label": printable(run.label)[:_LONGEST_LABEL],
+        **{
+            f"nominal_{name}": math.nan if value is None else value
+            for name, value in set_points.items()
+        },
+        "samples": len(run),
+        "plateaus": 0,
+        "accepted_points": 0,
+        "verdict": "refused",
+        "reason": run.flaw,
+    }
+
+
+def _with_load(nominal: Nominal, rig: Mapping[str, Any]) -> Nominal:
+    """Set points with the load that gives the nominal pressure, where only that is given."""
+    contact = contact_of(rig)
+    pressure_gpa = nominal.max_hertz_pressure_gpa
+    if nominal.load_n is not None or pressure_gpa is None or contact is None:
+        return nominal
+    load_n = load_for_max_hertz_pressure(
+        pressure_gpa * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
+    )
+    return Nominal(
+        pressure_gpa, float(load_n), nominal.entrainment_speed_m_s, nominal.inlet_temperature_c
+    )
+
+
+def _together(runs: list[LoggedRun]) -> pd.DataFrame:
+    """Samples of several runs under each other, with the run's id."""
+    if not runs:
+        return tables.empty("samples")
+    codes = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+    ids = pd.Categorical.from_codes(codes, categories=pd.Index([run.run_id for run in runs]))
+    together = {
+        name: np.concatenate([run.samples[name] for run in runs]) for name in runs[0].samples
+    }
+    return pd.DataFrame({"run_id": ids, **together}, copy=False)

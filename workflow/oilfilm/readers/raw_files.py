@@ -1,0 +1,142 @@
+"""Which raw logs a campaign has. Standard library only: the Snakefile asks."""
+
+import hashlib
+import re
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from oilfilm.digests import file_digest
+from oilfilm.errors import OilfilmError
+
+# Snakemake takes braces for wildcards, a manifest backslashes for folders, a listing ends with the
+# line; bytes that are no UTF-8 stand in Python's names as halves of letters.
+_UNFIT = re.compile(r"[{}\\\r\n\ud800-\udfff]")
+
+
+def raw_files(folder: Path) -> list[str]:
+    """Paths of all logs below a campaign's raw folder, relative to it, sorted.
+
+    Hidden files and README files are not logs.
+
+    Raises:
+        OilfilmError: The folder is missing or empty, a link in it leads out of it, or a log has a
+            name that Snakemake, a listing or a manifest cannot hold.
+    """
+    if not folder.is_dir():
+        raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
+    inside = folder.resolve()
+    files = []
+    for path in sorted(folder.rglob("*")):
+        relative = path.relative_to(folder)
+        hidden = any(part.startswith(".") for part in relative.parts)
+        if path.is_symlink() and path.is_dir() and not hidden:
+            raise OilfilmError(f"{path}: is a link to a folder. Copy the logs into {folder}.")
+        if hidden or not path.is_file() or path.stem.upper() == "README":
+            continue
+        if not path.resolve().is_relative_to(inside):
+            raise OilfilmError(
+                f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
+            )
+        if found := _UNFIT.search(relative.as_posix()):
+            named = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
+            raise OilfilmError(
+                f"{named}: {found[0]!r} cannot be in the name of a log: expected text in UTF-8 "
+                "without braces, backslashes or line breaks. Rename it."
+            )
+        files.append(relative.as_posix())
+    if not files:
+        raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
+    return files
+
+
+def refuse_strangers(folder: Path, written: Iterable[str]) -> None:
+    """The folder that the rig twin writes anew each time must hold nothing but its logs.
+
+    Raises:
+        OilfilmError: A file there is none of those `written`.
+    """
+    strangers = {path.name for path in folder.glob("*")} - set(written)
+    strangers = {name for name in strangers if not name.startswith(".")}
+    if strangers:
+        raise OilfilmError(
+            f"{folder}: holds {sorted(strangers)[0]!r}, which the rig twin did not write and would "
+            "delete. Put logs of your own into a campaign of their own."
+        )
+
+
+def listing(folder: Path) -> str:
+    """The digests of a folder's logs, as `sha256sum` writes and checks them."""
+    return "".join(f"{file_digest(folder / name)}  {name}\n" for name in raw_files(folder))
+
+
+def read_listing(path: Path) -> dict[str, str]:
+    """Digest by name, from the text that `listing` has made."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
+
+
+def refuse_altered(folder: Path, path: Path) -> None:
+    """What the rig twin wrote must lie there as it was written, once the listing says how.
+
+    Snakemake sees no change inside a folder that a job has made.
+
+    Raises:
+        OilfilmError: A log has other bytes or is missing.
+    """
+    if not (folder.is_dir() and path.is_file()):
+        return
+    for name, digest in read_listing(path).items():
+        if not (folder / name).is_file() or file_digest(folder / name) != digest:
+            raise OilfilmError(
+                f"{folder / name}: is not as the rig twin wrote it. Delete {folder}: the next run "
+                "simulates it anew."
+            )
+
+
+def expected_digests(files: Mapping[str, str], written: str | None) -> dict[str, str]:
+    """The digest that each log had when the run began, or, from a listing, when it was written."""
+    if written is None:
+        return dict(files)
+    listed = read_listing(Path(written))
+    return {name: listed[name] for name in files}
+
+
+def unchanged_logs(folder: Path, digests: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
+    """Name and content of each log.
+
+    Raises:
+        OilfilmError: A log cannot be read, or has changed since its digest was taken.
+    """
+    for name, digest in digests.items():
+        path = folder / name
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise OilfilmError(
+                f"{path}: cannot be read ({error.strerror}). Check its rights."
+            ) from error
+        if hashlib.sha256(content).hexdigest() != digest:
+            raise OilfilmError(
+                f"{path}: has changed since the run began. When it is complete, run snakemake "
+                "again."
+            )
+        yield name, content
+
+
+def remove_others(parts: Iterable[Path]) -> None:
+    """Delete shares of the samples that no job writes any more, as after a change of `shards`.
+
+    Args:
+        parts: Every file `samples/oil=<oil>/part-<share>.parquet` that there should be.
+    """
+    wanted = set(parts)
+    for folder in {path.parent.parent for path in wanted}:
+        for path in sorted(folder.glob("oil=*/part-*.parquet")):
+            if path not in wanted:
+                path.unlink()
+
+
+def shard_of(file: str, shards: int) -> int:
+    """The share of the work that a log belongs to; it depends on its name alone."""
+    return zlib.crc32(file.encode()) % shards

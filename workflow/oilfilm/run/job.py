@@ -1,0 +1,67 @@
+"""What every script of the workflow does around its one call of the library."""
+
+import errno
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, NoReturn
+
+from oilfilm.digests import input_digest, settings_digest
+from oilfilm.errors import OilfilmError
+from oilfilm.run.lock import at_work
+
+
+@contextmanager
+def job(snakemake: Any) -> Iterator[dict[str, Any]]:
+    """Give a script the provenance of its tables, and end a user's mistake in a sentence.
+
+    The provenance says which campaign, whether its data are simulated, and digests of code,
+    settings and inputs: no clock, no host, no path outside the project. What a script has to say it
+    appends to its log.
+    """
+    log = Path(snakemake.log[0])
+    try:
+        with at_work(Path(".snakemake")):
+            log.write_text("", encoding="utf-8")
+            yield _provenance(snakemake)
+            with log.open("a", encoding="utf-8") as remarks:
+                remarks.write("done\n")
+    except OilfilmError as mistake:
+        _end(str(mistake), log)
+    except OSError as error:
+        if error.errno not in _MACHINE:
+            raise
+        _end(f"{_MACHINE[error.errno]} ({error}). What is done is kept: run snakemake again.", log)
+
+
+# What the machine refuses is no fault of the program: in words, with what to do.
+_MACHINE = {
+    errno.ENOSPC: "The disk is full. Make room on it",
+    errno.EDQUOT: "The quota on this disk is used up. Make room",
+    errno.EFBIG: "A file would be larger than is allowed here. Raise the limit (ulimit -f)",
+    errno.EROFS: "The disk can only be read. Mount it for writing",
+    errno.EACCES: "A file or folder may not be read or written. Change its rights",
+    errno.EPERM: "A file or folder may not be changed. Change its rights",
+    errno.EIO: "The disk could not be read or written. Have it checked",
+}
+
+
+def _end(sentence: str, log: Path) -> NoReturn:
+    with suppress(OSError):  # the disk may be full
+        log.write_text(f"{sentence}\n", encoding="utf-8")
+    print(sentence, file=sys.stderr)
+    sys.exit(1)
+
+
+def _provenance(snakemake: Any) -> dict[str, Any]:
+    params = snakemake.params
+    return {
+        "campaign": params.config["campaign"]["name"],
+        "data": params.config["campaign"]["data"],
+        "rule": snakemake.rule,
+        "code": params.code,
+        "settings": settings_digest(params.config)[:16],
+        **{key: params.config[key] for key in ("film", "gates") if key in params.config},
+        "inputs": {str(path): input_digest(Path(path))[:16] for path in snakemake.input},
+    }

@@ -1,0 +1,1 @@
+"""What is done with fitted laws: comparison, extrapolation, claims, selection, bearing torque."""

@@ -1,0 +1,222 @@
+"""The table of claims: every claim of the paper on every basis, with its verdict in words."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.curation.coverage import of_matrix
+from oilfilm.errors import OilfilmError
+from oilfilm.fitting.fitted import Coefficients, FittedLaw
+from oilfilm.physics.oils import oil_from_config
+from oilfilm.physics.rigs import contact_of
+from oilfilm.settings.load import load_checked
+from oilfilm.studies.audit.checks import CHECKS, Check, Settings
+from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError, usable
+from oilfilm.studies.operating_grid import AXES, Film, Grid
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import FloatArray
+
+_PLACES = {
+    "tested": "the tested box",
+    "extrapolated": "the box of figs 7 to 10",
+    "data": "the campaign's data",
+}
+_SYMBOLS = dict(
+    zip(AXES, ("P {:.3g} GPa", "U {:.3g} m/s", "T {:.3g} degC", "S {:.3g}"), strict=True)
+)
+
+
+def read_claims(path: Path) -> list[dict[str, str]]:
+    """The claims of the paper.
+
+    Raises:
+        OilfilmError: The file has a mistake, or names a claim that has no check or lacks one.
+    """
+    claims: list[dict[str, str]] = load_checked(path, "claims")["claims"]
+    named = [claim["id"] for claim in claims]
+    wrong = sorted(set(named) ^ set(CHECKS)) or sorted({i for i in named if named.count(i) > 1})
+    if wrong:
+        raise OilfilmError(
+            f"{path}: the claims and the checks of oilfilm.studies.audit must be the same, each "
+            f"once; look at {', '.join(wrong)}."
+        )
+    return claims
+
+
+def refit_evidence(
+    coefficients: pd.DataFrame,
+    points: pd.DataFrame,
+    runs: pd.DataFrame,
+    falling_viscosity: Sequence[str],
+    config: Mapping[str, Any],
+    comparison: pd.DataFrame | None = None,
+    torque: pd.DataFrame | None = None,
+) -> Evidence:
+    """The campaign's own fits, points and whatever was made of them."""
+    laws = {str(oil): FittedLaw.of(coefficients, oil) for oil in coefficients["oil"].unique()}
+    unknown = {oil: why for oil, law in laws.items() if (why := usable(law))}
+    return Evidence(
+        "refit",
+        falling_viscosity,
+        {oil: law for oil, law in laws.items() if oil not in unknown},
+        unknown,
+        films(config),
+        config["gates"]["lambda_limit"],
+        _of_matrix(points, of_matrix(runs, config)),
+        comparison,
+        torque,
+    )
+
+
+def printed_evidence(
+    printed: Mapping[str, FloatArray], falling_viscosity: Sequence[str], config: Mapping[str, Any]
+) -> Evidence:
+    """The constants that the paper prints, signs restored."""
+    law = LAWS["deng2026"]
+    laws = {oil: FittedLaw(law, Coefficients.bare(law, row)) for oil, row in printed.items()}
+    return Evidence(
+        "printed", falling_viscosity, laws, {}, films(config), config["gates"]["lambda_limit"]
+    )
+
+
+def films(config: Mapping[str, Any]) -> dict[str, Film]:
+    """Film of each oil with properties in the contact of the first rig that is known."""
+    known = [contact for rig in config["rigs"].values() if (contact := contact_of(rig))]
+    return {
+        name: Film(known[0], oil_from_config(oil), config["film"])
+        for name, oil in config["oils"].items()
+        if known and oil is not None
+    }
+
+
+def settings_of(config: Mapping[str, Any]) -> dict[str, Any]:
+    """What the checks are told: their own thresholds, and those that other rooms have as well."""
+    signs = config["printed"]["signs"]
+    tested = config["printed"]["boxes"]["tested"]
+    return {
+        **config["audit"],
+        **config["selection"]["limits"],
+        "slide_roll_ratio": signs["slide_roll_ratio"]["figures"],
+        "curve_to": tested["slide_roll_ratio"][1],
+        "linear_r2_min": signs["linear_r2_min"],
+        "decline_max": signs["decline_max"],
+    }
+
+
+def boxes_of(config: Mapping[str, Any]) -> dict[str, Grid]:
+    """The boxes in which trends are asked, as grids."""
+    settings = settings_of(config)
+    return {
+        name: Grid.spanning(box, settings["levels"], settings["slide_roll_ratio"])
+        for name, box in config["printed"]["boxes"].items()
+    }
+
+
+def audit(
+    claims: Sequence[Mapping[str, str]], evidence: Sequence[Evidence], config: Mapping[str, Any]
+) -> pd.DataFrame:
+    """Table of claims: a row a claim and basis, in the paper's order.
+
+    Args:
+        claims: As `read_claims` gives them.
+        evidence: The bases.
+        config: `audit`, `selection` and `printed` of the configuration.
+    """
+    settings = settings_of(config)
+    boxes = boxes_of(config)
+    rows = [
+        {
+            "claim": claim["id"],
+            "section": claim["section"],
+            "statement": claim["claim"],
+            "wording": claim["wording"].strip(),
+            "basis": basis.basis,
+            "definition": CHECKS[claim["id"]].definition.format(**settings),
+            **_judge(CHECKS[claim["id"]], basis, boxes, settings),
+        }
+        for claim in claims
+        for basis in evidence
+    ]
+    return tables.from_rows(rows, "claims")
+
+
+def _judge(
+    check: Check, evidence: Evidence, boxes: Mapping[str, Grid], settings: Settings
+) -> dict[str, Any]:
+    places = boxes if check.where != "data" else {"data": boxes["tested"]}
+    try:
+        found = {name: check.judge(evidence, grid, settings) for name, grid in places.items()}
+    except NotCheckableError as reason:
+        return _row("cannot be checked", f"cannot be checked: {reason}", _PLACES[check.where])
+    finding = found[check.where]
+    if finding is None:
+        words = f"cannot be checked: {_PLACES[check.where]} has no place that the claim is about"
+        return _row("cannot be checked", words, _PLACES[check.where])
+    share = finding.share
+    if share >= settings["holds_share"] and finding.complete:
+        verdict = "holds"
+    else:
+        verdict = "fails" if share < settings["fails_share"] else "holds in part"
+    row = _row(verdict, _sentence(finding, evidence), _PLACES[check.where])
+    row |= {"share": share, "cases": len(finding.cases)}
+    row |= {
+        f"share_{name}_box": other.share
+        for name, other in found.items()
+        if name != "data" and other is not None
+    }
+    worst = finding.worst
+    row |= {f"worst_{name}": worst[name] for name in ("oil", *AXES, "value")}
+    return row | {"worst_quantity": finding.quantity}
+
+
+def _row(verdict: str, finding: str, judged_on: str) -> dict[str, Any]:
+    return {
+        "judged_on": judged_on,
+        "verdict": verdict,
+        "finding": finding,
+        "cases": 0,
+        **dict.fromkeys(("share", "share_tested_box", "share_extrapolated_box"), np.nan),
+        "worst_quantity": "",
+        "worst_oil": "",
+        **dict.fromkeys((f"worst_{name}" for name in (*AXES, "value")), np.nan),
+    }
+
+
+def _sentence(finding: Finding, evidence: Evidence) -> str:
+    """Shares, parts, worst place and remarks, in plain words."""
+    by_oil = finding.cases.groupby("oil", sort=False)["holds"].mean()
+    words = [f"Holds in {percent(finding.share)} of {len(finding.cases)} cases"]
+    if len(by_oil) > 1:
+        words[0] += f" ({', '.join(f'{oil} {percent(share)}' for oil, share in by_oil.items())})"
+    if finding.parts:
+        parts = (f"{part} {percent(share)}" for part, share in finding.parts.items())
+        words.append(", ".join(parts))
+    worst = finding.worst
+    where = [
+        form.format(worst[name]) for name, form in _SYMBOLS.items() if not np.isnan(worst[name])
+    ]
+    place = ", ".join([worst["oil"]] * bool(worst["oil"]) + where)
+    head = "Worst" if finding.share < 1 else "Nearest to failing"
+    value = f"{head}: {finding.quantity} is {worst['value']:{finding.form}}"
+    words.append(value + f" at {place}" * bool(place))
+    lines = [f"{part}." for part in words] + list(finding.remarks)
+    lines += [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
+    return " ".join(lines)
+
+
+def percent(share: float) -> str:
+    """A share in percent, 100 or 0 only where it is all or none; "no case" where there is none."""
+    if np.isnan(share):
+        return "no case"
+    near = not 0.01 <= share <= 0.99 and share not in (0.0, 1.0)
+    return f"{min(max(share, 0.001), 0.999):.1%}" if near else f"{share:.0%}"
+
+
+def _of_matrix(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """Points of these runs that no gate but the film's own refused."""
+    kept = points[points["reasons"].isin(["", "thin_film"])]
+    return kept[kept["run_id"].isin(runs["run_id"])]

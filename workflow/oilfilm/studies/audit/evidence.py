@@ -1,0 +1,168 @@
+"""What claims are held against, and what a check finds."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.studies.operating_grid import AXES, Film, Grid, traction
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.units import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+class NotCheckableError(Exception):
+    """A claim cannot be checked; the message says why, as the end of a sentence."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One basis on which the claims are judged.
+
+    Attributes:
+        basis: Name of it: `refit` or `printed`.
+        falling_viscosity: The oils that the claims are about, the most viscous first.
+        laws: Law of each oil that has all its constants.
+        unknown: Why an oil has no such law, by oil.
+        films: Film of each oil whose properties are known, in the contact of the rig.
+        lambda_limit: Full film above.
+        points: Measured points with lambda; None where the basis has none.
+        comparison: Table of the laws compared; None where it was not made.
+        torque: Table of bearing torque; None where it was not made.
+    """
+
+    basis: str
+    falling_viscosity: Sequence[str]
+    laws: Mapping[str, FittedLaw]
+    unknown: Mapping[str, str]
+    films: Mapping[str, Film]
+    lambda_limit: float
+    points: pd.DataFrame | None = None
+    comparison: pd.DataFrame | None = None
+    torque: pd.DataFrame | None = None
+
+    @property
+    def oils(self) -> tuple[str, ...]:
+        """Oils that have a law.
+
+        Raises:
+            NotCheckableError: None has.
+        """
+        if not self.laws:
+            raise NotCheckableError(self._reasons(self.unknown) or "no oil has a traction law")
+        return tuple(self.laws)
+
+    def traction(self, grid: Grid) -> FloatArray:
+        """mu over a grid, of every oil with a law: shape (oils, P, U, T, S)."""
+        return np.stack([traction(self.laws[oil], grid) for oil in self.oils])
+
+    def traction_by_viscosity(self, grid: Grid) -> FloatArray:
+        """The same of the oils that the claims are about, the most viscous first.
+
+        Raises:
+            NotCheckableError: One of them has no law.
+        """
+        lacking = [oil for oil in self.falling_viscosity if oil not in self.laws]
+        if lacking:
+            reasons = {oil: self.unknown.get(oil, "there is no fit of it") for oil in lacking}
+            raise NotCheckableError(self._reasons(reasons))
+        return np.stack([traction(self.laws[oil], grid) for oil in self.falling_viscosity])
+
+    def film(self, oil: str, grid: Grid) -> tuple[FloatArray, FloatArray]:
+        """Film thickness in um and lambda of one oil over a grid.
+
+        Raises:
+            NotCheckableError: Oil or contact are not known well enough.
+        """
+        if oil not in self.films:
+            raise NotCheckableError(
+                f"the film of {oil} cannot be calculated: the campaign lacks the oil's properties "
+                "or the rig's geometry and roughness"
+            )
+        return self.films[oil].over(grid)
+
+    @staticmethod
+    def _reasons(reasons: Mapping[str, str]) -> str:
+        return "; ".join(f"{oil}: {reason}" for oil, reason in reasons.items())
+
+
+def usable(law: FittedLaw) -> str:
+    """Why a law cannot be evaluated at any pressure, speed and temperature; empty where it can."""
+    if law.law.conditions != CONDITIONS:
+        return f"the law {law.law.name} is not one of pressure, speed and temperature"
+    if np.isnan(law.coefficients.constants).any():
+        return "nothing could be fitted"
+    followed = zip(CONDITIONS, law.coefficients.known, strict=True)
+    lacking = [name for name, known in followed if not known]
+    if lacking:
+        return f"too few levels were tested to know the effect of {', '.join(lacking)}"
+    return ""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Every case in which a claim was asked, and how it fared.
+
+    Attributes:
+        cases: Columns oil, the grid's axes (null where a case spans an axis), holds, value,
+            and shortfall, the larger the worse.
+        quantity: What `value` is, for a sentence.
+        form: How to print it.
+        parts: Share of the cases in which each part of the claim holds.
+        remarks: Further figures, a sentence each.
+        complete: False where something beside the cases fails, so that the claim holds in part
+            at most.
+    """
+
+    cases: pd.DataFrame
+    quantity: str
+    form: str = ".3g"
+    parts: Mapping[str, float] = field(default_factory=dict)
+    remarks: Sequence[str] = ()
+    complete: bool = True
+
+    @property
+    def share(self) -> float:
+        """Share of the cases in which the claim holds."""
+        return float(self.cases["holds"].mean())
+
+    @property
+    def worst(self) -> pd.Series:
+        """The case farthest from holding; of those that hold the nearest to failing."""
+        failing = self.cases[~self.cases["holds"]]
+        among = self.cases if failing.empty else failing
+        return among.iloc[int(among["shortfall"].to_numpy().argmax())]
+
+
+def cases(
+    grid: Grid, oils: Sequence[str], holds: BoolArray, value: FloatArray, *, worst: str
+) -> pd.DataFrame:
+    """Cases from arrays of shape (oils, P, U, T, S), of length 1 along each axis they span.
+
+    Args:
+        grid: The grid whose axes the arrays have or span.
+        oils: Oils of the first axis; one empty text where a case compares oils.
+        holds: True where the claim holds.
+        value: The quantity that decides.
+        worst: Which value is the worst, `largest` or `smallest`.
+    """
+    axes = [
+        levels if length > 1 or len(levels) == 1 else np.array([np.nan])
+        for levels, length in zip(grid.levels, holds.shape[1:], strict=True)
+    ]
+    mesh = np.meshgrid(np.arange(len(oils)), *axes, indexing="ij")
+    places = {name: level.ravel() for name, level in zip(AXES, mesh[1:], strict=True)}
+    value = np.broadcast_to(value, holds.shape).ravel()
+    return pd.DataFrame(
+        {
+            "oil": np.asarray(oils)[mesh[0].ravel()],
+            **places,
+            "holds": holds.ravel(),
+            "value": value,
+            "shortfall": {"largest": value, "smallest": -value}[worst],
+        }
+    )

@@ -1,0 +1,217 @@
+"""Several laws fitted to the same points by the same engine, held side by side."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fitting.certificate import tested_grid, traction_on
+from oilfilm.fitting.cross_validation import (
+    leave_curves_out,
+    leave_ends_out,
+    level_of,
+    relative_rms,
+)
+from oilfilm.fitting.fit import Found, OilFit, fit_law
+from oilfilm.fitting.problem import curve_data
+from oilfilm.physics.oils import oil_from_config
+from oilfilm.physics.rigs import contact_of
+from oilfilm.traction import laws_for
+from oilfilm.traction.law import FloatArray, Law
+
+# Traction this small beside the largest is rounding: no dip below zero, no second rise.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The tables of one oil's comparison; each field is named as its table."""
+
+    comparison: pd.DataFrame
+    law_coefficients: pd.DataFrame
+    law_fit_quality: pd.DataFrame
+    law_refits: pd.DataFrame
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Name of each table and its rows."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def remarks(self) -> list[str]:
+        """How each law did, a sentence each."""
+        return [
+            f"{row['oil']}, {row['law']}: {row['n_constants']} constants, "
+            f"rmse {row['rmse']:.2e}, of curves left out {row['left_out_rmse']:.2e}; "
+            f"{row['verdict']}"
+            for row in tables.rows(self.comparison)
+        ]
+
+
+def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> Comparison:
+    """Fit all laws of config's `compare` to one oil's accepted points.
+
+    Settings, seeds, points and weights are the same for each law; only the refits for the errors
+    are fewer than those of the main fit.
+
+    Args:
+        points: Table of points of the campaign.
+        oil: Oil to fit.
+        config: The resolved configuration.
+
+    Returns:
+        The oil's rows of the tables of a comparison. A law that cannot be had or fitted gives rows
+        without values and a verdict that says why.
+    """
+    settings = config["compare"]
+    of_oil = points[points["oil"] == oil]
+    config = {**config, "fit": {**config["fit"], "bootstrap": settings["bootstrap"]}}
+    laws = laws_of(oil, config)
+    fits = {
+        name: fit_law(of_oil, oil, laws[name], None, config)
+        for name in settings["laws"]
+        if name in laws
+    }
+    rows = [
+        _row(fits[name], of_oil, settings["level_gap"]) if name in fits else _no_row(oil, name)
+        for name in settings["laws"]
+    ]
+    together = [fit.tables() for fit in fits.values()]
+
+    def all_laws(table: str) -> pd.DataFrame:
+        found = [one[table] for one in together if len(one[table])]
+        return pd.concat(found, ignore_index=True) if found else tables.empty(table)
+
+    return Comparison(
+        comparison=tables.from_rows(rows, "comparison"),
+        law_coefficients=all_laws("coefficients"),
+        law_fit_quality=all_laws("fit_quality"),
+        law_refits=all_laws("refits"),
+    )
+
+
+def laws_of(oil: str, config: Mapping[str, Any]) -> dict[str, Law]:
+    """Every law that can be had for an oil of a campaign, by name.
+
+    Args:
+        oil: Its name.
+        config: The resolved configuration: `oils` and `rigs` of it.
+    """
+    properties = config["oils"][oil]
+    contacts = {contact_of(rig) for rig in config["rigs"].values()}
+    return laws_for(
+        None if properties is None else oil_from_config(properties),
+        contacts.pop() if len(contacts) == 1 else None,
+    )
+
+
+def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[float, float]:
+    """Akaike's and the Bayesian information criterion of a least-squares fit.
+
+        AIC = n ln(SSE/n) + 2 k,   BIC = n ln(SSE/n) + k ln n
+
+    k counts the constants and the variance of the errors; terms that all laws share are left out.
+    Both take every point for independent, which points of a run are not: differences between laws
+    look surer than they are.
+
+    Args:
+        sse: Sum of squared errors.
+        n_points: n.
+        n_constants: Constants fitted.
+
+    Returns:
+        AIC and BIC; NaN for an exact fit.
+
+    Reference: K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed.
+        (2002), sections 2.2 and 6.4.
+
+    Examples:
+        By hand, 100 ln(1e-4/100) = -1381.55, k = 3:
+
+        >>> aic, bic = information_criteria(1e-4, 100, 2)
+        >>> print(f"{aic:.2f} {bic:.2f}")
+        -1375.55 -1367.74
+    """
+    if sse <= 0:
+        return float("nan"), float("nan")
+    fit, k = n_points * np.log(sse / n_points), n_constants + 1
+    return float(fit + 2 * k), float(fit + k * np.log(n_points))
+
+
+def curve_shapes(mu: FloatArray) -> tuple[float, float]:
+    """Where curves of mu against slip are not as the paper says: shares of the given grid.
+
+    Args:
+        mu: Shape (conditions, slips), slips rising.
+
+    Returns:
+        Share of all places where mu is below zero, and share of conditions at which mu rises again
+        after a fall: more than the paper's one peak.
+    """
+    rounding = _ROUNDING * float(np.abs(mu).max(initial=0.0))
+    steps = np.diff(mu, axis=1)
+    fallen = np.logical_or.accumulate(steps < -rounding, axis=1)
+    again = np.any(fallen & (steps > rounding), axis=1)
+    return float(np.mean(mu < -rounding)), float(np.mean(again))
+
+
+_COPIED = (
+    "oil",
+    "law",
+    "n_points",
+    "n_curves",
+    "sse",
+    "rmse",
+    "relative_rms",
+    "max_error",
+    "condition_number",
+    "certified",
+    "verdict",
+)
+_COMPUTED = (
+    "aic",
+    "bic",
+    "left_out_rmse",
+    "pressure_end_out_relative_rms",
+    "speed_end_out_relative_rms",
+    "temperature_end_out_relative_rms",
+    "zero_slip_traction",
+    "negative_share",
+    "second_rise_share",
+)
+
+
+def _no_row(oil: str, law: str) -> dict[str, Any]:
+    counts = dict.fromkeys(("n_points", "n_curves", "n_constants"), 0)
+    verdict = "not fitted: the law needs the oil's properties and one known contact (config)"
+    none = dict.fromkeys((*_COPIED, *_COMPUTED), np.nan)
+    return {**none, **counts, "oil": oil, "law": law, "certified": False, "verdict": verdict}
+
+
+def _row(fit: OilFit, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:
+    quality = tables.rows(fit.fit_quality)[0]
+    copied = {name: quality[name] for name in _COPIED}
+    if fit.found is None:
+        return {**copied, **dict.fromkeys(_COMPUTED, np.nan), "n_constants": 0}
+    return {**copied, **_judged(fit.found, points, level_gap)}
+
+
+def _judged(found: Found, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:
+    problem, best, mu = found.problem, found.best, found.data.mu
+    constants = len(best.values) + len(problem.at_bounds)
+    values = information_criteria(best.sse, len(mu), constants)
+    left_out = leave_curves_out(problem, best)
+    # not the law's own conditions: every law is asked for the same levels
+    levels = [level_of(of_one, level_gap) for of_one in curve_data(points).conditions.T]
+    ends_out = [leave_ends_out(problem, best, of_one) for of_one in levels]
+    on_grid = traction_on(problem, best, *tested_grid(problem, found.data))
+    starts = on_grid[:, 0]
+    numbers = (
+        *values,
+        float(np.sqrt(np.mean(left_out**2))),
+        *(relative_rms(errors, mu) for errors in ends_out),
+        float(starts[np.argmax(np.abs(starts))]),
+        *curve_shapes(on_grid),
+    )
+    return {"n_constants": constants, **dict(zip(_COMPUTED, numbers, strict=True))}

@@ -1,0 +1,73 @@
+"""Traction laws as a bearing asks them: by contact stress, by load, by dimensionless load."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from oilfilm.bearing.ellipse import Conditions
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.physics.rigs import Contact
+from oilfilm.traction.law import FloatArray, to_internal
+from oilfilm.units import PA_PER_GPA
+
+BASES = ("stress", "load", "dimensionless_load")
+# Laws on load that are fitted to the same points by a form of their own, where they are compared.
+LOAD_LAWS = ("wang-deng-load", "wang-deng-groups")
+
+
+@dataclass(frozen=True)
+class FittedBasis:
+    """A fitted law with its power law of stress taken as one of stress, of load or of W/(E' R^2).
+
+    On the one ball and flat of a traction rig the three say the same: load goes with the cube of
+    the stress, so that data which one fits the others fit as well, with a third of the exponents.
+    In a bearing, with other balls and elliptical contacts, they differ; R is then Rx, the reduced
+    radius along the rolling direction. A law that was fitted to load itself is the same on every
+    basis: it is given the load of the contact, or groups made with its Rx and E'.
+
+    Attributes:
+        fitted: The law.
+        basis: One of `BASES`.
+        rig: Contact of the traction rig on which the law was found.
+        floor: Smallest level of each condition that the power laws are given; they have no value
+            at zero.
+    """
+
+    fitted: FittedLaw
+    basis: str
+    rig: Contact
+    floor: Mapping[str, float]
+
+    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        """See `TractionBasis`."""
+        law, coefficients = self.fitted.law, self.fitted.coefficients
+        levels = {
+            "max_hertz_pressure_gpa": self._stress_gpa(at),
+            "load_n": at.load_n,
+            "entrainment_speed_m_s": at.entrainment_speed_m_s,
+            "inlet_temperature_c": at.inlet_temperature_c,
+        }
+        conditions = np.stack(
+            # a trial that is no number ends as no equilibrium
+            [np.fmax(levels[name], self.floor[name]) for name in law.conditions],
+            axis=-1,
+        )
+        law = law.in_contacts(at.radius_x_m.ravel(), at.reduced_modulus_pa)
+        design = law.design(conditions.reshape(-1, conditions.shape[-1]), coefficients.known)
+        sizes = law.sizes(to_internal(law, coefficients.constants), design)
+        return law.value(sizes.reshape(-1, *conditions.shape[:-1]), slide_roll_ratio)
+
+    def _stress_gpa(self, at: Conditions) -> FloatArray:
+        """Stress of the rig's contact where its basis is that of the bearing's contact."""
+        if self.basis == "stress":
+            return at.max_hertz_pressure_gpa
+        one_gpa_n = load_for_max_hertz_pressure(
+            PA_PER_GPA, self.rig.radius_m, self.rig.reduced_modulus_pa
+        )
+        relative = at.load_n / one_gpa_n
+        if self.basis == "dimensionless_load":
+            of_rig = self.rig.reduced_modulus_pa * self.rig.radius_m**2
+            relative = relative * of_rig / (at.reduced_modulus_pa * at.radius_x_m**2)
+        return np.cbrt(relative)

@@ -1,0 +1,243 @@
+"""The lost signs of the printed exponents: all 512 sets an oil, held against the paper's text.
+
+A set's total is the number of statements that hold, each counted by the share of its box where it
+does. A sign is judged by its margin: the best total among the sets that have it, less the best
+among those that have the other one, whatever the other eight signs are.
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.studies.printed.judge import squared_errors
+from oilfilm.studies.printed.statements import (
+    BETWEEN_OILS,
+    LAW,
+    STATEMENTS,
+    Surface,
+    hot_convergence,
+    viscosity_order,
+)
+from oilfilm.traction.law import (
+    BoolArray,
+    FloatArray,
+    IndexArray,
+    to_constants,
+    to_internal,
+)
+
+_EXPONENTS = [place for place, one in enumerate(LAW.constants) if one.condition is not None]
+EXPONENT_NAMES = [LAW.constants[place].name for place in _EXPONENTS]
+_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # a row a set
+_RANKED_BY = "curve"  # the slips whose totals count; the others may only lower a verdict
+_WEIGHTS = {name: statement.weight for name, statement in STATEMENTS.items()} | dict.fromkeys(
+    BETWEEN_OILS, 1.0
+)
+
+
+def study_signs(
+    printed: Mapping[str, FloatArray],
+    falling_viscosity: Sequence[str],
+    points: pd.DataFrame,
+    config: Mapping[str, Any],
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Score every sign set of every oil, and judge every sign in use.
+
+    Args:
+        printed: The twelve constants of each oil, with the signs in use.
+        falling_viscosity: The oils, the most viscous first.
+        points: Table of points of the campaign, for the sum of squared errors of each set.
+        config: `oils` (whose rows are given), `boxes`, `signs`, `traction_max`.
+
+    Returns:
+        The tables `signs` and `sign_verdicts`.
+    """
+    slips = config["signs"]["slide_roll_ratio"]
+    by_slips = {one: _scores(printed, falling_viscosity, one, config) for one in slips}
+    sets, verdicts = [], []
+    for oil in [oil for oil in falling_viscosity if oil in config["oils"]]:
+        internal = _candidates(printed[oil])
+        errors = squared_errors(points[points["oil"] == oil], _as_printed(internal))
+        in_use = (np.where(printed[oil][_EXPONENTS] < 0, -1, 1) == _SETS).all(axis=1)
+        of_oil = {one: scores[oil] for one, scores in by_slips.items()}
+        sets.append(_set_rows(oil, of_oil, errors, in_use, config["signs"]))
+        effects = _effects(internal[:, in_use], config)
+        verdicts.append(_verdict_rows(oil, of_oil, errors, in_use, effects, config["signs"]))
+    if not sets:
+        return tables.empty("signs"), tables.empty("sign_verdicts")
+    return (
+        tables.conform(pd.concat(sets, ignore_index=True), "signs", "sign sets"),
+        tables.conform(pd.concat(verdicts, ignore_index=True), "sign_verdicts", "signs"),
+    )
+
+
+def _candidates(constants: FloatArray) -> FloatArray:
+    """Internal constants of every sign set, shape (constants, sets); A0, B0, C0 keep theirs."""
+    internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SETS)))
+    internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SETS.T
+    return internal
+
+
+def _as_printed(internal: FloatArray) -> FloatArray:
+    """Constants as they stand in the equation, shape (sets, constants)."""
+    return np.array([to_constants(LAW, one) for one in internal.T])
+
+
+def _scores(
+    printed: Mapping[str, FloatArray],
+    falling_viscosity: Sequence[str],
+    slips: str,
+    config: Mapping[str, Any],
+) -> dict[str, dict[str, FloatArray]]:
+    """Oil -> statement -> share of its box where it holds, for each sign set."""
+    scores: dict[str, dict[str, FloatArray]] = {}
+    surfaces: dict[str, Surface] = {}
+    best: dict[str, Surface] = {}
+    limits = {**config["signs"], "traction_max": config["traction_max"]}
+    for oil in falling_viscosity:
+        internal = _candidates(printed[oil])
+        boxes = {box: _surface(box, slips, internal, config) for box in config["boxes"]}
+        scores[oil] = {
+            name: statement.score(boxes[statement.box], limits)
+            for name, statement in STATEMENTS.items()
+        }
+        winner = int(np.argmax(_total(scores[oil])))
+        surfaces[oil] = boxes["extrapolated"]
+        best[oil] = _surface("extrapolated", slips, internal[:, [winner]], config)
+    # the others as their own statements choose them: the signs in use must not vouch for each other
+    for place, oil in enumerate(falling_viscosity):
+        before = [best[other] for other in falling_viscosity[:place]]
+        after = [best[other] for other in falling_viscosity[place + 1 :]]
+        scores[oil]["viscosity_order"] = viscosity_order(surfaces[oil], before, after)
+        scores[oil]["hot_convergence"] = hot_convergence(surfaces[oil], before + after)
+    return scores
+
+
+def _surface(box: str, slips: str, internal: FloatArray, config: Mapping[str, Any]) -> Surface:
+    settings = config["signs"]
+    slip = settings["slide_roll_ratio"]
+    return Surface.over(
+        config["boxes"][box], settings["levels"], slip[slips], slip["figures"], internal
+    )
+
+
+def _total(scores: Mapping[str, FloatArray], without: str = "") -> FloatArray:
+    """Number of statements that hold, those that cannot be asked not counted."""
+    weighted = [_WEIGHTS[name] * score for name, score in scores.items() if name != without]
+    return np.nansum(weighted, axis=0)
+
+
+def _effects(in_use: FloatArray, config: Mapping[str, Any]) -> FloatArray:
+    """Largest change of mu over the tested box if one sign alone is turned, over the largest mu."""
+    turned = np.tile(in_use, (1, 1 + len(_EXPONENTS)))
+    for column, place in enumerate(_EXPONENTS, start=1):
+        turned[place, column] *= -1
+    mu = _surface("tested", _RANKED_BY, turned, config).mu.reshape(-1, turned.shape[1])
+    return np.abs(mu[:, 1:] - mu[:, :1]).max(axis=0) / mu[:, 0].max()
+
+
+def _set_rows(
+    oil: str,
+    by_slips: Mapping[str, Mapping[str, FloatArray]],
+    errors: FloatArray,
+    in_use: BoolArray,
+    limits: Mapping[str, Any],
+) -> pd.DataFrame:
+    total = _total(by_slips[_RANKED_BY])
+    rows = pd.DataFrame(
+        {
+            "oil": oil,
+            "signs": ["".join("+" if sign > 0 else "-" for sign in one) for one in _SETS],
+            "in_use": in_use,
+            "rank": _ranks(total),
+            "rank_at_figures": _ranks(_total(by_slips["figures"])),
+            "total": total,
+            "near_best": total > total.max() - limits["near_best"],
+            **by_slips[_RANKED_BY],
+            "sse": errors,
+        }
+    )
+    return rows.sort_values("total", ascending=False, kind="stable", ignore_index=True)
+
+
+def _ranks(total: FloatArray) -> IndexArray:
+    """1 for the best; equals share a rank."""
+    return np.asarray(1 + (total > total[:, np.newaxis]).sum(axis=1))
+
+
+def _verdict_rows(
+    oil: str,
+    by_slips: Mapping[str, Mapping[str, FloatArray]],
+    errors: FloatArray,
+    in_use: BoolArray,
+    effects: FloatArray,
+    limits: Mapping[str, Any],
+) -> pd.DataFrame:
+    total = _total(by_slips[_RANKED_BY])
+    near = total > total.max() - limits["near_best"]
+    signs = _SETS[in_use][0]
+    rows = []
+    for place, constant in enumerate(EXPONENT_NAMES):
+        has = _SETS[:, place] == signs[place]
+        without = {
+            (name, slips): _margin(_total(scores, without=name), has)
+            for slips, scores in by_slips.items()
+            for name in scores
+        }
+        weakest = min(without, key=lambda case: without[case])
+        margin = _margin(total, has)
+        rows.append(
+            {
+                "oil": oil,
+                "constant": constant,
+                "sign": "+" if signs[place] > 0 else "-",
+                "margin": margin,
+                "weakest_margin": without[weakest],
+                "weakest_without": weakest[0],
+                "weakest_slips": weakest[1],
+                "near_best_share": has[near].mean(),
+                "effect": effects[place],
+                "least_sse": errors[has].min(),
+                "least_sse_turned": errors[~has].min(),
+                "verdict": verdict(margin, without[weakest], effects[place], limits),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _margin(total: FloatArray, has: BoolArray) -> float:
+    return float(total[has].max() - total[~has].max())
+
+
+def verdict(margin: float, weakest: float, effect: float, limits: Mapping[str, Any]) -> str:
+    """How sure a sign in use is.
+
+    Without effect: turning it alone moves mu by `no_effect_max` of its largest value at most.
+    Settled: all sets within `near_best` statements of the best have the sign, whichever one
+    statement is left out and at either slips. Probable: all of them have it at the slips of the
+    whole curve, with every statement.
+    Against: all of them have the other one. Open: both signs are among them.
+
+    Args:
+        margin: In statements (see the module).
+        weakest: The smallest margin with any one statement left out, at either slips.
+        effect: Largest change of mu over its largest value.
+        limits: `near_best` in statements, `no_effect_max`.
+
+    Examples:
+        >>> verdict(1.6, 0.8, 0.3, {"near_best": 0.5, "no_effect_max": 0.01})
+        'settled'
+        >>> verdict(1.6, 0.8, 0.003, {"near_best": 0.5, "no_effect_max": 0.01})
+        'without effect'
+    """
+    if effect <= limits["no_effect_max"]:
+        return "without effect"
+    if weakest >= limits["near_best"]:
+        return "settled"
+    if margin >= limits["near_best"]:
+        return "probable"
+    return "against" if margin <= -limits["near_best"] else "open"
