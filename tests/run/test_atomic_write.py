@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from oilfilm.atomic_write import whole_file, whole_folder, write_text
+from oilfilm.atomic_write import atomic_file, atomic_folder, write_text
 
 
 def test_interrupted_file_leaves_the_old_one_and_no_rest(tmp_path: Path) -> None:
     path = tmp_path / "summary.txt"
     write_text("old", path)
-    with pytest.raises(OSError, match="full"), whole_file(path) as aside:
+    with pytest.raises(OSError, match="full"), atomic_file(path) as aside:
         aside.write_text("ne")
         raise OSError("the disk is full")
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [
@@ -20,9 +20,9 @@ def test_interrupted_file_leaves_the_old_one_and_no_rest(tmp_path: Path) -> None
 
 def test_interrupted_folder_leaves_the_old_one_and_no_rest(tmp_path: Path) -> None:
     path = tmp_path / "exports"
-    with whole_folder(path) as aside:
+    with atomic_folder(path) as aside:
         (aside / "a.h").write_text("old")
-    with pytest.raises(OSError, match="full"), whole_folder(path) as aside:
+    with pytest.raises(OSError, match="full"), atomic_folder(path) as aside:
         (aside / "a.h").write_text("ne")
         raise OSError("the disk is full")
     assert [each.name for each in tmp_path.iterdir()] == ["exports"]
@@ -33,7 +33,7 @@ def test_what_a_killed_run_left_beside_is_written_over(tmp_path: Path) -> None:
     left = tmp_path / ".exports.part"
     left.mkdir()
     (left / "stranger.h").write_text("half")
-    with whole_folder(tmp_path / "exports") as aside:
+    with atomic_folder(tmp_path / "exports") as aside:
         (aside / "a.h").write_text("new")
     assert [each.name for each in tmp_path.rglob("*")] == ["exports", "a.h"]
 

@@ -1,6 +1,6 @@
-"""Files and folders that are there whole or not at all: written beside, then renamed.
+"""Write files and folders completely or not at all: write under a hidden name, then rename.
 
-What a killed run leaves beside begins with a dot and is overwritten by the next run.
+A killed run leaves a path that begins with a dot. The next run overwrites it.
 """
 
 import os
@@ -11,49 +11,49 @@ from pathlib import Path
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Give the path to write to; what was written gets its name when all went well."""
+def atomic_file(path: Path) -> Iterator[Path]:
+    """Yield a temporary path to write to; rename it to `path` when no error occurred."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = _aside(path)
+    temporary = _temporary(path)
     try:
-        yield aside
-        _to_disk(aside)
+        yield temporary
+        _flush_to_disk(temporary)
     except BaseException:
-        aside.unlink(missing_ok=True)  # a full disk needs the room
+        temporary.unlink(missing_ok=True)  # a full disk needs the space
         raise
-    aside.replace(path)
+    temporary.replace(path)
 
 
 @contextmanager
-def whole_folder(path: Path) -> Iterator[Path]:
-    """The same for a folder of files; one that is there already is replaced."""
-    aside = _aside(path)
-    shutil.rmtree(aside, ignore_errors=True)
-    aside.mkdir(parents=True)
+def atomic_folder(path: Path) -> Iterator[Path]:
+    """Yield a temporary folder to fill; it replaces `path` when no error occurred."""
+    temporary = _temporary(path)
+    shutil.rmtree(temporary, ignore_errors=True)
+    temporary.mkdir(parents=True)
     try:
-        yield aside
-        for file in aside.rglob("*"):
+        yield temporary
+        for file in temporary.rglob("*"):
             if file.is_file():
-                _to_disk(file)
+                _flush_to_disk(file)
     except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
         raise
     shutil.rmtree(path, ignore_errors=True)
-    aside.replace(path)
+    temporary.replace(path)
 
 
 def write_text(text: str, path: Path, encoding: str = "utf-8") -> None:
-    """Write a text whole or not at all, its line ends as they are."""
-    with whole_file(path) as aside:
-        aside.write_text(text, encoding=encoding, newline="")
+    """Write a text completely or not at all; line ends stay as they are."""
+    with atomic_file(path) as temporary:
+        temporary.write_text(text, encoding=encoding, newline="")
 
 
-def _aside(path: Path) -> Path:
-    # hidden, and with another ending: nobody who reads all tables of a folder reads this
+def _temporary(path: Path) -> Path:
+    # hidden and with another ending, so that reading all tables of a folder skips it
     return path.with_name(f".{path.name}.part")
 
 
-def _to_disk(file: Path) -> None:
-    """Without this a loss of power could leave the name with nothing behind it."""
+def _flush_to_disk(file: Path) -> None:
+    """Force the content to disk: a power failure after the rename must not leave an empty file."""
     with file.open("rb") as written:
         os.fsync(written.fileno())

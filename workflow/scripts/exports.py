@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.atomic_write import whole_folder, write_text
+from oilfilm.atomic_write import atomic_folder, write_text
 from oilfilm.outputs.exports import export_campaign
 from oilfilm.run.job import job
 
@@ -16,6 +16,6 @@ with job(snakemake) as provenance:
         config=snakemake.params.config,
         provenance=provenance,
     )
-    with whole_folder(Path(snakemake.output.folder)) as folder:
+    with atomic_folder(Path(snakemake.output.folder)) as folder:
         for name, text in files.items():
             write_text(text, folder / name)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.atomic_write import whole_folder
+from oilfilm.atomic_write import atomic_folder
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.refused_runs import draw_page, listing
 from oilfilm.run.job import job
@@ -15,7 +15,7 @@ with job(snakemake) as provenance:
     quarantine = tables.read("quarantine", Path(found.quarantine))
     pages = listing(runs, points, quarantine, config["refused_pages_max"])
     by_name = runs.set_index("run_id", drop=False)
-    with whole_folder(Path(snakemake.output.pages)) as folder:
+    with atomic_folder(Path(snakemake.output.pages)) as folder:
         for entry in pages[pages["page"] != ""].to_dict("records"):
             run_id = entry["run_id"]
             run = by_name.loc[run_id].to_dict()

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.atomic_write import whole_folder, write_text
+from oilfilm.atomic_write import atomic_folder, write_text
 from oilfilm.readers.raw_files import listing
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.run.job import job
@@ -12,7 +12,7 @@ from oilfilm.settings.reference import printed_constants
 with job(snakemake) as provenance:
     constants = printed_constants(Path(snakemake.input.printed))
     truth = []
-    with whole_folder(Path(snakemake.output.logs)) as folder:
+    with atomic_folder(Path(snakemake.output.logs)) as folder:
         for run, content, rows in simulate_torque(snakemake.params.config, constants):
             (folder / run.name).write_bytes(content)
             truth += rows

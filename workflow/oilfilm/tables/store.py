@@ -12,7 +12,7 @@ import pandera.pandas as pa
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from oilfilm.atomic_write import whole_file
+from oilfilm.atomic_write import atomic_file
 from oilfilm.errors import OilfilmError
 from oilfilm.tables import bearing, drawn, fits, paper, rig
 from oilfilm.tables.fields import Table, repeated, unit_of
@@ -147,7 +147,7 @@ def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, 
     encodings = {
         field.name: _ENCODINGS[str(field.type)] for field in schema if str(field.type) in _ENCODINGS
     }
-    with whole_file(path) as aside:
+    with atomic_file(path) as aside:
         parquet.write_table(
             content,
             aside,

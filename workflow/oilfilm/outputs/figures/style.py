@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 
-from oilfilm.atomic_write import whole_file
+from oilfilm.atomic_write import atomic_file
 from oilfilm.outputs import colours
 from oilfilm.outputs.captions import provenance
 
@@ -166,7 +166,7 @@ def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
     metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
     for path in paths:
-        with whole_file(path) as aside:
+        with atomic_file(path) as aside:
             figure.savefig(aside, format=path.suffix[1:], metadata=metadata[path.suffix])
         # what is laid out once stays so
         figure.set_layout_engine("none")
