@@ -16,13 +16,12 @@ from oilfilm.physics.contact import (
 )
 from oilfilm.physics.film import (
     central_film_thickness,
-    combined_roughness,
     lambda_ratio,
     minimum_film_thickness,
-    rq_from_ra,
     thermal_loading_parameter,
     thermal_reduction_factor,
 )
+from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 
 M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)
 LOAD_N = load_for_max_hertz_pressure(1.5e9, 0.010, M50)

@@ -44,7 +44,7 @@ def test_film_of_the_grid_is_that_of_the_formula(config: dict[str, Any]) -> None
 
 def test_film_without_thermal_reduction_is_the_isothermal_one(config: dict[str, Any]) -> None:
     film = films(config)["4010"]
-    cold = Film(film.contact, film.oil, {**film.settings, "thermal_reduction": False})
+    cold = Film(film.contact, film.oil, replace(film.settings, thermal_reduction=False))
     grid = Grid(*(np.array([value]) for value in (1.0, 30.0, 120.0, 0.1)))
     expected = minimum_film_thickness(
         load_n=42.1,  # at 1.0 GPa (rig page)

@@ -45,7 +45,7 @@ from oilfilm.bearing.resistance import (
     hysteresis_moment_n_m,
     land_damping_n_m_s,
     rolling_force_n,
-    thermal_reduction,
+    rolling_force_reduction,
 )
 from oilfilm.bearing.solver import Equations, IntArray, follow
 from oilfilm.units import FloatArray
@@ -235,13 +235,14 @@ def _resistance(
     race_radius = contacts.orbit_radius_m[..., np.newaxis] + n_r * radius
     mean = (relative * race_radius - w_y * radius) / 2
     radius_x = bearing.radius_x_m(np.abs(n_r))
-    reduction = thermal_reduction(
-        lubrication, contacts.max_hertz_pressure_pa, np.abs(mean), bearing.reduced_modulus_pa
+    oil = lubrication.of_contacts
+    reduction = rolling_force_reduction(
+        oil, contacts.max_hertz_pressure_pa, np.abs(mean), bearing.reduced_modulus_pa
     )
     force = rolling_force_n(
         contacts.load_n,
         np.abs(mean),
-        lubrication.dynamic_viscosity_pa_s[:, np.newaxis, np.newaxis],
+        oil.dynamic_viscosity_pa_s,
         radius_x,
         bearing.radius_y_m,
         bearing.reduced_modulus_pa,

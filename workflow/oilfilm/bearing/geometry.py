@@ -13,7 +13,7 @@ import numpy as np
 from oilfilm.bearing.possible import impossible
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import elliptical_contact, reduced_modulus
-from oilfilm.physics.film import combined_roughness, rq_from_ra
+from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.units import M_PER_UM, FloatArray
 
 # Hertz's solution is interpolated in the cosine of the contact angle by polynomials of this

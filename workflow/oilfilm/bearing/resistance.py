@@ -12,7 +12,7 @@ import numpy as np
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.solver import IntArray
 from oilfilm.physics.contact import Floats
-from oilfilm.physics.film import thermal_loading_parameter, thermal_reduction_factor
+from oilfilm.physics.film import InletOil, thermal_reduction_factor
 from oilfilm.physics.oils import Oil
 from oilfilm.units import FloatArray
 
@@ -68,6 +68,21 @@ class Lubrication:
             if isinstance(getattr(self, field.name), np.ndarray)
         }
         return replace(self, **chosen)
+
+    @property
+    def of_contacts(self) -> InletOil:
+        """The oil of each point, with axes for balls and contacts: shape (points, 1, 1)."""
+        return InletOil(
+            *(
+                values[:, np.newaxis, np.newaxis]
+                for values in (
+                    self.dynamic_viscosity_pa_s,
+                    self.pressure_viscosity_coefficient_1_pa,
+                    self.temperature_viscosity_coefficient_1_k,
+                    self.thermal_conductivity_w_mk,
+                )
+            )
+        )
 
     @property
     def mist_density_kg_m3(self) -> FloatArray:
@@ -155,36 +170,28 @@ def hysteresis_moment_n_m(
     return np.asarray(7.48e-7 * (ball_diameter_m / 2) ** 0.33 * load_n**1.33 * shape)
 
 
-def thermal_reduction(
-    lubrication: Lubrication,
+def rolling_force_reduction(
+    oil: InletOil,
     max_hertz_pressure_pa: FloatArray,
     entrainment_speed_m_s: FloatArray,
     reduced_modulus_pa: float,
 ) -> FloatArray:
-    """By how much heating in the inlet lowers film and rolling force: Gupta's phi_T at no slip.
+    """Factor by which inlet heating lowers the rolling force: phi_T of the film at no slip.
 
-    The reduction was found for the film. Taking it for the rolling force, which the same warm
-    inlet sets, is ours. It is held at 0 where the fit would fall below.
+    Gupta's phi_T was fitted to the film. Its use for the rolling force, which depends on the same
+    warm inlet, is an assumption of this project. It is 0 where the fit would be negative.
 
     Args:
-        lubrication: The oil, one value a point.
+        oil: The oil, broadcasting against the contacts.
         max_hertz_pressure_pa: Shape (..., points, balls, 2).
-        entrainment_speed_m_s: The same.
+        entrainment_speed_m_s: The same shape.
         reduced_modulus_pa: E'.
     """
-    loading = thermal_loading_parameter(
-        entrainment_speed_m_s=entrainment_speed_m_s,
-        dynamic_viscosity_pa_s=lubrication.dynamic_viscosity_pa_s[:, np.newaxis, np.newaxis],
-        temperature_viscosity_coefficient_1_k=lubrication.temperature_viscosity_coefficient_1_k[
-            :, np.newaxis, np.newaxis
-        ],
-        thermal_conductivity_w_mk=lubrication.thermal_conductivity_w_mk[:, np.newaxis, np.newaxis],
-    )
     factor = thermal_reduction_factor(
         max_hertz_pressure_pa=max_hertz_pressure_pa,
         reduced_modulus_pa=reduced_modulus_pa,
         slide_roll_ratio=0.0,
-        thermal_loading=loading,
+        thermal_loading=oil.thermal_loading(entrainment_speed_m_s),
     )
     return np.maximum(factor, 0.0)
 

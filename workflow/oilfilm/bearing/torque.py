@@ -14,9 +14,9 @@ from oilfilm.bearing.friction import (
 )
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion, OperatingPoints
-from oilfilm.bearing.resistance import Lubrication, thermal_reduction
+from oilfilm.bearing.resistance import Lubrication
 from oilfilm.physics.contact import ellipticity
-from oilfilm.physics.film import minimum_film_thickness
+from oilfilm.physics.film import film_thickness
 from oilfilm.units import FloatArray
 
 # Kinds of sliding in the ellipse whose heats add up to that of traction.
@@ -106,23 +106,19 @@ def _lambda_ratio(
     bearing: Bearing, contacts: Contacts, lubrication: Lubrication, at: Conditions
 ) -> FloatArray:
     """Minimum film, thinned by inlet heating, over combined Rq: the worst contact of each point."""
-    load = np.maximum(contacts.load_n, np.finfo(float).tiny)
-    speed = at.entrainment_speed_m_s[..., 0]
-    film = minimum_film_thickness(
-        load_n=load,
-        entrainment_speed_m_s=speed,
-        dynamic_viscosity_pa_s=lubrication.dynamic_viscosity_pa_s[:, np.newaxis, np.newaxis],
-        pressure_viscosity_coefficient_1_pa=lubrication.pressure_viscosity_coefficient_1_pa[
-            :, np.newaxis, np.newaxis
-        ],
-        radius_x_m=at.radius_x_m[..., 0],
+    radius_x = at.radius_x_m[..., 0]
+    film = film_thickness(
+        lubrication.of_contacts,
+        thickness="minimum",
+        load_n=np.maximum(contacts.load_n, np.finfo(float).tiny),
+        max_hertz_pressure_pa=contacts.max_hertz_pressure_pa,
+        entrainment_speed_m_s=at.entrainment_speed_m_s[..., 0],
+        slide_roll_ratio=0.0,
+        radius_x_m=radius_x,
         reduced_modulus_pa=bearing.reduced_modulus_pa,
-        ellipticity=ellipticity(at.radius_x_m[..., 0], bearing.radius_y_m),
+        ellipticity=ellipticity(radius_x, bearing.radius_y_m),
     )
-    reduction = thermal_reduction(
-        lubrication, contacts.max_hertz_pressure_pa, speed, bearing.reduced_modulus_pa
-    )
-    return (film * reduction).min(axis=(1, 2)) / bearing.roughness_rq_m
+    return np.maximum(film, 0.0).min(axis=(1, 2)) / bearing.roughness_rq_m
 
 
 def cage_slip(

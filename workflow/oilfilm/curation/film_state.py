@@ -8,20 +8,10 @@ import pandas as pd
 
 from oilfilm.curation.points import LEAST_LOAD_N
 from oilfilm.physics.contact import max_hertz_pressure
-from oilfilm.physics.film import (
-    central_film_thickness,
-    lambda_ratio,
-    minimum_film_thickness,
-    thermal_loading_parameter,
-    thermal_reduction_factor,
-)
+from oilfilm.physics.film import FilmDefinition, FilmSettings, contact_film
 from oilfilm.physics.oils import Oil, oil_from_config
 from oilfilm.physics.rigs import Contact, contact_of
 from oilfilm.units import M_PER_UM, PA_PER_GPA
-
-# Outside these no oil is a liquid lubricant, and the formulas of its properties overflow.
-_OIL_TEMPERATURES_C = (-100.0, 500.0)
-_THICKNESS = {"minimum": minimum_film_thickness, "central": central_film_thickness}
 
 
 def with_film(points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
@@ -35,11 +25,12 @@ def with_film(points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
     points = points.assign(
         max_hertz_pressure_gpa=np.nan, film_thickness_um=np.nan, lambda_ratio=np.nan
     )
+    film = FilmDefinition(**config["film"])
     for rig, contact in contacts.items():
         for name, oil in oils.items():
             rows = (points["rig"] == rig) & (points["oil"] == name)
             if contact is not None and rows.any():
-                derived = contact_state(points[rows], contact, oil, config["film"])
+                derived = contact_state(points[rows], contact, oil, film)
                 points.loc[rows, list(derived)] = derived
     known = points["lambda_ratio"].notna()
     full = points["lambda_ratio"] > config["gates"]["lambda_limit"]
@@ -48,7 +39,7 @@ def with_film(points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def contact_state(
-    points: pd.DataFrame, contact: Contact, oil: Oil | None, settings: Mapping[str, Any]
+    points: pd.DataFrame, contact: Contact, oil: Oil | None, settings: FilmSettings
 ) -> pd.DataFrame:
     """Maximum Hertz pressure and, where the oil is known, film thickness and lambda.
 
@@ -63,35 +54,15 @@ def contact_state(
     derived = pd.DataFrame({"max_hertz_pressure_gpa": pressure_pa / PA_PER_GPA}, points.index)
     if oil is None:
         return derived
-    speed = points["entrainment_speed_m_s"].where(points["entrainment_speed_m_s"] > 0).to_numpy()
-    measured = points["inlet_temperature_c"]
-    temperature = measured.where(measured.between(*_OIL_TEMPERATURES_C)).to_numpy()
-    viscosity = oil.dynamic_viscosity_pa_s(temperature)
-    film_m = _THICKNESS[settings["thickness"]](
+    film = contact_film(
+        oil,
+        contact,
+        settings,
         load_n=load,
-        entrainment_speed_m_s=speed,
-        dynamic_viscosity_pa_s=viscosity,
-        pressure_viscosity_coefficient_1_pa=oil.pressure_viscosity_coefficient_1_pa(temperature),
-        radius_x_m=contact.radius_m,
-        reduced_modulus_pa=contact.reduced_modulus_pa,
+        entrainment_speed_m_s=points["entrainment_speed_m_s"].to_numpy(),
+        inlet_temperature_c=points["inlet_temperature_c"].to_numpy(),
+        slide_roll_ratio=points["slide_roll_ratio"].to_numpy(),
     )
-    if settings["thermal_reduction"]:
-        film_m = film_m * thermal_reduction_factor(
-            max_hertz_pressure_pa=pressure_pa,
-            reduced_modulus_pa=contact.reduced_modulus_pa,
-            slide_roll_ratio=points["slide_roll_ratio"].abs().to_numpy(),
-            thermal_loading=thermal_loading_parameter(
-                entrainment_speed_m_s=speed,
-                dynamic_viscosity_pa_s=viscosity,
-                temperature_viscosity_coefficient_1_k=(
-                    oil.temperature_viscosity_coefficient_1_k(temperature)
-                ),
-                thermal_conductivity_w_mk=oil.thermal_conductivity_w_mk(temperature),
-            ),
-        )
-    # outside the formulas' range, as with a broken thermocouple, a film is no film
-    film_m = np.where(np.isfinite(film_m) & (film_m > 0), film_m, np.nan)
-    roughness_m = contact.roughness_m(settings["roughness"])
     return derived.assign(
-        film_thickness_um=film_m / M_PER_UM, lambda_ratio=lambda_ratio(film_m, roughness_m)
+        film_thickness_um=film.thickness_m / M_PER_UM, lambda_ratio=film.lambda_ratio
     )

@@ -1,15 +1,26 @@
-"""Thickness of the oil film in a rolling contact, and how far it keeps rough surfaces apart.
+"""Thickness of the oil film in a rolling contact, and its ratio to the roughness (lambda).
 
 All quantities are in SI units. Arguments are floats or arrays that broadcast against each other.
 
-lambda means little unless it is said of what: bearing practice takes the minimum film, thinned by
-inlet heating, over the combined Rq.
+`contact_film` gives film and lambda of an oil in a rig's contact. `film_thickness` gives the film
+of any contact. The formulas behind both come first. A lambda needs its definition: bearing
+practice takes the minimum film, reduced by inlet heating, over the combined Rq.
 """
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
 
 import numpy as np
 
-from oilfilm.physics.contact import Floats
+from oilfilm.physics.contact import Floats, max_hertz_pressure
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
 from oilfilm.units import FloatArray
+
+# Outside this range no oil is a liquid lubricant, and the formulas of its properties overflow.
+_OIL_TEMPERATURES_C = (-100.0, 500.0)
+
+Thickness = Literal["minimum", "central"]
 
 
 def central_film_thickness(
@@ -44,7 +55,7 @@ def central_film_thickness(
     Validity: full film, ample oil, steady rolling along x. Fitted to 34 numerical solutions, of
         k from 1 to 8 and U up to the order of 1e-11 (both limits not checked against print); the
         rig covers U from 2e-11 to 1e-9 and so extrapolates. Heating in the inlet is left out:
-        multiply by `thermal_reduction_factor`.
+        see `film_thickness`.
 
     Reference: B. J. Hamrock and D. Dowson, Isothermal elastohydrodynamic lubrication of point
         contacts, Part III, J. Lubr. Technol. 99 (1977) 264, doi 10.1115/1.3453074.
@@ -80,17 +91,7 @@ def minimum_film_thickness(
 
         h_min/Rx = 3.63 U^0.68 G^0.49 W^-0.073 (1 - exp(-0.68 k))
 
-    U, G, W, arguments and validity are those of `central_film_thickness`.
-
-    Args:
-        load_n: Normal load w, in N; above 0.
-        entrainment_speed_m_s: Mean u = (u1 + u2)/2 of the two surface speeds, in m/s; 0 or more.
-        dynamic_viscosity_pa_s: eta0 at the inlet temperature and ambient pressure, in Pa s.
-        pressure_viscosity_coefficient_1_pa: alpha at the inlet temperature, in 1/Pa.
-        radius_x_m: Reduced radius Rx in the rolling direction, in m.
-        reduced_modulus_pa: E' = 2 E*, in Pa.
-        ellipticity: k = a_y/a_x of the contact, exact (`contact.ellipticity`); 1 for a ball on a
-            flat, where the authors' fit 1.0339 (Ry/Rx)^0.636 would thicken the film by 1 to 2 %.
+    Arguments, U, G, W and validity are those of `central_film_thickness`.
 
     Returns:
         h_min, in m.
@@ -152,6 +153,21 @@ def thermal_loading_parameter(
     return np.asarray(heating * entrainment_speed_m_s**2 / thermal_conductivity_w_mk)
 
 
+@dataclass(frozen=True)
+class ThermalReductionFit:
+    """Constants of the fitted formula of `thermal_reduction_factor`, all dimensionless."""
+
+    pressure_factor: float = 13.2
+    pressure_power: float = 0.42
+    shear_factor: float = 0.213
+    shear_power: float = 0.64
+    slip_factor: float = 2.23
+    slip_power: float = 0.83
+
+
+THERMAL_REDUCTION_FIT = ThermalReductionFit()
+
+
 def thermal_reduction_factor(
     *,
     max_hertz_pressure_pa: Floats,
@@ -159,21 +175,21 @@ def thermal_reduction_factor(
     slide_roll_ratio: Floats,
     thermal_loading: Floats,
 ) -> FloatArray:
-    """By how much inlet heating thins the isothermal film: h = phi_T h_isothermal.
+    """Factor by which inlet heating thins the isothermal film: h = phi_T h_isothermal.
 
         phi_T = [1 - 13.2 (p0/E') L^0.42] / [1 + 0.213 (1 + 2.23 |S|^0.83) L^0.64]
 
     Args:
-        max_hertz_pressure_pa: Maximum pressure p0, in Pa.
+        max_hertz_pressure_pa: Maximum pressure p0, in Pa; 0 leaves the pressure term out.
         reduced_modulus_pa: E' = 2 E*, in Pa.
-        slide_roll_ratio: S; which of the two surfaces is the faster one makes no difference.
+        slide_roll_ratio: S; its sign makes no difference.
         thermal_loading: L of `thermal_loading_parameter`, 0 or more.
 
     Returns:
         phi_T, 1 where L = 0.
 
     Validity: an empirical fit, not clipped here. Its numerator turns negative at L above about
-        300 at 1.5 GPa on steel, so values near or below zero lie outside the fit.
+        300 at 1.5 GPa on steel. Values near or below zero lie outside the fit.
 
     Reference: P. K. Gupta, H. S. Cheng, D. Zhu, N. H. Forster and J. B. Schrand, Viscoelastic
         effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
@@ -187,57 +203,113 @@ def thermal_reduction_factor(
         >>> phi.round(3)
         array([0.835, 0.766])
     """
-    heating = 13.2 * (max_hertz_pressure_pa / reduced_modulus_pa) * thermal_loading**0.42
-    sliding = 0.213 * (1 + 2.23 * np.abs(slide_roll_ratio) ** 0.83) * thermal_loading**0.64
-    return np.asarray((1 - heating) / (1 + sliding))
+    fit = THERMAL_REDUCTION_FIT
+    relative_pressure = max_hertz_pressure_pa / reduced_modulus_pa
+    heating = fit.pressure_factor * relative_pressure * thermal_loading**fit.pressure_power
+    slip = 1 + fit.slip_factor * np.abs(slide_roll_ratio) ** fit.slip_power
+    shear = fit.shear_factor * slip * thermal_loading**fit.shear_power
+    return np.asarray((1 - heating) / (1 + shear))
 
 
-def rq_from_ra(ra_m: Floats) -> FloatArray:
-    """Root-mean-square roughness where only the mean roughness is known.
+@dataclass(frozen=True)
+class InletOil:
+    """Properties of an oil at the inlet of a contact, on which its film depends.
 
-        Rq = 1.25 Ra
+    Attributes:
+        dynamic_viscosity_pa_s: eta0, in Pa s.
+        pressure_viscosity_coefficient_1_pa: alpha, in 1/Pa.
+        temperature_viscosity_coefficient_1_k: beta = -d ln(eta0)/dT, in 1/K.
+        thermal_conductivity_w_mk: k_oil, in W/(m K).
+    """
 
-    This is a convention, not a law: a Gaussian profile has sqrt(pi/2) = 1.2533, a sine wave 1.11,
-    a plateau-honed one more.
+    dynamic_viscosity_pa_s: FloatArray
+    pressure_viscosity_coefficient_1_pa: FloatArray
+    temperature_viscosity_coefficient_1_k: FloatArray
+    thermal_conductivity_w_mk: FloatArray
+
+    @classmethod
+    def of(cls, oil: Oil, temperature_c: Floats) -> "InletOil":
+        """The properties of an oil at inlet temperatures in degC."""
+        return cls(
+            oil.dynamic_viscosity_pa_s(temperature_c),
+            oil.pressure_viscosity_coefficient_1_pa(temperature_c),
+            oil.temperature_viscosity_coefficient_1_k(temperature_c),
+            oil.thermal_conductivity_w_mk(temperature_c),
+        )
+
+    def thermal_loading(self, entrainment_speed_m_s: Floats) -> FloatArray:
+        """L of `thermal_loading_parameter` at a speed in m/s."""
+        return thermal_loading_parameter(
+            entrainment_speed_m_s=entrainment_speed_m_s,
+            dynamic_viscosity_pa_s=self.dynamic_viscosity_pa_s,
+            temperature_viscosity_coefficient_1_k=self.temperature_viscosity_coefficient_1_k,
+            thermal_conductivity_w_mk=self.thermal_conductivity_w_mk,
+        )
+
+
+def film_thickness(
+    oil: InletOil,
+    *,
+    thickness: Thickness,
+    thermal_reduction: bool = True,
+    load_n: Floats,
+    max_hertz_pressure_pa: Floats,
+    entrainment_speed_m_s: Floats,
+    slide_roll_ratio: Floats,
+    radius_x_m: Floats,
+    reduced_modulus_pa: Floats,
+    ellipticity: Floats = 1.0,
+) -> FloatArray:
+    """Film thickness of an oil in a contact: h = phi_T h_isothermal.
 
     Args:
-        ra_m: Arithmetic mean roughness Ra, in m.
+        oil: The oil at the inlet temperature.
+        thickness: `minimum` (`minimum_film_thickness`) or `central` (`central_film_thickness`).
+        thermal_reduction: Whether phi_T of `thermal_reduction_factor` applies.
+        load_n: Normal load, in N; above 0.
+        max_hertz_pressure_pa: Maximum pressure, in Pa; 0 leaves out the pressure term of phi_T.
+        entrainment_speed_m_s: Mean of the two surface speeds, in m/s.
+        slide_roll_ratio: S.
+        radius_x_m: Reduced radius in the rolling direction, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
+        ellipticity: a_y/a_x of the contact.
 
     Returns:
-        Rq, in m.
+        h, in m; zero or negative outside the range of phi_T.
 
     Examples:
-        The rig's root-sum-square Ra of 0.0172 um (rig page):
+        MIL-L-23699 oil at 100 degC on a 20 mm ball: 0.2108 um, reduced by 0.766:
 
-        >>> print(f"{rq_from_ra(0.0172e-6) * 1e6:.4f} um")
-        0.0215 um
+        >>> oil = InletOil(*map(np.asarray, (5.006e-3, 1.103e-8, 0.01996, 0.1472)))
+        >>> h = film_thickness(
+        ...     oil, thickness="minimum", load_n=142, max_hertz_pressure_pa=1.5e9,
+        ...     entrainment_speed_m_s=25, slide_roll_ratio=0.3, radius_x_m=0.010,
+        ...     reduced_modulus_pa=221.6e9)
+        >>> print(f"{h * 1e6:.3f} um")
+        0.161 um
     """
-    return np.asarray(1.25 * ra_m)
-
-
-def combined_roughness(rq_1_m: Floats, rq_2_m: Floats) -> FloatArray:
-    """Roughness of two surfaces facing each other, their profiles being independent.
-
-        sigma = sqrt(Rq1^2 + Rq2^2)
-
-    Args:
-        rq_1_m: Root-mean-square roughness of the first surface, in m.
-        rq_2_m: The same of the second surface.
-
-    Returns:
-        sigma, in m. Ra values in give the combined Ra.
-
-    Examples:
-        Ball and disc of the rig, Ra 0.014 and 0.010 um, have 0.0172 um together (rig page):
-
-        >>> print(f"{combined_roughness(0.014e-6, 0.010e-6) * 1e6:.4f} um")
-        0.0172 um
-    """
-    return np.hypot(rq_1_m, rq_2_m)
+    formula = {"minimum": minimum_film_thickness, "central": central_film_thickness}[thickness]
+    isothermal = formula(
+        load_n=load_n,
+        entrainment_speed_m_s=entrainment_speed_m_s,
+        dynamic_viscosity_pa_s=oil.dynamic_viscosity_pa_s,
+        pressure_viscosity_coefficient_1_pa=oil.pressure_viscosity_coefficient_1_pa,
+        radius_x_m=radius_x_m,
+        reduced_modulus_pa=reduced_modulus_pa,
+        ellipticity=ellipticity,
+    )
+    if not thermal_reduction:
+        return isothermal
+    return isothermal * thermal_reduction_factor(
+        max_hertz_pressure_pa=max_hertz_pressure_pa,
+        reduced_modulus_pa=reduced_modulus_pa,
+        slide_roll_ratio=slide_roll_ratio,
+        thermal_loading=oil.thermal_loading(entrainment_speed_m_s),
+    )
 
 
 def lambda_ratio(film_thickness_m: Floats, combined_roughness_m: Floats) -> FloatArray:
-    """Film thickness over combined roughness; above 3 the surfaces are taken as kept apart.
+    """Film thickness over combined roughness; above 3 the film is taken as full.
 
         lambda = h / sigma
 
@@ -249,9 +321,94 @@ def lambda_ratio(film_thickness_m: Floats, combined_roughness_m: Floats) -> Floa
         lambda.
 
     Examples:
-        The rig's worst corner without thermal reduction, 0.092 um over 0.0215 um (physics.md):
+        The rig's worst corner without thermal reduction, 0.092 um over 0.0215 um (docs/physics.md):
 
         >>> print(f"{lambda_ratio(0.092e-6, 0.0215e-6):.1f}")
         4.3
     """
     return np.asarray(film_thickness_m / combined_roughness_m)
+
+
+class FilmSettings(Protocol):
+    """Definition of film thickness and lambda: `film` of the configuration."""
+
+    @property
+    def thickness(self) -> Thickness:
+        """Which film thickness."""
+
+    @property
+    def thermal_reduction(self) -> bool:
+        """Whether inlet heating reduces it."""
+
+    @property
+    def roughness(self) -> Literal["rq", "ra"]:
+        """Which roughness lambda refers to."""
+
+
+@dataclass(frozen=True)
+class FilmDefinition:
+    """`FilmSettings` as bearing practice has them."""
+
+    thickness: Thickness = "minimum"
+    thermal_reduction: bool = True
+    roughness: Literal["rq", "ra"] = "rq"
+
+
+@dataclass(frozen=True)
+class ContactFilm:
+    """Film of an oil in a contact; NaN where the formulas do not hold.
+
+    Attributes:
+        thickness_m: Film thickness, in m.
+        lambda_ratio: Film thickness over combined roughness.
+    """
+
+    thickness_m: FloatArray
+    lambda_ratio: FloatArray
+
+
+def contact_film(
+    oil: Oil,
+    contact: Contact,
+    settings: FilmSettings,
+    *,
+    load_n: FloatArray,
+    entrainment_speed_m_s: FloatArray,
+    inlet_temperature_c: FloatArray,
+    slide_roll_ratio: FloatArray,
+) -> ContactFilm:
+    """Film thickness and lambda of an oil in the contact of a ball on a flat.
+
+    Args:
+        oil: The oil.
+        contact: The contact.
+        settings: Which film over which roughness.
+        load_n: Normal load, in N (`contact.load_for_max_hertz_pressure` where p0 is known).
+        entrainment_speed_m_s: Mean of the two surface speeds, in m/s.
+        inlet_temperature_c: Oil temperature at the inlet, in degC.
+        slide_roll_ratio: S.
+
+    Returns:
+        The film, of the arguments' broadcast shape. NaN where speed or temperature is not
+        possible, or where the thermal reduction is used outside its range.
+    """
+    low, high = _OIL_TEMPERATURES_C
+    speed = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
+    is_liquid = (inlet_temperature_c >= low) & (inlet_temperature_c <= high)
+    thickness_m = film_thickness(
+        InletOil.of(oil, np.where(is_liquid, inlet_temperature_c, np.nan)),
+        thickness=settings.thickness,
+        thermal_reduction=settings.thermal_reduction,
+        load_n=load_n,
+        max_hertz_pressure_pa=max_hertz_pressure(
+            load_n, contact.radius_m, contact.reduced_modulus_pa
+        ),
+        entrainment_speed_m_s=speed,
+        slide_roll_ratio=slide_roll_ratio,
+        radius_x_m=contact.radius_m,
+        reduced_modulus_pa=contact.reduced_modulus_pa,
+    )
+    is_film = np.isfinite(thickness_m) & (thickness_m > 0)
+    thickness_m = np.where(is_film, thickness_m, np.nan)
+    roughness_m = contact.roughness_m(settings.roughness)
+    return ContactFilm(thickness_m, lambda_ratio(thickness_m, roughness_m))

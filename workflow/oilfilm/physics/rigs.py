@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from oilfilm.physics.contact import reduced_modulus
-from oilfilm.physics.film import combined_roughness, rq_from_ra
+from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.units import M_PER_UM
 
 

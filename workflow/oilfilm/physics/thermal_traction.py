@@ -15,11 +15,7 @@ import numpy as np
 from scipy.special import beta
 
 from oilfilm.physics.contact import Floats, contact_radius, load_for_max_hertz_pressure
-from oilfilm.physics.film import (
-    central_film_thickness,
-    thermal_loading_parameter,
-    thermal_reduction_factor,
-)
+from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.oils import Oil
 from oilfilm.units import FloatArray
 
@@ -354,9 +350,16 @@ def thermal_ehl_traction(
         )
     )
     load_n = load_for_max_hertz_pressure(pressure, radius_m, reduced_modulus_pa)
-    conductivity = oil.thermal_conductivity_w_mk(inlet)
-    film_thickness_m = _film_thickness(
-        oil, load_n, speed, inlet, slip, conductivity, radius_m, reduced_modulus_pa
+    inlet_oil = InletOil.of(oil, inlet)
+    film_thickness_m = film_thickness(
+        inlet_oil,
+        thickness="central",
+        load_n=load_n,
+        max_hertz_pressure_pa=0.0,  # without the pressure term, see Validity
+        entrainment_speed_m_s=speed,
+        slide_roll_ratio=slip,
+        radius_x_m=radius_m,
+        reduced_modulus_pa=reduced_modulus_pa,
     )
     sliding_m_s = slip * speed
     # both rises are proportional to the heat: kelvin per pascal of shear stress
@@ -368,7 +371,9 @@ def thermal_ehl_traction(
         volumetric_heat_j_m3k=constants.solid_volumetric_heat_j_m3k,
     )
     within = film_temperature_rise(
-        sliding_m_s, film_thickness_m=film_thickness_m, conductivity_w_mk=conductivity
+        sliding_m_s,
+        film_thickness_m=film_thickness_m,
+        conductivity_w_mk=inlet_oil.thermal_conductivity_w_mk,
     )
     shear_rate = sliding_m_s / film_thickness_m
     mean_pressure = pressure * 2 / 3
@@ -404,44 +409,6 @@ def thermal_ehl_traction(
         film_thickness_m=film_thickness_m,
         surface_temperature_c=inlet + flash * stress,
         film_temperature_c=inlet + (flash + within) * stress,
-    )
-
-
-def _film_thickness(
-    oil: Oil,
-    load_n: FloatArray,
-    speed_m_s: FloatArray,
-    inlet_temperature_c: FloatArray,
-    slip: FloatArray,
-    conductivity_w_mk: FloatArray,
-    radius_m: Floats,
-    reduced_modulus_pa: Floats,
-) -> FloatArray:
-    viscosity = oil.dynamic_viscosity_pa_s(inlet_temperature_c)
-    isothermal = central_film_thickness(
-        load_n=load_n,
-        entrainment_speed_m_s=speed_m_s,
-        dynamic_viscosity_pa_s=viscosity,
-        pressure_viscosity_coefficient_1_pa=oil.pressure_viscosity_coefficient_1_pa(
-            inlet_temperature_c
-        ),
-        radius_x_m=radius_m,
-        reduced_modulus_pa=reduced_modulus_pa,
-    )
-    loading = thermal_loading_parameter(
-        entrainment_speed_m_s=speed_m_s,
-        dynamic_viscosity_pa_s=viscosity,
-        temperature_viscosity_coefficient_1_k=oil.temperature_viscosity_coefficient_1_k(
-            inlet_temperature_c
-        ),
-        thermal_conductivity_w_mk=conductivity_w_mk,
-    )
-    # without the term in pressure, which turns the film negative where the fit ends
-    return isothermal * thermal_reduction_factor(
-        max_hertz_pressure_pa=0.0,
-        reduced_modulus_pa=reduced_modulus_pa,
-        slide_roll_ratio=slip,
-        thermal_loading=loading,
     )
 
 

@@ -14,11 +14,7 @@ from scipy.optimize import least_squares
 
 from oilfilm.bearing.ellipse import Conditions, Grid, grid
 from oilfilm.physics.contact import elliptical_contact, load_for_max_hertz_pressure
-from oilfilm.physics.film import (
-    central_film_thickness,
-    thermal_loading_parameter,
-    thermal_reduction_factor,
-)
+from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import (
@@ -76,8 +72,19 @@ class LocalTraction:
         peak = np.maximum(at.max_hertz_pressure_gpa * PA_PER_GPA, 1e6)
         speed = np.maximum(at.entrainment_speed_m_s, 1e-3)
         pressure = peak * np.sqrt(1 - self.rule.along**2 - self.rule.across**2)
-        film = self._film(at, load, speed, contact.ellipticity, slide_roll_ratio)
         inlet, sliding = at.inlet_temperature_c, slide_roll_ratio * speed
+        inlet_oil = InletOil.of(self.oil, inlet)
+        film = film_thickness(
+            inlet_oil,
+            thickness="central",
+            load_n=load,
+            max_hertz_pressure_pa=0.0,  # without the pressure term, as in `thermal_ehl_traction`
+            entrainment_speed_m_s=speed,
+            slide_roll_ratio=slide_roll_ratio,
+            radius_x_m=at.radius_x_m,
+            reduced_modulus_pa=at.reduced_modulus_pa,
+            ellipticity=contact.ellipticity,
+        )
         # both rises go with the stress: of the film, and of surfaces that took half the heat each
         # over the time of one crossing, 2/3 of the rise at its end
         constants = self.constants
@@ -86,49 +93,13 @@ class LocalTraction:
         rise = 2 / 3 * sliding * crossing + film_temperature_rise(
             sliding,
             film_thickness_m=film,
-            conductivity_w_mk=self.oil.thermal_conductivity_w_mk(inlet),
+            conductivity_w_mk=inlet_oil.thermal_conductivity_w_mk,
         )
         temperature = inlet + np.zeros_like(rise * pressure)
         for _ in range(_FIXED_POINTS):
             stress = self._stress(pressure, sliding / film, temperature)
             temperature = (temperature + inlet + rise * stress) / 2
         return self._stress(pressure, sliding / film, temperature) / pressure
-
-    def _film(
-        self,
-        at: Conditions,
-        load: FloatArray,
-        speed: FloatArray,
-        ellipticity: FloatArray,
-        slip: FloatArray,
-    ) -> FloatArray:
-        inlet = at.inlet_temperature_c
-        viscosity = self.oil.dynamic_viscosity_pa_s(inlet)
-        loading = thermal_loading_parameter(
-            entrainment_speed_m_s=speed,
-            dynamic_viscosity_pa_s=viscosity,
-            temperature_viscosity_coefficient_1_k=self.oil.temperature_viscosity_coefficient_1_k(
-                inlet
-            ),
-            thermal_conductivity_w_mk=self.oil.thermal_conductivity_w_mk(inlet),
-        )
-        # without the term in pressure, as `thermal_ehl_traction` has it
-        reduction = thermal_reduction_factor(
-            max_hertz_pressure_pa=0.0,
-            reduced_modulus_pa=at.reduced_modulus_pa,
-            slide_roll_ratio=slip,
-            thermal_loading=loading,
-        )
-        film = central_film_thickness(
-            load_n=load,
-            entrainment_speed_m_s=speed,
-            dynamic_viscosity_pa_s=viscosity,
-            pressure_viscosity_coefficient_1_pa=self.oil.pressure_viscosity_coefficient_1_pa(inlet),
-            radius_x_m=at.radius_x_m,
-            reduced_modulus_pa=at.reduced_modulus_pa,
-            ellipticity=ellipticity,
-        )
-        return film * reduction
 
     def _stress(
         self, pressure: FloatArray, shear_rate: FloatArray, temperature_c: FloatArray

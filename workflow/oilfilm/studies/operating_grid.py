@@ -2,18 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.film_state import contact_state
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.physics.film import FilmSettings, contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import CONDITIONS, Observations, to_internal
-from oilfilm.units import PA_PER_GPA, FloatArray
+from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
 
 AXES = (*CONDITIONS, "slide_roll_ratio")
 
@@ -91,22 +90,26 @@ class Film:
 
     contact: Contact
     oil: Oil
-    settings: Mapping[str, Any]
+    settings: FilmSettings
 
     def over(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
         """Film thickness in um and lambda, both of shape `grid.shape`.
 
         Null where the thermal reduction is asked for heat beyond its range.
         """
-        places = grid.places()
-        load_n = load_for_max_hertz_pressure(
-            places["max_hertz_pressure_gpa"].to_numpy() * PA_PER_GPA,
-            self.contact.radius_m,
-            self.contact.reduced_modulus_pa,
+        pressure, speed, temperature, slip = (
+            axis.ravel() for axis in np.meshgrid(*grid.levels, indexing="ij")
         )
-        state = contact_state(places.assign(load_n=load_n), self.contact, self.oil, self.settings)
-        thickness, ratio = (
-            state[name].to_numpy().reshape(grid.shape)
-            for name in ("film_thickness_um", "lambda_ratio")
+        film = contact_film(
+            self.oil,
+            self.contact,
+            self.settings,
+            load_n=load_for_max_hertz_pressure(
+                pressure * PA_PER_GPA, self.contact.radius_m, self.contact.reduced_modulus_pa
+            ),
+            entrainment_speed_m_s=speed,
+            inlet_temperature_c=temperature,
+            slide_roll_ratio=slip,
         )
-        return thickness, ratio
+        thickness_um = film.thickness_m / M_PER_UM
+        return thickness_um.reshape(grid.shape), film.lambda_ratio.reshape(grid.shape)

@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from oilfilm.physics.film import thermal_loading_parameter
+from oilfilm.physics.film import InletOil
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import BoolArray, Coefficient, FloatArray, Law
@@ -138,20 +138,12 @@ class WangDengGroups(WangDengLoad):
         """The three groups from W in N, U in m/s and T in degC."""
         load_n, speed_m_s, temperature_c = conditions.T
         modulus_pa, radius_m = self._modulus_pa, self._radius_m
-        viscosity_pa_s = self._oil.dynamic_viscosity_pa_s(temperature_c)
-        heating = thermal_loading_parameter(
-            entrainment_speed_m_s=speed_m_s,
-            dynamic_viscosity_pa_s=viscosity_pa_s,
-            temperature_viscosity_coefficient_1_k=(
-                self._oil.temperature_viscosity_coefficient_1_k(temperature_c)
-            ),
-            thermal_conductivity_w_mk=self._oil.thermal_conductivity_w_mk(temperature_c),
-        )
+        inlet = InletOil.of(self._oil, temperature_c)
         return np.column_stack(
             [
                 load_n / (modulus_pa * radius_m**2),
-                viscosity_pa_s * speed_m_s / (modulus_pa * radius_m),
-                heating,
+                inlet.dynamic_viscosity_pa_s * speed_m_s / (modulus_pa * radius_m),
+                inlet.thermal_loading(speed_m_s),
             ]
         )
 

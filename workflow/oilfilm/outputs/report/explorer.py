@@ -6,7 +6,7 @@ given the covariance as its root, and the film at each step of the temperature's
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from scipy.special import ndtri
 
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
-from oilfilm.physics.film import thermal_loading_parameter
+from oilfilm.physics.film import THERMAL_REDUCTION_FIT, FilmDefinition, InletOil
 from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
@@ -212,26 +212,24 @@ def _film(film: Film, temperatures_c: FloatArray) -> dict[str, Any]:
     Every isothermal film is a power law of pressure and speed; only the temperature's part has a
     form of its own.
     """
-    cold = replace(film, settings={**film.settings, "thermal_reduction": False})
+    cold = replace(
+        film,
+        settings=FilmDefinition(
+            film.settings.thickness, thermal_reduction=False, roughness=film.settings.roughness
+        ),
+    )
     unit, none = np.ones(1), np.zeros(1)
     isothermal = cold.over(Grid(unit, unit, temperatures_c, none))[1].ravel()
     two = np.array([1.0, 2.0])
     powers = np.log2(cold.over(Grid(two, two, np.array([100.0]), none))[1][:, :, 0, 0])
-    oil = film.oil
-    loading = thermal_loading_parameter(
-        entrainment_speed_m_s=1.0,
-        dynamic_viscosity_pa_s=oil.dynamic_viscosity_pa_s(temperatures_c),
-        temperature_viscosity_coefficient_1_k=oil.temperature_viscosity_coefficient_1_k(
-            temperatures_c
-        ),
-        thermal_conductivity_w_mk=oil.thermal_conductivity_w_mk(temperatures_c),
-    )
-    heated = film.settings["thermal_reduction"]
+    loading = InletOil.of(film.oil, temperatures_c).thermal_loading(1.0)
+    heated = film.settings.thermal_reduction
     return {
         "lambda": [_plain(value) for value in isothermal],
         "pressure_power": float(powers[1, 0] - powers[0, 0]),
         "speed_power": float(powers[0, 1] - powers[0, 0]),
         "loading": [_plain(value) for value in loading] if heated else [],
+        "reduction": asdict(THERMAL_REDUCTION_FIT),
         "modulus_gpa": film.contact.reduced_modulus_pa / PA_PER_GPA,
         "stand_in": film.oil.stand_in,
     }

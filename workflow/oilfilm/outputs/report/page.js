@@ -89,8 +89,10 @@ function lambdaRatio(film, [pressure, speed, temperature, slip]) {
     * pressure ** film.pressure_power * speed ** film.speed_power;
   if (!film.loading.length) return cold;
   const loading = (film.loading[step] ?? NaN) * speed ** 2;
-  const heating = 13.2 * (pressure / film.modulus_gpa) * loading ** 0.42;
-  const shear = 0.213 * (1 + 2.23 * slip ** 0.83) * loading ** 0.64;
+  const fit = film.reduction;
+  const heating = fit.pressure_factor * (pressure / film.modulus_gpa) * loading ** fit.pressure_power;
+  const shear = fit.shear_factor * (1 + fit.slip_factor * slip ** fit.slip_power)
+    * loading ** fit.shear_power;
   const ratio = cold * (1 - heating) / (1 + shear);
   return ratio > 0 ? ratio : NaN;
 }

@@ -11,6 +11,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import of_matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
+from oilfilm.physics.film import FilmDefinition
 from oilfilm.physics.oils import oil_from_config
 from oilfilm.physics.rigs import contact_of
 from oilfilm.settings.load import load_checked
@@ -87,7 +88,7 @@ def films(config: Mapping[str, Any]) -> dict[str, Film]:
     """Film of each oil with properties in the contact of the first rig that is known."""
     known = [contact for rig in config["rigs"].values() if (contact := contact_of(rig))]
     return {
-        name: Film(known[0], oil_from_config(oil), config["film"])
+        name: Film(known[0], oil_from_config(oil), FilmDefinition(**config["film"]))
         for name, oil in config["oils"].items()
         if known and oil is not None
     }
