@@ -50,10 +50,11 @@ setup: $(READY) ## set up .venv only
 test: lint ## every static check, then the tests with coverage
 	$(IN_VENV) $(BIN)/pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder --cov
 
-lint: $(READY) ## every static check: style, format, types, workflow
+lint: $(READY) ## every static check: style, format, types, imports, workflow
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
 	$(BIN)/python tests/lint/licences.py
@@ -139,7 +140,7 @@ upgrade: ## the same, with the newest release of everything
 	@$(MAKE) lock UPGRADE=--upgrade
 
 clean: ## remove .venv and caches; data/, results/ and .snakemake/ stay
-	rm -rf $(VENV) .venv-* .mypy_cache .pytest_cache .ruff_cache .hypothesis htmlcov .coverage .coverage.*
+	rm -rf $(VENV) .venv-* .import_linter_cache .mypy_cache .pytest_cache .ruff_cache .hypothesis htmlcov .coverage .coverage.*
 	find workflow tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
 help: ## this list
