@@ -11,6 +11,7 @@ from campaigns import Campaign
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
 from oilfilm.outputs.figures import FIGURES, Results, style
+from oilfilm.tables import failed_gates
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +169,7 @@ def test_gates_count_every_refused_run_and_row_once(demo: Campaign) -> None:
     counts = gate_counts(curated.runs, curated.points, curated.quarantine)
     assert counts["runs_refused"].sum() == (curated.runs["verdict"] == "refused").sum()
     assert counts["rows"].sum() == curated.quarantine["refused_rows"].sum()
-    names = curated.points.loc[~curated.points["accepted"], "reasons"].str.split(";").explode()
+    names = failed_gates.one_row_per_gate(curated.points)
     assert counts["points"].sum() == len(names)
     by_gate = counts.set_index("gate")
     assert by_gate.at["stuck_sensor", "points"] == 31

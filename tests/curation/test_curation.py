@@ -52,14 +52,12 @@ def test_every_planted_defect_is_refused_by_the_gate_meant_for_it(demo: Campaign
         "duplicate", "stuck_sensor", "swapped_sign", "thin_film", "truncated", "wrong_units",
     ]  # fmt: skip
     assert (planted["verdict"] == "refused").all()
-    assert (planted["reason"].str.partition(":")[0] == planted["gate"]).all()
+    assert (planted["rule"] == planted["gate"]).all()
     assert set(planted["run_id"]) <= set(demo.curated.quarantine["run_id"])
 
 
 def test_load_logged_in_kgf_is_called_so(demo: Campaign) -> None:
-    (reason,) = demo.curated.runs.loc[
-        demo.curated.runs["reason"].str.startswith("load_off_nominal"), "reason"
-    ]
+    (reason,) = demo.curated.runs.loc[demo.curated.runs["rule"] == "load_off_nominal", "reason"]
     assert "the load may be in kgf" in reason
 
 
@@ -80,7 +78,7 @@ def test_nothing_is_lost_between_log_and_points(demo: Campaign) -> None:
     assert samples + demo.curated.quarantine["refused_rows"].sum() == rows
     points, runs = demo.curated.points, demo.curated.runs
     assert len(points) == runs["plateaus"].sum()
-    assert (points["accepted"] == (points["reasons"] == "")).all()
+    assert (points["accepted"] == (points["failed_gates"] == "")).all()
     refused = runs[runs["verdict"] == "refused"]
     assert (refused["reason"] != "").all()
 
@@ -249,7 +247,7 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     points = check_logs([("log", bad_logs.csv(values))], bad_logs.CONFIG).points.query(
         "slide_roll_ratio > 0.02"
     )
-    assert set(points["reasons"]) == {"transient_not_ended"}
+    assert set(points["failed_gates"]) == {"transient_not_ended"}
     # 62 rows are left from 0.8 s on; the noise of 0.02 N over 82 N moves a mean by some 1e-4
     steady = decay[80 + 16 : 80 + 78]
     expected = steady[:12].mean() - steady[12:].mean()
@@ -499,7 +497,7 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(
 def test_real_films_of_a_wrong_fringe_order_are_found(real_pcs: Path) -> None:
     config = resolve(ROOT / "config", {"campaign": "etm-slim"})
     points = carry_through(config, real_pcs, ["demo_12.txt"]).curated.points
-    off = points[points["reasons"].str.contains("film_off_trend")]
+    off = points[points["failed_gates"].str.contains("film_off_trend")]
     # shared/real: seven rows, 228 to 251 nm
     assert len(off) == 7
     assert off["measured_film_thickness_um"].between(0.228, 0.252).all()
@@ -693,7 +691,7 @@ def test_level_that_ends_before_it_settled_is_a_refused_point(
 
     points = check_logs([("log.csv", spoiled_log(demo, shorten))], config).points
     assert len(points) == 31
-    assert points["reasons"].str.contains("too_short").sum() == 1
+    assert points["failed_gates"].str.contains("too_short").sum() == 1
 
 
 @pytest.mark.parametrize("seconds", [0.9, 1.3])

@@ -160,8 +160,8 @@ def test_simulated_logs_stay_out_of_measured_campaigns(config):
 def test_an_unsteady_or_impossible_plateau_is_kept_with_its_reason(config, change, gate):
     runs, _ = measure_torque([("a.csv", log(signals().assign(**change)))], config)
     assert len(runs) == 3
-    assert runs["reasons"].str.contains(gate).any()
-    assert not runs[runs["reasons"].str.contains(gate)]["accepted"].any()
+    assert runs["failed_gates"].str.contains(gate).any()
+    assert not runs[runs["failed_gates"].str.contains(gate)]["accepted"].any()
 
 
 @pytest.mark.parametrize("rows", [43, 45])  # of the second level: none or one is left of it

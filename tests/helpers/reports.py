@@ -68,7 +68,7 @@ def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Results:
     names = points["run_id"].unique()
     runs = [{"run_id": name, "file": name, "verdict": "accepted"} for name in names]
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
-    runs.append({**stuck, "reason": "stuck_sensor: the force stays"})
+    runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
     claim = {"claim": "zero-slip", "section": "3", "statement": "mu = 0 at S = 0"}
     unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}

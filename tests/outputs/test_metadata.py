@@ -49,7 +49,9 @@ def rows(table: str, count: int) -> pandas.DataFrame:
     frame = {}
     for name, column in tables.TABLES[table].to_schema().columns.items():
         allowed = [check.statistics.get("allowed_values") for check in column.checks]
-        text = next((values[0] for values in allowed if values), "" if name == "reasons" else "x")
+        text = next(
+            (values[0] for values in allowed if values), "" if name == "failed_gates" else "x"
+        )
         of_type: dict[str, Any] = {"float64": 1.0, "int64": 1, "bool": True}
         frame[name] = [of_type.get(str(column.dtype), text)] * count
     frame |= {key: range(1, count + 1) for key in ("first_row", "row") if key in frame}

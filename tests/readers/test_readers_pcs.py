@@ -64,14 +64,14 @@ def test_step_dated_after_the_next_one_is_flagged(etm: Campaign) -> None:
 
 def test_exactly_the_half_reversed_rows_are_refused_as_such(etm: Campaign) -> None:
     points = etm.curated.points
-    refused = points[points["reasons"].str.contains("force_not_reversed")]
+    refused = points[points["failed_gates"].str.contains("force_not_reversed")]
     steps = refused["run_id"].str.extract(r"step(\d+)")[0].astype(int)
     assert steps.tolist() == HALF_REVERSED_STEPS
 
 
 def test_speed_spike_is_refused_and_nothing_else(etm: Campaign) -> None:
     points = etm.curated.points
-    spike = points[points["reasons"].str.contains("speed_off_nominal|slip_out_of_range")]
+    spike = points[points["failed_gates"].str.contains("speed_off_nominal|slip_out_of_range")]
     assert spike["run_id"].tolist() == ["ETM_slim_mapper.txt:step161"]
     assert spike["time_s"].tolist() == [154.0]
     assert spike["slide_roll_ratio"].iloc[0] == pytest.approx(-0.278, abs=5e-4)
@@ -91,7 +91,7 @@ def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> N
     (samples,) = etm.ingested.samples.values()
     strict = curate(samples, etm.ingested.runs, {**etm.config, "campaign": campaign})
     assert not strict.points["accepted"].any()
-    assert strict.points["reasons"].str.contains("film_not_judged").all()
+    assert strict.points["failed_gates"].str.contains("film_not_judged").all()
     assert (strict.runs["verdict"] == "refused").all()
 
 

@@ -188,7 +188,7 @@ def test_point_and_constant_that_change_their_verdict_are_named(
 ) -> None:
     points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
     one = points.index[points["accepted"]][0]
-    points.loc[one, ["accepted", "reasons"]] = [False, "thin_film"]
+    points.loc[one, ["accepted", "failed_gates"]] = [False, "thin_film"]
     coefficients.loc[3, "verdict"] = "sign unknown"
     after = make(points=points, coefficients=coefficients)
     row = points.loc[one]

@@ -79,7 +79,7 @@ def plateaus(torque_n_m: np.ndarray, speed_rpm: np.ndarray, se: float = 0.01) ->
             "torque_n_m": torque,
             "torque_n_m_se": se,
             "accepted": True,
-            "reasons": "",
+            "failed_gates": "",
         }
         for place, (torque, speed) in enumerate(zip(torque_n_m, speed_rpm, strict=True))
     ]
@@ -235,7 +235,7 @@ def test_a_planted_defect_of_the_twin_is_caught(config):
             assert of_run["accepted"].all(), plan.name
             assert len(of_run) == 4
             continue
-        found = [*of_run["reasons"], *refused[refused["run_id"] == plan.name]["rule"]]
+        found = [*of_run["failed_gates"], *refused[refused["run_id"] == plan.name]["rule"]]
         assert gates[plan.defect] in found, plan.name
         assert not of_run["accepted"].any()
 

@@ -103,8 +103,8 @@ def test_short_cut_past_pandera_lets_nothing_pass_that_pandera_refuses(
 
 def test_accepted_point_with_a_reason_is_a_contradiction(demo) -> None:
     frame = demo.curated.points.head(3).copy()
-    frame.loc[0, "reasons"] = "thin_film"
-    with pytest.raises(OilfilmError, match="accepted with a reason"):
+    frame.loc[0, "failed_gates"] = "thin_film"
+    with pytest.raises(OilfilmError, match="accepted with a failed gate"):
         tables.conform(frame, "points", "here")
 
 

@@ -94,7 +94,7 @@ def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
         assert (footer["data"], footer["campaign"]) == ("simulated", "small")
         assert str(place) not in str(footer)
     runs = tables.read("runs", folder / "runs.parquet")
-    refused = runs.loc[runs["verdict"] == "refused", "reason"].str.partition(":")[0]
+    refused = runs.loc[runs["verdict"] == "refused", "rule"]
     assert sorted(refused) == ["swapped_sign", "truncated"]
     pages = tables.read("refused_pages", place / "results/small/refused/index.parquet")
     assert all(

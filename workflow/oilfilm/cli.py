@@ -23,6 +23,7 @@ from oilfilm.readers.ingest import ingest_logs, read_bytes
 from oilfilm.releases.commands import add_commands
 from oilfilm.releases.manifest import shown
 from oilfilm.settings.load import resolve
+from oilfilm.tables import failed_gates
 from oilfilm.units import conversion
 
 
@@ -175,9 +176,9 @@ def report(verdict: Curated) -> str:
             f"{run['plateaus']} plateaus, {run['samples']} rows"
         )
         of_run = points[(points["run_id"] == run["run_id"]) & ~points["accepted"]]
-        gates = of_run["reasons"].str.split(";").explode()
-        for gate, count in gates.value_counts().items():
-            rows = of_run.loc[gates.index[gates == gate], "first_row"]
+        by_gate = failed_gates.one_row_per_gate(of_run)
+        for gate, count in failed_gates.counts(of_run).items():
+            rows = by_gate.loc[by_gate["rule"] == gate, "first_row"]
             lines += [
                 f"  {gate}: {count} plateaus, first at row {rows.min()}",
                 f"    -> {advice_for(str(gate))}",

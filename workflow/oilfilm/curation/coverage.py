@@ -12,6 +12,7 @@ from oilfilm import tables
 from oilfilm.curation.gates import POINT_GATES, advice_for
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import contact_of
+from oilfilm.tables import failed_gates
 from oilfilm.units import PA_PER_GPA
 
 SET_POINTS = (
@@ -98,7 +99,7 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
 
     Args:
         runs: Table of runs with their verdicts.
-        points: Table of points with their reasons.
+        points: Table of points with their verdicts.
         quarantine: Table of what was refused.
     """
     found = pd.concat([_from_quarantine(quarantine), _from_points(points, runs)])
@@ -223,9 +224,8 @@ def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:
 
 def _from_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     """One row a gate and run whose points it refused."""
-    refused = points.loc[~points["accepted"], ["run_id", "reasons"]]
-    named = refused.assign(rule=refused["reasons"].str.split(";")).explode("rule")
-    counts = named.groupby(["run_id", "rule"], as_index=False).size()
+    refused = failed_gates.one_row_per_gate(points)
+    counts = refused.groupby(["run_id", "rule"], as_index=False).size()
     names = {gate.name for gate in POINT_GATES}
     return counts.rename(columns={"size": "points"}).assign(
         file=counts["run_id"].map(runs.set_index("run_id")["file"]),

@@ -23,6 +23,7 @@ from oilfilm.curation.gates import (
 from oilfilm.curation.points import Measured, measure_continuous, measure_readings
 from oilfilm.curation.signals import SIGNALS, Signals
 from oilfilm.settings.semantics import Semantics, semantics_of
+from oilfilm.tables import failed_gates
 
 _NOMINAL = (
     "nominal_load_n",
@@ -55,7 +56,7 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, config: Mapping[str, Any])
     arrays = {name: samples[name].to_numpy() for name in SIGNALS}
     for run in runs.to_dict("records"):
         run_id = run["run_id"]
-        known = _trouble_of_reading(run["reason"])
+        known = Trouble(run["rule"], run["reason"]) if run["rule"] else None
         if run_id not in rows_of:
             troubles[run_id] = known or Trouble("no_rows", "the log has no readable row of data")
             continue
@@ -123,12 +124,6 @@ def _rows_by_run(samples: pd.DataFrame) -> dict[str, slice]:
     }
 
 
-def _trouble_of_reading(flaw: str) -> Trouble | None:
-    """What the reader found wrong with the run as a whole."""
-    rule, _, reason = flaw.partition(": ")
-    return Trouble(rule, reason) if flaw else None
-
-
 def _measure(signals: Signals, kind: str, settings: Mapping[str, Any], log: Semantics) -> Measured:
     if kind == "steps":
         return measure_readings(signals)
@@ -164,39 +159,29 @@ def _judge(
     troubles: Mapping[str, Trouble | None],
     limits: Mapping[str, Any],
 ) -> Curated:
-    """Points with accepted and reasons, runs with verdict and reason, and the runs refused."""
+    """Points and runs with their verdicts, and the runs refused."""
     failed = judge_points(points, limits)
     found = dict(troubles)
     none_left = failed.any(axis=1).groupby(points["run_id"]).all()
     for run_id in none_left.index[none_left]:
         of_run = points[points["run_id"] == run_id]
         found[run_id] = found[run_id] or _why_all_fail(of_run, failed.loc[of_run.index], limits)
-    names, failing = np.array(failed.columns), failed[failed.any(axis=1)]
-    of_gates = [";".join(names[row]) for row in failing.to_numpy()]
-    own = pd.Series(of_gates, failing.index, dtype=str).reindex(points.index, fill_value="")
     refused = {run_id: trouble for run_id, trouble in found.items() if trouble is not None}
     of_runs = {run_id: trouble for run_id, trouble in troubles.items() if trouble is not None}
-    points = _with_reasons(points, of_runs, own)
+    points = failed_gates.with_gate_of_run(
+        points.assign(failed_gates=failed_gates.as_text(failed)),
+        {run_id: trouble.gate for run_id, trouble in of_runs.items()},
+    )
     runs = _count(points, _with_run_reasons(runs, refused))
     return Curated(points[tables.columns("points")], runs, _quarantine(runs, refused))
 
 
-def _with_reasons(
-    points: pd.DataFrame, of_runs: Mapping[str, Trouble], own: pd.Series
-) -> pd.DataFrame:
-    """Points with the gate of their run, if one refused it, before their own gates."""
-    gate_of = {run_id: trouble.gate for run_id, trouble in of_runs.items()}
-    gates = pd.Series(gate_of, dtype=str).reindex(points["run_id"], fill_value="")
-    reasons = (gates.set_axis(points.index) + ";" + own).str.strip(";")
-    return points.assign(reasons=reasons, accepted=reasons == "")
-
-
 def _with_run_reasons(runs: pd.DataFrame, refused: Mapping[str, Trouble]) -> pd.DataFrame:
-    reasons = [
-        f"{refused[run].gate}: {refused[run].reason}" if run in refused else reason
-        for run, reason in zip(runs["run_id"], runs["reason"], strict=True)
-    ]
-    return runs.assign(reason=pd.Series(reasons, runs.index, dtype=str))
+    runs = runs.astype({"rule": object, "reason": object})
+    rows = runs["run_id"].isin(list(refused))
+    runs.loc[rows, "rule"] = [refused[run].gate for run in runs.loc[rows, "run_id"]]
+    runs.loc[rows, "reason"] = [refused[run].reason for run in runs.loc[rows, "run_id"]]
+    return runs.astype({"rule": str, "reason": str})
 
 
 def _why_all_fail(points: pd.DataFrame, failed: pd.DataFrame, limits: Mapping[str, Any]) -> Trouble:
@@ -278,5 +263,6 @@ def _repeated(
 def _refuse_runs(
     points: pd.DataFrame, runs: pd.DataFrame, troubles: Mapping[str, Trouble]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    points = _with_reasons(points, troubles, points["reasons"])
+    gate_of_run = {run_id: trouble.gate for run_id, trouble in troubles.items()}
+    points = failed_gates.with_gate_of_run(points, gate_of_run)
     return points, _count(points, _with_run_reasons(runs, troubles))

@@ -21,6 +21,7 @@ from oilfilm.readers.base import LoggedRun, Refusal
 from oilfilm.readers.ingest import content_digest, read_log
 from oilfilm.readers.log_kind import IndexArray
 from oilfilm.readers.torque_log import TORQUE
+from oilfilm.tables import failed_gates
 from oilfilm.units import FloatArray
 
 
@@ -303,6 +304,4 @@ def _judged(points: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:
     """Points with the names of the gates that refuse them."""
     limits = settings["gates"] | {"min_duration_s": settings["plateaus"]["min_duration_s"]}
     failed = pd.DataFrame({gate.name: gate.fails(points, limits) for gate in GATES})
-    names = np.array(failed.columns)
-    reasons = pd.Series([";".join(names[row]) for row in failed.to_numpy()], dtype=str)
-    return points.assign(reasons=reasons, accepted=reasons == "")
+    return points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from oilfilm.tables import failed_gates
+
 
 @dataclass(frozen=True)
 class BearingTables:
@@ -46,9 +48,9 @@ def _logs(found: BearingTables) -> list[str]:
             f"{case['reason']}",
             f"    -> {case['advice']}",
         ]
-    reasons = runs.loc[~runs["accepted"], "reasons"].str.split(";").explode().value_counts()
-    if len(reasons):
-        told = ", ".join(f"{gate} {count}" for gate, count in reasons.items())
+    gates = failed_gates.counts(runs)
+    if len(gates):
+        told = ", ".join(f"{gate} {count}" for gate, count in gates.items())
         lines.append(f"  plateaus refused by: {told}")
     return lines
 

@@ -11,6 +11,7 @@ from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.fitting.remarks import fit_remarks
 from oilfilm.outputs.bearing_sentences import BearingTables, bearing_words
 from oilfilm.studies.extrapolation import extrapolation_words
+from oilfilm.tables import failed_gates
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
@@ -132,7 +133,7 @@ def _without_set_points(runs: pd.DataFrame) -> list[str]:
 
 def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> list[str]:
     counts = quarantine["rule"].value_counts()
-    gates = points.loc[~points["accepted"], "reasons"].str.split(";").explode().value_counts()
+    gates = failed_gates.counts(points)
     lines = []
     for rule, count in counts.items():
         case = quarantine[quarantine["rule"] == rule].iloc[0]

@@ -252,7 +252,8 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
         "plateaus": 0,
         "accepted_points": 0,
         "verdict": "refused",
-        "reason": run.flaw,
+        "rule": run.flaw.partition(": ")[0],
+        "reason": run.flaw.partition(": ")[2],
     }
 
 

@@ -225,8 +225,8 @@ def _facts(made_from: Mapping[str, Any]) -> dict[str, str]:
 
 # Tables that judge: their key, and the columns that hold the verdict.
 _JUDGED = {
-    "runs": (["run_id"], ["verdict", "reason"]),
-    "points": (["run_id", "first_row"], ["accepted", "reasons"]),
+    "runs": (["run_id"], ["verdict", "rule", "reason"]),
+    "points": (["run_id", "first_row"], ["accepted", "failed_gates"]),
     "coefficients": (["oil", "law", "constant"], ["verdict"]),
     "fit_quality": (["oil", "law"], ["certified"]),
     "law_fit_quality": (["oil", "law"], ["certified"]),

@@ -36,7 +36,9 @@ class TorqueRuns(Table):
     torque_change_n_m: Series[float] = number("second half minus first half of the plateau")
     oil_temperature_change_c: Series[float] = number("the same of the oil temperature")
     accepted: Series[bool] = flag("true where no gate refused the plateau")
-    reasons: Series[str] = text("names of the gates that refused it, joined by ';'; empty if none")
+    failed_gates: Series[str] = text(
+        "names of the gates that refused it, joined by ';'; empty if none"
+    )
 
 
 class BearingFriction(Table):

@@ -68,7 +68,8 @@ class Runs(Table):
     verdict: Series[str] = text(
         "accepted: at least one point passed", one_of=("accepted", "refused")
     )
-    reason: Series[str] = text("gate that refused the whole run and what it saw; empty if none")
+    rule: Series[str] = text("gate or rule that refused the whole run; empty if none")
+    reason: Series[str] = text("what it found and what it expected; empty if none")
 
 
 class Points(Table):
@@ -154,7 +155,9 @@ class Points(Table):
         "the same of the inlet temperature", at_least=0, gaps=True
     )
     accepted: Series[bool] = flag("true where no gate refused the point")
-    reasons: Series[str] = text("names of the gates that refused it, joined by ';'; empty if none")
+    failed_gates: Series[str] = text(
+        "names of the gates that refused it, joined by ';'; empty if none"
+    )
 
 
 class Quarantine(Table):
@@ -215,7 +218,7 @@ class GateCounts(Table):
     files: Series[np.int64] = count("logs concerned")
     runs: Series[np.int64] = count("runs concerned, wholly or in part")
     runs_refused: Series[np.int64] = count("runs refused as a whole by it")
-    points: Series[np.int64] = count("points that name it among their reasons")
+    points: Series[np.int64] = count("points that it refused")
     rows: Series[np.int64] = count("rows kept out of samples because of it")
     advice: Series[str] = text("what to do about it")
 
@@ -301,9 +304,11 @@ KEYS: dict[str, tuple[str, ...]] = {
 }
 
 
-def _verdict_agrees_with_reasons(frame: pd.DataFrame) -> str:
-    wrong = frame["accepted"] != (frame["reasons"] == "")
-    return f"{wrong.sum()} points are accepted with a reason or refused without" * bool(wrong.any())
+def _verdict_agrees_with_gates(frame: pd.DataFrame) -> str:
+    wrong = frame["accepted"] != (frame["failed_gates"] == "")
+    return f"{wrong.sum()} points are accepted with a failed gate or refused without" * bool(
+        wrong.any()
+    )
 
 
 def _pages_are_unique(frame: pd.DataFrame) -> str:
@@ -312,6 +317,6 @@ def _pages_are_unique(frame: pd.DataFrame) -> str:
 
 # checks over several columns; each returns a complaint or an empty text
 CHECKS: dict[str, Callable[[pd.DataFrame], str]] = {
-    "points": _verdict_agrees_with_reasons,
+    "points": _verdict_agrees_with_gates,
     "refused_pages": _pages_are_unique,
 }

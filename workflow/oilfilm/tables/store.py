@@ -17,7 +17,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.tables import bearing, drawn, fits, paper, rig
 from oilfilm.tables.fields import Table, repeated, unit_of
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 
 TABLES: dict[str, type[Table]] = {
     **rig.TABLES,

@@ -19,6 +19,7 @@ from oilfilm.curation.gates import POINT_GATES
 from oilfilm.curation.signals import SIGNALS, FloatArray, Signals
 from oilfilm.outputs.figures import style
 from oilfilm.settings.semantics import semantics_of
+from oilfilm.tables import failed_gates
 
 _HEIGHT_IN = 7.2
 _LETTERS = 112  # of 7 pt in a line of the page
@@ -43,7 +44,7 @@ def listing(
 
     Args:
         runs: Table of runs with their verdicts.
-        points: Table of points with their reasons.
+        points: Table of points with their verdicts.
         quarantine: Table of what was refused.
         most: Number of pages at most.
     """
@@ -148,10 +149,7 @@ def _place(named: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
 
 def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
     """Points that fail a gate of points, not only because their whole run was refused."""
-    own = {gate.name for gate in POINT_GATES}
-    return (
-        points["reasons"].map(lambda names: bool(own.intersection(names.split(";")))).astype(bool)
-    )
+    return failed_gates.failed_any(points, (gate.name for gate in POINT_GATES))
 
 
 def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:

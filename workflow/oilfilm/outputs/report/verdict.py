@@ -88,7 +88,7 @@ def _error(coefficients: pd.DataFrame, sure: Mapping[str, Certainty]) -> str:
 
 def _trouble(results: Results, config: Mapping[str, Any]) -> str:
     refused = results.runs[results.runs["verdict"] == "refused"]
-    gates = refused["reason"].str.split(":").str[0].value_counts()
+    gates = refused["rule"].value_counts()
     unread = set(results.quarantine["file"]) - set(results.runs["file"])
     parts = []
     if len(refused):

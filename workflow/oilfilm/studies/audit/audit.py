@@ -18,6 +18,7 @@ from oilfilm.settings.load import load_checked
 from oilfilm.studies.audit.checks import CHECKS, Check, Settings
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError, usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
+from oilfilm.tables import failed_gates
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import FloatArray
 
@@ -219,5 +220,5 @@ def percent(share: float) -> str:
 
 def _of_matrix(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     """Points of these runs that no gate but the film's own refused."""
-    kept = points[points["reasons"].isin(["", "thin_film"])]
+    kept = points[failed_gates.failed_none_but(points, "thin_film")]
     return kept[kept["run_id"].isin(runs["run_id"])]
