@@ -9,6 +9,7 @@ The cage turns steadily and all balls travel with it, each pushed or held by its
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -137,81 +138,94 @@ def balance(
     temperature = lubrication.inlet_temperature_c[:, np.newaxis, np.newaxis]
     at = conditions(bearing, contacts, slip, temperature)
     film = traction(contacts, slip, at, law, rule)
-    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    across = tangent(contacts.normal)
-    radius, orbit = bearing.ball_diameter_m / 2, contacts.orbit_radius_m
-    race_radius = orbit[..., np.newaxis] + n_r * radius
     roll = _resistance(bearing, contacts, motion, ring_speed_rad_s, lubrication, share)
-    # shear on the ball's surface and, by the pressure, on its centre (see `_resistance`)
-    pushed = roll.sense * roll.force_n * (2 * race_radius / orbit[..., np.newaxis] - 1)
+    normal, orbit = contacts.normal, contacts.orbit_radius_m
+    radius = bearing.ball_diameter_m / 2
+    race_radius = orbit[..., np.newaxis] + normal[..., 1, :] * radius
     speed = orbit * motion.orbit_speed_rad_s
     mist = share * lubrication.mist_density_kg_m3[:, np.newaxis]
     drag = drag_force_n(bearing.ball_diameter_m, mist, lubrication.drag_coefficient, speed)
+    # shear on the ball's surface and, by the pressure, on its centre (see `_resistance`)
+    pushed = roll.sense * roll.force_n * (2 * race_radius / orbit[..., np.newaxis] - 1)
     pocket = drag - film.force_n[..., 1, :].sum(axis=-1) - pushed.sum(axis=-1)
     rub_force, rub_moment = _pocket_friction(bearing, motion, share * pocket)
-    # moments about (n, t x n, t), then about (x, r, t)
-    about_y = film.moment_n_m[..., 1, :] + roll.sense * (radius * roll.force_n + roll.moment_n_m)
-    moment = np.stack(
-        [
-            (film.moment_n_m[..., 0, :] * n_x - about_y * n_r).sum(axis=-1),
-            (film.moment_n_m[..., 0, :] * n_r + about_y * n_x).sum(axis=-1),
-            film.moment_n_m[..., 2, :].sum(axis=-1),
-        ],
-        axis=-1,
-    )
-    taken = share * gyroscopic_moment_n_m(bearing, motion)
     on_ball = (
-        film.force_n[..., 0, np.newaxis, :] * across
-        - contacts.load_n[..., np.newaxis, :] * contacts.normal
+        film.force_n[..., 0, np.newaxis, :] * tangent(normal)
+        - contacts.load_n[..., np.newaxis, :] * normal
     )
     force = on_ball.sum(axis=-1) + rub_force
     force[..., 1] += centrifugal_force_n(bearing, contacts, motion)
-    on_race = film.race_moment_n_m + roll.sense * (
-        roll.moment_n_m * n_r - roll.force_n * race_radius
+    guide, land, land_heat = _land_friction(bearing, motion, ring_speed_rad_s, lubrication, share)
+    on_ring = film.race_moment_n_m + roll.sense * (
+        roll.moment_n_m * normal[..., 1, :] - roll.force_n * race_radius
     )
-    guide = 1 if bearing.cage.guided_by_outer else 0
-    damping = share * land_damping_n_m_s(bearing, lubrication)[:, np.newaxis] / bearing.ball_count
-    land = damping * (ring_speed_rad_s[:, guide, np.newaxis] - motion.orbit_speed_rad_s)
-    on_ring = on_race.copy()
     on_ring[..., guide] -= land
-    relative = ring_speed_rad_s[:, np.newaxis] - motion.orbit_speed_rad_s[..., np.newaxis]
-    w_y = motion.spin_rad_s[..., 1, np.newaxis] * n_x - motion.spin_rad_s[..., 0, np.newaxis] * n_r
-    rolled = relative * race_radius - w_y * radius
-    flexed = -(w_y + relative * n_r)
-    heat = np.stack(
+    heat = [
+        film.heat_w.sum(axis=-1),
+        *_rolling_heat(contacts, motion, ring_speed_rad_s, roll, radius),
+        drag * speed,
+        -(rub_moment * motion.spin_rad_s).sum(axis=-1),
+        land_heat,
+    ]
+    along = -film.force_n[..., 1, 0] - roll.sense[..., 0] * roll.force_n[..., 0]
+    taken = share * gyroscopic_moment_n_m(bearing, motion)
+    return Balance(
+        contacts=contacts,
+        motion=motion,
+        at=at,
+        traction=film,
+        resistance=roll,
+        drag_n=drag,
+        pocket_n=pocket,
+        land_n_m=land,
+        heat_w=np.stack(heat, axis=-1),
+        force_n=force,
+        moment_n_m=_contact_moment(normal, film, roll, radius) + rub_moment - taken,
+        cage_n_m=land - pocket * orbit - np.sign(pocket) * radius * rub_force[..., 1],
+        ring_force_n=np.stack([-on_ball[..., 0, 0], -on_ball[..., 1, 0], along], axis=-1),
+        ring_moment_n_m=on_ring,
+    )
+
+
+def _contact_moment(
+    normal: FloatArray, film: Traction, roll: Resistance, radius_m: float
+) -> FloatArray:
+    """Moment of both contacts on each ball about (x, r, t), in N m."""
+    n_x, n_r = normal[..., 0, :], normal[..., 1, :]
+    about_n, about_y, about_t = (film.moment_n_m[..., axis, :] for axis in range(3))
+    about_y = about_y + roll.sense * (radius_m * roll.force_n + roll.moment_n_m)
+    return np.stack(
         [
-            film.heat_w.sum(axis=-1),
-            (roll.force_n * roll.sense * rolled).sum(axis=-1),
-            (roll.moment_n_m * roll.sense * flexed).sum(axis=-1),
-            drag * speed,
-            -(rub_moment * motion.spin_rad_s).sum(axis=-1),
-            land * (ring_speed_rad_s[:, guide, np.newaxis] - motion.orbit_speed_rad_s),
+            (about_n * n_x - about_y * n_r).sum(axis=-1),
+            (about_n * n_r + about_y * n_x).sum(axis=-1),
+            about_t.sum(axis=-1),
         ],
         axis=-1,
     )
-    return Balance(
-        contacts,
-        motion,
-        at,
-        film,
-        roll,
-        drag,
-        pocket,
-        land,
-        heat,
-        force,
-        moment + rub_moment - taken,
-        land - pocket * orbit - np.sign(pocket) * radius * rub_force[..., 1],
-        np.stack(
-            [
-                -on_ball[..., 0, 0],
-                -on_ball[..., 1, 0],
-                -film.force_n[..., 1, 0] - roll.sense[..., 0] * roll.force_n[..., 0],
-            ],
-            axis=-1,
-        ),
-        on_ring,
-    )
+
+
+def _surface_speeds(
+    contacts: Contacts, motion: Motion, ring_speed_rad_s: FloatArray, radius_m: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Race speed and ball speed along t in m/s, and bending speed of the contact in rad/s."""
+    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+    w_y = motion.spin_rad_s[..., 1, np.newaxis] * n_x - motion.spin_rad_s[..., 0, np.newaxis] * n_r
+    relative = ring_speed_rad_s[:, np.newaxis] - motion.orbit_speed_rad_s[..., np.newaxis]
+    race_radius = contacts.orbit_radius_m[..., np.newaxis] + n_r * radius_m
+    return relative * race_radius, -w_y * radius_m, -(w_y + relative * n_r)
+
+
+def _rolling_heat(
+    contacts: Contacts,
+    motion: Motion,
+    ring_speed_rad_s: FloatArray,
+    roll: Resistance,
+    radius_m: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Heat of each ball's rolling forces and of its hysteresis moments, in W."""
+    race, ball, bending = _surface_speeds(contacts, motion, ring_speed_rad_s, radius_m)
+    rolling = (roll.force_n * roll.sense * (race + ball)).sum(axis=-1)
+    return rolling, (roll.moment_n_m * roll.sense * bending).sum(axis=-1)
 
 
 def _resistance(
@@ -228,13 +242,9 @@ def _resistance(
     on the two of them, which has no moment about the ball's centre nor about the bearing's axis
     and pushes the ball's centre along its orbit: by 2 FR (race radius)/(orbit radius).
     """
-    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    radius = bearing.ball_diameter_m / 2
-    w_y = motion.spin_rad_s[..., 1, np.newaxis] * n_x - motion.spin_rad_s[..., 0, np.newaxis] * n_r
-    relative = ring_speed_rad_s[:, np.newaxis] - motion.orbit_speed_rad_s[..., np.newaxis]
-    race_radius = contacts.orbit_radius_m[..., np.newaxis] + n_r * radius
-    mean = (relative * race_radius - w_y * radius) / 2
-    radius_x = bearing.radius_x_m(np.abs(n_r))
+    race, ball, _ = _surface_speeds(contacts, motion, ring_speed_rad_s, bearing.ball_diameter_m / 2)
+    mean = (race + ball) / 2
+    radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
     oil = lubrication.of_contacts
     reduction = rolling_force_reduction(
         oil, contacts.max_hertz_pressure_pa, np.abs(mean), bearing.reduced_modulus_pa
@@ -251,6 +261,21 @@ def _resistance(
         contacts.load_n, bearing.ball_diameter_m, radius_x, bearing.radius_y_m
     )
     return Resistance(share * reduction * force, share * flexing, np.sign(mean))
+
+
+def _land_friction(
+    bearing: Bearing,
+    motion: Motion,
+    ring_speed_rad_s: FloatArray,
+    lubrication: Lubrication,
+    share: float,
+) -> tuple[int, FloatArray, FloatArray]:
+    """Index of the ring that guides the cage, the land's moment for each ball, and its heat."""
+    guide = 1 if bearing.cage.guided_by_outer else 0
+    speed = ring_speed_rad_s[:, guide, np.newaxis] - motion.orbit_speed_rad_s
+    damping = share * land_damping_n_m_s(bearing, lubrication)[:, np.newaxis] / bearing.ball_count
+    moment = damping * speed
+    return guide, moment, moment * speed
 
 
 def _pocket_friction(
@@ -309,77 +334,11 @@ def friction_equilibrium(
     Returns:
         The motion; not converged as well where a contact would be as wide as the ball.
     """
-    rule = grid(*quadrature)
-    azimuth = azimuths(bearing, points.only_axial)
-    loads = points.loads()
-    force, length, lever = scales(bearing, points)
-    force = np.maximum(force, np.finfo(float).tiny)
-    ring_speed = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)
-    spin_scale = np.maximum(
-        np.abs(ring_speed[:, 0] - ring_speed[:, 1])
-        * bearing.pitch_diameter_m
-        / (2 * bearing.ball_diameter_m),
-        _SLOWEST_RAD_S,
-    )
-    orbit_scale = np.maximum(np.abs(ring_speed).max(axis=1) / 2, _SLOWEST_RAD_S)
-    radius, pitch = bearing.ball_diameter_m / 2, bearing.pitch_diameter_m / 2
-
-    def acting(own: FloatArray, shared: FloatArray, which: IntArray, share: float) -> Balance:
-        contacts = contacts_at(
-            bearing, own[..., :2], inner_groove(bearing, shared[..., 1:], azimuth)
-        )
-        orbit = np.broadcast_to(shared[..., :1], own.shape[:-1])
-        return balance(
-            bearing,
-            contacts,
-            Motion(orbit, own[..., 2:]),
-            ring_speed[which],
-            lubrication.at(which),
-            law,
-            rule,
-            share,
-        )
-
-    def with_share(share: float) -> Equations:
-        def equations(
-            own: FloatArray, shared: FloatArray, which: IntArray
-        ) -> tuple[FloatArray, FloatArray, FloatArray]:
-            found = acting(own, shared, which, share)
-            unit = force[which, np.newaxis, np.newaxis]
-            parts = np.concatenate(
-                [
-                    found.cage_n_m[..., np.newaxis] / pitch,
-                    force_on_ring(
-                        bearing, found.ring_force_n, found.contacts, azimuth, loads.shape[1]
-                    )
-                    / lever,
-                ],
-                axis=-1,
-            )
-            outside = np.zeros(shared.shape)
-            outside[..., 1:] = loads[which] / (bearing.ball_count * lever * unit[:, 0])
-            return (
-                np.concatenate([found.force_n, found.moment_n_m / radius], axis=-1) / unit,
-                parts / (len(azimuth) * unit),
-                outside,
-            )
-
-        return equations
-
-    start = raceway_control(bearing, points, gyroscopic_sign=0.0)
-    own = np.concatenate([start.solution.own, start.motion.spin_rad_s], axis=-1)
-    orbit = start.motion.orbit_speed_rad_s.mean(axis=1, keepdims=True)
-    shared = np.concatenate([orbit, start.displacement], axis=-1)
-    own_scale = np.concatenate(
-        [
-            np.full((len(loads), 2), bearing.groove_offset_m.min()),
-            np.repeat(spin_scale[:, np.newaxis], 3, axis=1),
-        ],
-        axis=-1,
-    )
-    shared_scale = np.concatenate([orbit_scale[:, np.newaxis], length], axis=-1)
+    problem = _Problem(bearing, points, lubrication, law, grid(*quadrature))
+    own, shared = problem.start()
+    own_scale, shared_scale = problem.unknown_scales()
     solution = follow(
-        with_share,
+        problem.equations,
         own,
         shared,
         own_scale,
@@ -388,9 +347,101 @@ def friction_equilibrium(
         max_iterations,
         neighbourhood(points),
     )
-    every = np.arange(len(loads))
-    found = acting(solution.own, solution.shared, every, 1.0)
-    # beyond all that Hertz's solution and a groove can bear: no equilibrium
-    solution.converged[widest_contact(bearing, found.contacts) >= 1] = False
-    equilibrium = Equilibrium(found.contacts, found.motion, solution.shared[:, 1:], solution)
-    return FrictionEquilibrium(found, equilibrium, bearing.ball_count / len(azimuth))
+    every = np.arange(len(shared))
+    final = problem.balance(solution.own, solution.shared, every, share=1.0)
+    # beyond the range of Hertz's solution and of the groove there is no equilibrium
+    solution.converged[widest_contact(bearing, final.contacts) >= 1] = False
+    equilibrium = Equilibrium(final.contacts, final.motion, solution.shared[:, 1:], solution)
+    return FrictionEquilibrium(final, equilibrium, bearing.ball_count / len(problem.azimuth))
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Equations of a bearing's friction equilibrium for `solver.follow`.
+
+    Unknowns of a ball: its centre (x, r) in m and its spin (x, r, t) in rad/s. Shared unknowns:
+    the speed of cage and balls in rad/s, then the displacement of the inner ring.
+    """
+
+    bearing: Bearing
+    points: OperatingPoints
+    lubrication: Lubrication
+    law: TractionBasis
+    rule: Grid
+
+    @cached_property
+    def azimuth(self) -> FloatArray:
+        """Angle of each ball, shape (balls,)."""
+        return azimuths(self.bearing, self.points.only_axial)
+
+    @cached_property
+    def ring_speed_rad_s(self) -> FloatArray:
+        """Speed of inner and outer ring, shape (points, 2)."""
+        return np.stack([self.points.inner_speed_rad_s, self.points.outer_speed_rad_s], axis=-1)
+
+    @cached_property
+    def ball_force_n(self) -> FloatArray:
+        """Force that residuals are divided by, shape (points,)."""
+        return np.maximum(scales(self.bearing, self.points)[0], np.finfo(float).tiny)
+
+    def balance(
+        self, own: FloatArray, shared: FloatArray, which: IntArray, share: float
+    ) -> Balance:
+        """All that acts on the balls of the points `which`."""
+        groove = inner_groove(self.bearing, shared[..., 1:], self.azimuth)
+        return balance(
+            self.bearing,
+            contacts_at(self.bearing, own[..., :2], groove),
+            Motion(np.broadcast_to(shared[..., :1], own.shape[:-1]), own[..., 2:]),
+            self.ring_speed_rad_s[which],
+            self.lubrication.at(which),
+            self.law,
+            self.rule,
+            share,
+        )
+
+    def equations(self, share: float) -> Equations:
+        """The equations with a share of everything that resists or turns the balls."""
+        bearing, loads = self.bearing, self.points.loads()
+        lever = scales(bearing, self.points)[2]
+        radius, pitch = bearing.ball_diameter_m / 2, bearing.pitch_diameter_m / 2
+
+        def residuals(
+            own: FloatArray, shared: FloatArray, which: IntArray
+        ) -> tuple[FloatArray, FloatArray, FloatArray]:
+            state = self.balance(own, shared, which, share)
+            unit = self.ball_force_n[which, np.newaxis, np.newaxis]
+            on_ring = force_on_ring(
+                bearing, state.ring_force_n, state.contacts, self.azimuth, loads.shape[1]
+            )
+            cage = state.cage_n_m[..., np.newaxis] / pitch
+            parts = np.concatenate([cage, on_ring / lever], axis=-1)
+            outside = np.zeros(shared.shape)
+            outside[..., 1:] = loads[which] / (bearing.ball_count * lever * unit[:, 0])
+            return (
+                np.concatenate([state.force_n, state.moment_n_m / radius], axis=-1) / unit,
+                parts / (len(self.azimuth) * unit),
+                outside,
+            )
+
+        return residuals
+
+    def start(self) -> tuple[FloatArray, FloatArray]:
+        """Unknowns of raceway control without gyroscopic moment."""
+        start = raceway_control(self.bearing, self.points, gyroscopic_sign=0.0)
+        own = np.concatenate([start.solution.own, start.motion.spin_rad_s], axis=-1)
+        orbit = start.motion.orbit_speed_rad_s.mean(axis=1, keepdims=True)
+        return own, np.concatenate([orbit, start.displacement], axis=-1)
+
+    def unknown_scales(self) -> tuple[FloatArray, FloatArray]:
+        """Scales of the balls' unknowns and of the shared ones."""
+        bearing, ring_speed = self.bearing, self.ring_speed_rad_s
+        relative = np.abs(ring_speed[:, 0] - ring_speed[:, 1])
+        spin = np.maximum(
+            relative * bearing.pitch_diameter_m / (2 * bearing.ball_diameter_m), _SLOWEST_RAD_S
+        )
+        orbit = np.maximum(np.abs(ring_speed).max(axis=1) / 2, _SLOWEST_RAD_S)
+        centre = np.full((len(spin), 2), bearing.groove_offset_m.min())
+        own = np.concatenate([centre, np.repeat(spin[:, np.newaxis], 3, axis=1)], axis=-1)
+        length = scales(bearing, self.points)[1]
+        return own, np.concatenate([orbit[:, np.newaxis], length], axis=-1)

@@ -8,6 +8,7 @@ from oilfilm.bearing.ellipse import Conditions, TractionBasis, grid, sliding, tr
 from oilfilm.bearing.friction import (
     HEATS,
     QUADRATURE,
+    Balance,
     FrictionEquilibrium,
     friction_equilibrium,
     widest_contact,
@@ -45,60 +46,57 @@ def torque_terms(
         tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
         quadrature: Places of the ellipse, across and along the rolling direction.
     """
-    found = friction_equilibrium(bearing, points, lubrication, law, quadrature)
-    at, film = found.balance.at, found.balance.traction
+    equilibrium = friction_equilibrium(bearing, points, lubrication, law, quadrature)
+    balance, balls = equilibrium.balance, equilibrium.places
     speed = np.where(points.inner_speed_rad_s == 0, np.inf, points.inner_speed_rad_s)
-
-    def of_bearing(heat: FloatArray) -> FloatArray:
-        return found.places * heat.sum(axis=1) / speed
-
-    terms = {
-        f"{name}_torque_n_m": of_bearing(found.balance.heat_w[..., place])
-        for place, name in enumerate(HEATS)
-    }
-    slidings = _heat_by_sliding(bearing, points, found, quadrature)
-    terms |= {f"{name}_torque_n_m": of_bearing(heat) for name, heat in slidings.items()}
-    torque = -found.places * found.balance.ring_moment_n_m[..., 0].sum(axis=1)
-    finer = _traction_heat(bearing, points, lubrication, law, found, quadrature)
-    solution = found.equilibrium.solution
-    place_heat = film.coefficient * film.slide_roll_ratio * grid(*quadrature).share
-    contact_heat = film.heat_w
-    contacts = found.balance.contacts
-    angle = np.degrees(contacts.contact_angle_rad)
-    load = contacts.load_n
-    return terms | {
+    slidings = _heat_by_sliding(bearing, points, equilibrium, quadrature)
+    heats = {name: balance.heat_w[..., part] for part, name in enumerate(HEATS)} | slidings
+    terms = {f"{name}_torque_n_m": balls * heat.sum(axis=1) / speed for name, heat in heats.items()}
+    torque = -balls * balance.ring_moment_n_m[..., 0].sum(axis=1)
+    finer = _traction_heat(bearing, points, law, equilibrium, quadrature)
+    solution = equilibrium.equilibrium.solution
+    angle = np.degrees(balance.contacts.contact_angle_rad)
+    slip = cage_slip(bearing, points, balance.contacts, balance.motion)
+    pressure = balance.at.max_hertz_pressure_gpa
+    return {
+        **terms,
         "torque_n_m": torque,
-        "outer_ring_torque_n_m": found.places * found.balance.ring_moment_n_m[..., 1].sum(axis=1),
+        "outer_ring_torque_n_m": balls * balance.ring_moment_n_m[..., 1].sum(axis=1),
         "energy_error": _relative(
-            torque * points.inner_speed_rad_s, found.places * found.balance.heat_w.sum(axis=(1, 2))
+            torque * points.inner_speed_rad_s, balls * balance.heat_w.sum(axis=(1, 2))
         ),
-        "quadrature_error": _relative(finer, film.heat_w.sum(axis=(1, 2))),
+        "quadrature_error": _relative(finer, balance.traction.heat_w.sum(axis=(1, 2))),
         "residual": solution.residual,
         "converged": solution.converged,
-        "widest_contact": widest_contact(bearing, contacts),
-        "cage_slip": cage_slip(bearing, points, contacts, found.balance.motion).mean(axis=1),
+        "widest_contact": widest_contact(bearing, balance.contacts),
+        "cage_slip": slip.mean(axis=1),
         "inner_contact_angle_deg": angle[..., 0].mean(axis=1),
         "outer_contact_angle_deg": angle[..., 1].mean(axis=1),
-        "inner_max_hertz_pressure_gpa": at.max_hertz_pressure_gpa[..., 0, 0].max(axis=1),
-        "outer_max_hertz_pressure_gpa": at.max_hertz_pressure_gpa[..., 1, 0].max(axis=1),
-        "lambda_ratio": _lambda_ratio(bearing, contacts, lubrication, at),
+        "inner_max_hertz_pressure_gpa": pressure[..., 0, 0].max(axis=1),
+        "outer_max_hertz_pressure_gpa": pressure[..., 1, 0].max(axis=1),
+        "lambda_ratio": _lambda_ratio(bearing, balance.contacts, lubrication, balance.at),
+        **_traction_summary(balance, tested, grid(*quadrature).share),
+    }
+
+
+def _traction_summary(
+    balance: Balance, tested: Mapping[str, tuple[float, float]], share: FloatArray
+) -> dict[str, FloatArray]:
+    """Speed, slip and mu of each point, and the shares of the heat outside the tested ranges."""
+    at, film, load = balance.at, balance.traction, balance.contacts.load_n
+    speed = at.entrainment_speed_m_s[..., 0]
+    local_heat = film.coefficient * film.slide_roll_ratio * share
+    beyond_slip = _beyond(film.slide_roll_ratio, (0.0, tested["slide_roll_ratio"][1]))
+    pressure = at.max_hertz_pressure_gpa[..., 0]
+    beyond_pressure = _beyond(pressure, tested["max_hertz_pressure_gpa"])
+    beyond_speed = _beyond(speed, tested["entrainment_speed_m_s"])
+    return {
         "entrainment_speed_m_s": at.entrainment_speed_m_s.mean(axis=(1, 2, 3)),
         "largest_slide_roll_ratio": film.slide_roll_ratio.max(axis=(1, 2, 3)),
-        "mean_traction_coefficient": _mean(
-            film.coefficient, grid(*quadrature).share * load[..., np.newaxis]
-        ),
-        "share_beyond_slip": _mean(
-            _beyond(film.slide_roll_ratio, (0.0, tested["slide_roll_ratio"][1])),
-            place_heat * (load * at.entrainment_speed_m_s[..., 0])[..., np.newaxis],
-        ),
-        "share_beyond_pressure": _mean(
-            _beyond(at.max_hertz_pressure_gpa[..., 0], tested["max_hertz_pressure_gpa"]),
-            contact_heat,
-        ),
-        "share_beyond_speed": _mean(
-            _beyond(at.entrainment_speed_m_s[..., 0], tested["entrainment_speed_m_s"]),
-            contact_heat,
-        ),
+        "mean_traction_coefficient": _mean(film.coefficient, share * load[..., np.newaxis]),
+        "share_beyond_slip": _mean(beyond_slip, local_heat * (load * speed)[..., np.newaxis]),
+        "share_beyond_pressure": _mean(beyond_pressure, film.heat_w),
+        "share_beyond_speed": _mean(beyond_speed, film.heat_w),
     }
 
 
@@ -143,11 +141,11 @@ def cage_slip(
 def _heat_by_sliding(
     bearing: Bearing,
     points: OperatingPoints,
-    found: FrictionEquilibrium,
+    equilibrium: FrictionEquilibrium,
     quadrature: tuple[int, int],
 ) -> dict[str, FloatArray]:
     """Heat of traction split by what the sliding comes from, (points, balls) each."""
-    contacts, motion = found.balance.contacts, found.balance.motion
+    contacts, motion = equilibrium.balance.contacts, equilibrium.balance.motion
     rule = grid(*quadrature)
     rings = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)[:, np.newaxis]
     slip = sliding(bearing, contacts, motion, rings, rule)
@@ -156,7 +154,7 @@ def _heat_by_sliding(
     w_x, w_r, w_t = (motion.spin_rad_s[..., part, np.newaxis] for part in range(3))
     spin = (w_x * n_x + w_r * n_r - relative * n_x)[..., np.newaxis]
     speed = np.hypot(slip.across_m_s, slip.along_m_s)
-    film = found.balance.traction
+    film = equilibrium.balance.traction
     strength = film.coefficient * rule.share * contacts.load_n[..., np.newaxis]
     strength = strength / np.maximum(speed, 1e-300)
     f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
@@ -175,16 +173,15 @@ def _heat_by_sliding(
 def _traction_heat(
     bearing: Bearing,
     points: OperatingPoints,
-    lubrication: Lubrication,
     law: TractionBasis,
-    found: FrictionEquilibrium,
+    equilibrium: FrictionEquilibrium,
     quadrature: tuple[int, int],
 ) -> FloatArray:
-    """Heat of traction of the same motion by twice as many places in either direction."""
+    """Heat of traction of the same motion, with twice as many nodes in either direction."""
     rule = grid(2 * quadrature[0], 2 * quadrature[1])
-    contacts, at = found.balance.contacts, found.balance.at
+    contacts, at = equilibrium.balance.contacts, equilibrium.balance.at
     rings = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)[:, np.newaxis]
-    slip = sliding(bearing, contacts, found.balance.motion, rings, rule)
+    slip = sliding(bearing, contacts, equilibrium.balance.motion, rings, rule)
     return traction(contacts, slip, at, law, rule).heat_w.sum(axis=(1, 2))
 
 

@@ -338,16 +338,14 @@ def thermal_ehl_traction(
     References: K. L. Johnson and J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; the parts
         as given with the functions of this module and in `film`.
     """
+    arguments = (
+        max_hertz_pressure_pa,
+        entrainment_speed_m_s,
+        inlet_temperature_c,
+        slide_roll_ratio,
+    )
     pressure, speed, inlet, slip = np.broadcast_arrays(
-        *(
-            np.asarray(part, dtype=float)
-            for part in (
-                max_hertz_pressure_pa,
-                entrainment_speed_m_s,
-                inlet_temperature_c,
-                slide_roll_ratio,
-            )
-        )
+        *(np.asarray(argument, dtype=float) for argument in arguments)
     )
     load_n = load_for_max_hertz_pressure(pressure, radius_m, reduced_modulus_pa)
     inlet_oil = InletOil.of(oil, inlet)
@@ -377,31 +375,7 @@ def thermal_ehl_traction(
     )
     shear_rate = sliding_m_s / film_thickness_m
     mean_pressure = pressure * 2 / 3
-
-    def excess(
-        stress: FloatArray,
-        inlet: FloatArray,
-        rise: FloatArray,
-        shear_rate: FloatArray,
-        mean_pressure: FloatArray,
-    ) -> FloatArray:
-        at = inlet + rise * stress
-        return stress - _stress(oil, constants, mean_pressure, at, shear_rate)
-
-    # no film bears more than the one that stays cold; the excess keeps rounding from deciding
-    coldest = _stress(oil, constants, mean_pressure, inlet, shear_rate)
-    with np.errstate(divide="ignore"):
-        hottest = (_HOTTEST_C - inlet) / (flash + within)
-    most = np.minimum(coldest * (1 + 1e-9), hottest)
-    # imported where needed: it takes half a second, and the formulas above do without
-    from scipy.optimize import elementwise  # noqa: PLC0415
-
-    found = elementwise.find_root(
-        excess,
-        (np.zeros_like(most), most),
-        args=(inlet, flash + within, shear_rate, mean_pressure),
-    )
-    stress = found.x
+    stress = _stress_with_heat(oil, constants, mean_pressure, inlet, flash + within, shear_rate)
     return SlidingFilm(
         traction_coefficient=stress / mean_pressure,
         shear_stress_pa=stress,
@@ -410,6 +384,41 @@ def thermal_ehl_traction(
         surface_temperature_c=inlet + flash * stress,
         film_temperature_c=inlet + (flash + within) * stress,
     )
+
+
+def _stress_with_heat(
+    oil: Oil,
+    constants: ThermalEhl,
+    mean_pressure_pa: FloatArray,
+    inlet_temperature_c: FloatArray,
+    rise_k_pa: FloatArray,
+    shear_rate_1_s: FloatArray,
+) -> FloatArray:
+    """Shear stress of a film whose temperature rises by `rise_k_pa` per pascal of that stress."""
+
+    def excess(
+        stress: FloatArray,
+        inlet: FloatArray,
+        rise: FloatArray,
+        shear_rate: FloatArray,
+        pressure: FloatArray,
+    ) -> FloatArray:
+        return stress - _stress(oil, constants, pressure, inlet + rise * stress, shear_rate)
+
+    # the stress is largest in a film that stays cold; the factor allows for rounding
+    coldest = _stress(oil, constants, mean_pressure_pa, inlet_temperature_c, shear_rate_1_s)
+    with np.errstate(divide="ignore"):
+        hottest = (_HOTTEST_C - inlet_temperature_c) / rise_k_pa
+    highest = np.minimum(coldest * (1 + 1e-9), hottest)
+    # imported here: it takes half a second, and the formulas above do without
+    from scipy.optimize import elementwise  # noqa: PLC0415
+
+    root = elementwise.find_root(
+        excess,
+        (np.zeros_like(highest), highest),
+        args=(inlet_temperature_c, rise_k_pa, shear_rate_1_s, mean_pressure_pa),
+    )
+    return np.asarray(root.x)
 
 
 def _stress(
