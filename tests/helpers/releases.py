@@ -10,7 +10,7 @@ import pandas as pd
 
 from campaigns import ROOT, Campaign
 from oilfilm import tables
-from oilfilm.releases.release import Made, release
+from oilfilm.releases.release import FinishedRun, make_release
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(64))
 
@@ -31,7 +31,7 @@ def made(
     config: Mapping[str, Any],
     raw: Mapping[str, bytes],
     frames: Mapping[str, pd.DataFrame],
-) -> Made:
+) -> FinishedRun:
     """A finished run in a project: its raw logs, tables, one figure, one log."""
     name = config["campaign"]["name"]
     logs, results = root / "data/raw" / name, Path("results", name)
@@ -56,7 +56,7 @@ def made(
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         (root / path).write_bytes(content)
     single = [path for path in others if path.parts[2] not in {"exports", "logs"}]
-    return Made(
+    return FinishedRun(
         root=root,
         config=config,
         results=results,
@@ -69,11 +69,11 @@ def made(
     )
 
 
-def released(run: Made) -> Path:
+def released(run: FinishedRun) -> Path:
     """The release of a run in its own project."""
     name = run.config["campaign"]["name"]
-    place, _ = release(run, run.root / "results/releases" / name)
-    return place
+    folder, _ = make_release(run, run.root / "results/releases" / name)
+    return folder
 
 
 def tables_of(campaign: Campaign, oils: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 
 from campaigns import ROOT, lay_out
-from oilfilm.releases.table_diff import first_difference
+from oilfilm.releases.table_diff import folder_difference
 from oilfilm.settings.load import resolve
 
 GUARD = ROOT / "tests/guard"
@@ -165,7 +165,7 @@ def made(place: Path) -> list[Path]:
 def compare(one: Path, other: Path) -> str:
     """The first difference between what two projects have made."""
     pairs = zip(made(one), made(other), strict=True)
-    return next((found for pair in pairs if (found := first_difference(*pair))), "")
+    return next((found for pair in pairs if (found := folder_difference(*pair))), "")
 
 
 def take_logs(campaign: str, place: Path) -> None:

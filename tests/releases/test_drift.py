@@ -17,7 +17,7 @@ from campaigns import ROOT, Campaign, carry_through
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.compare import Comparison, Extreme, Traction, _levels, compare
-from oilfilm.releases.drift import moved
+from oilfilm.releases.drift import drift_table
 from oilfilm.releases.manifest import (
     MANIFEST,
     PINNED_MANIFEST,
@@ -26,10 +26,10 @@ from oilfilm.releases.manifest import (
     canonical,
     read_manifest,
 )
-from oilfilm.releases.opened import Opened
+from oilfilm.releases.messages import comparison_text
 from oilfilm.releases.page import page
 from oilfilm.releases.pin import pin
-from oilfilm.releases.said import said
+from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.load import as_yaml
 from oilfilm.traction.deng2026 import traction_coefficient
 from releases import PNG, made, project, released, tables_of
@@ -110,7 +110,9 @@ def test_load_cell_one_percent_off_is_named(
     assert f"Raw logs ({of_oil} of 4102): {of_oil}\n" in text
     assert "data/raw/demo/4102_P1.00_U25_T025.csv  changed" in text
     assert "4050" not in text
-    comparison = compare(Opened.at(place), Opened.at(miscalibrated), demo.config["drift"])
+    comparison = compare(
+        StoredRelease.open(place), StoredRelease.open(miscalibrated), demo.config["drift"]
+    )
     assert {row[0] for row in comparison.inputs.rows} == {"4102"}
     assert not comparison.config.rows
     assert not comparison.code.rows
@@ -131,7 +133,7 @@ def test_load_cell_one_percent_off_is_named(
 
 
 def _values(release: Path) -> np.ndarray:
-    coefficients = Opened.at(release).table("coefficients")
+    coefficients = StoredRelease.open(release).table("coefficients")
     assert coefficients is not None
     return coefficients.loc[coefficients["oil"] == "4102", "value"].to_numpy()
 
@@ -180,7 +182,7 @@ def make(demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path) -> Mak
 
 
 def comparison_of(before: Path, after: Path, demo: Campaign) -> Comparison:
-    return compare(Opened.at(before), Opened.at(after), demo.config["drift"])
+    return compare(StoredRelease.open(before), StoredRelease.open(after), demo.config["drift"])
 
 
 def test_point_and_constant_that_change_their_verdict_are_named(
@@ -232,7 +234,7 @@ def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not
 def test_lost_fit_is_stopped(make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]) -> None:
     fits = ("coefficients", "fit_quality", "refits")
     after = make(**{name: frames[name].query("oil != '4050'") for name in fits})
-    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    rows = drift_table(comparison_of(make(), after, demo), demo.config["drift"]).rows
     assert {row[0] for row in rows} == {"4050"}
     assert "4050 is fitted in one release only" in str(rows)
 
@@ -242,7 +244,7 @@ def test_release_without_any_fit_is_stopped(
 ) -> None:
     fits = ("coefficients", "fit_quality", "refits")
     after = make(**{name: frames[name].iloc[:0] for name in fits})
-    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    rows = drift_table(comparison_of(make(), after, demo), demo.config["drift"]).rows
     assert {row[0] for row in rows} == set(OILS)
 
 
@@ -253,7 +255,7 @@ def test_constant_that_is_no_longer_known_is_stopped(
     lost = coefficients.index[(coefficients["oil"] == "4050") & (coefficients["constant"] == "C3")]
     coefficients.loc[lost, "value"] = np.nan
     after = make(coefficients=coefficients)
-    rows = moved(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    rows = drift_table(comparison_of(make(), after, demo), demo.config["drift"]).rows
     assert ("4050", "C3", "inf standard errors") in {(row[0], row[1], row[4]) for row in rows}
 
 
@@ -270,7 +272,7 @@ def test_gate_closes_at_its_limit(
     comparison = comparison_of(make(), make(coefficients=coefficients), demo)
     (moving,) = [one for one in comparison.traction if one.oil == "4102"]
     assert moving.relative.change == pytest.approx(scale - 1, rel=1e-9)
-    assert bool(moved(comparison, drift).rows) == stopped
+    assert bool(drift_table(comparison, drift).rows) == stopped
 
 
 def test_table_that_differs_from_its_manifest_is_not_read(
@@ -301,12 +303,12 @@ def test_table_that_no_memory_holds_is_not_read(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    monkeypatch.setattr("oilfilm.releases.opened._LARGEST_TABLE", 10_000_000)
+    monkeypatch.setattr("oilfilm.releases.stored_release._LARGEST_TABLE", 10_000_000)
     after, small = make(), tmp_path / "small.parquet"
     parquet.write_table(arrow.table({"column": column}), small)
     assert small.stat().st_size < 100_000
     alter(after, "tables/points.parquet", small.read_bytes())
-    opened = Opened.at(after)
+    opened = StoredRelease.open(after)
     for read in (opened.table, lambda name: opened.file(f"tables/{name}.parquet")):
         with pytest.raises(OilfilmError, match=found):
             read("points")
@@ -361,14 +363,14 @@ def test_figures_stand_side_by_side(
     extra = run.results / "figures/fig03.png"
     after = released(replace(run, files=[*run.files, extra]))
     comparison = comparison_of(make(), after, demo)
-    text = page(comparison, moved(comparison, demo.config["drift"]))
+    text = page(comparison, drift_table(comparison, demo.config["drift"]))
     # what is no PNG is not embedded
     assert text.count("data:image/png;base64,") == 2
     assert "onload" not in text
     assert "<p>no such figure</p>" in text
     assert "<p>no PNG</p>" in text
     kept = comparison_of(pin(make(), tmp_path / "pinned"), after, demo)
-    text = page(kept, moved(kept, demo.config["drift"]))
+    text = page(kept, drift_table(kept, demo.config["drift"]))
     assert text.count("data:image/png;base64,") == 1
     assert "<p>not kept in the pin</p>" in text
 
@@ -403,22 +405,22 @@ def test_settings_that_no_encoding_holds_make_a_page(
 
 
 def test_hostile_names_are_text(place: Path, demo: Campaign) -> None:
-    opened = Opened.at(place)
+    opened = StoredRelease.open(place)
     before = compare(opened, opened, demo.config["drift"])
     extreme = Extreme(1.0, 0.1, 0.2, HOSTILE)
     comparison = replace(before, traction=[Traction(HOSTILE, extreme, extreme)])
     drift = demo.config["drift"]
-    text = page(comparison, moved(comparison, drift))
+    text = page(comparison, drift_table(comparison, drift))
     assert "<script" not in text
     assert "&lt;script&gt;" in text
-    assert "\x1b" not in said(comparison)
+    assert "\x1b" not in comparison_text(comparison)
 
 
 def test_pin_is_known_by_its_manifest(place: Path, tmp_path: Path) -> None:
     kept = pin(place, tmp_path)
     assert (kept / PINNED_MANIFEST).is_file()
-    assert Opened.at(kept).pinned
-    assert Opened.at(kept).table("points") is None
+    assert StoredRelease.open(kept).pinned
+    assert StoredRelease.open(kept).table("points") is None
 
 
 @pytest.mark.parametrize("law", ["no-such-law", "tanh"])

@@ -31,9 +31,9 @@ from oilfilm.releases.manifest import (
     MANIFEST,
     canonical,
     is_inside,
+    printable,
     read_manifest,
     sha256_of,
-    shown,
 )
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
@@ -65,7 +65,7 @@ def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
 
 
 @pytest.fixture
-def run(config: dict[str, Any], tmp_path: Path) -> making.Made:
+def run(config: dict[str, Any], tmp_path: Path) -> making.FinishedRun:
     return made(project(tmp_path / "project"), config, RAW, {"runs": runs_of(RAW, tmp_path)})
 
 
@@ -82,7 +82,7 @@ def bytes_of(folder: Path) -> dict[str, bytes]:
 
 
 def test_same_run_in_another_folder_gives_the_same_version_and_bytes(
-    run: making.Made, config: dict[str, Any], tmp_path: Path
+    run: making.FinishedRun, config: dict[str, Any], tmp_path: Path
 ) -> None:
     other = project(tmp_path / "elsewhere" / "deep")
     os.utime(other / "Snakefile", (0, 0))
@@ -117,7 +117,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(place: Path) -> 
     assert [resource["name"] for resource in package["resources"]] == ["runs"]
 
 
-def test_release_names_no_place_and_no_clock(run: making.Made) -> None:
+def test_release_names_no_place_and_no_clock(run: making.FinishedRun) -> None:
     place = released(run)
     # code and lock are the repository's own, which test_repository looks through
     for path in place.rglob("*"):
@@ -135,7 +135,7 @@ def test_files_of_a_release_are_read_only_and_latest_leads_to_it(place: Path) ->
     assert latest.resolve() == place.resolve()
 
 
-def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.Made) -> None:
+def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.FinishedRun) -> None:
     own = run.results / "report.html"
     text = f"<h1>\u6cb9\r\n</h1>{UNRELEASED}<p>{escape(UNRELEASED)}</p>"
     (run.root / own).write_bytes(text.encode("utf-8"))
@@ -148,10 +148,10 @@ def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.Made) -
     assert verify(place) == []
 
 
-def test_second_release_finds_the_first(run: making.Made) -> None:
+def test_second_release_finds_the_first(run: making.FinishedRun) -> None:
     releases = run.root / "results/releases/demo"
-    first, new = making.release(run, releases)
-    again, new_again = making.release(run, releases)
+    first, new = making.make_release(run, releases)
+    again, new_again = making.make_release(run, releases)
     assert (first, new, new_again) == (again, True, False)
     assert sorted(path.name for path in releases.iterdir()) == ["latest", first.name]
 
@@ -167,7 +167,7 @@ def test_release_of_logs_named_by_the_time_of_day_is_read_again(
     ]
 
 
-def change_raw(run: making.Made) -> None:
+def change_raw(run: making.FinishedRun) -> None:
     """A log changes, and the run has read it, as the tables say; it was not asked for by digest."""
     changed = {**RAW, "a.csv": b"load_n\n1.01\n"}
     folder = run.root / "data/raw/demo"
@@ -189,10 +189,10 @@ CHANGES = {
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_anything_that_a_release_is_made_from_changes_its_version(
-    run: making.Made, change: str
+    run: making.FinishedRun, change: str
 ) -> None:
     config = json.loads(json.dumps(run.config))
-    run = making.Made(**{**vars(run), "config": config, "raw": dict.fromkeys(run.raw, "")})
+    run = making.FinishedRun(**{**vars(run), "config": config, "raw": dict.fromkeys(run.raw, "")})
     before = released(run)
     CHANGES[change](run)
     after = released(run)
@@ -201,7 +201,7 @@ def test_anything_that_a_release_is_made_from_changes_its_version(
     assert (before.parent / "latest").readlink() == Path(after.name)
 
 
-def test_other_bytes_under_the_same_version_are_refused(run: making.Made) -> None:
+def test_other_bytes_under_the_same_version_are_refused(run: making.FinishedRun) -> None:
     place = released(run)
     before = bytes_of(place)
     (run.root / run.results / "summary.txt").write_text("otherwise\n", encoding="utf-8")
@@ -210,7 +210,7 @@ def test_other_bytes_under_the_same_version_are_refused(run: making.Made) -> Non
     assert bytes_of(place) == before
 
 
-def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.Made) -> None:
+def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.FinishedRun) -> None:
     place = released(run)
     (place / "summary.txt").chmod(0o644)
     (place / "summary.txt").write_text("fake\n", encoding="utf-8")
@@ -220,7 +220,7 @@ def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.Made) 
 
 @pytest.mark.parametrize("step", ["_copy", "_describe", "_close", "_log_summary"])
 def test_interrupted_release_leaves_none_and_the_next_run_makes_it(
-    run: making.Made, monkeypatch: pytest.MonkeyPatch, step: str
+    run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch, step: str
 ) -> None:
     def killed(*_: object) -> None:
         raise KeyboardInterrupt
@@ -235,7 +235,9 @@ def test_interrupted_release_leaves_none_and_the_next_run_makes_it(
     assert verify(place) == []
 
 
-def test_full_disk_gets_its_room_back(run: making.Made, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_gets_its_room_back(
+    run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(_: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -246,7 +248,7 @@ def test_full_disk_gets_its_room_back(run: making.Made, monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("known", ["by its digest", "by the tables"])
-def test_log_that_changed_after_it_was_read_is_refused(run: making.Made, known: str) -> None:
+def test_log_that_changed_after_it_was_read_is_refused(run: making.FinishedRun, known: str) -> None:
     if known == "by its digest":  # as a log that no table knows, because nothing of it was readable
         (run.root / run.results / "tables/runs.parquet").unlink()
         run = replace(run, files=run.files[1:])
@@ -270,7 +272,7 @@ def test_logs_are_known_by_their_runs_in_files_of_one_run_and_of_several(tmp_pat
     }
 
 
-def test_missing_log_of_a_job_is_told(run: making.Made) -> None:
+def test_missing_log_of_a_job_is_told(run: making.FinishedRun) -> None:
     (run.root / run.logs[0]).unlink()
     with pytest.raises(OilfilmError, match=r"fit-4102\.log: the log of a job is missing"):
         released(run)
@@ -444,7 +446,7 @@ def test_files_that_are_not_what_the_version_stands_for_are_refused(
     ]
     text = sealed({**manifest, "files": other})
     (tmp_path / MANIFEST).write_text(text, encoding="utf-8")
-    with pytest.raises(OilfilmError, match="is not what it says that the release was made from"):
+    with pytest.raises(OilfilmError, match="does not match the inputs that it states"):
         read_manifest(tmp_path)
 
 
@@ -460,7 +462,7 @@ def test_path_inside_stays_below_its_folder(parts: list[str]) -> None:
 
 @given(st.text())
 def test_what_is_shown_of_a_stranger_cannot_steer_a_terminal(text: str) -> None:
-    assert shown(text).isprintable()
+    assert printable(text).isprintable()
 
 
 # ---------------------------------------------------------------- configuration, crate, pin
@@ -557,14 +559,14 @@ def test_pin_keeps_a_part_and_is_verified(
     assert folder == tmp_path / "data/reference/pins/demo"
     assert read_manifest(folder)[0].version == place.name
     assert main(["verify", str(folder)]) == 0
-    assert "the files that the pin keeps" in capsys.readouterr().out
+    assert "the files in the pin are" in capsys.readouterr().out
     (folder / "config.yaml").write_text("changed: true\n", encoding="utf-8")
     assert verify(folder)[0].startswith("config.yaml: differs")
     with pytest.raises(OilfilmError, match="is a pin already"):
         pin(folder, tmp_path)
 
 
-def test_pin_does_not_change_the_version_of_what_it_pins(run: making.Made) -> None:
+def test_pin_does_not_change_the_version_of_what_it_pins(run: making.FinishedRun) -> None:
     place = released(run)
     pin(place, run.root)
     assert released(run) == place
@@ -573,7 +575,7 @@ def test_pin_does_not_change_the_version_of_what_it_pins(run: making.Made) -> No
 # ---------------------------------------------------------------- rebuilding
 
 
-def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.Made, **changed: bytes) -> None:
+def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.FinishedRun, **changed: bytes) -> None:
     """Stand in for the run of snakemake: the same results, some of them changed."""
 
     def run_again(place: Path, *_: object) -> None:
@@ -588,7 +590,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.Made, **changed: byt
 
 
 @pytest.fixture
-def measured(config: dict[str, Any], tmp_path: Path) -> making.Made:
+def measured(config: dict[str, Any], tmp_path: Path) -> making.FinishedRun:
     """A run of measured logs, which a rebuild has to find again."""
     campaign = {key: value for key, value in config["campaign"].items() if key != "twin"}
     del campaign["torque"]
@@ -602,13 +604,15 @@ def measured(config: dict[str, Any], tmp_path: Path) -> making.Made:
     return made(root, own, RAW, {"runs": runs_of(RAW, tmp_path)})
 
 
-def verify_rebuilt(place: Path, run: making.Made, monkeypatch: pytest.MonkeyPatch) -> int:
+def verify_rebuilt(place: Path, run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch) -> int:
     monkeypatch.chdir(run.root)
     return main(["verify", str(place), "--rebuild"])
 
 
 def test_rebuild_from_the_raw_logs_gives_the_same_bytes(
-    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    measured: making.FinishedRun,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """The release's own configuration counts, whatever lies in config/ by now."""
     place = released(measured)
@@ -618,7 +622,9 @@ def test_rebuild_from_the_raw_logs_gives_the_same_bytes(
 
 
 def test_rebuild_names_every_difference_and_where_the_first_begins(
-    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    measured: making.FinishedRun,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     place = released(measured)
     rebuilding(monkeypatch, measured, summary=b"fine\nor not\n")
@@ -633,7 +639,7 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
 
 
 def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
-    measured: making.Made,
+    measured: making.FinishedRun,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
@@ -645,25 +651,27 @@ def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
     monkeypatch.setattr(rebuild.sys, "executable", str(python))
     assert verify_rebuilt(place, measured, monkeypatch) == 2
     said = capsys.readouterr().err
-    assert "the rebuild did not end. Its last words:\nfirst\n\\x1b[31mred in ." in said
+    assert "the rebuild failed. Its last lines:\nfirst\n\\x1b[31mred in ." in said
 
 
 @pytest.mark.parametrize("campaign", [{"name": "demo", "torque": None}, [["name", "demo"]]])
 def test_rebuild_of_what_is_no_configuration_ends_in_a_sentence(
-    measured: making.Made,
+    measured: making.FinishedRun,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     campaign: Any,
 ) -> None:
     place = released(measured)
-    config = rebuild.Opened.at(place).config()
-    monkeypatch.setattr(rebuild.Opened, "config", lambda _: {**config, "campaign": campaign})
+    config = rebuild.StoredRelease.open(place).config()
+    monkeypatch.setattr(rebuild.StoredRelease, "config", lambda _: {**config, "campaign": campaign})
     assert verify_rebuilt(place, measured, monkeypatch) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_rebuild_wants_the_very_logs(
-    measured: making.Made, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    measured: making.FinishedRun,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     place = released(measured)
     rebuilding(monkeypatch, measured)

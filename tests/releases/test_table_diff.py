@@ -10,7 +10,11 @@ import pyarrow.parquet as parquet
 import pytest
 from matplotlib.image import imsave
 
-from oilfilm.releases.table_diff import difference, first_difference, largest_relative_differences
+from oilfilm.releases.table_diff import (
+    file_difference,
+    folder_difference,
+    largest_relative_differences,
+)
 
 
 @pytest.fixture
@@ -29,13 +33,13 @@ def table(path: Path, load: list[float | None], said: str = "{}") -> Path:
 def test_equal_folders_have_no_difference(two: tuple[Path, Path]) -> None:
     for folder in two:
         table(folder / "points.parquet", [1.0, None, 3.0])
-    assert first_difference(*two) == ""
+    assert folder_difference(*two) == ""
 
 
 def test_first_cell_of_a_table_is_named(two: tuple[Path, Path]) -> None:
     table(two[0] / "points.parquet", [1.0, None, 3.0])
     table(two[1] / "points.parquet", [1.0, None, np.nextafter(3.0, 4.0)])
-    found = first_difference(*two)
+    found = folder_difference(*two)
     assert found.startswith("points.parquet: column load_n, row 2: ")
     assert "3.0000000000000004" in found
 
@@ -43,7 +47,7 @@ def test_first_cell_of_a_table_is_named(two: tuple[Path, Path]) -> None:
 def test_footer_of_a_table_is_named(two: tuple[Path, Path]) -> None:
     one = table(two[0] / "a.parquet", [1.0, 2.0, 3.0])
     other = table(two[1] / "a.parquet", [1.0, 2.0, 3.0], '{"host": "here"}')
-    found = difference(one, other)
+    found = file_difference(one, other)
     assert found.startswith("the same rows; oilfilm in the footer, line 1")
 
 
@@ -52,11 +56,11 @@ def test_pixel_and_metadata_of_a_picture_are_named(two: tuple[Path, Path]) -> No
     picture = np.zeros((4, 5, 3))
     imsave(one, picture, metadata={"Software": None})
     imsave(other, picture, metadata={"Software": None, "Creation Time": "today"})
-    assert "metadata" in difference(one, other)
-    assert "today" in difference(one, other)
+    assert "metadata" in file_difference(one, other)
+    assert "today" in file_difference(one, other)
     picture[2, 3] = 1.0
     imsave(other, picture, metadata={"Software": None})
-    assert difference(one, other) == "1 pixels, the first at line 2, column 3"
+    assert file_difference(one, other) == "1 pixels, the first at line 2, column 3"
 
 
 def test_picture_that_cannot_be_opened_is_told(two: tuple[Path, Path]) -> None:
@@ -65,24 +69,24 @@ def test_picture_that_cannot_be_opened_is_told(two: tuple[Path, Path]) -> None:
     content = one.read_bytes()
     pixels = content.index(b"IDAT") + 4
     other.write_bytes(content[:pixels] + bytes(8) + content[pixels + 8 :])
-    assert difference(one, other).startswith(f"byte {pixels}; cannot be read as PNG (")
+    assert file_difference(one, other).startswith(f"byte {pixels}; cannot be read as PNG (")
     # 100 000 pixels square, in a hundred bytes
     header = b"IHDR" + struct.pack(">IIBBBBB", 100_000, 100_000, 8, 2, 0, 0, 0)
     for path in (one, other):
         drawn = path.read_bytes()
         path.write_bytes(drawn[:12] + header + struct.pack(">I", zlib.crc32(header)) + drawn[33:])
-    assert "cannot be read as PNG" in difference(one, other)
+    assert "cannot be read as PNG" in file_difference(one, other)
 
 
 def test_line_byte_and_missing_file_are_named(two: tuple[Path, Path]) -> None:
     for folder, text in zip(two, ("a\nb\n", "a\nc\n"), strict=True):
         (folder / "summary.txt").write_text(text)
-    assert first_difference(*two) == "summary.txt: line 2: 'b', then 'c'"
+    assert folder_difference(*two) == "summary.txt: line 2: 'b', then 'c'"
     for folder, content in zip(two, (b"\xff\x00", b"\xff\x01"), strict=True):
         (folder / "data.bin").write_bytes(content)
-    assert first_difference(*two).startswith("data.bin: byte 1")
+    assert folder_difference(*two).startswith("data.bin: byte 1")
     (two[0] / "data.bin").unlink()
-    assert first_difference(*two).startswith("data.bin: is missing in")
+    assert folder_difference(*two).startswith("data.bin: is missing in")
 
 
 def test_movement_is_relative_to_the_largest_value_of_a_column(two: tuple[Path, Path]) -> None:
@@ -97,19 +101,19 @@ def test_categories_that_differ_are_named(two: tuple[Path, Path]) -> None:
     for folder, oils in zip(two, (["a", "b"], ["a", "c"]), strict=True):
         named = arrow.array(oils).dictionary_encode()
         parquet.write_table(arrow.table({"oil": named}), folder / "samples.parquet")
-    assert first_difference(*two) == "samples.parquet: column oil, row 1: 'b', then 'c'"
+    assert folder_difference(*two) == "samples.parquet: column oil, row 1: 'b', then 'c'"
 
 
 def test_footer_that_is_no_text_is_named(two: tuple[Path, Path]) -> None:
     for folder, said in zip(two, (b"\xff", b"\xfe"), strict=True):
         content = arrow.table({"oil": ["a"]}).replace_schema_metadata({"oilfilm": said})
         parquet.write_table(content, folder / "a.parquet")
-    assert "oilfilm in the footer" in first_difference(*two)
+    assert "oilfilm in the footer" in folder_difference(*two)
 
 
 def test_link_that_leads_elsewhere_is_named(two: tuple[Path, Path]) -> None:
     for folder, version in zip(two, ("v1-a", "v1-b"), strict=True):
         (folder / "latest").symlink_to(version)
-    assert first_difference(*two) == "latest: leads to v1-a, then to v1-b"
+    assert folder_difference(*two) == "latest: links to v1-a, then to v1-b"
     (two[1] / "latest").unlink()
-    assert "latest: is missing" in first_difference(*two)
+    assert "latest: is missing" in folder_difference(*two)

@@ -19,7 +19,7 @@ from campaigns import ROOT, lay_out_small, write_campaign
 from oilfilm import tables
 from oilfilm.releases.manifest import PINNED_MANIFEST, FileRecord, Manifest, read_manifest
 from oilfilm.releases.pin import pin
-from oilfilm.releases.table_diff import difference
+from oilfilm.releases.table_diff import file_difference
 from reproduce import (
     Surroundings,
     command,
@@ -199,7 +199,7 @@ def test_read_only_and_full_disk_are_told_and_the_next_run_goes_on(
     assert "Traceback" not in read_only + full
     assert "Read-only file system" in read_only
     assert "The disk is full. Make room on it" in full
-    assert difference(whole / POINTS, tmp_path / "points.parquet") == ""
+    assert file_difference(whole / POINTS, tmp_path / "points.parquet") == ""
 
 
 def test_file_too_large_for_the_quota_is_told(whole: Path, tmp_path: Path) -> None:
@@ -219,7 +219,7 @@ def test_file_too_large_for_the_quota_is_told(whole: Path, tmp_path: Path) -> No
     assert "A file would be larger than is allowed here" in text
     done = run(tmp_path, TWO, POINTS, *SMALL)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert difference(whole / POINTS, tmp_path / POINTS) == ""
+    assert file_difference(whole / POINTS, tmp_path / POINTS) == ""
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
@@ -249,7 +249,7 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     while third.returncode != 0:
         assert REFUSED.search(said(third))
         third = run(tmp_path, TWO, POINTS, *SMALL)
-    assert difference(whole / POINTS, tmp_path / POINTS) == ""
+    assert file_difference(whole / POINTS, tmp_path / POINTS) == ""
 
 
 def test_log_that_grows_during_a_run_is_read_whole_or_not_at_all(

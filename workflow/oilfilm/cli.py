@@ -21,7 +21,7 @@ from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
 from oilfilm.readers.base import LARGEST_READING
 from oilfilm.readers.ingest import ingest_logs, read_bytes
 from oilfilm.releases.commands import add_commands
-from oilfilm.releases.manifest import shown
+from oilfilm.releases.manifest import printable
 from oilfilm.settings.load import resolve
 from oilfilm.tables import failed_gates
 from oilfilm.units import conversion
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(given.run(given))
     except OilfilmError as mistake:
         # it may quote a stranger's file
-        print("\n".join(map(shown, str(mistake).splitlines())), file=sys.stderr)
+        print("\n".join(map(printable, str(mistake).splitlines())), file=sys.stderr)
         return 2
     except OSError as error:
         print(f"{error.filename}: {error.strerror}.", file=sys.stderr)

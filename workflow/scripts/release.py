@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.release import Made, release
+from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job
 
@@ -11,7 +11,7 @@ with job(snakemake):
     params, releases = snakemake.params, Path(snakemake.params.releases)
     if code_tree_digest(Path()) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
-    made = Made(
+    finished = FinishedRun(
         root=Path(),
         config=params.resolved,
         results=releases.parents[1] / releases.name,
@@ -19,7 +19,7 @@ with job(snakemake):
         raw=params.raw,
         logs=[Path(path) for path in params.logs],
     )
-    place, new = release(made, releases)
+    folder, new = make_release(finished, releases)
     # a job killed after its release finds it when it runs again: the log must not tell
-    Path(snakemake.log[0]).write_text(f"{place}: the release of this run\n", encoding="utf-8")
-    print(f"{place}: {'released' if new else 'exists already, with the same bytes'}")
+    Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
+    print(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")

@@ -1,4 +1,4 @@
-"""Two releases held against each other: what went in, what was judged, what came out."""
+"""Compare two releases: inputs, configuration, code, verdicts, constants and traction."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import CODE, FileRecord
-from oilfilm.releases.opened import Opened
+from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.tables import unit_of
 from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
@@ -22,7 +22,7 @@ Row = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Section:
-    """One aspect in which releases can differ: a table of words, empty where they do not."""
+    """One aspect in which releases can differ: a table of text, empty where they agree."""
 
     title: str
     columns: Row
@@ -47,7 +47,7 @@ class Constant:
             return 0.0
         if np.isnan(self.before) or np.isnan(self.after):
             return np.inf
-        # without an error, as with few curves, there is no measure: mu judges then
+        # few curves give no standard error; the change of mu is the measure then
         return (
             abs(self.after - self.before) / self.standard_error if self.standard_error else np.nan
         )
@@ -55,7 +55,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Extreme:
-    """The place where mu has changed most: by how much, from what to what, and where in words."""
+    """The operating point where mu changed most: change, both values, and the point as text."""
 
     change: float
     before: float
@@ -80,8 +80,8 @@ class Traction:
 class Comparison:
     """Everything in which release B differs from release A."""
 
-    before: Opened
-    after: Opened
+    before: StoredRelease
+    after: StoredRelease
     inputs: Section
     config: Section
     code: Section
@@ -93,7 +93,7 @@ class Comparison:
 
     @property
     def sections(self) -> list[Section]:
-        """All of it as tables of words."""
+        """All of it as tables of text."""
         return [
             self.inputs,
             self.config,
@@ -106,10 +106,10 @@ class Comparison:
         ]
 
 
-def compare(before: Opened, after: Opened, drift: Mapping[str, Any]) -> Comparison:
+def compare(before: StoredRelease, after: StoredRelease, drift: Mapping[str, Any]) -> Comparison:
     """Compare two releases, or a pin with a release.
 
-    What only one of them can tell, because the other is a pin, is not compared.
+    Tables that a pin does not keep are not compared.
 
     Args:
         before: The first release; changes are in its standard errors and over its tested box.
@@ -142,15 +142,17 @@ def _changed(
             yield key, old, new
 
 
-def _word(old: object, new: object) -> str:
+def _state(old: object, new: object) -> str:
     return "new" if old is None else "gone" if new is None else "changed"
 
 
-def _inputs(before: Opened, after: Opened) -> Section:
+def _inputs(before: StoredRelease, after: StoredRelease) -> Section:
     oils = _oils(after) | _oils(before)
-    old, new = ({each.path: each for each in one.manifest.raw} for one in (before, after))
+    old, new = (
+        {record.path: record for record in stored.manifest.raw} for stored in (before, after)
+    )
     rows = [
-        (oils.get(path, ""), path, _word(was, now), _hash(was), _hash(now))
+        (oils.get(path, ""), path, _state(was, now), _hash(was), _hash(now))
         for path, was, now in _changed(old, new)
     ]
     counts = sorted(Counter(row[0] for row in rows).items())
@@ -163,21 +165,23 @@ def _hash(record: FileRecord | None) -> str:
     return record.sha256[:12] if record else ""
 
 
-def _oils(opened: Opened) -> dict[str, str]:
+def _oils(stored: StoredRelease) -> dict[str, str]:
     """The oil of each raw log, as far as the release knows it."""
-    raw = {record.path for record in opened.manifest.raw}
-    logs = logs_read(opened.manifest.made_from["campaign"], opened.table, raw)
+    raw = {record.path for record in stored.manifest.raw}
+    logs = logs_read(stored.manifest.made_from["campaign"], stored.table, raw)
     return {path: log.oil for path, log in logs.items()}
 
 
-def _config(before: Opened, after: Opened) -> Section:
+def _config(before: StoredRelease, after: StoredRelease) -> Section:
     title, columns = "Configuration", ("key", "A", "B")
     old, new = before.config(), after.config()
     if old is None or new is None:
         same = before.manifest.made_from["config"] == after.manifest.made_from["config"]
         return Section(title, columns, [] if same else [("(not kept in the pin)", "", "")])
     leaves = _changed(dict(_leaves(old)), dict(_leaves(new)))
-    return Section(title, columns, [(key, _plain(was), _plain(now)) for key, was, now in leaves])
+    return Section(
+        title, columns, [(key, _leaf_text(was), _leaf_text(now)) for key, was, now in leaves]
+    )
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -189,20 +193,23 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, [value]
 
 
-def _plain(leaf: list[Any] | None) -> str:
+def _leaf_text(leaf: list[Any] | None) -> str:
     return "" if leaf is None else str(leaf[0])
 
 
-def _files(before: Opened, after: Opened, what: str, chosen: Callable[[str], bool]) -> Section:
+def _files(
+    before: StoredRelease, after: StoredRelease, what: str, chosen: Callable[[str], bool]
+) -> Section:
     old, new = (
-        {path: file for path, file in one.files.items() if chosen(path)} for one in (before, after)
+        {path: file for path, file in stored.files.items() if chosen(path)}
+        for stored in (before, after)
     )
-    rows = [(path, _word(was, now)) for path, was, now in _changed(old, new)]
+    rows = [(path, _state(was, now)) for path, was, now in _changed(old, new)]
     return Section(what.capitalize(), ("file", ""), rows)
 
 
-def _environment(before: Opened, after: Opened) -> Section:
-    old, new = (_facts(one.manifest.made_from) for one in (before, after))
+def _environment(before: StoredRelease, after: StoredRelease) -> Section:
+    old, new = (_facts(stored.manifest.made_from) for stored in (before, after))
     rows = [(key, was or "", now or "") for key, was, now in _changed(old, new)]
     return Section("Packages", ("what", "A", "B"), rows)
 
@@ -223,7 +230,7 @@ def _facts(made_from: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-# Tables that judge: their key, and the columns that hold the verdict.
+# Tables with verdicts: key columns, then the verdict and the columns that explain it.
 _JUDGED = {
     "runs": (["run_id"], ["verdict", "rule", "reason"]),
     "points": (["run_id", "first_row"], ["accepted", "failed_gates"]),
@@ -235,7 +242,7 @@ _JUDGED = {
 }
 
 
-def _verdicts(before: Opened, after: Opened) -> Section:
+def _verdicts(before: StoredRelease, after: StoredRelease) -> Section:
     rows: list[Row] = []
     for table, (key, columns) in _JUDGED.items():
         old, new = before.table(table), after.table(table)
@@ -248,21 +255,21 @@ def _verdicts(before: Opened, after: Opened) -> Section:
 
 
 def _verdicts_of(old: pd.DataFrame, new: pd.DataFrame, columns: list[str]) -> Iterator[Row]:
-    """Rows of which one release says otherwise; the first column decides, others explain."""
+    """Rows with different verdicts; the first column is the verdict, the others explain it."""
     verdict = columns[0]
     both = old[columns].add_suffix(" A").join(new[columns].add_suffix(" B"), how="outer")
     differs = both[f"{verdict} A"].astype(object) != both[f"{verdict} B"].astype(object)
     for index, row in both[differs].iterrows():
         name = ", ".join(map(str, index)) if isinstance(index, tuple) else str(index)
-        yield (name, *(_said(row, columns, side) for side in "AB"))
+        yield (name, *(_verdict_text(row, columns, side) for side in "AB"))
 
 
-def _said(row: "pd.Series[Any]", columns: list[str], side: str) -> str:
+def _verdict_text(row: "pd.Series[Any]", columns: list[str], side: str) -> str:
     values = [row[f"{column} {side}"] for column in columns]
     return "" if pd.isna(values[0]) else ": ".join(str(value) for value in values if value != "")
 
 
-def _constants(before: Opened, after: Opened) -> list[Constant]:
+def _constants(before: StoredRelease, after: StoredRelease) -> list[Constant]:
     old, new = before.table("coefficients"), after.table("coefficients")
     if old is None or new is None:
         return []
@@ -282,26 +289,27 @@ def _constants(before: Opened, after: Opened) -> list[Constant]:
     ]
 
 
-def _tractions(before: Opened, after: Opened, drift: Mapping[str, Any]) -> list[Traction]:
+def _tractions(
+    before: StoredRelease, after: StoredRelease, drift: Mapping[str, Any]
+) -> list[Traction]:
     old, new = _fits(before), _fits(after)
-    # a release without fits has lost them all
     return [
         _traction(oil, old.get(oil), new.get(oil), drift) for oil in sorted(old.keys() | new.keys())
     ]
 
 
-def _fits(opened: Opened) -> dict[str, FittedLaw]:
-    coefficients, quality = opened.table("coefficients"), opened.table("fit_quality")
+def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
+    coefficients, quality = stored.table("coefficients"), stored.table("fit_quality")
     if coefficients is None or quality is None:
         return {}
     fits = coefficients[["oil", "law"]].drop_duplicates()
     if fits["oil"].duplicated().any() or not set(fits["law"]) <= set(LAWS):
         raise OilfilmError(
-            f"{opened.folder}: tables/coefficients.parquet has laws that are not known here, or "
+            f"{stored.folder}: tables/coefficients.parquet has laws that are not known here, or "
             "more than one of an oil."
         )
     if len(fits.merge(quality, on=["oil", "law"])) != len(fits):
-        raise OilfilmError(f"{opened.folder}: tables/fit_quality.parquet lacks a fit.")
+        raise OilfilmError(f"{stored.folder}: tables/fit_quality.parquet lacks a fit.")
     return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in fits["oil"]}
 
 
@@ -316,16 +324,16 @@ def _traction(
     slips = [slip for slip in drift["slide_roll_ratio"] if not slip > slip_max]
     axes = [_levels(low, high, drift["levels"]) for low, high in box]
     axes.append(np.array(slips or [slip_max]))
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     try:
         old, new = (
-            law.predict(places[:, :-1], places[:, -1]).traction_coefficient
+            law.predict(conditions[:, :-1], conditions[:, -1]).traction_coefficient
             for law in (before, after)
         )
     except ValueError as error:
         raise OilfilmError(f"{oil}: its fits cannot be compared ({error}).") from error
     change = np.abs(new - old)
-    # mu that neither release has is no change; mu that only one has is one without measure
+    # missing in both releases: no change; missing in one: infinite change
     change[np.isnan(change)] = np.inf
     change[np.isnan(old) & np.isnan(new)] = 0.0
     with np.errstate(divide="ignore"):
@@ -334,9 +342,9 @@ def _traction(
 
     def extreme(size: FloatArray) -> Extreme:
         worst = int(size.argmax())
-        *at, slip = places[worst]
-        levels = zip(before.law.conditions, at, strict=True)
-        where = ", ".join(f"{value:.4g} {unit_of(name)}" for name, value in levels)
+        *levels, slip = conditions[worst]
+        named = zip(before.law.conditions, levels, strict=True)
+        where = ", ".join(f"{value:.4g} {unit_of(name)}" for name, value in named)
         mu = float(old[worst]), float(new[worst])
         return Extreme(float(size[worst]), *mu, f"{where}, S {slip:.4g}")
 
@@ -349,29 +357,35 @@ def _incomparable(oil: str, why: str) -> Traction:
 
 
 def _levels(low: float, high: float, count: int) -> FloatArray:
-    """Levels of a condition; one that was never known has no effect, and any level will do."""
+    """Levels of a condition. A condition that was never recorded has no effect: one level."""
     known = np.isfinite(low) and np.isfinite(high)
     return np.unique(np.linspace(low, high, count)) if known else np.array([1.0])
 
 
 def _constants_section(constants: list[Constant]) -> Section:
     rows = [
-        (one.oil, one.name, f"{one.before:.6g}", f"{one.after:.6g}", f"{one.change:.2f}")
-        for one in constants
-        if one.change != 0
+        (
+            constant.oil,
+            constant.name,
+            f"{constant.before:.6g}",
+            f"{constant.after:.6g}",
+            f"{constant.change:.2f}",
+        )
+        for constant in constants
+        if constant.change != 0
     ]
     return Section("Constants", ("oil", "constant", "A", "B", "standard errors"), rows)
 
 
 def _traction_section(tractions: list[Traction]) -> Section:
     rows = [
-        (one.oil, size, f"{place.before:.5f}", f"{place.after:.5f}", place.where)
-        for one in tractions
-        for size, place in (
-            (f"{100 * one.relative.change:.3g} %", one.relative),
-            (f"{one.absolute.change:.2g}", one.absolute),
+        (traction.oil, size, f"{extreme.before:.5f}", f"{extreme.after:.5f}", extreme.where)
+        for traction in tractions
+        for size, extreme in (
+            (f"{100 * traction.relative.change:.3g} %", traction.relative),
+            (f"{traction.absolute.change:.2g}", traction.absolute),
         )
-        if place.change
+        if extreme.change
     ]
     columns = ("oil", "largest change of mu", "A", "B", "at")
     return Section("Traction coefficient over the tested box", columns, rows)

@@ -1,4 +1,4 @@
-"""The drift gate: has a refit moved by more than the configuration lets pass."""
+"""The drift gate: which constants and traction changed by more than the configured limits."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,37 +6,37 @@ from typing import Any
 from oilfilm.releases.compare import Comparison, Section
 
 
-def moved(comparison: Comparison, drift: Mapping[str, Any]) -> Section:
-    """Everything that moved too far; no rows where nothing did.
+def drift_table(comparison: Comparison, drift: Mapping[str, Any]) -> Section:
+    """Every change beyond its limit; no rows where there is none.
 
     Args:
-        comparison: Of a release that counts as right with a newer one.
+        comparison: The reference release compared with a newer constant.
         drift: `drift` of the configuration.
     """
-    errors, share = drift["standard_errors"], drift["traction"]
+    errors, limit = drift["standard_errors"], drift["traction"]
     rows = [
         (
-            one.oil,
-            one.name,
-            f"{one.before:.6g}",
-            f"{one.after:.6g}",
-            f"{one.change:.2f} standard errors",
+            constant.oil,
+            constant.name,
+            f"{constant.before:.6g}",
+            f"{constant.after:.6g}",
+            f"{constant.change:.2f} standard errors",
             f"{errors:g}",
         )
-        for one in comparison.constants
-        if one.change > errors
+        for constant in comparison.constants
+        if constant.change > errors
     ]
     rows += [
         (
-            one.oil,
+            traction.oil,
             "mu",
-            f"{one.relative.before:.5f}",
-            f"{one.relative.after:.5f}",
-            f"{100 * one.relative.change:.3g} % at {one.relative.where}",
-            f"{100 * share:g} %",
+            f"{traction.relative.before:.5f}",
+            f"{traction.relative.after:.5f}",
+            f"{100 * traction.relative.change:.3g} % at {traction.relative.where}",
+            f"{100 * limit:g} %",
         )
-        for one in comparison.traction
-        if one.relative.change > share
+        for traction in comparison.traction
+        if traction.relative.change > limit
     ]
     columns = ("oil", "what", "A", "B", "change", "limit")
     return Section("Moved by more than the drift gate lets pass", columns, rows)

@@ -24,15 +24,15 @@ def logs_read(
         table: Gives the table of a name, None where there is none.
         raw: Paths of all raw logs.
     """
-    found = {}
+    logs = {}
     runs, torque_runs = table("runs"), table("torque_runs")
     if runs is not None:
         for row in runs[["file", "oil", "sha256"]].drop_duplicates().to_dict("records"):
-            found[f"data/raw/{campaign}/{row['file']}"] = Log(row["oil"], row["sha256"])
+            logs[f"data/raw/{campaign}/{row['file']}"] = Log(row["oil"], row["sha256"])
     if torque_runs is not None:
         for row in torque_runs[["run_id", "oil", "sha256"]].drop_duplicates().to_dict("records"):
             path = f"data/raw/{campaign}-torque/{row['run_id']}"
             # the name of a run is that of its log, or file:group
             path = path if path in raw else path.rpartition(":")[0]
-            found[path] = Log(row["oil"], row["sha256"])
-    return found
+            logs[path] = Log(row["oil"], row["sha256"])
+    return logs

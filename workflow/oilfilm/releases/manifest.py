@@ -1,7 +1,7 @@
 """The manifest of a release: every file in it, and everything it was made from, by sha256.
 
-A manifest may come from a stranger: it is bounded, checked against its schema, and no path in it
-leads out of its folder.
+A manifest may come from an unknown author: its size is limited, it is checked against its schema,
+and no path in it leads out of its folder.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ PINNED_MANIFEST = "pinned-manifest.json"
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
 # A manifest of a hundred thousand files has about this many bytes.
 _LARGEST = 1 << 25
-# Letters of a complaint that quotes it.
+# Characters of a message that quotes the manifest.
 _LONGEST = 500
 
 
@@ -138,29 +138,29 @@ def _parse(path: Path) -> Manifest:
     for record in (*files, *samples, *manifest.raw):
         if not is_inside(record.path):
             raise OilfilmError(
-                f"{path}: names {shown(record.path)!r}; expected a path below the folder."
+                f"{path}: names {printable(record.path)!r}; expected a path below the folder."
             )
     paths = [record.path for record in files]
     if len(set(paths)) < len(paths) or {MANIFEST, PINNED_MANIFEST} & set(paths):
         raise OilfilmError(f"{path}: names a file twice, or itself.")
     if lacking := {CONFIG, LOCK, ENVIRONMENT} - set(paths):
         raise OilfilmError(f"{path}: does not name {min(lacking)}, which every release has.")
-    if wrong := _unlike(manifest):
+    if mismatch := _mismatch(manifest):
         raise OilfilmError(
-            f"{path}: its {wrong} is not what it says that the release was made from. It was "
-            "altered."
+            f"{path}: its {mismatch} does not match the inputs that it states. It was altered."
         )
     if manifest.text() != text:
         raise OilfilmError(
-            f"{path}: is not as it was written: version {shown(content['version'])}, hash "
-            f"{content['sha256'][:12]}..., but its content says {shown(manifest.version)} and is "
-            "different somewhere. It is damaged or was altered."
+            f"{path}: is not as it was written: version {printable(content['version'])}, hash "
+            f"{content['sha256'][:12]}..., but "
+            f"its content gives {printable(manifest.version)}. It is damaged "
+            "or was altered."
         )
     return manifest
 
 
-def _unlike(manifest: Manifest) -> str:
-    """What of the files is not what the version stands for: a name; empty where all is."""
+def _mismatch(manifest: Manifest) -> str:
+    """Name of the first file or folder that does not match `made_from`; empty if all match."""
     made_from = manifest.made_from
     files = {record.path: record for record in manifest.files}
     code = [
@@ -168,14 +168,14 @@ def _unlike(manifest: Manifest) -> str:
         for record in manifest.files
         if record.path.startswith(f"{CODE}/")
     ]
-    said = {
+    expected = {
         CONFIG: made_from["config"],
         LOCK: made_from["lock"],
         ENVIRONMENT: sha256_of(canonical(made_from["environment"])),
     }
     if records_digest(code) != made_from["code"]:
         return CODE
-    return next((name for name, digest in said.items() if files[name].sha256 != digest), "")
+    return next((name for name, digest in expected.items() if files[name].sha256 != digest), "")
 
 
 def is_inside(path: str) -> bool:
@@ -197,8 +197,8 @@ def is_inside(path: str) -> bool:
     )
 
 
-def shown(text: object) -> str:
-    """Text of a stranger that a terminal prints as it stands: no escapes, no turned direction."""
+def printable(text: object) -> str:
+    """Text that is safe to print: control characters and changes of direction are escaped."""
     return "".join(
         letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii")
         for letter in str(text)
@@ -206,16 +206,16 @@ def shown(text: object) -> str:
 
 
 def files_below(folder: Path) -> list[str]:
-    """Paths of everything below a folder that is no folder, sorted; links are not followed."""
-    found, waiting = [], [folder]
-    # a stranger's folders may lie deeper in each other than functions can
+    """Paths of all files below a folder, sorted; links are not followed."""
+    paths, waiting = [], [folder]
+    # no recursion: folders may be nested deeper than the call stack allows
     while waiting:
         for path in waiting.pop().iterdir():
             if path.is_dir() and not path.is_symlink():
                 waiting.append(path)
             else:
-                found.append(path.relative_to(folder).as_posix())
-    return sorted(found)
+                paths.append(path.relative_to(folder).as_posix())
+    return sorted(paths)
 
 
 def records_of(folder: Path, paths: Sequence[str]) -> tuple[FileRecord, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from oilfilm.releases.compare import Comparison, Section
-from oilfilm.releases.opened import Opened
+from oilfilm.releases.stored_release import StoredRelease
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _LARGEST_PNG = 1 << 24
@@ -35,15 +35,15 @@ def page(comparison: Comparison, moved: Section) -> str:
     before, after = comparison.before, comparison.after
     names = sorted(_figures(before) | _figures(after))
     differ = [name for name in names if before.files.get(name) != after.files.get(name)]
-    places = FileSystemLoader(Path(__file__).parent)
+    templates = FileSystemLoader(Path(__file__).parent)
     # whatever the template is called
     environment = Environment(
-        loader=places, autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=templates, autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     return environment.get_template("compare.html.jinja").render(
         before=before.name,
         after=after.name,
-        simulated="simulated" in {one.manifest.made_from["data"] for one in (before, after)},
+        simulated="simulated" in {stored.manifest.made_from["data"] for stored in (before, after)},
         moved=moved,
         sections=comparison.sections,
         same=[name for name in names if name not in differ],
@@ -51,18 +51,18 @@ def page(comparison: Comparison, moved: Section) -> str:
     )
 
 
-def _figures(opened: Opened) -> set[str]:
-    return {path for path in opened.files if path.startswith("figures/") and path.endswith(".png")}
+def _figures(stored: StoredRelease) -> set[str]:
+    return {path for path in stored.files if path.startswith("figures/") and path.endswith(".png")}
 
 
-def _picture(opened: Opened, path: str) -> Picture:
-    if path not in opened.files:
+def _picture(stored: StoredRelease, path: str) -> Picture:
+    if path not in stored.files:
         return Picture(lacking="no such figure")
-    if not opened.holds(path):
+    if not stored.holds(path):
         return Picture(lacking="not kept in the pin")
-    if opened.files[path].size > _LARGEST_PNG:
+    if stored.files[path].size > _LARGEST_PNG:
         return Picture(lacking=f"larger than {_LARGEST_PNG} bytes")
-    content = opened.file(path).read_bytes()
+    content = stored.file(path).read_bytes()
     # a browser would guess what other bytes are
     if not content.startswith(_PNG):
         return Picture(lacking="no PNG")

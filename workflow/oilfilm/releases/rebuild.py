@@ -1,4 +1,4 @@
-"""A release made anew from the raw logs, in a folder of its own, and compared byte by byte."""
+"""Rebuild a release from the raw logs in a temporary folder and compare it byte by byte."""
 
 import os
 import shutil
@@ -9,20 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.manifest import CODE, FileRecord, shown
-from oilfilm.releases.opened import Opened
-from oilfilm.releases.table_diff import difference
+from oilfilm.releases.manifest import CODE, FileRecord, printable
+from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.tree import code_files
 from oilfilm.settings.load import unresolve
 
-# What a run needs beside its code; the configuration is the release's own.
-_BESIDE = ("requirements.lock", "pyproject.toml", "profiles/default/config.yaml")
+# What a run needs beside its code. The configuration comes from the release.
+_OTHER_FILES = ("requirements.lock", "pyproject.toml", "profiles/default/config.yaml")
 
 
 def rebuild(release: Path, root: Path, cores: str) -> list[str]:
-    """Make a release anew from the raw logs and the code that are here; every difference.
+    """Rebuild a release from the local raw logs and code; list every difference.
 
-    The code of a release is never run: it may be a stranger's. That here must be the same.
+    The code in the release is never run: its author may be unknown. The local code must match.
 
     Args:
         release: Folder of the release.
@@ -32,45 +32,46 @@ def rebuild(release: Path, root: Path, cores: str) -> list[str]:
     Raises:
         OilfilmError: It is a pin, a raw log is missing or has changed, or the run fails.
     """
-    opened = Opened.at(release)
-    config = opened.config()
-    if opened.pinned or config is None:
+    stored = StoredRelease.open(release)
+    config = stored.config()
+    if stored.pinned or config is None:
         raise OilfilmError(f"{release}: is a pin, which cannot be rebuilt; expected a release.")
-    with tempfile.TemporaryDirectory(prefix="oilfilm-rebuild-") as folder:
-        place = Path(folder)
-        _lay_out(opened, config, root, place)
-        _run(place, opened, cores)
-        campaign = opened.manifest.made_from["campaign"]
-        again = Opened.at(place / "results" / "releases" / campaign / "latest")
-        return differences(opened, again)
+    with tempfile.TemporaryDirectory(prefix="oilfilm-rebuild-") as temporary:
+        folder = Path(temporary)
+        _lay_out(stored, config, root, folder)
+        _run(folder, stored, cores)
+        campaign = stored.manifest.made_from["campaign"]
+        rebuilt = StoredRelease.open(folder / "results" / "releases" / campaign / "latest")
+        return differences(stored, rebuilt)
 
 
-def _lay_out(opened: Opened, config: dict[str, Any], root: Path, place: Path) -> None:
+def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: Path) -> None:
     """Code, configuration and raw logs in a fresh folder."""
-    for path in (*code_files(root), *_BESIDE):
-        _copy(root / path, place / path)
+    for path in (*code_files(root), *_OTHER_FILES):
+        _copy(root / path, folder / path)
     try:
         texts, simulated = unresolve(config), _made_by_twin(config)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise OilfilmError(
-            f"{opened.folder}: config.yaml is no resolved configuration ({error!r})."
+            f"{stored.folder}: config.yaml is no resolved configuration ({error!r})."
         ) from error
     for path, text in texts.items():
-        target = place / "config" / path
+        target = folder / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
-    campaign = opened.manifest.made_from["campaign"]
-    for record in opened.manifest.raw:
-        # what the twin writes it writes again
+    campaign = stored.manifest.made_from["campaign"]
+    for record in stored.manifest.raw:
+        # the rig twin writes these logs again
         if simulated.get(record.path.split("/")[2]):
             continue
         source = root / record.path
         if not source.is_file() or FileRecord.of(root, record.path) != record:
             raise OilfilmError(
-                f"{source}: is not the log that release {shown(campaign)} "
-                f"{shown(opened.manifest.version)} was made from. Put it back, then again."
+                f"{source}: is not the log that release {printable(campaign)} "
+                f"{printable(stored.manifest.version)} was made from. "
+                "Put the original back, then try again."
             )
-        _copy(source, place / record.path)
+        _copy(source, folder / record.path)
 
 
 def _made_by_twin(config: dict[str, Any]) -> dict[str, bool]:
@@ -85,13 +86,13 @@ def _copy(source: Path, target: Path) -> None:
     shutil.copyfile(source, target)
 
 
-def _run(place: Path, opened: Opened, cores: str) -> None:
+def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
     command = [sys.executable, "-m", "snakemake", "release", "--cores", cores]
     # the copy's own library, whatever is installed
-    environment = {**os.environ, "PYTHONPATH": str(place / "workflow")}
+    environment = {**os.environ, "PYTHONPATH": str(folder / "workflow")}
     done = subprocess.run(  # noqa: S603 - a fixed command; `cores` is one argument
         command,
-        cwd=place,
+        cwd=folder,
         env=environment,
         capture_output=True,
         text=True,
@@ -99,30 +100,30 @@ def _run(place: Path, opened: Opened, cores: str) -> None:
         check=False,
     )
     if done.returncode != 0:
-        said = (done.stdout + done.stderr).replace(str(place), ".").splitlines()
-        last = "\n".join(shown(line) for line in said[-30:])
-        raise OilfilmError(f"{opened.folder}: the rebuild did not end. Its last words:\n{last}")
+        output = (done.stdout + done.stderr).replace(str(folder), ".").splitlines()
+        last = "\n".join(printable(line) for line in output[-30:])
+        raise OilfilmError(f"{stored.folder}: the rebuild failed. Its last lines:\n{last}")
 
 
-def differences(before: Opened, after: Opened) -> list[str]:
+def differences(before: StoredRelease, after: StoredRelease) -> list[str]:
     """Every file in which two releases differ, of the first one also where."""
-    found = []
+    changes = []
     for what, old, new in (
         ("raw log ", before.manifest.raw, after.manifest.raw),
         ("", before.manifest.files, after.manifest.files),
         ("samples ", before.manifest.samples, after.manifest.samples),
     ):
-        was, now = ({record.path: record for record in each} for each in (old, new))
-        # code first: what follows may follow from it
+        was, now = ({record.path: record for record in records} for records in (old, new))
+        # code first: it may explain the other differences
         paths = sorted(
             was.keys() | now.keys(), key=lambda path: (not path.startswith(f"{CODE}/"), path)
         )
         for path in paths:
             if was.get(path) != now.get(path):
                 state = "is gone" if path not in now else "is new" if path not in was else "differs"
-                found.append((what, path, state))
-    lines = [f"{what}{shown(path)} {state}" for what, path, state in found]
-    if found and found[0][0] == "" and found[0][2] == "differs":
-        path = found[0][1]
-        lines[0] += ": " + difference(before.file(path), after.file(path))
+                changes.append((what, path, state))
+    lines = [f"{what}{printable(path)} {state}" for what, path, state in changes]
+    if changes and changes[0][0] == "" and changes[0][2] == "differs":
+        path = changes[0][1]
+        lines[0] += ": " + file_difference(before.file(path), after.file(path))
     return lines

@@ -1,4 +1,4 @@
-"""A release made: everything gathered aside, then put into its place whole."""
+"""Make a release: collect every file in a temporary folder, then rename the folder."""
 
 import os
 import shutil
@@ -46,16 +46,16 @@ _SAMPLES = "tables/samples/"
 
 
 @dataclass(frozen=True)
-class Made:
-    """What a finished run has made and what it was made from.
+class FinishedRun:
+    """Outputs and inputs of a finished run.
 
     Attributes:
         root: Top folder of the project; all other paths start there.
         config: As resolved.
         results: Folder of the campaign's results.
-        files: Files and folders below it, all of which the run has made or found up to date.
-        raw: The raw logs' paths, with the sha256 that each had when the run asked for it; empty for
-            what the run itself wrote.
+        files: Output files and folders below it, all up to date.
+        raw: Paths of the raw logs with the sha256 that each had when the run read it; empty for
+            simulated logs, which the run wrote itself.
         logs: Logs of the jobs.
     """
 
@@ -67,14 +67,14 @@ class Made:
     logs: Sequence[Path]
 
 
-def release(made: Made, releases: Path) -> tuple[Path, bool]:
-    """Make the release of a finished run; the same run gives the same release.
+def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
+    """Make the release of a finished run. The same run gives the same release.
 
-    Samples are left out: they are the larger part of the tables and nothing but the raw logs in SI
-    units. The manifest has their hashes.
+    Samples are left out: they are the raw logs in SI units, and most of the bytes. The manifest
+    has their hashes.
 
     Args:
-        made: What to release.
+        run: The run to release.
         releases: Folder of the campaign's releases.
 
     Returns:
@@ -84,93 +84,93 @@ def release(made: Made, releases: Path) -> tuple[Path, bool]:
         OilfilmError: A raw log has changed since the run read it, or the release exists already
             with other content.
     """
-    made_from = _made_from(made)
+    made_from = _made_from(run)
     version = version_of(made_from)
-    aside, place = releases / f".{version}.part", releases / version
-    # what a killed run has left
+    temporary, folder = releases / f".{version}.part", releases / version
+    # left by a killed run
     for leftover in releases.glob(".*.part"):
         shutil.rmtree(leftover)
-    new = not place.exists()
+    new = not folder.exists()
     try:
-        manifest = _gather(made, made_from, aside)
+        manifest = _gather(run, made_from, temporary)
         if new:
-            _close(aside)
-            aside.rename(place)
+            _close(temporary)
+            temporary.rename(folder)
         else:
-            _refuse_other(place, manifest)
+            _refuse_other(folder, manifest)
     finally:
-        shutil.rmtree(aside, ignore_errors=True)  # a full disk needs the room
+        shutil.rmtree(temporary, ignore_errors=True)  # a full disk needs the room
     _point(releases / "latest", version)
-    return place, new
+    return folder, new
 
 
-def _made_from(made: Made) -> dict[str, Any]:
+def _made_from(run: FinishedRun) -> dict[str, Any]:
     """The stable part of the manifest: what the version depends on."""
-    raw = records_of(made.root, list(made.raw))
-    _refuse_changed(raw, made)
+    raw = records_of(run.root, list(run.raw))
+    _refuse_changed(raw, run)
     return {
-        "campaign": made.config["campaign"]["name"],
-        "data": made.config["campaign"]["data"],
-        "tag": made.config["release"]["tag"],
+        "campaign": run.config["campaign"]["name"],
+        "data": run.config["campaign"]["data"],
+        "tag": run.config["release"]["tag"],
         "schema_version": tables.SCHEMA_VERSION,
-        "config": sha256_of(as_yaml(made.config)),
-        "code": code_tree_digest(made.root),
-        "lock": FileRecord.of(made.root, LOCK).sha256,
-        "environment": environment(made.root),
+        "config": sha256_of(as_yaml(run.config)),
+        "code": code_tree_digest(run.root),
+        "lock": FileRecord.of(run.root, LOCK).sha256,
+        "environment": environment(run.root),
         "raw": [asdict(record) for record in raw],
     }
 
 
-def _gather(made: Made, made_from: Mapping[str, Any], aside: Path) -> Manifest:
-    """Everything of a release in a folder, and the manifest of it."""
-    root, results = made.root, made.root / made.results
-    paths = _below(made)
+def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> Manifest:
+    """Copy every file of a release into a folder; returns the manifest."""
+    root, results = run.root, run.root / run.results
+    paths = _below(run)
     samples = [path for path in paths if path.startswith(_SAMPLES)]
     for path in paths:
         if path not in samples:
-            _copy(results / path, aside / path)
+            _copy(results / path, temporary / path)
     for path in code_files(root):
-        _copy(root / path, aside / CODE / path)
-    _copy(root / LOCK, aside / LOCK)
-    _write(aside / CONFIG, as_yaml(made.config))
-    _write(aside / ENVIRONMENT, canonical(made_from["environment"]))
-    _write(aside / LOG, _log_summary(made))
+        _copy(root / path, temporary / CODE / path)
+    _copy(root / LOCK, temporary / LOCK)
+    _write(temporary / CONFIG, as_yaml(run.config))
+    _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
+    _write(temporary / LOG, _log_summary(run))
     if REPORT in paths:
-        page = (aside / REPORT).read_bytes().decode("utf-8")
-        _write(aside / REPORT, with_release(page, version_of(made_from)))
-    _describe(aside / "tables", made.config)
-    inside = records_of(aside, files_below(aside))
-    _write(aside / CRATE, run_crate(made.config, made_from, inside))
-    files = records_of(aside, files_below(aside))
+        page = (temporary / REPORT).read_bytes().decode("utf-8")
+        _write(temporary / REPORT, with_release(page, version_of(made_from)))
+    _describe(temporary / "tables", run.config)
+    inside = records_of(temporary, files_below(temporary))
+    _write(temporary / CRATE, run_crate(run.config, made_from, inside))
+    files = records_of(temporary, files_below(temporary))
     manifest = Manifest(made_from, files, records_of(results, samples))
-    _write(aside / MANIFEST, manifest.text())
+    _write(temporary / MANIFEST, manifest.text())
     return manifest
 
 
-def _below(made: Made) -> list[str]:
-    """Files that the run has made, relative to the results; of folders all that is not hidden."""
-    found = set()
-    for path in made.files:
-        inside = files_below(made.root / path) if (made.root / path).is_dir() else [""]
-        found |= {
-            (path / name).relative_to(made.results).as_posix()
+def _below(run: FinishedRun) -> list[str]:
+    """Output files of a run, relative to the results, without hidden files."""
+    names: set[str] = set()
+    for path in run.files:
+        inside = files_below(run.root / path) if (run.root / path).is_dir() else [""]
+        names |= {
+            (path / name).relative_to(run.results).as_posix()
             for name in inside
             if not any(part.startswith(".") for part in name.split("/"))
         }
-    return sorted(found)
+    return sorted(names)
 
 
-def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
-    """What the run read must be what lies there now."""
+def _refuse_changed(raw: Sequence[FileRecord], run: FinishedRun) -> None:
+    """Refuse raw logs that have changed since the run read them."""
 
     def table(name: str) -> pd.DataFrame | None:
-        path = made.results / "tables" / f"{name}.parquet"
-        return tables.read(name, made.root / path) if path in made.files else None
+        path = run.results / "tables" / f"{name}.parquet"
+        return tables.read(name, run.root / path) if path in run.files else None
 
-    read = logs_read(made.config["campaign"]["name"], table, {record.path for record in raw})
+    read = logs_read(run.config["campaign"]["name"], table, {record.path for record in raw})
     for record in raw:
         # a log that could not be read at all has no row in any table
-        before = {made.raw[record.path]}
+        before = {run.raw[record.path]}
         if record.path in read:
             before.add(read[record.path].sha256)
         for other in sorted(before - {"", record.sha256}):
@@ -180,23 +180,23 @@ def _refuse_changed(raw: Sequence[FileRecord], made: Made) -> None:
             )
 
 
-def _log_summary(made: Made) -> str:
-    """What the jobs had to say; one that only ended well has a line."""
+def _log_summary(run: FinishedRun) -> str:
+    """Messages of all jobs; at least one line per job."""
     lines = []
-    for log in sorted(made.logs):
+    for log in sorted(run.logs):
         try:
-            said = (made.root / log).read_text(encoding="utf-8").rstrip("\n").split("\n")
+            text = (run.root / log).read_text(encoding="utf-8").rstrip("\n").split("\n")
         except FileNotFoundError:
             raise OilfilmError(
                 f"{log}: the log of a job is missing. Make its job run again with `snakemake "
                 "--forcerun`, then release."
             ) from None
-        lines += [f"{log.stem}: {line}" for line in said]
+        lines += [f"{log.stem}: {line}" for line in text]
     return "\n".join(lines) + "\n"
 
 
 def _describe(folder: Path, config: Mapping[str, Any]) -> None:
-    """The tables' descriptions anew, for the tables that are here."""
+    """Describe the tables that the release contains."""
     files = [table_file(path, folder) for path in sorted(folder.glob("*.parquet"))]
     dataset = describe(config, files, read_vocabulary(folder / "vocabulary.ttl"))
     _write(folder / "datapackage.json", data_package(dataset))
@@ -213,43 +213,43 @@ def _write(path: Path, text: str) -> None:
 
 
 def _close(folder: Path) -> None:
-    """Make every file read-only and see that it is on the disk before the folder gets its name."""
-    for path in files_below(folder):
-        (folder / path).chmod(0o444)
-    for place in [folder, *folder.rglob("*")]:
-        descriptor = os.open(place, os.O_RDONLY)
+    """Make every file read-only and flush it to disk before the folder gets its name."""
+    for name in files_below(folder):
+        (folder / name).chmod(0o444)
+    for path in [folder, *folder.rglob("*")]:
+        descriptor = os.open(path, os.O_RDONLY)
         try:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
 
 
-def _refuse_other(place: Path, manifest: Manifest) -> None:
-    """A release that exists must be the one that would be made again."""
-    if damaged := verify(place):
+def _refuse_other(folder: Path, manifest: Manifest) -> None:
+    """Refuse an existing release that differs from the new one."""
+    if damaged := verify(folder):
         raise OilfilmError(
-            f"{place}: exists and is not as it was released: {damaged[0]} Move it away, then run "
+            f"{folder}: exists and is not as it was released: {damaged[0]} Move it away, then run "
             "`snakemake release` again."
         )
-    before, _ = read_manifest(place)
+    before, _ = read_manifest(folder)
     if before.text() == manifest.text():
         return
-    old, new = ({*one.files, *one.samples} for one in (before, manifest))
+    old, new = ({*each.files, *each.samples} for each in (before, manifest))
     # the crate repeats the hashes of the others
     first = min(old ^ new, key=lambda record: (record.path == CRATE, record)).path
     raise OilfilmError(
-        f"{place}: exists and is left as it is, but the same inputs, configuration and code have "
+        f"{folder}: exists and is left as it is, but the same inputs, configuration and code have "
         f"now given other bytes, first in {first}. A release never changes: "
-        f"`oilfilm verify {place} --rebuild` says which of the two can be made again."
+        f"`oilfilm verify {folder} --rebuild` says which of the two can be made again."
     )
 
 
 def _point(link: Path, version: str) -> None:
-    """Let `latest` lead to a release, in one step.
+    """Point the link `latest` to a release, in one step.
 
-    A link rather than a text file: `latest/report.html` opens, and every command takes it.
+    It is a link, so that `latest/report.html` opens and every command accepts it.
     """
-    aside = link.with_name(".latest.new")
-    aside.unlink(missing_ok=True)
-    aside.symlink_to(version)
-    aside.replace(link)
+    temporary = link.with_name(".latest.new")
+    temporary.unlink(missing_ok=True)
+    temporary.symlink_to(version)
+    temporary.replace(link)

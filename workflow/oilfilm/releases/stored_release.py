@@ -1,4 +1,4 @@
-"""A release or a pin opened for reading; nothing in it is trusted before its hash is checked."""
+"""Read a release or a pin. Every file is checked against its hash before it is read."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,8 +12,8 @@ import pyarrow.parquet as parquet
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, read_manifest, shown
-from oilfilm.releases.verify import complaint_about
+from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, printable, read_manifest
+from oilfilm.releases.verify import file_mismatch
 from oilfilm.settings.load import load_yaml
 
 # Bytes of one file that is read into memory, of a table once it is unpacked, of a configuration.
@@ -27,7 +27,7 @@ _UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
 
 
 @dataclass(frozen=True)
-class Opened:
+class StoredRelease:
     """A folder with a manifest. A pin holds a part of the files only."""
 
     folder: Path
@@ -35,7 +35,7 @@ class Opened:
     pinned: bool
 
     @classmethod
-    def at(cls, folder: Path) -> "Opened":
+    def open(cls, folder: Path) -> "StoredRelease":
         """Open a release or a pin.
 
         Raises:
@@ -52,14 +52,14 @@ class Opened:
     def name(self) -> str:
         """Campaign and version, fit to be printed."""
         version = f"{self.manifest.made_from['campaign']} {self.manifest.version}"
-        return shown(version) + (" (pin)" if self.pinned else "")
+        return printable(version) + (" (pin)" if self.pinned else "")
 
     def holds(self, path: str) -> bool:
         """Whether a file can be read: a pin lacks most of those that it names."""
         return path in self.files and (not self.pinned or (self.folder / path).exists())
 
     def file(self, path: str, largest: int = _LARGEST_FILE) -> Path:
-        """Where a file lies, once it is known to be the one that was released.
+        """Path of a file, after its hash and size are checked.
 
         Raises:
             OilfilmError: It is missing, is no plain file, differs from the manifest, or unpacks to
@@ -68,10 +68,10 @@ class Opened:
         record = self.files[path]
         if record.size > largest:
             raise OilfilmError(
-                f"{self.folder}: {shown(path)} has {record.size} bytes, more than are read "
+                f"{self.folder}: {printable(path)} has {record.size} bytes, more than are read "
                 f"({largest})."
             )
-        if complaint := complaint_about(self.folder, record):
+        if complaint := file_mismatch(self.folder, record):
             raise OilfilmError(f"{self.folder}: {complaint}")
         if path.endswith(".parquet"):
             _refuse_unpacking(self.folder / path)
@@ -90,8 +90,8 @@ class Opened:
         if version != tables.SCHEMA_VERSION:
             raise OilfilmError(
                 f"{self.folder}: its tables have schema version {version}, and version "
-                f"{tables.SCHEMA_VERSION} is read here. Read it by the code of its time; a pin is "
-                "renewed with `oilfilm pin`."
+                f"{tables.SCHEMA_VERSION} is read here. "
+                "Read it with the code of that release; renew a pin with `oilfilm pin`."
             )
         file = self.file(path)
         try:
@@ -111,11 +111,11 @@ class Opened:
         try:
             return load_yaml(path)
         except RecursionError:
-            raise OilfilmError(f"{path}: its groups lie too deep in each other.") from None
+            raise OilfilmError(f"{path}: its groups are nested too deeply.") from None
 
 
 def _refuse_unpacking(file: Path) -> None:
-    """A small file may hold a table that no memory can: one value, a thousand million times."""
+    """Refuse a small file that unpacks to more than memory can hold (one value, repeated)."""
     try:
         size = _size_unpacked(file)
     except _UNREADABLE as error:
@@ -132,7 +132,7 @@ def _size_unpacked(file: Path) -> int:
     if any(arrow.types.is_nested(kind) for kind in metadata.schema.to_arrow_schema().types):
         raise ValueError("its columns hold lists, which no table here does")
     groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
-    chunks = [group.column(place) for group in groups for place in range(group.num_columns)]
+    chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
     if odd := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
         raise ValueError(f"its columns hold {sorted(odd)[0]}, which no table here does")
     size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
