@@ -10,15 +10,16 @@ import pytest
 from campaigns import Campaign
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
-from oilfilm.outputs.figures import FIGURES, Results, style
+from oilfilm.outputs.figures import FIGURES, style
 from oilfilm.tables import failed_gates
+from oilfilm.tables.campaign_tables import CampaignTables
 
 
 @pytest.fixture(scope="module")
-def results(demo: Campaign) -> Results:
+def results(demo: Campaign) -> CampaignTables:
     curated = demo.curated
     covered = coverage(curated.runs, demo.config)
-    return Results(curated.points, curated.runs, coverage=covered)
+    return CampaignTables.in_memory(points=curated.points, runs=curated.runs, coverage=covered)
 
 
 def without_matrix(config: dict[str, Any]) -> dict[str, Any]:
@@ -36,7 +37,7 @@ def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]
 
 
 def map_of(covered: pd.DataFrame, config: dict[str, Any]) -> tuple[Any, pd.DataFrame, str]:
-    figure, drawn = FIGURES["coverage"].draw(Results(coverage=covered), config)
+    figure, drawn = FIGURES["coverage"].draw(CampaignTables.in_memory(coverage=covered), config)
     figure.canvas.draw()
     words = [text.get_text() for axis in figure.axes for text in axis.texts]
     return figure, drawn, " ".join(words)
@@ -52,7 +53,7 @@ def test_no_run_and_no_point_is_lost(demo: Campaign, etm: Campaign) -> None:
         assert covered["points_refused"].sum() == (~points["accepted"]).sum()
 
 
-def test_planted_defects_are_where_they_were_planted(results: Results) -> None:
+def test_planted_defects_are_where_they_were_planted(results: CampaignTables) -> None:
     # the defects of config/campaigns/demo.yaml
     refused = [
         ("4102", 1.25, 30, 70),
@@ -71,7 +72,7 @@ def test_planted_defects_are_where_they_were_planted(results: Results) -> None:
     assert len(planned_states(results.coverage)) == 216
 
 
-def test_run_that_was_never_made_is_missing(demo: Campaign, results: Results) -> None:
+def test_run_that_was_never_made_is_missing(demo: Campaign, results: CampaignTables) -> None:
     runs = demo.curated.runs
     covered = coverage(runs[runs["run_id"] != "4102_P1.25_U35_T085.csv"], demo.config)
     row = condition(covered, "4102", 1.25, 35, 85)
@@ -203,7 +204,7 @@ def test_unreadable_file_counts_as_a_file(demo: Campaign) -> None:
 
 
 def test_map_draws_each_condition_once_with_symbol_and_numbers(
-    demo: Campaign, results: Results
+    demo: Campaign, results: CampaignTables
 ) -> None:
     figure, drawn, words = map_of(results.coverage, demo.config)
     assert drawn["runs"].sum() == len(demo.curated.runs)
@@ -242,7 +243,9 @@ def test_more_conditions_than_a_page_holds_are_told_in_words(demo: Campaign) -> 
     assert "218 different conditions" in words
 
 
-def test_map_comes_out_in_the_same_bytes(demo: Campaign, results: Results, tmp_path: Path) -> None:
+def test_map_comes_out_in_the_same_bytes(
+    demo: Campaign, results: CampaignTables, tmp_path: Path
+) -> None:
     for name in ("a", "b"):
         figure, _ = FIGURES["coverage"].draw(results, demo.config)
         style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")

@@ -12,8 +12,8 @@ from fit_points import make_points, matrix
 from oilfilm import tables
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.report.page import page
-from oilfilm.outputs.report.sections import Results
 from oilfilm.randomness import generator
+from oilfilm.tables.campaign_tables import CampaignTables
 
 OILS = ("4102", "4050", "4010")
 PROVENANCE = {"code": "0123", "settings": "4567", "inputs": {"results/x.parquet": "89ab"}}
@@ -56,7 +56,7 @@ def measured(oil: str) -> pd.DataFrame:
     )
 
 
-def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Results:
+def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> CampaignTables:
     """Three oils fitted; one run, one log and one torque log refused; two claims."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
     settings = {**config, "fit": {**config["fit"], "searches": 2, "bootstrap": 40}}
@@ -73,7 +73,7 @@ def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Results:
     claim = {"claim": "zero-slip", "section": "3", "statement": "mu = 0 at S = 0"}
     unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2}
-    return Results(
+    return CampaignTables.in_memory(
         runs=rows("runs", *runs),
         points=points,
         quarantine=rows(
@@ -110,11 +110,11 @@ def drawn(
     return {name: (folder / f"{name}.png", folder / f"{name}.svg") for name in names}
 
 
-def report_of(results: Results, config: dict[str, Any], folder: Path) -> str:
+def report_of(results: CampaignTables, config: dict[str, Any], folder: Path) -> str:
     return page(results, drawn(folder), folder, config, PROVENANCE)
 
 
-def with_hostile_names(results: Results) -> Results:
+def with_hostile_names(results: CampaignTables) -> CampaignTables:
     """The same results with every name of a log, and every finding, replaced by a hostile one."""
     names = dict(zip(results.points["run_id"].unique(), HOSTILE, strict=False))
     renamed = results.points.assign(run_id=results.points["run_id"].replace(names))
@@ -124,13 +124,10 @@ def with_hostile_names(results: Results) -> Results:
     )
     pages = results.refused_pages.assign(run_id=HOSTILE[0], reason=HOSTILE[1], rule=HOSTILE[2])
     claims = results.claims.assign(finding=HOSTILE[0], statement=HOSTILE[1], wording=HOSTILE[2])
-    return Results(
-        **{
-            **vars(results),
-            "points": renamed,
-            "quarantine": refused,
-            "torque_quarantine": refused,
-            "refused_pages": pages,
-            "claims": claims,
-        }
+    return results.replace(
+        points=renamed,
+        quarantine=refused,
+        torque_quarantine=refused,
+        refused_pages=pages,
+        claims=claims,
     )

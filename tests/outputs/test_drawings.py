@@ -1,6 +1,5 @@
 """Figures draw exactly what their tables hold, and a broken picture is seen."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +19,11 @@ from fit_points import make_points, matrix
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.captions import CAPTIONS
-from oilfilm.outputs.figures import FIGURES, Results, style
+from oilfilm.outputs.figures import FIGURES, style
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.randomness import generator
 from oilfilm.settings.load import load_checked
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
 from pictures import nothing_is_cut_off
@@ -42,7 +42,7 @@ def settings(config: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def results() -> Results:
+def results() -> CampaignTables:
     """Points on the printed law of every oil, and refits that scatter by 1 % about it."""
     coefficients, quality = printed_fits()
     coefficients = coefficients.assign(
@@ -66,7 +66,7 @@ def results() -> Results:
     runs = points.groupby("run_id", as_index=False).first()[["run_id", "oil", *CONDITIONS]]
     runs = runs.rename(columns={name: f"nominal_{name}" for name in CONDITIONS})
     runs = runs.assign(rig="ball-on-disc-20mm", nominal_load_n=np.nan)
-    return Results(
+    return CampaignTables.in_memory(
         points=points,
         runs=runs,
         coefficients=coefficients,
@@ -126,7 +126,7 @@ ABSCISSA = {
 
 @pytest.mark.parametrize("name", PANELS)
 def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(
-    results: Results, settings: dict[str, Any], name: str
+    results: CampaignTables, settings: dict[str, Any], name: str
 ) -> None:
     figure, drawn = FIGURES[name].draw(results, settings)
     titles = [axis.get_title(loc="left") for axis in figure.axes]
@@ -139,7 +139,7 @@ def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(
 
 @pytest.mark.parametrize("name", PANELS)
 def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
-    results: Results, settings: dict[str, Any], name: str
+    results: CampaignTables, settings: dict[str, Any], name: str
 ) -> None:
     figure, drawn = FIGURES[name].draw(results, settings)
     abscissa = ABSCISSA[name][0]
@@ -160,7 +160,9 @@ def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
         assert (of_panel.query("series == 'refit' and slide_roll_ratio > 0")["lower"] > 0).all()
 
 
-def test_shade_covers_what_no_test_reaches(results: Results, settings: dict[str, Any]) -> None:
+def test_shade_covers_what_no_test_reaches(
+    results: CampaignTables, settings: dict[str, Any]
+) -> None:
     # tested: 1.0 to 1.5 GPa, 25 to 40 m/s, 25 to 120 degC
     def shaded(name: str, panel: int) -> list[tuple[float, float]]:
         figure, _ = FIGURES[name].draw(results, settings)
@@ -177,20 +179,20 @@ def test_shade_covers_what_no_test_reaches(results: Results, settings: dict[str,
 
 
 def test_oils_that_the_paper_does_not_know_have_no_dashed_line(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
-    unknown = replace(results, coefficients=results.coefficients.assign(printed_value=np.nan))
+    unknown = results.replace(coefficients=results.coefficients.assign(printed_value=np.nan))
     figure, drawn = FIGURES["fig07"].draw(unknown, settings)
     assert set(drawn["series"]) == {"refit"}
     assert "printed constants" not in {text.get_text() for text in figure.legends[0].get_texts()}
 
 
 def test_law_that_follows_no_speed_is_not_drawn_over_speed(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     exponents = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     value = results.coefficients["value"].mask(exponents)
-    bare = replace(results, coefficients=results.coefficients.assign(value=value))
+    bare = results.replace(coefficients=results.coefficients.assign(value=value))
     figure, drawn = FIGURES["fig08"].draw(bare, settings)
     assert drawn.empty
     assert "no oil has a fitted law" in figure.axes[0].texts[0].get_text()
@@ -202,7 +204,7 @@ def written(figure: Figure) -> list[str]:
 
 @pytest.mark.parametrize("name", ["tab01", "tab02", "tab03"])
 def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
-    results: Results, settings: dict[str, Any], name: str
+    results: CampaignTables, settings: dict[str, Any], name: str
 ) -> None:
     figure, drawn = FIGURES[name].draw(results, settings)
     tables.conform(drawn, "stated_values", name)
@@ -214,7 +216,7 @@ def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
 
 
 def test_table_of_oils_has_the_viscosities_of_their_grades(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     _, drawn = FIGURES["tab01"].draw(results, settings)
     grade = drawn[drawn["quantity"] == "grade"].set_index("thing")["value"]
@@ -223,7 +225,7 @@ def test_table_of_oils_has_the_viscosities_of_their_grades(
 
 
 def test_table_of_the_bearing_marks_what_is_assumed(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     _, drawn = FIGURES["tab03"].draw(results, settings)
     stars = drawn["words"].str.endswith("*")
@@ -233,7 +235,7 @@ def test_table_of_the_bearing_marks_what_is_assumed(
 
 
 def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     _, drawn = FIGURES["tab03"].draw(results, settings)
     bearing = settings["bearings"][settings["campaign"]["torque"]["bearing"]]
@@ -246,7 +248,7 @@ def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
 
 
 def test_matrix_of_a_measured_campaign_is_that_of_its_logs(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     campaign = {key: value for key, value in settings["campaign"].items() if key != "matrix"}
     _, planned = FIGURES["tab02"].draw(results, settings)
@@ -260,7 +262,7 @@ def test_matrix_of_a_measured_campaign_is_that_of_its_logs(
 def test_schematics_draw_each_mark_of_their_table_and_no_other(
     settings: dict[str, Any], name: str
 ) -> None:
-    figure, drawn = FIGURES[name].draw(Results(), settings)
+    figure, drawn = FIGURES[name].draw(CampaignTables.in_memory(), settings)
     patches = [patch for axis in figure.axes for patch in axis.patches]
     boxes = [(*patch.get_xy(), patch.get_width()) for patch in patches if type(patch) is Rectangle]
     expected = drawn[drawn["mark"].isin(["box", "film"])]
@@ -275,7 +277,7 @@ def test_schematics_draw_each_mark_of_their_table_and_no_other(
 
 def test_labels_of_the_schematics_do_not_overlap(settings: dict[str, Any]) -> None:
     for name in ("fig01", "fig05"):
-        figure, _ = FIGURES[name].draw(Results(), settings)
+        figure, _ = FIGURES[name].draw(CampaignTables.in_memory(), settings)
         figure.canvas.draw()
         for axis in figure.axes:
             boxes = [text.get_window_extent() for text in axis.texts]
@@ -287,18 +289,18 @@ def test_labels_of_the_schematics_do_not_overlap(settings: dict[str, Any]) -> No
 
 def test_schematic_of_a_rig_of_unknown_size_states_none(settings: dict[str, Any]) -> None:
     rigs = {"unknown": {"name": "a rig", "source": "its log"}}
-    figure, _ = FIGURES["fig01"].draw(Results(), {**settings, "rigs": rigs})
+    figure, _ = FIGURES["fig01"].draw(CampaignTables.in_memory(), {**settings, "rigs": rigs})
     assert not any("mm" in words for words in written(figure))
 
 
 def test_residuals_vanish_on_the_law_and_show_what_is_planted(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     _, drawn = FIGURES["residuals"].draw(results, settings)
     assert drawn["y"].abs().max() < 1e-9
     hot = (results.points["oil"] == "4050") & (results.points["inlet_temperature_c"] == 120)
     mu = results.points["traction_coefficient"] + 1e-3 * hot
-    off = replace(results, points=results.points.assign(traction_coefficient=mu))
+    off = results.replace(points=results.points.assign(traction_coefficient=mu))
     figure, drawn = FIGURES["residuals"].draw(off, settings)
     means = drawn.query("oil == '4050' and condition == 'inlet_temperature_c' and kind == 'mean'")
     np.testing.assert_allclose(means["y"], [0, 0, 0, 0, 0, 1], atol=1e-9)  # thousandths
@@ -308,19 +310,19 @@ def test_residuals_vanish_on_the_law_and_show_what_is_planted(
 
 
 def test_residuals_of_a_rig_that_reverses_the_slip_keep_their_sign(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     both = ["slide_roll_ratio", "traction_coefficient"]
     slipping = results.points[results.points["slide_roll_ratio"] > 0]
     mu = slipping["traction_coefficient"] + 1e-3
-    high = replace(results, points=slipping.assign(traction_coefficient=mu))
-    back = replace(high, points=high.points.assign(**{name: -high.points[name] for name in both}))
+    high = results.replace(points=slipping.assign(traction_coefficient=mu))
+    back = high.replace(points=high.points.assign(**{name: -high.points[name] for name in both}))
     forward, reverse = (FIGURES["residuals"].draw(one, settings)[1] for one in (high, back))
     np.testing.assert_allclose(forward["y"], reverse["y"])
 
 
 def test_identifiability_draws_every_pair_and_names_the_profile_that_bends(
-    results: Results, settings: dict[str, Any]
+    results: CampaignTables, settings: dict[str, Any]
 ) -> None:
     figure, drawn = FIGURES["identifiability"].draw(results, settings)
     pairs = drawn.query("oil == '4102' and kind == 'correlation'")
@@ -337,7 +339,7 @@ DRAWN_HERE = ["fig01", "fig05", "tab01", "fig02", "fig03", *PANELS, "residuals",
 
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_figures_are_as_wide_as_a_column_of_the_journal(
-    results: Results, settings: dict[str, Any], tmp_path: Path, name: str
+    results: CampaignTables, settings: dict[str, Any], tmp_path: Path, name: str
 ) -> None:
     figure, _ = FIGURES[name].draw(results, settings)
     style.save(figure, tmp_path / "it.png")
@@ -348,7 +350,7 @@ def test_figures_are_as_wide_as_a_column_of_the_journal(
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_nothing_is_cut_off_even_of_a_campaign_with_a_long_name(
-    results: Results, settings: dict[str, Any], name: str, oils: list[str]
+    results: CampaignTables, settings: dict[str, Any], name: str, oils: list[str]
 ) -> None:
     campaign = {**settings["campaign"], "name": "a-" * 40, "film_unjudged": {"accept": True}}
     fewer = {oil: settings["oils"][oil] for oil in oils}
@@ -373,7 +375,7 @@ def difference(figure: Figure, name: str, folder: Path) -> str | None:
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_pictures_look_as_they_did(
-    results: Results, settings: dict[str, Any], tmp_path: Path, name: str
+    results: CampaignTables, settings: dict[str, Any], tmp_path: Path, name: str
 ) -> None:
     figure, _ = FIGURES[name].draw(results, settings)
     found = difference(figure, name, tmp_path)
@@ -381,16 +383,19 @@ def test_pictures_look_as_they_did(
 
 
 def test_a_broken_picture_is_seen(
-    results: Results, settings: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    results: CampaignTables,
+    settings: dict[str, Any],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def found(name: str, drawn_from: Results = results) -> str | None:
+    def found(name: str, drawn_from: CampaignTables = results) -> str | None:
         return difference(FIGURES[name].draw(drawn_from, settings)[0], name, tmp_path)
 
     value = results.coefficients["value"]
     shifted = results.coefficients.assign(
         value=value.where(results.coefficients["constant"] != "A0", 1.03 * value)
     )
-    assert found("fig07", replace(results, coefficients=shifted))
+    assert found("fig07", results.replace(coefficients=shifted))
     with monkeypatch.context() as patched:
         swapped = {"4102": "#D55E00", "4050": "#0072B2", "4010": "#009E73"}
         patched.setattr(style, "oil_colour", lambda oil, oils: swapped[oil])
@@ -401,7 +406,7 @@ def test_a_broken_picture_is_seen(
         assert found("fig07")
     correlation = -results.correlations["correlation"]
     turned = results.correlations.assign(correlation=correlation)
-    assert found("identifiability", replace(results, correlations=turned))
+    assert found("identifiability", results.replace(correlations=turned))
 
 
 def test_captions_are_sound_markup_whatever_a_campaign_is_called() -> None:
@@ -431,7 +436,7 @@ def test_description_of_a_campaign_is_no_directive(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["fig02", "fig03", "curves"])
 def test_law_on_load_is_drawn_at_the_load_of_its_points(
-    results: Results, settings: dict[str, Any], name: str
+    results: CampaignTables, settings: dict[str, Any], name: str
 ) -> None:
     law = LAWS["wang-deng-load"]
     coefficients = pd.concat(
@@ -443,7 +448,7 @@ def test_law_on_load_is_drawn_at_the_load_of_its_points(
         )
         for oil in printed()
     )
-    _, drawn = FIGURES[name].draw(replace(results, coefficients=coefficients), settings)
+    _, drawn = FIGURES[name].draw(results.replace(coefficients=coefficients), settings)
     found = drawn[(drawn["kind"] == "fit") & (drawn["slide_roll_ratio"] == 0.3)]
     # all points were made at 80 N; by one slip, mu then follows speed and temperature alone
     at = np.array([(80.0, speed, temperature) for _, speed, temperature in matrix()])

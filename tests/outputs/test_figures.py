@@ -14,24 +14,30 @@ from campaigns import CLAIMS, Campaign, printed, printed_settings
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.fitting.fit import fit_oil
-from oilfilm.outputs.figures import FIGURES, Results, style
+from oilfilm.outputs.figures import FIGURES, style
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.printed.signs import study_signs
 from oilfilm.studies.selection import select
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.deng2026 import traction_coefficient
 from pictures import nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
-def results(demo: Campaign) -> Results:
+def results(demo: Campaign) -> CampaignTables:
     fits = [demo.fit(oil, bootstrap=20, searches=2).coefficients for oil in demo.config["oils"]]
     covered = coverage(demo.curated.runs, demo.config)
-    return Results(demo.curated.points, demo.curated.runs, pd.concat(fits), covered)
+    return CampaignTables.in_memory(
+        points=demo.curated.points,
+        runs=demo.curated.runs,
+        coefficients=pd.concat(fits),
+        coverage=covered,
+    )
 
 
 @pytest.mark.parametrize("name", ["fig02", "fig03", "eqs11-13", "coverage"])
 def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
-    results: Results, config: dict[str, Any], name: str
+    results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
     figure, drawn = FIGURES[name].draw(results, config)
     words = " ".join(text.get_text() for text in figure.texts)
@@ -41,7 +47,7 @@ def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
 
 
 def test_fig02_has_six_panels_by_pressure_and_by_speed(
-    results: Results, config: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
     figure, drawn = FIGURES["fig02"].draw(results, config)
     assert sorted(drawn["panel"].unique()) == list("abcdef")
@@ -54,7 +60,9 @@ def test_fig02_has_six_panels_by_pressure_and_by_speed(
     ]
 
 
-def test_drawn_numbers_are_those_on_the_axes(results: Results, config: dict[str, Any]) -> None:
+def test_drawn_numbers_are_those_on_the_axes(
+    results: CampaignTables, config: dict[str, Any]
+) -> None:
     figure, drawn = FIGURES["fig03"].draw(results, config)
     measured = drawn.query("panel == 'a' and oil == '4050' and kind == 'measured'")
     on_axis = [container.lines[0].get_xydata() for container in figure.axes[0].containers]
@@ -63,7 +71,7 @@ def test_drawn_numbers_are_those_on_the_axes(results: Results, config: dict[str,
 
 
 def test_fitted_lines_lie_on_the_truth_of_the_twin(
-    results: Results, config: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
     _, drawn = FIGURES["fig03"].draw(results, config)
     line = drawn.query("panel == 'b' and oil == '4010' and kind == 'fit'")
@@ -74,7 +82,9 @@ def test_fitted_lines_lie_on_the_truth_of_the_twin(
     np.testing.assert_allclose(line["traction_coefficient"], true, rtol=0.03, atol=1e-5)
 
 
-def test_an_oil_has_one_colour_in_every_figure(results: Results, config: dict[str, Any]) -> None:
+def test_an_oil_has_one_colour_in_every_figure(
+    results: CampaignTables, config: dict[str, Any]
+) -> None:
     colours = [style.oil_colour(oil, list(config["oils"])) for oil in config["oils"]]
     assert len(set(colours)) == 3
     figure, _ = FIGURES["fig03"].draw(results, config)
@@ -84,7 +94,7 @@ def test_an_oil_has_one_colour_in_every_figure(results: Results, config: dict[st
 
 
 def test_files_are_the_same_bytes_each_time(
-    results: Results, config: dict[str, Any], tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], tmp_path: Path
 ) -> None:
     for name in ("a", "b"):
         figure, _ = FIGURES["fig03"].draw(results, config)
@@ -100,7 +110,9 @@ def test_figure_without_any_accepted_point_says_so(
 ) -> None:
     refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
     fits = [fit_oil(refused, oil, None, config).coefficients for oil in config["oils"]]
-    results = Results(refused, demo.curated.runs, pd.concat(fits))
+    results = CampaignTables.in_memory(
+        points=refused, runs=demo.curated.runs, coefficients=pd.concat(fits)
+    )
     figure, drawn = FIGURES[name].draw(results, config)
     tables.conform(drawn, FIGURES[name].table, name)
     if name != "eqs11-13":
@@ -111,7 +123,12 @@ def test_figure_without_any_accepted_point_says_so(
 def test_real_curves_are_called_measured(etm: Campaign) -> None:
     coefficients = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
     covered = coverage(etm.curated.runs, etm.config)
-    results = Results(etm.curated.points, etm.curated.runs, coefficients, covered)
+    results = CampaignTables.in_memory(
+        points=etm.curated.points,
+        runs=etm.curated.runs,
+        coefficients=coefficients,
+        coverage=covered,
+    )
     figure, drawn = FIGURES["curves"].draw(results, etm.config)
     assert "Measured data" in " ".join(text.get_text() for text in figure.texts)
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
@@ -123,7 +140,7 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
     settings = printed_settings(config)
     studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
     signs, sign_verdicts = studied
-    results = Results(signs=signs, sign_verdicts=sign_verdicts)
+    results = CampaignTables.in_memory(signs=signs, sign_verdicts=sign_verdicts)
     figure, drawn = FIGURES["signs"].draw(results, config)
     tables.conform(drawn, "sign_study", "signs")
     words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
@@ -137,7 +154,7 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
 
 
 def test_sign_study_of_oils_without_printed_constants_says_so(config: dict[str, Any]) -> None:
-    figure, drawn = FIGURES["signs"].draw(Results(), config)
+    figure, drawn = FIGURES["signs"].draw(CampaignTables.in_memory(), config)
     assert drawn.empty
     assert "no oil of this campaign" in figure.axes[0].texts[0].get_text()
 
@@ -150,7 +167,7 @@ def test_shades_run_from_dark_to_light() -> None:
 
 @pytest.mark.parametrize("name", ["fig02", "fig03"])
 def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
-    results: Results, config: dict[str, Any], name: str
+    results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
     drawn = FIGURES[name].draw(results, {**config, "campaign": campaign})[1]
@@ -159,18 +176,18 @@ def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
 
 
 def test_campaign_without_set_points_says_that_nothing_can_be_shown(
-    results: Results, config: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
     unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan, nominal_load_n=np.nan)
-    bare = Results(results.points, unset, results.coefficients, results.coverage)
+    bare = results.replace(runs=unset)
     figure, drawn = FIGURES["fig03"].draw(bare, {**config, "campaign": campaign})
     assert drawn.empty
     assert "no accepted point" in figure.axes[0].texts[0].get_text()
 
 
 @pytest.fixture(scope="module")
-def audited(config: dict[str, Any]) -> Results:
+def audited(config: dict[str, Any]) -> CampaignTables:
     """Claims and selection by the printed constants, no other table."""
     bases = [
         replace(printed_evidence(printed(), list(printed()), config), basis=basis)
@@ -178,11 +195,11 @@ def audited(config: dict[str, Any]) -> Results:
     ]
     advice = select(bases, config["selection"], config["printed"]["boxes"]["extrapolated"])
     claims = audit(read_claims(CLAIMS), bases, config)
-    return Results(claims=claims, selection=advice)
+    return CampaignTables.in_memory(claims=claims, selection=advice)
 
 
 def test_bars_of_the_claims_are_as_long_as_their_shares(
-    audited: Results, config: dict[str, Any]
+    audited: CampaignTables, config: dict[str, Any]
 ) -> None:
     figure, drawn = FIGURES["claims"].draw(audited, config)
     tables.conform(drawn, "claims_page", "claims")
@@ -203,7 +220,7 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
 
 
 def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
-    audited: Results, config: dict[str, Any]
+    audited: CampaignTables, config: dict[str, Any]
 ) -> None:
     figure, drawn = FIGURES["selection"].draw(audited, config)
     tables.conform(drawn, "selection_map", "selection")
@@ -219,6 +236,6 @@ def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
 
 
 def test_map_of_oils_that_are_not_there_says_so(config: dict[str, Any]) -> None:
-    figure, drawn = FIGURES["selection"].draw(Results(), config)
+    figure, drawn = FIGURES["selection"].draw(CampaignTables.in_memory(), config)
     assert drawn.empty
     assert "no map" in figure.axes[0].texts[0].get_text()

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,9 @@ import pytest
 from campaigns import ROOT
 from oilfilm.outputs.report import sections
 from oilfilm.outputs.report.explorer import Axis, explorer
-from oilfilm.outputs.report.sections import Results
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
+from oilfilm.tables.campaign_tables import CampaignTables
 from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
 
 
@@ -51,12 +50,14 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def results(config: dict[str, Any]) -> Results:
+def results(config: dict[str, Any]) -> CampaignTables:
     return results_of(config)
 
 
 @pytest.fixture(scope="module")
-def text(results: Results, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> str:
+def text(
+    results: CampaignTables, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory
+) -> str:
     return report_of(results, config, tmp_path_factory.mktemp("report"))
 
 
@@ -66,14 +67,14 @@ def page(text: str) -> Page:
 
 
 def test_same_results_give_the_same_bytes_wherever_they_lie(
-    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], text: str, tmp_path: Path
 ) -> None:
     assert report_of(results, config, tmp_path) == text
     assert str(tmp_path.parent) not in text
     assert str(ROOT) not in text
 
 
-def test_page_holds_the_tables_themselves(page: Page, results: Results) -> None:
+def test_page_holds_the_tables_themselves(page: Page, results: CampaignTables) -> None:
     downloads = page.data("downloads")
     assert downloads["coefficients.csv"] == csv_text(results.coefficients)
     assert downloads["quarantine.csv"] == csv_text(results.quarantine)
@@ -108,7 +109,7 @@ def test_page_asks_the_network_for_nothing(page: Page) -> None:
 
 
 def test_hostile_names_are_text(
-    results: Results, config: dict[str, Any], page: Page, tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], page: Page, tmp_path: Path
 ) -> None:
     campaign = {**config["campaign"], "description": HOSTILE[0]}
     about = {"title": HOSTILE[1], "creators": [HOSTILE[2]], "licence": HOSTILE[3]}
@@ -137,7 +138,9 @@ def test_hostile_names_are_text(
     assert set(HOSTILE) <= set(runs)
 
 
-def test_verdict_is_five_lines_with_the_numbers(results: Results, config: dict[str, Any]) -> None:
+def test_verdict_is_five_lines_with_the_numbers(
+    results: CampaignTables, config: dict[str, Any]
+) -> None:
     sure = {oil: sections.certainty(results, oil) for oil in OILS}
     lines = dict(verdict(results, sure, config))
     assert list(lines) == ["Data", "Fit", "Error", "Trouble", "Paper"]
@@ -151,7 +154,7 @@ def test_verdict_is_five_lines_with_the_numbers(results: Results, config: dict[s
     assert "20.0 % in the median, 30.0 % at worst" in lines["Paper"]  # of 0.1 and -0.3
 
 
-def test_certainty_is_half_the_interval_over_mu(results: Results) -> None:
+def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:
     # curves with 1 % gain errors, 18 of them, and a calibration of 0.5 % of load, 1 % of mu or less
     found = sections.certainty(results, "4102")
     assert 0.005 < found.median < 0.06
@@ -159,15 +162,14 @@ def test_certainty_is_half_the_interval_over_mu(results: Results) -> None:
 
 
 def test_data_that_could_not_be_fitted_make_a_page(
-    config: dict[str, Any], results: Results, tmp_path: Path
+    config: dict[str, Any], results: CampaignTables, tmp_path: Path
 ) -> None:
     nothing = results.coefficients.assign(
         **dict.fromkeys(["value", "standard_error", "lower", "upper"], np.nan),
         identifiable=False,
         verdict="not identifiable",
     )
-    none = replace(
-        results,
+    none = results.replace(
         coefficients=nothing,
         refits=results.refits[:0],
         points=results.points[:0],
@@ -185,50 +187,47 @@ def test_data_that_could_not_be_fitted_make_a_page(
     assert "No log, run or row was refused." in words
 
 
-def test_fit_without_refits_has_no_interval(results: Results, config: dict[str, Any]) -> None:
-    found = explorer(
-        results.points, results.coefficients, results.refits[:0], results.fit_quality, config
-    )
+def test_fit_without_refits_has_no_interval(
+    results: CampaignTables, config: dict[str, Any]
+) -> None:
+    found = explorer(results.replace(refits=results.refits[:0]), config)
     assert [oil["root"] for oil in found["oils"]] == [None] * 3
 
 
 def test_condition_without_exponents_moves_no_slider(
-    results: Results, config: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
-    found = explorer(results.points, table, results.refits[:0], results.fit_quality, config)
+    found = explorer(results.replace(coefficients=table, refits=results.refits[:0]), config)
     assert [axis["idle"] for axis in found["axes"]] == [False, True, False, False]
     assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
 
 
 def test_endless_interval_is_none_in_json(
-    results: Results, config: dict[str, Any], tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], tmp_path: Path
 ) -> None:
     endless = results.coefficients.assign(upper=np.inf)
-    page = Page(report_of(replace(results, coefficients=endless), config, tmp_path))
+    page = Page(report_of(results.replace(coefficients=endless), config, tmp_path))
     kept = json.loads(page.data("downloads")["coefficients.json"], parse_constant=pytest.fail)
     assert {row["upper"] for row in kept} == {None}
     assert [row["value"] for row in kept] == results.coefficients["value"].tolist()
 
 
 def test_law_that_the_page_does_not_know_is_named(
-    results: Results, config: dict[str, Any], tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], tmp_path: Path
 ) -> None:
-    other = results.coefficients.replace({"law": {"deng2026": "wang-deng-load"}})
-    found = explorer(
-        results.points,
-        other,
-        results.refits.replace({"law": {"deng2026": "wang-deng-load"}}),
-        results.fit_quality.replace({"law": {"deng2026": "wang-deng-load"}}),
-        config,
-    )
+    other = {
+        name: results.table(name).replace({"law": {"deng2026": "wang-deng-load"}})
+        for name in ("coefficients", "refits", "fit_quality")
+    }
+    found = explorer(results.replace(**other), config)
     assert found["oils"] == []
     assert [one["oil"] for one in found["lacking"]] == list(OILS)
 
 
 def test_page_stays_below_its_limit_and_says_what_it_leaves_out(
-    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], text: str, tmp_path: Path
 ) -> None:
     pictures = sum(map(len, re.findall(r'(?:src|href)="(data:image[^"]+)"', text)))
     bare = len(text.encode()) - pictures
@@ -240,13 +239,13 @@ def test_page_stays_below_its_limit_and_says_what_it_leaves_out(
 
 
 def test_endless_list_of_refusals_is_left_out_of_the_page(
-    results: Results, config: dict[str, Any], text: str, tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], text: str, tmp_path: Path
 ) -> None:
     about = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     many = rows("quarantine", *({"file": f"{n:05}.csv", **about} for n in range(20_000)))
     assert len(csv_text(many)) > 600_000
     report = {**config["report"], "size_max_mb": (len(text.encode()) + 300_000) / 1e6}
-    crowded = replace(results, quarantine=many)
+    crowded = results.replace(quarantine=many)
     page = report_of(crowded, {**config, "report": report}, tmp_path)
     assert len(page.encode()) <= report["size_max_mb"] * 1e6
     assert 'data-save="quarantine.csv"' not in page
@@ -255,7 +254,7 @@ def test_endless_list_of_refusals_is_left_out_of_the_page(
 
 
 def test_many_points_and_refusals_are_thinned_and_counted(
-    results: Results, config: dict[str, Any], tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], tmp_path: Path
 ) -> None:
     few = {**config["report"], "points_max": 500, "rows_max": 1}
     page = Page(report_of(results, {**config, "report": few}, tmp_path))
@@ -282,7 +281,7 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
 
 
 def test_measured_campaign_does_not_say_simulated(
-    results: Results, config: dict[str, Any], tmp_path: Path
+    results: CampaignTables, config: dict[str, Any], tmp_path: Path
 ) -> None:
     campaign = {**config["campaign"], "data": "measured"}
     text = report_of(results, {**config, "campaign": campaign}, tmp_path)

@@ -21,11 +21,11 @@ from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.report.explorer import LAWS as LAWS_OF_PAGE
 from oilfilm.outputs.report.explorer import law_of
 from oilfilm.outputs.report.release_id import with_release
-from oilfilm.outputs.report.sections import Results
 from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import Evidence
 from oilfilm.studies.operating_grid import AXES, Grid
 from oilfilm.studies.selection import select
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import bounds, to_constants
 from reports import CONDITIONS, HOSTILE, OILS, report_of, results_of, with_hostile_names
@@ -70,13 +70,13 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def results(config: dict[str, Any]) -> Results:
+def results(config: dict[str, Any]) -> CampaignTables:
     return results_of(config)
 
 
 @pytest.fixture(scope="module")
 def report(
-    results: Results, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory
+    results: CampaignTables, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
     folder = tmp_path_factory.mktemp("report")
     (folder / "report.html").write_text(report_of(results, config, folder), encoding="utf-8")
@@ -111,11 +111,11 @@ def page(opened: Opened) -> Page:
     return opened.page
 
 
-def fitted(results: Results, oil: str) -> FittedLaw:
+def fitted(results: CampaignTables, oil: str) -> FittedLaw:
     return FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
 
 
-def python_says(results: Results, oil: str, places: np.ndarray) -> Any:
+def python_says(results: CampaignTables, oil: str, places: np.ndarray) -> Any:
     law = fitted(results, oil)
     return predict(law.law, law.coefficients, *places.T)
 
@@ -171,7 +171,7 @@ def test_policy_stops_scripts_that_are_not_the_pages_own(page: Page) -> None:
     ],
 )
 def test_sliders_move_the_curves_to_the_numbers_of_python(
-    page: Page, results: Results, abscissa: str, steps: dict[str, int]
+    page: Page, results: CampaignTables, abscissa: str, steps: dict[str, int]
 ) -> None:
     page.select_option("#abscissa", abscissa)
     for symbol, step in steps.items():
@@ -190,7 +190,7 @@ def test_sliders_move_the_curves_to_the_numbers_of_python(
         agree(line["upper"], expected.upper)
 
 
-def test_page_predicts_what_python_does_anywhere(page: Page, results: Results) -> None:
+def test_page_predicts_what_python_does_anywhere(page: Page, results: CampaignTables) -> None:
     random = np.random.default_rng(4)
     low, high = np.array([0.5, 5.0, 5.0, 0.0]), np.array([3.0, 250.0, 180.0, 0.5])
     places = low + (high - low) * random.random((500, 4))
@@ -234,7 +234,7 @@ def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
 
 @pytest.mark.parametrize("lambda_limit", [3.0, 8.0])
 def test_page_advises_what_python_does(
-    page: Page, results: Results, config: dict[str, Any], lambda_limit: float
+    page: Page, results: CampaignTables, config: dict[str, Any], lambda_limit: float
 ) -> None:
     laws = {oil: fitted(results, oil) for oil in OILS}
     evidence = Evidence("refit", OILS, laws, {}, films(config), lambda_limit)
@@ -268,7 +268,7 @@ def test_without_slip_there_is_nothing_to_choose(page: Page) -> None:
 
 
 def test_film_of_the_page_is_that_of_python_at_every_step(
-    page: Page, results: Results, config: dict[str, Any]
+    page: Page, results: CampaignTables, config: dict[str, Any]
 ) -> None:
     grid = Grid(
         np.array([0.8, 1.37, 2.5]),
@@ -285,7 +285,7 @@ def test_film_of_the_page_is_that_of_python_at_every_step(
         agree(found, films(config)[oil].over(grid)[1].ravel())
 
 
-def test_points_beside_the_curve_are_the_near_ones(page: Page, results: Results) -> None:
+def test_points_beside_the_curve_are_the_near_ones(page: Page, results: CampaignTables) -> None:
     for symbol, step in {"P": 45, "U": 5, "T": 50}.items():  # 1.25 GPa, 25 m/s, 70 degC
         slide(page, symbol, step)
     points = results.points
@@ -357,7 +357,7 @@ def saved_csv(path: Path) -> str:
     return content.decode("utf-8-sig")
 
 
-def test_curve_saved_as_csv_is_the_curve(page: Page, results: Results) -> None:
+def test_curve_saved_as_csv_is_the_curve(page: Page, results: CampaignTables) -> None:
     page.select_option("#abscissa", "U")
     with page.expect_download() as saving:
         page.click("#save-curve")
@@ -374,7 +374,7 @@ def test_curve_saved_as_csv_is_the_curve(page: Page, results: Results) -> None:
         assert [row["outside"] for row in own] == [str(one) for one in expected.outside.tolist()]
 
 
-def test_constants_saved_and_copied_are_the_table(page: Page, results: Results) -> None:
+def test_constants_saved_and_copied_are_the_table(page: Page, results: CampaignTables) -> None:
     with page.expect_download() as saving:
         page.click("[data-save='coefficients.csv']")
     text = saved_csv(Path(saving.value.path()))
@@ -397,7 +397,7 @@ def test_drawing_is_saved_as_it_was_made(page: Page, report: Path) -> None:
 
 
 def test_hostile_names_are_shown_as_text(
-    browser: Browser, results: Results, config: dict[str, Any], tmp_path: Path
+    browser: Browser, results: CampaignTables, config: dict[str, Any], tmp_path: Path
 ) -> None:
     file = tmp_path / "report.html"
     text = report_of(with_hostile_names(results), config, tmp_path)

@@ -11,6 +11,7 @@ from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.extrapolation import extrapolate
 from oilfilm.studies.printed.judge import judge_printed
 from oilfilm.studies.printed.signs import study_signs
+from oilfilm.tables.campaign_tables import CampaignTables
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
@@ -29,29 +30,28 @@ def text_of(campaign: Campaign, oil: str) -> str:
     points, settings = campaign.curated.points, printed_settings(campaign.config)
     signs, sign_verdicts = study_signs(printed(), list(printed()), points, settings)
     basis = printed_evidence(printed(), list(printed()), campaign.config)
-    return summarise(
+    results = CampaignTables.in_memory(
         runs=campaign.curated.runs,
         points=campaign.curated.points,
         quarantine=campaign.curated.quarantine,
         coverage=covered,
         extrapolation=extrapolation,
         coefficients=coefficients,
-        quality=quality,
-        judged=judge_printed(points, coefficients, quality, printed(), settings, fit.refits),
+        fit_quality=quality,
+        printed_judged=judge_printed(
+            points, coefficients, quality, printed(), settings, fit.refits
+        ),
         signs=signs,
         sign_verdicts=sign_verdicts,
         claims=audit(read_claims(CLAIMS), [basis], campaign.config),
-        campaign=campaign.config["campaign"],
-        oils=campaign.config["oils"],
-        film=campaign.config["film"],
-        gates=campaign.config["gates"],
     )
+    return summarise(results, campaign.config)
 
 
 def test_summary_of_the_demonstration(demo: Campaign) -> None:
     text = text_of(demo, "4010")
     assert "SIMULATED" in text
-    assert "212 accepted of 218" in text
+    assert "212 of 218 accepted" in text
     assert "certified: 2 of 2 searches agree" in text
     assert "stuck_sensor 31" in text
     assert "218 read of 218" in text

@@ -27,6 +27,7 @@ from oilfilm.studies.audit.audit import (
 from oilfilm.studies.audit.checks import CHECKS
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError
 from oilfilm.studies.operating_grid import Grid, traction
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.deng2026 import traction_coefficient
 
 PAPER = ROOT.parent / "shared" / "paper" / "README.md"
@@ -345,13 +346,18 @@ def test_torque_claims_follow_the_torque_tests(
 # ---------------------------------------------------------------- the table
 
 
+def results_of(campaign: Campaign, coefficients: pd.DataFrame) -> CampaignTables:
+    curated = campaign.curated
+    return CampaignTables.in_memory(
+        points=curated.points, runs=curated.runs, coefficients=coefficients
+    )
+
+
 @pytest.fixture(scope="module")
 def table(demo: Campaign) -> pd.DataFrame:
     claims = read_claims(CLAIMS)
     fits = [demo.fit(oil, bootstrap=20, searches=2).coefficients for oil in OILS]
-    refit = refit_evidence(
-        pd.concat(fits), demo.curated.points, demo.curated.runs, OILS, demo.config
-    )
+    refit = refit_evidence(results_of(demo, pd.concat(fits)), OILS, demo.config)
     return audit(claims, [refit, printed_evidence(printed(), OILS, demo.config)], demo.config)
 
 
@@ -376,13 +382,8 @@ def test_refit_of_simulated_logs_gets_the_verdicts_of_its_truth(table: pd.DataFr
 
 
 def test_full_film_leaves_out_what_is_not_of_the_matrix(demo: Campaign) -> None:
-    refit = refit_evidence(
-        demo.fit("4102", bootstrap=20, searches=2).coefficients,
-        demo.curated.points,
-        demo.curated.runs,
-        OILS,
-        demo.config,
-    )
+    coefficients = demo.fit("4102", bootstrap=20, searches=2).coefficients
+    refit = refit_evidence(results_of(demo, coefficients), OILS, demo.config)
     assert refit.points is not None
     # the planted run at 12 m/s is none of the matrix, and its film is thin
     assert refit.points["entrainment_speed_m_s"].min() > 20
@@ -390,7 +391,7 @@ def test_full_film_leaves_out_what_is_not_of_the_matrix(demo: Campaign) -> None:
 
 
 def test_full_film_counts_logs_that_note_a_load_or_round_their_set_points(demo: Campaign) -> None:
-    coefficients = demo.fit("4102", bootstrap=20, searches=2).coefficients
+    results = results_of(demo, demo.fit("4102", bootstrap=20, searches=2).coefficients)
     runs = demo.curated.runs
     noted = runs.assign(
         nominal_max_hertz_pressure_gpa=np.nan,
@@ -398,7 +399,7 @@ def test_full_film_counts_logs_that_note_a_load_or_round_their_set_points(demo: 
         nominal_inlet_temperature_c=runs["nominal_inlet_temperature_c"] + 0.3,
     )
     of_runs = (
-        refit_evidence(coefficients, demo.curated.points, some, OILS, demo.config).points
+        refit_evidence(results.replace(runs=some), OILS, demo.config).points
         for some in (runs, noted)
     )
     pd.testing.assert_frame_equal(*of_runs)
@@ -417,7 +418,7 @@ def test_one_condition_of_an_unknown_oil_tells_nothing_about_trends(etm: Campaig
     claims = read_claims(CLAIMS)
     config = resolve(ROOT / "config", {"campaign": "etm-slim"})
     fit = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
-    refit = refit_evidence(fit, etm.curated.points, etm.curated.runs, OILS, config)
+    refit = refit_evidence(results_of(etm, fit), OILS, config)
     found = audit(claims, [refit], config)
     assert (found["verdict"] == "cannot be checked").all()
     reason = found.set_index("claim")["finding"]

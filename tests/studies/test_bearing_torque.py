@@ -28,8 +28,8 @@ from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.curation.torque_runs import measure_torque
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
-from oilfilm.outputs.bearing_sentences import BearingTables, bearing_words
-from oilfilm.outputs.figures import FIGURES, Results, style
+from oilfilm.outputs.bearing_sentences import bearing_words
+from oilfilm.outputs.figures import FIGURES, style
 from oilfilm.physics.oils import oil_from_config
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
@@ -44,6 +44,7 @@ from oilfilm.studies.bearing_torque import (
 )
 from oilfilm.studies.load_variables import BASES, FittedBasis
 from oilfilm.studies.slip_advice import advise
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import Observations, to_constants, to_internal
 from pictures import nothing_is_cut_off
@@ -266,7 +267,7 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
     runs = plateaus(np.array([5.0, 6.5]), np.array([6000.0, 9000.0]))
     published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
     slip = cage_slip_table(*fits, config)
-    results = Results(
+    results = CampaignTables.in_memory(
         torque=torque_table(runs, *fits, config)[0],
         cage_slip=slip,
         slip_advice=advise(slip, config["selection"], config["gates"]["lambda_limit"]),
@@ -283,7 +284,7 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
 def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config):
     published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
     table = power_loss_table(published, *printed_fits(), config)
-    figure, _ = FIGURES["power-loss"].draw(Results(power_loss=table), config)
+    figure, _ = FIGURES["power-loss"].draw(CampaignTables.in_memory(power_loss=table), config)
     (axis,) = figure.axes
     (points,) = axis.lines
     np.testing.assert_array_equal(points.get_ydata(), [350, 700, 1100, 1400])  # NASA TP-2275
@@ -294,7 +295,7 @@ def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(con
 
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])
 def test_figures_of_nothing_say_so(config, name):
-    figure, drawn = FIGURES[name].draw(Results(), config)
+    figure, drawn = FIGURES[name].draw(CampaignTables.in_memory(), config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
@@ -399,16 +400,22 @@ def test_the_summary_tells_of_logs_errors_and_advice(config):
     torque, inversion = torque_table(runs, *fits, config)
     slip = cage_slip_table(*fits, config)
     advice = advise(slip, config["selection"], config["gates"]["lambda_limit"])
-    text = "\n".join(bearing_words(BearingTables(runs, refused, torque, inversion, advice)))
+    results = CampaignTables.in_memory(
+        torque_runs=runs,
+        torque_quarantine=refused,
+        torque=torque,
+        torque_inversion=inversion,
+        slip_advice=advice,
+    )
+    text = "\n".join(bearing_words(results))
     assert "torque logs 2 read of 3; plateaus 8 accepted of 8" in text
     assert "torque quarantine, tare 1: 4050_F05000_T070.csv: the tare moves" in text
     assert "; load " in text
     assert "of 24 equilibria none not found" in text
     assert "pressure " in text
     assert "the paper's rules advise" in text
-    empty = [tables.empty(name) for name in ("torque_runs", "quarantine", "torque")]
-    nothing = BearingTables(*empty, tables.empty("torque_inversion"), tables.empty("slip_advice"))
-    assert bearing_words(nothing)[1] == "  torque logs 0 read of 0; plateaus 0 accepted of 0"
+    nothing = bearing_words(CampaignTables.in_memory())
+    assert nothing[1] == "  torque logs 0 read of 0; plateaus 0 accepted of 0"
 
 
 def small(config: dict[str, Any]) -> dict[str, Any]:

@@ -14,9 +14,10 @@ from oilfilm.fitting import engine
 from oilfilm.fitting.cross_validation import leave_curves_out, leave_ends_out, level_of
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
-from oilfilm.outputs.figures import FIGURES, Results
+from oilfilm.outputs.figures import FIGURES
 from oilfilm.settings.load import resolve
 from oilfilm.studies.law_comparison import compare_laws, curve_shapes, information_criteria, laws_of
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import Law, Observations
 
@@ -135,7 +136,7 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
     assert "0 accepted points" in verdicts["deng2026"]
     for name, table in found.tables().items():
         tables.conform(table, name, name)
-    results = Results(
+    results = CampaignTables.in_memory(
         refused,
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,
@@ -150,7 +151,7 @@ def test_fig04_draws_what_the_table_says(quick: dict[str, Any]) -> None:
     config = {**quick, "compare": {**quick["compare"], "laws": ["deng2026", truth.name]}}
     points = points_of(truth, NOISE)
     found = compare_laws(points, "4050", config)
-    results = Results(
+    results = CampaignTables.in_memory(
         points,
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,

@@ -1,11 +1,7 @@
 rule audit:
     "The paper's claims and its advice on oils, held against the campaign and the printed constants."
     input:
-        **({"torque": rules.torque.output.torque} if "torque" in CAMPAIGN else {}),
-        points=rules.collect.output.points,
-        runs=rules.collect.output.runs,
-        coefficients=rules.fits.output.coefficients,
-        comparison=rules.comparisons.output.comparison,
+        **finished("points", "runs", "coefficients", "comparison", "torque"),
         printed="data/reference/printed_coefficients.yaml",
         claims="data/reference/claims.yaml",
     output:

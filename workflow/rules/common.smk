@@ -79,6 +79,16 @@ def part(*keys, campaign=()):
     return {"campaign": {key: CAMPAIGN[key] for key in of_campaign}, **chosen}
 
 
+def finished(*names):
+    """Files of finished tables by name; no file of a table that this campaign does not have."""
+    lacking = set()
+    if "torque" not in CAMPAIGN:
+        lacking |= {"torque_runs", "torque_quarantine", "torque", "torque_inversion", "slip_advice"}
+    if not SIMULATED:
+        lacking |= {"extrapolation"}
+    return {name: [] if name in lacking else f"<tables>/{name}.parquet" for name in names}
+
+
 def caption_file(*place):
     """Caption of a figure or table; its whole path, or Snakemake would look beside the rule."""
     return Path("results", CAMPAIGN["name"], "captions", *place).resolve().as_posix() + ".rst"

@@ -1,27 +1,28 @@
 # The page itself, beside the code that fills it.
-PAGE = Path(workflow.basedir, "workflow/oilfilm/report/page")
+PAGE = Path(workflow.basedir, "workflow/oilfilm/outputs/report/page")
 
 
 rule report:
     "What a reader wants to know of the campaign, in one HTML file that needs no network."
     input:
-        runs=rules.collect.output.runs,
-        points=rules.collect.output.points,
-        quarantine=rules.collect.output.quarantine,
-        coverage=rules.coverage.output.coverage,
-        gate_counts=rules.coverage.output.gates,
-        refused=rules.refused.output.pages,
-        coefficients=rules.fits.output.coefficients,
-        fit_quality=rules.fits.output.fit_quality,
-        refits=rules.fits.output.refits,
-        comparison=rules.comparisons.output.comparison,
-        claims=rules.audit.output.claims,
-        # none of these in campaigns without torque logs
-        torque_runs=TORQUE and [rules.torque_runs.output.runs],
-        torque_quarantine=TORQUE and [rules.torque_runs.output.quarantine],
-        torque=TORQUE and [rules.torque.output.torque],
-        torque_inversion=TORQUE and [rules.torque.output.inversion],
-        slip_advice=TORQUE and [rules.bearing_maps.output.slip_advice],
+        **finished(
+            "runs",
+            "points",
+            "quarantine",
+            "coverage",
+            "gate_counts",
+            "coefficients",
+            "fit_quality",
+            "refits",
+            "comparison",
+            "claims",
+            "torque_runs",
+            "torque_quarantine",
+            "torque",
+            "torque_inversion",
+            "slip_advice",
+        ),
+        refused_pages=rules.refused.output.pages,
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN["figures"]),
         svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN["figures"]),
     output:

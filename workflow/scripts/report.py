@@ -2,24 +2,22 @@
 
 from pathlib import Path
 
-from oilfilm import tables
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.report.page import page
-from oilfilm.outputs.report.sections import Results
 from oilfilm.run.job import job
+from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as provenance:
-    found = snakemake.input
-    refused = Path(found.refused)
-    paths = {
-        name: [Path(found[name])] if isinstance(found[name], str) else map(Path, found[name])
-        for name in Results.models()
-        if name in found.keys()
+    inputs = snakemake.input
+    figures = {
+        Path(png).stem: (Path(png), Path(svg))
+        for png, svg in zip(inputs.png, inputs.svg, strict=True)
     }
-    paths["refused_pages"] = [refused / "index.parquet"]
-    models = Results.models()
-    results = Results(**{name: tables.read(models[name], *paths[name]) for name in models})
-    pairs = zip(map(Path, found.png), map(Path, found.svg), strict=True)
-    drawn = {png.stem: (png, svg) for png, svg in pairs}
-    text = page(results, drawn, refused, snakemake.params.config, provenance)
+    text = page(
+        CampaignTables.of_job(inputs),
+        figures,
+        Path(inputs.refused_pages),
+        snakemake.params.config,
+        provenance,
+    )
     write_text(text, Path(snakemake.output.page))

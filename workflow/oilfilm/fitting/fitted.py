@@ -8,8 +8,8 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.special import ndtri
 
-from oilfilm import tables
 from oilfilm.errors import OilfilmError
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import FloatArray, Law, Observations, to_internal
 
@@ -234,19 +234,14 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     Raises:
         OilfilmError: There are no such results, or no such oil in them.
     """
-    where = Path(folder) / "tables"
-    coefficients = tables.read("coefficients", where / "coefficients.parquet")
+    results = CampaignTables.in_folder(Path(folder))
+    coefficients = results.coefficients
     oils = sorted(coefficients["oil"].unique())
     if oil not in oils:
         raise OilfilmError(
-            f"{where}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
+            f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
         )
-    return FittedLaw.of(
-        coefficients,
-        oil,
-        tables.read("refits", where / "refits.parquet"),
-        tables.read("fit_quality", where / "fit_quality.parquet"),
-    )
+    return FittedLaw.of(coefficients, oil, results.refits, results.fit_quality)
 
 
 def predict(

@@ -1,41 +1,29 @@
 """What torque logs and the bearing's model come to, in a few lines of text."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
 from oilfilm.tables import failed_gates
+from oilfilm.tables.campaign_tables import CampaignTables
 
 
-@dataclass(frozen=True)
-class BearingTables:
-    """The tables of a campaign with torque logs that its summary tells of."""
-
-    torque_runs: pd.DataFrame
-    torque_quarantine: pd.DataFrame
-    torque: pd.DataFrame
-    torque_inversion: pd.DataFrame
-    slip_advice: pd.DataFrame
-
-
-def bearing_words(found: BearingTables) -> list[str]:
+def bearing_words(results: CampaignTables) -> list[str]:
     """Logs and plateaus, errors of each basis, soundness, what traction decides, cage slip."""
-    lines = ["Bearing torque (torque.parquet and the tables beside it):", *_logs(found)]
-    calculated = found.torque[found.torque["converged"]]
-    lines += _not_compared(found)
+    lines = ["Bearing torque (torque.parquet and the tables beside it):", *_logs(results)]
+    calculated = results.torque[results.torque["converged"]]
+    lines += _not_compared(results)
     if len(calculated):
         lines += _errors(calculated)
-    if len(found.torque):
-        lines += _soundness(found.torque)
+    if len(results.torque):
+        lines += _soundness(results.torque)
     if len(calculated):
         lines += _beyond(calculated)
-    lines += [*_inverted(found.torque_inversion), *_advice(found.slip_advice)]
+    lines += [*_inverted(results.torque_inversion), *_advice(results.slip_advice)]
     return [*lines, ""]
 
 
-def _logs(found: BearingTables) -> list[str]:
-    runs, refused = found.torque_runs, found.torque_quarantine
+def _logs(results: CampaignTables) -> list[str]:
+    runs, refused = results.torque_runs, results.torque_quarantine
     files = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
     lines = [
         f"  torque logs {len(files)} read of {len(files | set(refused['file']))}; plateaus "
@@ -55,10 +43,10 @@ def _logs(found: BearingTables) -> list[str]:
     return lines
 
 
-def _not_compared(found: BearingTables) -> list[str]:
+def _not_compared(results: CampaignTables) -> list[str]:
     """Oils whose plateaus no law could be asked for."""
-    accepted = found.torque_runs.loc[found.torque_runs["accepted"], "oil"]
-    counts = accepted[~accepted.isin(found.torque["oil"])].value_counts()
+    accepted = results.torque_runs.loc[results.torque_runs["accepted"], "oil"]
+    counts = accepted[~accepted.isin(results.torque["oil"])].value_counts()
     return [
         f"  not compared: {count} plateaus of {oil}, which lacks a fitted law, properties, or a "
         "traction rig whose contact is known"

@@ -9,79 +9,78 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.fitting.remarks import fit_remarks
-from oilfilm.outputs.bearing_sentences import BearingTables, bearing_words
+from oilfilm.outputs.bearing_sentences import bearing_words
+from oilfilm.outputs.facts import (
+    accepted_points,
+    accepted_runs,
+    condition_counts,
+    stand_in_oils,
+    unread_logs,
+)
 from oilfilm.studies.extrapolation import extrapolation_words
 from oilfilm.tables import failed_gates
+from oilfilm.tables.campaign_tables import CampaignTables
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
 
 
-def summarise(
-    *,
-    runs: pd.DataFrame,
-    points: pd.DataFrame,
-    quarantine: pd.DataFrame,
-    coverage: pd.DataFrame,
-    extrapolation: pd.DataFrame,
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    judged: pd.DataFrame,
-    signs: pd.DataFrame,
-    sign_verdicts: pd.DataFrame,
-    claims: pd.DataFrame,
-    campaign: Mapping[str, Any],
-    oils: Mapping[str, Any],
-    film: Mapping[str, Any],
-    gates: Mapping[str, Any],
-    bearing: BearingTables | None = None,
-) -> str:
-    """What was made, how good each fit is and where to look, as text."""
+def summarise(results: CampaignTables, config: Mapping[str, Any]) -> str:
+    """What was made, how good each fit is and where to look, as text.
+
+    Args:
+        results: The campaign's tables.
+        config: Settings `campaign`, `oils`, `film` and `gates`.
+    """
+    campaign, gates = config["campaign"], config["gates"]
     name = campaign["name"]
     source = "SIMULATED by the rig twin" if campaign["data"] == "simulated" else "measured"
+    read, unread = set(results.runs["file"]), unread_logs(results)
+    has_torque_logs = len(results.torque_runs) + len(results.torque_quarantine) > 0
     lines = [
         f"Campaign {name} ({source}): {campaign['description']}",
-        _logs(runs, quarantine),
-        f"  runs    {(runs['verdict'] == 'accepted').sum()} accepted of {len(runs)}",
-        f"  points  {points['accepted'].sum()} accepted of {len(points)}",
-        f"  samples {runs['samples'].sum()} rows; "
-        f"{quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
-        *_covered(coverage),
-        *_unjudged(points, campaign),
-        *_stand_ins(oils),
-        f"  lambda  {_film(film)}; full film above {gates['lambda_limit']:g}",
-        *_without_set_points(runs),
-        *_refusals(runs, points, quarantine),
+        f"  logs    {len(read)} read of {len(read | unread)}",
+        f"  runs    {accepted_runs(results)} accepted",
+        f"  points  {accepted_points(results)} accepted",
+        f"  samples {results.runs['samples'].sum()} rows; "
+        f"{results.quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
+        *_covered(results),
+        *_unjudged(results.points, campaign),
+        *_stand_ins(config["oils"]),
+        f"  lambda  {_film(config['film'])}; full film above {gates['lambda_limit']:g}",
+        *_without_set_points(results.runs),
+        *_refusals(results),
         "",
-        *_fits(coefficients, quality),
-        *_extrapolated(extrapolation),
+        *_fits(results),
+        *_extrapolated(results.extrapolation),
         "",
-        *_printed(judged, signs, sign_verdicts, campaign),
-        *_claimed(claims),
-        *(bearing_words(bearing) if bearing is not None else []),
+        *_printed(results, campaign),
+        *_claimed(results.claims),
+        *(bearing_words(results) if has_torque_logs else []),
         f"Report:  results/{name}/report.html (open it in a browser; it needs no network)",
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
         f"Exports: results/{name}/exports (the fits for bearing codes; start with README.md)",
-        *_pages(quarantine, name),
+        *_pages(results.quarantine, name),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _covered(coverage: pd.DataFrame) -> list[str]:
-    """How much of the matrix is there, or of what was tested where none is given."""
-    matrix = coverage["planned"].any()
-    conditions = planned_states(coverage) if matrix else coverage
-    counts = conditions["state"].value_counts().reindex(["accepted", "refused", "missing"])
-    accepted, refused, lost = counts.fillna(0).astype(int)
-    line = f"  coverage {accepted} of {len(conditions)} conditions "
-    if not matrix:
+def _covered(results: CampaignTables) -> list[str]:
+    """Coverage of the matrix, or of the tested conditions where the campaign has no matrix."""
+    counts, coverage = condition_counts(results), results.coverage
+    line = f"  coverage {counts['accepted']} of {sum(counts.values())} conditions "
+    if not coverage["planned"].any():
         return [line + "tested accepted (no matrix is given, so that none can be missing)"]
-    line += f"of the matrix accepted, {refused} refused; missing: {lost or 'none'}"
-    missing = conditions[conditions["state"] == "missing"].to_dict("records")
+    line += (
+        f"of the matrix accepted, {counts['refused']} refused; "
+        f"missing: {counts['missing'] or 'none'}"
+    )
+    conditions = planned_states(coverage)
+    missing = tables.rows(conditions[conditions["state"] == "missing"])
     lines = [f"    {row['oil']}: {describe_condition(row)}" for row in missing[:_NAMED]]
-    if lost > _NAMED:
-        lines.append(f"    and {lost - _NAMED} more (coverage.parquet)")
+    if len(missing) > _NAMED:
+        lines.append(f"    and {len(missing) - _NAMED} more (coverage.parquet)")
     outside = (~coverage["planned"]).sum()
     if outside:
         line += f"; outside it: {outside} tested"
@@ -107,14 +106,8 @@ def _film(film: Mapping[str, Any]) -> str:
     return f"{film['thickness']} film {heat} thermal reduction over combined {film['roughness']}"
 
 
-def _logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> str:
-    read = set(runs["file"])
-    unread = set(quarantine["file"]) - read
-    return f"  logs    {len(read)} read of {len(read | unread)}"
-
-
 def _stand_ins(oils: Mapping[str, Any]) -> list[str]:
-    names = [name for name, oil in oils.items() if oil is not None and oil["stand_in"]]
+    names = stand_in_oils(oils)
     if not names:
         return []
     return [f"  film thickness from STAND-IN properties for {', '.join(names)} (config/oils)"]
@@ -131,7 +124,8 @@ def _without_set_points(runs: pd.DataFrame) -> list[str]:
     return [f"  not held against a set point, runs without one: {', '.join(told)}"] if told else []
 
 
-def _refusals(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> list[str]:
+def _refusals(results: CampaignTables) -> list[str]:
+    points, quarantine = results.points, results.quarantine
     counts = quarantine["rule"].value_counts()
     gates = failed_gates.counts(points)
     lines = []
@@ -158,9 +152,10 @@ def _extrapolated(compared: pd.DataFrame) -> list[str]:
     ]
 
 
-def _fits(coefficients: pd.DataFrame, quality: pd.DataFrame) -> list[str]:
+def _fits(results: CampaignTables) -> list[str]:
+    coefficients = results.coefficients
     lines = []
-    for fit in tables.rows(quality):
+    for fit in tables.rows(results.fit_quality):
         if np.isnan(fit["rmse"]):
             lines.append(f"  {fit['oil']}: {fit['verdict']}")
             continue
@@ -201,17 +196,13 @@ def _claimed(claims: pd.DataFrame) -> list[str]:
     return [*lines, ""]
 
 
-def _printed(
-    judged: pd.DataFrame,
-    signs: pd.DataFrame,
-    sign_verdicts: pd.DataFrame,
-    campaign: Mapping[str, Any],
-) -> list[str]:
-    """The constants printed in the paper: how far from the fit, and how sure their signs are."""
+def _printed(results: CampaignTables, campaign: Mapping[str, Any]) -> list[str]:
+    """The constants printed in the paper: distance from the fit, and how sure their signs are."""
+    signs, sign_verdicts = results.signs, results.sign_verdicts
     if signs.empty:
         return []
     lines = ["Printed constants (Deng et al. 2026):"]
-    for row in judged.dropna(subset=["tested_difference"]).to_dict("records"):
+    for row in tables.rows(results.printed_judged.dropna(subset=["tested_difference"])):
         lines.append(
             f"  {row['oil']}: SSE {row['printed_sse']:.3e}, the fit's {row['fitted_sse']:.3e}; "
             f"mu differs by at most {abs(row['tested_difference']):.1e} as tested, "

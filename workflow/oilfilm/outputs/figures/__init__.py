@@ -14,7 +14,7 @@ from oilfilm.outputs.figures.schematics import fig01, fig05
 from oilfilm.outputs.figures.selection_map import selection_map
 from oilfilm.outputs.figures.sign_study import sign_study
 from oilfilm.outputs.figures.stated import tab01, tab02, tab03
-from oilfilm.outputs.figures.traction_curves import Results, curves, fig02, fig03
+from oilfilm.outputs.figures.traction_curves import curves, fig02, fig03
 
 _ALL = (
     Drawing("fig01", fig01, "schematic"),
@@ -45,4 +45,4 @@ _ALL = (
 )
 FIGURES = {drawing.name: drawing for drawing in _ALL}
 
-__all__ = ["FIGURES", "Drawing", "Results"]
+__all__ = ["FIGURES", "Drawing"]

@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from oilfilm import tables
 from oilfilm.bearing.friction import HEATS
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.units import RAD_S_PER_RPM
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
@@ -33,7 +33,7 @@ _BASES: dict[str, tuple[str, Any, str]] = {
 }
 
 
-def fig06(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig06(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Measured torque and each basis against speed, an oil a column; relative errors below."""
     settings = config["figures"]["fig06"]
     asked, within = settings["inlet_temperature_c"], settings["same_within"]
@@ -154,7 +154,7 @@ _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _FIELD = 0.45  # share of an oil's colour in the field of the advice
 
 
-def cage_slip(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
     table, advice = results.cage_slip, results.slip_advice
     every = list(config["oils"])
@@ -267,7 +267,7 @@ def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return np.concatenate([[2 * centres[0] - middles[0]], middles, [2 * centres[-1] - middles[-1]]])
 
 
-def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Traction torque of the load bases against the stress basis, by ball size and conformity."""
     drawn = results.size_effect["basis"].isin(["load", "dimensionless_load"])
     table = results.size_effect[drawn].reset_index(drop=True)
@@ -308,7 +308,7 @@ def size_effect(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd
     return _finish(figure, config), table
 
 
-def power_loss(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def power_loss(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Calculated power loss term by term beside a published one: plausibility alone."""
     table = results.power_loss
     figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)

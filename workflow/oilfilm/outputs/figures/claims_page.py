@@ -14,8 +14,8 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
 from oilfilm.studies.audit.audit import percent
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _BASES = ("refit", "printed")
 _ROW_IN = 0.40
@@ -42,7 +42,7 @@ _WORST = (
 )
 
 
-def claims_page(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def claims_page(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Each claim in words, a bar a basis for the share of cases where it holds, the worst case."""
     table = results.claims
     drawn = table[["claim", "statement", "basis", "verdict", "share", "share_tested_box"]].assign(

@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.17
 
 
-def eqs11_13(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def eqs11_13(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Each oil's constants: fitted with standard error, and printed."""
     table = results.coefficients
     drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]]

@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _OILS_ABREAST = 3
 _CELL_HEIGHT_IN = 0.24
@@ -30,7 +30,7 @@ _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
-def coverage_map(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def coverage_map(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """A column of panels an oil, a row a temperature; cells of pressure (or load) and speed."""
     cells = _cells(results.coverage)
     oils = [oil for oil in config["oils"] if (cells["oil"] == oil).any()]

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm.outputs.captions import CAPTIONS
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Drawing:
     """
 
     name: str
-    draw: Callable[[Results, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
+    draw: Callable[[CampaignTables, Mapping[str, Any]], tuple[Figure, pd.DataFrame]]
     table: str
 
     @property

@@ -14,8 +14,8 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
 from oilfilm.studies.extrapolation import relative_rms
+from oilfilm.tables.campaign_tables import CampaignTables
 
 # Abscissa of each figure of the paper.
 _ABSCISSAE = {
@@ -39,7 +39,9 @@ _LEVELS = {
 _ROW_IN = 0.24
 
 
-def extrapolation(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def extrapolation(
+    results: CampaignTables, config: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
     compared, choice = results.extrapolation, config["figures"]["extrapolation"]
     laws, oils = list(dict.fromkeys(compared["law"])), list(config["oils"])

@@ -14,8 +14,8 @@ from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
 from oilfilm.studies.law_comparison import laws_of
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.34
 _ENDS = ("pressure", "speed", "temperature")
@@ -28,7 +28,7 @@ _KINDS: dict[str, dict[str, Any]] = {
 }
 
 
-def fig04(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig04(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
     compared, oils = results.comparison.dropna(subset="rmse"), list(config["oils"])
     laws = list(dict.fromkeys(compared["law"]))
@@ -57,7 +57,7 @@ def fig04(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
 
 
 def _draw_starts(
-    axis: Axes, results: Results, config: Mapping[str, Any], laws: Sequence[str]
+    axis: Axes, results: CampaignTables, config: Mapping[str, Any], laws: Sequence[str]
 ) -> Iterator[pd.DataFrame]:
     """A cloud a law and oil: mu at no slip at each curve's condition, spread along the abscissa."""
     oils = list(config["oils"])
@@ -76,7 +76,7 @@ def _draw_starts(
     axis.grid(visible=False, axis="x")
 
 
-def _starts(results: Results, oil: str, law_name: str, config: Mapping[str, Any]) -> Any:
+def _starts(results: CampaignTables, oil: str, law_name: str, config: Mapping[str, Any]) -> Any:
     """mu at no slip, condition by condition in the order of rising temperature."""
     known = laws_of(oil, config)
     fits = results.law_coefficients

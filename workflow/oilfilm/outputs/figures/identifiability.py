@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _COLOURS = "PuOr"  # from orange by white to purple, told apart by every kind of colour vision
 _REACH = 4.5  # naive standard errors to either side
@@ -19,7 +19,9 @@ _NAMED = 2  # profiles that bend most ...
 _BENT = 0.05  # ... by this at least, in naive standard errors
 
 
-def identifiability(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def identifiability(
+    results: CampaignTables, config: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """A column an oil: correlations of each pair of constants, and the profile of each constant."""
     fitted = set(results.profiles["oil"])
     oils = [oil for oil in config["oils"] if oil in fitted]
@@ -57,7 +59,7 @@ def identifiability(results: Results, config: Mapping[str, Any]) -> tuple[Figure
 
 
 def _draw_correlations(
-    axis: Axes, results: Results, oil: str, constants: Sequence[str]
+    axis: Axes, results: CampaignTables, oil: str, constants: Sequence[str]
 ) -> tuple[Any, pd.DataFrame]:
     """A square a pair, below the diagonal; each pair stands in the table once."""
     pairs = results.correlations.query("oil == @oil")
@@ -77,7 +79,7 @@ def _draw_correlations(
     return image, drawn
 
 
-def _profiles(results: Results, oil: str) -> pd.DataFrame:
+def _profiles(results: CampaignTables, oil: str) -> pd.DataFrame:
     """Profiles over the distance from the fit, in naive standard errors."""
     fitted = results.coefficients.query("oil == @oil").set_index("constant")
     profiles = results.profiles.query("oil == @oil")

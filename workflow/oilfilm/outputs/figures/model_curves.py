@@ -16,8 +16,8 @@ from matplotlib.patches import Patch
 from oilfilm import tables
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
 from oilfilm.studies.extrapolation import is_beyond
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray
 
@@ -55,27 +55,29 @@ CUTS = {
 }
 
 
-def fig07(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig07(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against slip, a panel a pressure."""
     return _figure("fig07", results, config)
 
 
-def fig08(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig08(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against entrainment speed, a panel a slip."""
     return _figure("fig08", results, config)
 
 
-def fig09(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig09(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against pressure, a panel a speed and slip."""
     return _figure("fig09", results, config)
 
 
-def fig10(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig10(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against temperature, a panel a pressure and speed."""
     return _figure("fig10", results, config)
 
 
-def _figure(name: str, results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def _figure(
+    name: str, results: CampaignTables, config: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
     cuts, levels = CUTS[name], config["extrapolation"][name]
     apart = [axis for axis in _PHRASES if axis not in (cuts.abscissa, cuts.by)]
@@ -116,7 +118,7 @@ def _figure(name: str, results: Results, config: Mapping[str, Any]) -> tuple[Fig
     )
 
 
-def _laws(results: Results, oil: str) -> dict[str, FittedLaw]:
+def _laws(results: CampaignTables, oil: str) -> dict[str, FittedLaw]:
     """The refit and, where the paper has them, the printed constants, by the name of the series.
 
     None of an oil whose law does not follow all three conditions.

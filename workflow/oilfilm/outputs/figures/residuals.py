@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _LABELS = {
     "max_hertz_pressure_gpa": "P (GPa)",
@@ -26,7 +26,7 @@ _GROUPS = 15  # of equally many points, where no set points tell levels apart
 _MILLI = 1e3
 
 
-def residuals(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def residuals(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """A row of panels an oil, a column a condition; points, and mean and scatter at each level."""
     oils = list(config["oils"])
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.45 * len(oils) + 0.6))
@@ -57,7 +57,7 @@ def residuals(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.D
     )
 
 
-def _residuals(results: Results, oil: str) -> pd.DataFrame | None:
+def _residuals(results: CampaignTables, oil: str) -> pd.DataFrame | None:
     """Accepted points with their residual and the set points of their run; None without a fit."""
     of_oil = results.coefficients[results.coefficients["oil"] == oil]
     points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]

@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 
 # What a part is -> its colour, and in words.
 _KINDS: dict[str, tuple[Any, str]] = {
@@ -40,7 +40,7 @@ def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str =
     return (panel, "arrow", kind, x, y, to_x, to_y, "")
 
 
-def fig01(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig01(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """The traction rig from the side, and the contact seen along the ball's axis."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 3.9))
     axes = figure.subplots(1, 2, width_ratios=(116, 70))
@@ -132,7 +132,7 @@ def _head(rig: Mapping[str, Any]) -> list[_Mark]:
     ]
 
 
-def fig05(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig05(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """The torque rig in a section along its shaft."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.6))
     axis = figure.subplots()

@@ -15,7 +15,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.units import FloatArray
 
 _SPEED, _PRESSURE = "entrainment_speed_m_s", "max_hertz_pressure_gpa"
@@ -23,7 +23,9 @@ _PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
 _FIELD = 0.45  # share of an oil's colour in the field that a rule gives it
 
 
-def selection_map(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def selection_map(
+    results: CampaignTables, config: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """A row of panels a temperature, a column a slip; cells of speed and stress.
 
     The refit is drawn, the printed constants where the campaign has no fit of these oils.

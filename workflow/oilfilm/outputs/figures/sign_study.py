@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _HEIGHTS_IN = (1.4, 2.7, 1.75)
 _GREY = "#777777"
@@ -20,7 +20,7 @@ _ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
 _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
 
 
-def sign_study(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """A column an oil: totals by rank, statements of the set in use, margin of each sign."""
     oils = [oil for oil in config["oils"] if (results.signs["oil"] == oil).any()]
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, sum(_HEIGHTS_IN)))

@@ -13,8 +13,8 @@ from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.outputs.captions import CAPTIONS
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.traction_curves import Results
 from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
 _PAPER = "in the paper's text"
@@ -77,7 +77,7 @@ _OF_TORQUE_TEST = (
 )
 
 
-def tab01(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def tab01(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
     for oil, known in config["oils"].items():
@@ -96,7 +96,7 @@ def _source_of(oil: Oil | None) -> str:
     return f"stand-in: {oil.source}" if oil.stand_in else oil.source
 
 
-def tab02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def tab02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Levels of the test matrix; without one, those that the logs were set to."""
     campaign = config["campaign"]
     source = "campaign file, matrix" if "matrix" in campaign else "set points of the logs"
@@ -123,7 +123,7 @@ def tab02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
     return _table("tab02", "Test matrix", rows, [f"Levels: {source}."], config)
 
 
-def tab03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def tab03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Parameters of the campaign's bearing and the levels of its test."""
     campaign = config["campaign"]
     name = campaign["torque"]["bearing"]

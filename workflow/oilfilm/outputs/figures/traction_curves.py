@@ -3,9 +3,7 @@
 import itertools
 import string
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,47 +15,10 @@ from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
-
-
-@dataclass(frozen=True)
-class Results:
-    """The finished tables that figures are drawn from; each attribute is named after its table."""
-
-    points: pd.DataFrame = field(default_factory=partial(tables.empty, "points"))
-    runs: pd.DataFrame = field(default_factory=partial(tables.empty, "runs"))
-    coefficients: pd.DataFrame = field(default_factory=partial(tables.empty, "coefficients"))
-    coverage: pd.DataFrame = field(default_factory=partial(tables.empty, "coverage"))
-    fit_quality: pd.DataFrame = field(default_factory=partial(tables.empty, "fit_quality"))
-    refits: pd.DataFrame = field(default_factory=partial(tables.empty, "refits"))
-    correlations: pd.DataFrame = field(default_factory=partial(tables.empty, "correlations"))
-    profiles: pd.DataFrame = field(default_factory=partial(tables.empty, "profiles"))
-    extrapolation: pd.DataFrame = field(default_factory=partial(tables.empty, "extrapolation"))
-    signs: pd.DataFrame = field(default_factory=partial(tables.empty, "signs"))
-    sign_verdicts: pd.DataFrame = field(default_factory=partial(tables.empty, "sign_verdicts"))
-    claims: pd.DataFrame = field(default_factory=partial(tables.empty, "claims"))
-    selection: pd.DataFrame = field(default_factory=partial(tables.empty, "selection"))
-    comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "comparison"))
-    law_coefficients: pd.DataFrame = field(
-        default_factory=partial(tables.empty, "law_coefficients")
-    )
-    torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
-    cage_slip: pd.DataFrame = field(default_factory=partial(tables.empty, "cage_slip"))
-    slip_advice: pd.DataFrame = field(default_factory=partial(tables.empty, "slip_advice"))
-    size_effect: pd.DataFrame = field(default_factory=partial(tables.empty, "size_effect"))
-    power_loss: pd.DataFrame = field(default_factory=partial(tables.empty, "power_loss"))
-
-    @classmethod
-    def read(cls, paths: Mapping[str, str | Sequence[str]]) -> "Results":
-        """Those tables that are given, by name; a table without files is empty.
-
-        Raises:
-            OilfilmError: As `tables.read`.
-        """
-        files = {name: [some] if isinstance(some, str) else some for name, some in paths.items()}
-        return cls(**{name: tables.read(name, *map(Path, some)) for name, some in files.items()})
 
 
 @dataclass(frozen=True)
@@ -81,9 +42,9 @@ class _Condition:
     points: pd.DataFrame
 
 
-def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
-    results = replace(results, runs=with_levels(results.runs, config))
+    results = results.replace(runs=with_levels(results.runs, config))
     choice = config["figures"]["fig02"]
     oil, temperatures = choice["oil"], choice["inlet_temperature_c"]
     law = FittedLaw.of(results.coefficients, oil)
@@ -135,9 +96,9 @@ def fig02(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
     return _finish(figure, config), drawn
 
 
-def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """All oils at one temperature, mu against slip, a panel a pressure."""
-    results = replace(results, runs=with_levels(results.runs, config))
+    results = results.replace(runs=with_levels(results.runs, config))
     choice = config["figures"]["fig03"]
     oils = list(config["oils"])
     pressures = _levels(results, config["campaign"], "max_hertz_pressure_gpa")
@@ -174,7 +135,7 @@ def fig03(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataF
     return _finish(figure, config), drawn
 
 
-def curves(results: Results, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def curves(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Every accepted point of every oil, and the fit at each of its conditions."""
     oils = list(config["oils"])
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
@@ -251,14 +212,14 @@ def _draw_cloud(
     return drawn
 
 
-def _levels(results: Results, campaign: Mapping[str, Any], name: str) -> list[float]:
+def _levels(results: CampaignTables, campaign: Mapping[str, Any], name: str) -> list[float]:
     """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
     if "matrix" in campaign:
         return list(campaign["matrix"][name])
     return sorted(results.runs[f"nominal_{name}"].dropna().unique())
 
 
-def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
+def _select(results: CampaignTables, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
     """Accepted points of the runs of an oil at given levels."""
     runs = results.runs[results.runs["oil"] == oil]
     for name, level in where.items():
@@ -268,7 +229,7 @@ def _select(results: Results, oil: str, where: Mapping[str, float]) -> pd.DataFr
 
 
 def _conditions(
-    results: Results, points: pd.DataFrame, asked: Sequence[str]
+    results: CampaignTables, points: pd.DataFrame, asked: Sequence[str]
 ) -> Iterable[_Condition]:
     """The points of each set of set points with the means of what a law asks."""
     names = [f"nominal_{name}" for name in CONDITIONS]

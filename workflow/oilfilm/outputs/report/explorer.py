@@ -19,6 +19,7 @@ from oilfilm.physics.film import THERMAL_REDUCTION_FIT, FilmDefinition, InletOil
 from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import to_internal
 from oilfilm.units import PA_PER_GPA, FloatArray
 
@@ -79,25 +80,17 @@ class Axis:
         )
 
 
-def explorer(
-    points: pd.DataFrame,
-    coefficients: pd.DataFrame,
-    refits: pd.DataFrame,
-    quality: pd.DataFrame,
-    config: Mapping[str, Any],
-) -> dict[str, Any]:
+def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, Any]:
     """Everything that the explorer needs, as plain values for JSON.
 
     Args:
-        points: Table of points.
-        coefficients: Table of coefficients, of one law.
-        refits: Table of refits.
-        quality: Table of fit quality.
+        results: Tables `points`, `coefficients` (of one law), `refits` and `fit_quality`.
         config: The whole configuration, resolved.
     """
+    points = results.points
     fits = {
-        oil: FittedLaw.of(coefficients, oil, refits, quality)
-        for oil in dict.fromkeys(coefficients["oil"])
+        oil: FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
+        for oil in dict.fromkeys(results.coefficients["oil"])
     }
     lacking = {oil: _lacking(fit) for oil, fit in fits.items()}
     shown = {oil: fit for oil, fit in fits.items() if not lacking[oil]}

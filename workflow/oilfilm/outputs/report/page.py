@@ -23,10 +23,10 @@ from oilfilm.outputs.report import chart, sections
 from oilfilm.outputs.report.explorer import explorer
 from oilfilm.outputs.report.pictures import packed, png_addresses, size_of
 from oilfilm.outputs.report.release_id import UNRELEASED
-from oilfilm.outputs.report.sections import Results
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
 from oilfilm.settings.load import as_yaml
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _HERE = Path(__file__).parent
 _PACKAGES = (
@@ -76,7 +76,7 @@ class Picture:
 
 
 def page(
-    results: Results,
+    results: CampaignTables,
     figures: Mapping[str, tuple[Path, Path]],
     refused: Path,
     config: Mapping[str, Any],
@@ -96,9 +96,7 @@ def page(
     """
     settings = config["report"]
     sure = {oil: sections.certainty(results, oil) for oil in results.fit_quality["oil"]}
-    exploring = explorer(
-        results.points, results.coefficients, results.refits, results.fit_quality, config
-    )
+    exploring = explorer(results, config)
     most = settings["rows_max"]
     context: dict[str, Any] = {
         "config": config,
@@ -174,7 +172,7 @@ def _taken(addresses: Iterable[str], room: int) -> tuple[list[str], int]:
     return taken, room
 
 
-def _downloads(results: Results) -> dict[str, str]:
+def _downloads(results: CampaignTables) -> dict[str, str]:
     """Files that the page can save or copy, by name."""
     named = {
         "coefficients": results.coefficients,

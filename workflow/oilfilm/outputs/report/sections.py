@@ -1,7 +1,7 @@
 """What each section of the report shows, from the finished tables."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.outputs.bearing_sentences import BearingTables, bearing_words
+from oilfilm.outputs.bearing_sentences import bearing_words
 from oilfilm.outputs.report.contents import (
     Choice,
     Column,
@@ -20,38 +20,8 @@ from oilfilm.outputs.report.contents import (
     significant,
     yes_or_no,
 )
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-
-
-@dataclass(frozen=True)
-class Results:
-    """The finished tables that the report is made of.
-
-    Those of the bearing are empty where a campaign has none.
-    """
-
-    runs: pd.DataFrame
-    points: pd.DataFrame
-    quarantine: pd.DataFrame
-    coverage: pd.DataFrame
-    gate_counts: pd.DataFrame
-    refused_pages: pd.DataFrame
-    coefficients: pd.DataFrame
-    fit_quality: pd.DataFrame
-    refits: pd.DataFrame
-    comparison: pd.DataFrame
-    claims: pd.DataFrame
-    torque_runs: pd.DataFrame = field(default_factory=lambda: tables.empty("torque_runs"))
-    torque_quarantine: pd.DataFrame = field(default_factory=lambda: tables.empty("quarantine"))
-    torque: pd.DataFrame = field(default_factory=lambda: tables.empty("torque"))
-    torque_inversion: pd.DataFrame = field(default_factory=lambda: tables.empty("torque_inversion"))
-    slip_advice: pd.DataFrame = field(default_factory=lambda: tables.empty("slip_advice"))
-
-    @classmethod
-    def models(cls) -> dict[str, str]:
-        """Model of each table."""
-        names = [one.name for one in fields(cls)]
-        return dict(zip(names, names, strict=True)) | {"torque_quarantine": "quarantine"}
 
 
 @dataclass(frozen=True)
@@ -65,7 +35,7 @@ class Certainty:
     largest: float
 
 
-def certainty(results: Results, oil: str) -> Certainty:
+def certainty(results: CampaignTables, oil: str) -> Certainty:
     """How sure the fit of one oil is of the points it was made of."""
     fit = FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
     points = results.points
@@ -79,7 +49,7 @@ def certainty(results: Results, oil: str) -> Certainty:
     return Certainty(np.median(half), half.max()) if len(half) else Certainty(np.nan, np.nan)
 
 
-def fit_table(results: Results, sure: Mapping[str, Certainty]) -> Shown:
+def fit_table(results: CampaignTables, sure: Mapping[str, Certainty]) -> Shown:
     """One row a fit: how near to the points, how sure, whether certified."""
     quality = results.fit_quality
     shown = show(
@@ -154,7 +124,7 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
     )
 
 
-def equations(results: Results) -> list[tuple[str, str]]:
+def equations(results: CampaignTables) -> list[tuple[str, str]]:
     """Equation and source of each fitted law."""
     laws = (LAWS[name] for name in dict.fromkeys(results.coefficients["law"]))
     return [(law.equation, law.source) for law in laws]
@@ -176,7 +146,7 @@ def refused(quarantine: pd.DataFrame, name: str, caption: str, most: int) -> Sho
     return show(quarantine, "quarantine", caption, choices, name=name, most=most)
 
 
-def gates(results: Results) -> Shown:
+def gates(results: CampaignTables) -> Shown:
     """How much each gate refused."""
     return show(
         results.gate_counts,
@@ -194,7 +164,7 @@ def gates(results: Results) -> Shown:
     )
 
 
-def claims(results: Results) -> list[dict[str, Any]]:
+def claims(results: CampaignTables) -> list[dict[str, Any]]:
     """Each claim with its rows, one a basis."""
     return [
         {"claim": claim, **tables.rows(rows)[0], "bases": tables.rows(rows)}
@@ -202,7 +172,7 @@ def claims(results: Results) -> list[dict[str, Any]]:
     ]
 
 
-def comparison(results: Results) -> Shown:
+def comparison(results: CampaignTables) -> Shown:
     """The laws side by side."""
     two = percent(2)
     return show(
@@ -226,7 +196,7 @@ def comparison(results: Results) -> Shown:
     )
 
 
-def torque(results: Results) -> Shown:
+def torque(results: CampaignTables) -> Shown:
     """How far the calculated torque lies from the measured one, by oil and basis of the law."""
     known = results.torque.dropna(subset=["relative_error"])
     columns = [
@@ -256,9 +226,8 @@ def torque(results: Results) -> Shown:
     return Shown("torque", caption, columns, rows, 0, "tables/torque.parquet")
 
 
-def bearing(results: Results) -> list[str]:
+def bearing(results: CampaignTables) -> list[str]:
     """What else there is to say of the bearing, a sentence a line; none without torque logs."""
     if results.torque_runs.empty:
         return []
-    found = BearingTables(**{one.name: getattr(results, one.name) for one in fields(BearingTables)})
-    return [line.strip() for line in bearing_words(found)[1:] if line]
+    return [line.strip() for line in bearing_words(results)[1:] if line]

@@ -7,15 +7,22 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.coverage import planned_states
+from oilfilm.outputs.facts import (
+    accepted_points,
+    accepted_runs,
+    condition_counts,
+    stand_in_oils,
+    unread_logs,
+)
 from oilfilm.outputs.report.contents import percent
-from oilfilm.outputs.report.sections import Certainty, Results
+from oilfilm.outputs.report.sections import Certainty
+from oilfilm.tables.campaign_tables import CampaignTables
 
 _TWO = percent(2)
 
 
 def verdict(
-    results: Results, sure: Mapping[str, Certainty], config: Mapping[str, Any]
+    results: CampaignTables, sure: Mapping[str, Certainty], config: Mapping[str, Any]
 ) -> list[tuple[str, str]]:
     """Five lines, each with its subject."""
     return [
@@ -27,25 +34,21 @@ def verdict(
     ]
 
 
-def _data(results: Results, config: Mapping[str, Any]) -> str:
-    runs, points = results.runs, results.points
+def _data(results: CampaignTables, config: Mapping[str, Any]) -> str:
     source = (
         "SIMULATED by the rig twin, not a measurement"
         if config["campaign"]["data"] == "simulated"
         else "Measured"
     )
-    words = (
-        f"{source}: {(runs['verdict'] == 'accepted').sum()} of {len(runs)} runs and "
-        f"{points['accepted'].sum()} of {len(points)} points accepted"
+    sentence = (
+        f"{source}: {accepted_runs(results)} runs and {accepted_points(results)} points accepted"
     )
     if not results.coverage["planned"].any():
-        return f"{words}; no test matrix is given."
-    states = planned_states(results.coverage)["state"]
-    missing = (states == "missing").sum()
-    return (
-        f"{words}; {(states == 'accepted').sum()} of {len(states)} planned conditions covered"
-        f"{f', {missing} never measured' if missing else ''}."
-    )
+        return f"{sentence}; no test matrix is given."
+    counts = condition_counts(results)
+    missing = f", {counts['missing']} never measured" if counts["missing"] else ""
+    covered = f"{counts['accepted']} of {sum(counts.values())} planned conditions covered"
+    return f"{sentence}; {covered}{missing}."
 
 
 def _fit(quality: pd.DataFrame) -> str:
@@ -86,10 +89,10 @@ def _error(coefficients: pd.DataFrame, sure: Mapping[str, Certainty]) -> str:
     return words[0].upper() + words[1:] + "."
 
 
-def _trouble(results: Results, config: Mapping[str, Any]) -> str:
+def _trouble(results: CampaignTables, config: Mapping[str, Any]) -> str:
     refused = results.runs[results.runs["verdict"] == "refused"]
     gates = refused["rule"].value_counts()
-    unread = set(results.quarantine["file"]) - set(results.runs["file"])
+    unread = unread_logs(results)
     parts = []
     if len(refused):
         named = ", ".join(
@@ -108,7 +111,7 @@ def _trouble(results: Results, config: Mapping[str, Any]) -> str:
     pulling = results.fit_quality.loc[results.fit_quality["pulling_curves"] != "", "oil"]
     if len(pulling):
         parts.append(f"single curves pull the fit of {', '.join(pulling)}")
-    stand_ins = [name for name, oil in config["oils"].items() if oil and oil["stand_in"]]
+    stand_ins = stand_in_oils(config["oils"])
     if stand_ins:
         parts.append(f"film thickness from STAND-IN properties for {', '.join(stand_ins)}")
     if config["campaign"].get("film_unjudged", {}).get("accept"):
@@ -117,7 +120,7 @@ def _trouble(results: Results, config: Mapping[str, Any]) -> str:
     return words[0].upper() + words[1:] + "."
 
 
-def _paper(results: Results) -> str:
+def _paper(results: CampaignTables) -> str:
     refit = results.claims[results.claims["basis"] == "refit"]
     if refit.empty:
         return "No claim of the paper was checked."

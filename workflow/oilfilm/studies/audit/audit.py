@@ -15,10 +15,13 @@ from oilfilm.physics.film import FilmDefinition
 from oilfilm.physics.oils import oil_from_config
 from oilfilm.physics.rigs import contact_of
 from oilfilm.settings.load import load_checked
+from oilfilm.settings.reference import falling_viscosity, printed_constants
 from oilfilm.studies.audit.checks import CHECKS, Check, Settings
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError, usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
+from oilfilm.studies.selection import select
 from oilfilm.tables import failed_gates
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import FloatArray
 
@@ -49,39 +52,61 @@ def read_claims(path: Path) -> list[dict[str, str]]:
     return claims
 
 
+def audit_campaign(
+    results: CampaignTables, printed: Path, claims: Path, config: Mapping[str, Any]
+) -> dict[str, pd.DataFrame]:
+    """Tables `claims` and `selection`: the refit and the printed constants against the paper.
+
+    Args:
+        results: Tables `coefficients`, `points`, `runs`, `comparison` and `torque`.
+        printed: File of the printed constants.
+        claims: File of the paper's claims.
+        config: Settings `audit`, `film`, `gates`, `oils`, `printed`, `rigs`, `same_set_point`,
+            `selection` and the campaign's matrix.
+
+    Raises:
+        OilfilmError: A reference file has a mistake, or a rule of the selection is missing.
+    """
+    oils = falling_viscosity(printed)
+    bases = [
+        refit_evidence(results, oils, config),
+        printed_evidence(printed_constants(printed), oils, config),
+    ]
+    boxes = config["printed"]["boxes"]
+    return {
+        "claims": audit(read_claims(claims), bases, config),
+        "selection": select(bases, config["selection"], boxes["extrapolated"]),
+    }
+
+
 def refit_evidence(
-    coefficients: pd.DataFrame,
-    points: pd.DataFrame,
-    runs: pd.DataFrame,
-    falling_viscosity: Sequence[str],
-    config: Mapping[str, Any],
-    comparison: pd.DataFrame | None = None,
-    torque: pd.DataFrame | None = None,
+    results: CampaignTables, viscosity_order: Sequence[str], config: Mapping[str, Any]
 ) -> Evidence:
     """The campaign's own fits, points and whatever was made of them."""
+    coefficients = results.coefficients
     laws = {str(oil): FittedLaw.of(coefficients, oil) for oil in coefficients["oil"].unique()}
     unknown = {oil: why for oil, law in laws.items() if (why := usable(law))}
     return Evidence(
         "refit",
-        falling_viscosity,
+        viscosity_order,
         {oil: law for oil, law in laws.items() if oil not in unknown},
         unknown,
         films(config),
         config["gates"]["lambda_limit"],
-        _of_matrix(points, of_matrix(runs, config)),
-        comparison,
-        torque,
+        _of_matrix(results.points, of_matrix(results.runs, config)),
+        results.comparison,
+        results.torque,
     )
 
 
 def printed_evidence(
-    printed: Mapping[str, FloatArray], falling_viscosity: Sequence[str], config: Mapping[str, Any]
+    printed: Mapping[str, FloatArray], viscosity_order: Sequence[str], config: Mapping[str, Any]
 ) -> Evidence:
     """The constants that the paper prints, signs restored."""
     law = LAWS["deng2026"]
     laws = {oil: FittedLaw(law, Coefficients.bare(law, row)) for oil, row in printed.items()}
     return Evidence(
-        "printed", falling_viscosity, laws, {}, films(config), config["gates"]["lambda_limit"]
+        "printed", viscosity_order, laws, {}, films(config), config["gates"]["lambda_limit"]
     )
 
 

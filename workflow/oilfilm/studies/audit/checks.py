@@ -615,7 +615,7 @@ def _without_axes(found: pd.DataFrame, *known: str) -> pd.DataFrame:
 
 
 def _compared(evidence: Evidence) -> pd.DataFrame:
-    if evidence.comparison is None:
+    if evidence.comparison.empty:
         raise NotCheckableError(
             "the paper prints no constants of that form"
             if evidence.basis == "printed"
@@ -633,7 +633,7 @@ def _wang_deng(evidence: Evidence) -> pd.DataFrame:
 
 
 def _torque(evidence: Evidence, basis: str) -> pd.DataFrame:
-    if evidence.torque is None or evidence.torque.empty:
+    if evidence.torque.empty:
         raise NotCheckableError(
             "the paper's torque tests, its bearing (Table 3) and Fig. 6 are not available"
             if evidence.basis == "printed"

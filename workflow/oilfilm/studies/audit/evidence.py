@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.studies.operating_grid import AXES, Film, Grid, traction
 from oilfilm.traction.law import CONDITIONS
@@ -31,8 +33,8 @@ class Evidence:
         films: Film of each oil whose properties are known, in the contact of the rig.
         lambda_limit: Full film above.
         points: Measured points with lambda; None where the basis has none.
-        comparison: Table of the laws compared; None where it was not made.
-        torque: Table of bearing torque; None where it was not made.
+        comparison: Table of the laws compared; empty where it was not made.
+        torque: Table of bearing torque; empty where the basis has none.
     """
 
     basis: str
@@ -42,8 +44,8 @@ class Evidence:
     films: Mapping[str, Film]
     lambda_limit: float
     points: pd.DataFrame | None = None
-    comparison: pd.DataFrame | None = None
-    torque: pd.DataFrame | None = None
+    comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "comparison"))
+    torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
 
     @property
     def oils(self) -> tuple[str, ...]:
