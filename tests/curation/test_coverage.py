@@ -10,9 +10,10 @@ import pytest
 from campaigns import Campaign
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
-from oilfilm.outputs.figures import FIGURES, style
+from oilfilm.outputs.figures import style
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
+from pictures import draw
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,7 @@ def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]
 
 
 def map_of(covered: pd.DataFrame, config: dict[str, Any]) -> tuple[Any, pd.DataFrame, str]:
-    figure, drawn = FIGURES["coverage"].draw(CampaignTables.in_memory(coverage=covered), config)
+    figure, drawn = draw("coverage", CampaignTables.in_memory(coverage=covered), config)
     figure.canvas.draw()
     words = [text.get_text() for axis in figure.axes for text in axis.texts]
     return figure, drawn, " ".join(words)
@@ -247,7 +248,7 @@ def test_map_comes_out_in_the_same_bytes(
     demo: Campaign, results: CampaignTables, tmp_path: Path
 ) -> None:
     for name in ("a", "b"):
-        figure, _ = FIGURES["coverage"].draw(results, demo.config)
+        figure, _ = draw("coverage", results, demo.config)
         style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()

@@ -1,7 +1,15 @@
 """What tests ask of any drawn figure."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from campaigns import ROOT
+from oilfilm.outputs.figures.registry import load_figure
+from oilfilm.settings.load import load_checked
+from oilfilm.tables.campaign_tables import CampaignTables
 
 
 def nothing_is_cut_off(figure: Figure) -> bool:
@@ -11,3 +19,13 @@ def nothing_is_cut_off(figure: Figure) -> bool:
     box = figure.get_tightbbox(canvas.get_renderer())
     width, height = figure.get_size_inches()
     return min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
+
+
+def draw(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Any:
+    """A figure and the table of what it draws, as the job of its family draws it."""
+    registered = load_figure(name)
+    references = {
+        reference: load_checked(ROOT / f"data/reference/{reference}.yaml", reference)
+        for reference in registered.declaration.references
+    }
+    return registered.draw(results, config, **references)

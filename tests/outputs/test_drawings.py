@@ -14,31 +14,24 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.testing.compare import compare_images
 
 from bearings import printed_fits
-from campaigns import ROOT, printed
+from campaigns import printed
 from fit_points import make_points, matrix
 from oilfilm import tables
+from oilfilm.figure_catalogue import figures
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.outputs.captions import CAPTIONS
-from oilfilm.outputs.figures import FIGURES, style
+from oilfilm.outputs.figures import style
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.randomness import generator
-from oilfilm.settings.load import load_checked
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
-from pictures import nothing_is_cut_off
+from pictures import draw, nothing_is_cut_off
 
 BASELINE = Path(__file__).parent / "baseline"
 # Root-mean-square difference of the pictures' values, of 255. The same code gives 0; this leaves
 # room for the font rendering of another build of matplotlib, and every fault below is larger.
 TOLERANCE = 1.0
 DPI = 60
-
-
-@pytest.fixture(scope="module")
-def settings(config: dict[str, Any]) -> dict[str, Any]:
-    path = ROOT / "data/reference/paper_tables.yaml"
-    return {**config, "paper_tables": load_checked(path, "paper_tables")}
 
 
 @pytest.fixture(scope="module")
@@ -126,9 +119,9 @@ ABSCISSA = {
 
 @pytest.mark.parametrize("name", PANELS)
 def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(
-    results: CampaignTables, settings: dict[str, Any], name: str
+    results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
-    figure, drawn = FIGURES[name].draw(results, settings)
+    figure, drawn = draw(name, results, config)
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     lettered = zip("abcd", PANELS[name], strict=True)
     assert titles == [f"({letter}) {words}" for letter, words in lettered]
@@ -139,9 +132,9 @@ def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(
 
 @pytest.mark.parametrize("name", PANELS)
 def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
-    results: CampaignTables, settings: dict[str, Any], name: str
+    results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
-    figure, drawn = FIGURES[name].draw(results, settings)
+    figure, drawn = draw(name, results, config)
     abscissa = ABSCISSA[name][0]
     by = "slide_roll_ratio" if name == "fig10" else "inlet_temperature_c"
     for letter, axis in zip("abcd", figure.axes, strict=True):
@@ -160,12 +153,10 @@ def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
         assert (of_panel.query("series == 'refit' and slide_roll_ratio > 0")["lower"] > 0).all()
 
 
-def test_shade_covers_what_no_test_reaches(
-    results: CampaignTables, settings: dict[str, Any]
-) -> None:
+def test_shade_covers_what_no_test_reaches(results: CampaignTables, config: dict[str, Any]) -> None:
     # tested: 1.0 to 1.5 GPa, 25 to 40 m/s, 25 to 120 degC
     def shaded(name: str, panel: int) -> list[tuple[float, float]]:
-        figure, _ = FIGURES[name].draw(results, settings)
+        figure, _ = draw(name, results, config)
         spans = [patch for patch in figure.axes[panel].patches if isinstance(patch, Rectangle)]
         return [(span.get_x(), span.get_x() + span.get_width()) for span in spans]
 
@@ -179,21 +170,21 @@ def test_shade_covers_what_no_test_reaches(
 
 
 def test_oils_that_the_paper_does_not_know_have_no_dashed_line(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
     unknown = results.replace(coefficients=results.coefficients.assign(printed_value=np.nan))
-    figure, drawn = FIGURES["fig07"].draw(unknown, settings)
+    figure, drawn = draw("fig07", unknown, config)
     assert set(drawn["series"]) == {"refit"}
     assert "printed constants" not in {text.get_text() for text in figure.legends[0].get_texts()}
 
 
 def test_law_that_follows_no_speed_is_not_drawn_over_speed(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
     exponents = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     value = results.coefficients["value"].mask(exponents)
     bare = results.replace(coefficients=results.coefficients.assign(value=value))
-    figure, drawn = FIGURES["fig08"].draw(bare, settings)
+    figure, drawn = draw("fig08", bare, config)
     assert drawn.empty
     assert "no oil has a fitted law" in figure.axes[0].texts[0].get_text()
 
@@ -204,9 +195,9 @@ def written(figure: Figure) -> list[str]:
 
 @pytest.mark.parametrize("name", ["tab01", "tab02", "tab03"])
 def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
-    results: CampaignTables, settings: dict[str, Any], name: str
+    results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
-    figure, drawn = FIGURES[name].draw(results, settings)
+    figure, drawn = draw(name, results, config)
     tables.conform(drawn, "stated_values", name)
     words = written(figure)
     assert set(drawn["words"]) <= set(words)
@@ -216,18 +207,18 @@ def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
 
 
 def test_table_of_oils_has_the_viscosities_of_their_grades(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    _, drawn = FIGURES["tab01"].draw(results, settings)
+    _, drawn = draw("tab01", results, config)
     grade = drawn[drawn["quantity"] == "grade"].set_index("thing")["value"]
     assert grade[["4102", "4050", "4010"]].tolist() == [7, 5, 3]  # section 1 of the paper
     assert all("stand-in" in source for source in drawn[drawn["thing"] == "4102"]["source"])
 
 
 def test_table_of_the_bearing_marks_what_is_assumed(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    _, drawn = FIGURES["tab03"].draw(results, settings)
+    _, drawn = draw("tab03", results, config)
     stars = drawn["words"].str.endswith("*")
     assert set(drawn.loc[stars, "source"]) == {"assumed"}
     assert "ball diameter" in set(drawn.loc[~stars, "quantity"])
@@ -235,10 +226,10 @@ def test_table_of_the_bearing_marks_what_is_assumed(
 
 
 def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    _, drawn = FIGURES["tab03"].draw(results, settings)
-    bearing = settings["bearings"][settings["campaign"]["torque"]["bearing"]]
+    _, drawn = draw("tab03", results, config)
+    bearing = config["bearings"][config["campaign"]["torque"]["bearing"]]
     of_parts = [one for part in bearing.values() if isinstance(part, dict) for one in part.values()]
     configured = [one for one in (*bearing.values(), *of_parts) if isinstance(one, int | float)]
     stated = set(drawn["words"].str.rstrip("*"))
@@ -248,11 +239,11 @@ def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
 
 
 def test_matrix_of_a_measured_campaign_is_that_of_its_logs(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    campaign = {key: value for key, value in settings["campaign"].items() if key != "matrix"}
-    _, planned = FIGURES["tab02"].draw(results, settings)
-    _, measured = FIGURES["tab02"].draw(results, {**settings, "campaign": campaign})
+    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
+    _, planned = draw("tab02", results, config)
+    _, measured = draw("tab02", results, {**config, "campaign": campaign})
     assert planned["words"].tolist() == measured["words"].tolist()
     assert "25, 50, 70, 85, 100, 120" in set(measured["words"])
     assert "set points of the logs" in set(measured["source"])
@@ -260,9 +251,9 @@ def test_matrix_of_a_measured_campaign_is_that_of_its_logs(
 
 @pytest.mark.parametrize("name", ["fig01", "fig05"])
 def test_schematics_draw_each_mark_of_their_table_and_no_other(
-    settings: dict[str, Any], name: str
+    config: dict[str, Any], name: str
 ) -> None:
-    figure, drawn = FIGURES[name].draw(CampaignTables.in_memory(), settings)
+    figure, drawn = draw(name, CampaignTables.in_memory(), config)
     patches = [patch for axis in figure.axes for patch in axis.patches]
     boxes = [(*patch.get_xy(), patch.get_width()) for patch in patches if type(patch) is Rectangle]
     expected = drawn[drawn["mark"].isin(["box", "film"])]
@@ -275,9 +266,9 @@ def test_schematics_draw_each_mark_of_their_table_and_no_other(
     assert sorted(written(figure)) == sorted(labels)
 
 
-def test_labels_of_the_schematics_do_not_overlap(settings: dict[str, Any]) -> None:
+def test_labels_of_the_schematics_do_not_overlap(config: dict[str, Any]) -> None:
     for name in ("fig01", "fig05"):
-        figure, _ = FIGURES[name].draw(CampaignTables.in_memory(), settings)
+        figure, _ = draw(name, CampaignTables.in_memory(), config)
         figure.canvas.draw()
         for axis in figure.axes:
             boxes = [text.get_window_extent() for text in axis.texts]
@@ -287,21 +278,21 @@ def test_labels_of_the_schematics_do_not_overlap(settings: dict[str, Any]) -> No
                 ].get_text()
 
 
-def test_schematic_of_a_rig_of_unknown_size_states_none(settings: dict[str, Any]) -> None:
+def test_schematic_of_a_rig_of_unknown_size_states_none(config: dict[str, Any]) -> None:
     rigs = {"unknown": {"name": "a rig", "source": "its log"}}
-    figure, _ = FIGURES["fig01"].draw(CampaignTables.in_memory(), {**settings, "rigs": rigs})
+    figure, _ = draw("fig01", CampaignTables.in_memory(), {**config, "rigs": rigs})
     assert not any("mm" in words for words in written(figure))
 
 
 def test_residuals_vanish_on_the_law_and_show_what_is_planted(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    _, drawn = FIGURES["residuals"].draw(results, settings)
+    _, drawn = draw("residuals", results, config)
     assert drawn["y"].abs().max() < 1e-9
     hot = (results.points["oil"] == "4050") & (results.points["inlet_temperature_c"] == 120)
     mu = results.points["traction_coefficient"] + 1e-3 * hot
     off = results.replace(points=results.points.assign(traction_coefficient=mu))
-    figure, drawn = FIGURES["residuals"].draw(off, settings)
+    figure, drawn = draw("residuals", off, config)
     means = drawn.query("oil == '4050' and condition == 'inlet_temperature_c' and kind == 'mean'")
     np.testing.assert_allclose(means["y"], [0, 0, 0, 0, 0, 1], atol=1e-9)  # thousandths
     for letter, axis in zip("abcdefghijkl", figure.axes, strict=True):
@@ -310,21 +301,21 @@ def test_residuals_vanish_on_the_law_and_show_what_is_planted(
 
 
 def test_residuals_of_a_rig_that_reverses_the_slip_keep_their_sign(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
     both = ["slide_roll_ratio", "traction_coefficient"]
     slipping = results.points[results.points["slide_roll_ratio"] > 0]
     mu = slipping["traction_coefficient"] + 1e-3
     high = results.replace(points=slipping.assign(traction_coefficient=mu))
     back = high.replace(points=high.points.assign(**{name: -high.points[name] for name in both}))
-    forward, reverse = (FIGURES["residuals"].draw(one, settings)[1] for one in (high, back))
+    forward, reverse = (draw("residuals", one, config)[1] for one in (high, back))
     np.testing.assert_allclose(forward["y"], reverse["y"])
 
 
 def test_identifiability_draws_every_pair_and_names_the_profile_that_bends(
-    results: CampaignTables, settings: dict[str, Any]
+    results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    figure, drawn = FIGURES["identifiability"].draw(results, settings)
+    figure, drawn = draw("identifiability", results, config)
     pairs = drawn.query("oil == '4102' and kind == 'correlation'")
     squares = np.asarray(figure.axes[0].images[0].get_array().filled(np.nan))
     assert sorted(squares[~np.isnan(squares)]) == sorted(pairs["value"])
@@ -339,9 +330,9 @@ DRAWN_HERE = ["fig01", "fig05", "tab01", "fig02", "fig03", *PANELS, "residuals",
 
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_figures_are_as_wide_as_a_column_of_the_journal(
-    results: CampaignTables, settings: dict[str, Any], tmp_path: Path, name: str
+    results: CampaignTables, config: dict[str, Any], tmp_path: Path, name: str
 ) -> None:
-    figure, _ = FIGURES[name].draw(results, settings)
+    figure, _ = draw(name, results, config)
     style.save(figure, tmp_path / "it.png")
     width = matplotlib.image.imread(tmp_path / "it.png").shape[1]
     assert width in [round(mm / 25.4 * 300) for mm in (84, 174)]
@@ -350,11 +341,11 @@ def test_figures_are_as_wide_as_a_column_of_the_journal(
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_nothing_is_cut_off_even_of_a_campaign_with_a_long_name(
-    results: CampaignTables, settings: dict[str, Any], name: str, oils: list[str]
+    results: CampaignTables, config: dict[str, Any], name: str, oils: list[str]
 ) -> None:
-    campaign = {**settings["campaign"], "name": "a-" * 40, "film_unjudged": {"accept": True}}
-    fewer = {oil: settings["oils"][oil] for oil in oils}
-    figure, _ = FIGURES[name].draw(results, {**settings, "campaign": campaign, "oils": fewer})
+    campaign = {**config["campaign"], "name": "a-" * 40, "film_unjudged": {"accept": True}}
+    fewer = {oil: config["oils"][oil] for oil in oils}
+    figure, _ = draw(name, results, {**config, "campaign": campaign, "oils": fewer})
     assert nothing_is_cut_off(figure)
 
 
@@ -375,21 +366,21 @@ def difference(figure: Figure, name: str, folder: Path) -> str | None:
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_pictures_look_as_they_did(
-    results: CampaignTables, settings: dict[str, Any], tmp_path: Path, name: str
+    results: CampaignTables, config: dict[str, Any], tmp_path: Path, name: str
 ) -> None:
-    figure, _ = FIGURES[name].draw(results, settings)
+    figure, _ = draw(name, results, config)
     found = difference(figure, name, tmp_path)
     assert found is None, f"{found}\nIs it meant? Look at it, then copy it over the baseline."
 
 
 def test_a_broken_picture_is_seen(
     results: CampaignTables,
-    settings: dict[str, Any],
+    config: dict[str, Any],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def found(name: str, drawn_from: CampaignTables = results) -> str | None:
-        return difference(FIGURES[name].draw(drawn_from, settings)[0], name, tmp_path)
+        return difference(draw(name, drawn_from, config)[0], name, tmp_path)
 
     value = results.coefficients["value"]
     shifted = results.coefficients.assign(
@@ -412,7 +403,7 @@ def test_a_broken_picture_is_seen(
 def test_captions_are_sound_markup_whatever_a_campaign_is_called() -> None:
     campaign = {"name": "june_", "data": "measured", "description": "*bold* |bar| `tick` {{ 1 }} _"}
     texts = [campaign_caption(campaign)]
-    texts += [figure_caption(name, campaign) for name in CAPTIONS]
+    texts += [figure_caption(name, campaign) for name in figures()]
     texts += [table_caption(name, campaign) for name in tables.TABLES]
     strict = {"report_level": 1, "halt_level": 1}  # of docutils: any remark is an error
     for text in texts:
@@ -436,7 +427,7 @@ def test_description_of_a_campaign_is_no_directive(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["fig02", "fig03", "curves"])
 def test_law_on_load_is_drawn_at_the_load_of_its_points(
-    results: CampaignTables, settings: dict[str, Any], name: str
+    results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
     law = LAWS["wang-deng-load"]
     coefficients = pd.concat(
@@ -448,7 +439,7 @@ def test_law_on_load_is_drawn_at_the_load_of_its_points(
         )
         for oil in printed()
     )
-    _, drawn = FIGURES[name].draw(results.replace(coefficients=coefficients), settings)
+    _, drawn = draw(name, results.replace(coefficients=coefficients), config)
     found = drawn[(drawn["kind"] == "fit") & (drawn["slide_roll_ratio"] == 0.3)]
     # all points were made at 80 N; by one slip, mu then follows speed and temperature alone
     at = np.array([(80.0, speed, temperature) for _, speed, temperature in matrix()])

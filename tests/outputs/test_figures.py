@@ -14,13 +14,14 @@ from campaigns import CLAIMS, Campaign, printed, printed_settings
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.fitting.fit import fit_oil
-from oilfilm.outputs.figures import FIGURES, style
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import load_figure
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.printed.signs import study_signs
 from oilfilm.studies.selection import select
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.deng2026 import traction_coefficient
-from pictures import nothing_is_cut_off
+from pictures import draw, nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
@@ -39,17 +40,17 @@ def results(demo: Campaign) -> CampaignTables:
 def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
     results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
-    figure, drawn = FIGURES[name].draw(results, config)
+    figure, drawn = draw(name, results, config)
     words = " ".join(text.get_text() for text in figure.texts)
     assert "SIMULATED" in words
     assert nothing_is_cut_off(figure)
-    tables.conform(drawn, FIGURES[name].table, name)
+    tables.conform(drawn, load_figure(name).table, name)
 
 
 def test_fig02_has_six_panels_by_pressure_and_by_speed(
     results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    figure, drawn = FIGURES["fig02"].draw(results, config)
+    figure, drawn = draw("fig02", results, config)
     assert sorted(drawn["panel"].unique()) == list("abcdef")
     assert drawn.query("panel == 'a'")["series"].nunique() == 3  # pressures of the matrix
     assert drawn.query("panel == 'b'")["series"].nunique() == 4  # speeds
@@ -63,7 +64,7 @@ def test_fig02_has_six_panels_by_pressure_and_by_speed(
 def test_drawn_numbers_are_those_on_the_axes(
     results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    figure, drawn = FIGURES["fig03"].draw(results, config)
+    figure, drawn = draw("fig03", results, config)
     measured = drawn.query("panel == 'a' and oil == '4050' and kind == 'measured'")
     on_axis = [container.lines[0].get_xydata() for container in figure.axes[0].containers]
     expected = measured[["slide_roll_ratio", "traction_coefficient"]].to_numpy()
@@ -73,7 +74,7 @@ def test_drawn_numbers_are_those_on_the_axes(
 def test_fitted_lines_lie_on_the_truth_of_the_twin(
     results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    _, drawn = FIGURES["fig03"].draw(results, config)
+    _, drawn = draw("fig03", results, config)
     line = drawn.query("panel == 'b' and oil == '4010' and kind == 'fit'")
     true = traction_coefficient(
         printed()["4010"], 1.25, 30.0, 100.0, line["slide_roll_ratio"].to_numpy()
@@ -87,7 +88,7 @@ def test_an_oil_has_one_colour_in_every_figure(
 ) -> None:
     colours = [style.oil_colour(oil, list(config["oils"])) for oil in config["oils"]]
     assert len(set(colours)) == 3
-    figure, _ = FIGURES["fig03"].draw(results, config)
+    figure, _ = draw("fig03", results, config)
     for axis in figure.axes:
         drawn = {to_hex(line.get_color()).upper() for line in axis.get_lines()}
         assert drawn == set(colours)
@@ -97,7 +98,7 @@ def test_files_are_the_same_bytes_each_time(
     results: CampaignTables, config: dict[str, Any], tmp_path: Path
 ) -> None:
     for name in ("a", "b"):
-        figure, _ = FIGURES["fig03"].draw(results, config)
+        figure, _ = draw("fig03", results, config)
         style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
@@ -113,8 +114,8 @@ def test_figure_without_any_accepted_point_says_so(
     results = CampaignTables.in_memory(
         points=refused, runs=demo.curated.runs, coefficients=pd.concat(fits)
     )
-    figure, drawn = FIGURES[name].draw(results, config)
-    tables.conform(drawn, FIGURES[name].table, name)
+    figure, drawn = draw(name, results, config)
+    tables.conform(drawn, load_figure(name).table, name)
     if name != "eqs11-13":
         assert len(drawn) == 0
         assert "no accepted point" in figure.axes[0].texts[0].get_text()
@@ -129,10 +130,10 @@ def test_real_curves_are_called_measured(etm: Campaign) -> None:
         coefficients=coefficients,
         coverage=covered,
     )
-    figure, drawn = FIGURES["curves"].draw(results, etm.config)
+    figure, drawn = draw("curves", results, etm.config)
     assert "Measured data" in " ".join(text.get_text() for text in figure.texts)
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
-    figure, drawn = FIGURES["eqs11-13"].draw(results, etm.config)
+    figure, drawn = draw("eqs11-13", results, etm.config)
     assert drawn["value"].notna().sum() == 3
 
 
@@ -141,7 +142,7 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
     studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
     signs, sign_verdicts = studied
     results = CampaignTables.in_memory(signs=signs, sign_verdicts=sign_verdicts)
-    figure, drawn = FIGURES["signs"].draw(results, config)
+    figure, drawn = draw("signs", results, config)
     tables.conform(drawn, "sign_study", "signs")
     words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
     assert words == [
@@ -154,7 +155,7 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
 
 
 def test_sign_study_of_oils_without_printed_constants_says_so(config: dict[str, Any]) -> None:
-    figure, drawn = FIGURES["signs"].draw(CampaignTables.in_memory(), config)
+    figure, drawn = draw("signs", CampaignTables.in_memory(), config)
     assert drawn.empty
     assert "no oil of this campaign" in figure.axes[0].texts[0].get_text()
 
@@ -170,8 +171,8 @@ def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
     results: CampaignTables, config: dict[str, Any], name: str
 ) -> None:
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
-    drawn = FIGURES[name].draw(results, {**config, "campaign": campaign})[1]
-    expected = FIGURES[name].draw(results, config)[1]
+    drawn = draw(name, results, {**config, "campaign": campaign})[1]
+    expected = draw(name, results, config)[1]
     pd.testing.assert_frame_equal(drawn, expected)
 
 
@@ -181,7 +182,7 @@ def test_campaign_without_set_points_says_that_nothing_can_be_shown(
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
     unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan, nominal_load_n=np.nan)
     bare = results.replace(runs=unset)
-    figure, drawn = FIGURES["fig03"].draw(bare, {**config, "campaign": campaign})
+    figure, drawn = draw("fig03", bare, {**config, "campaign": campaign})
     assert drawn.empty
     assert "no accepted point" in figure.axes[0].texts[0].get_text()
 
@@ -201,7 +202,7 @@ def audited(config: dict[str, Any]) -> CampaignTables:
 def test_bars_of_the_claims_are_as_long_as_their_shares(
     audited: CampaignTables, config: dict[str, Any]
 ) -> None:
-    figure, drawn = FIGURES["claims"].draw(audited, config)
+    figure, drawn = draw("claims", audited, config)
     tables.conform(drawn, "claims_page", "claims")
     bars = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] != (1, 1, 1)]
     frame = next(p for p in figure.axes[0].patches if p.get_facecolor()[:3] == (1, 1, 1))
@@ -222,7 +223,7 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
 def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
     audited: CampaignTables, config: dict[str, Any]
 ) -> None:
-    figure, drawn = FIGURES["selection"].draw(audited, config)
+    figure, drawn = draw("selection", audited, config)
     tables.conform(drawn, "selection_map", "selection")
     assert set(drawn["basis"]) == {"refit"}
     settings = config["selection"]["map"]
@@ -236,6 +237,6 @@ def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
 
 
 def test_map_of_oils_that_are_not_there_says_so(config: dict[str, Any]) -> None:
-    figure, drawn = FIGURES["selection"].draw(CampaignTables.in_memory(), config)
+    figure, drawn = draw("selection", CampaignTables.in_memory(), config)
     assert drawn.empty
     assert "no map" in figure.axes[0].texts[0].get_text()

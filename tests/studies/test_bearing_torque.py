@@ -29,7 +29,8 @@ from oilfilm.bearing.torque import torque_terms
 from oilfilm.curation.torque_runs import measure_torque
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.bearing_sentences import bearing_words
-from oilfilm.outputs.figures import FIGURES, style
+from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import load_figure
 from oilfilm.physics.oils import oil_from_config
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
@@ -47,7 +48,7 @@ from oilfilm.studies.slip_advice import advise
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import Observations, to_constants, to_internal
-from pictures import nothing_is_cut_off
+from pictures import draw, nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
@@ -274,8 +275,8 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
         size_effect=size_effect_table(*fits, config),
         power_loss=power_loss_table(published, *fits, config),
     )
-    figure, drawn = FIGURES[name].draw(results, config)
-    tables.conform(drawn, FIGURES[name].table, name)
+    figure, drawn = draw(name, results, config)
+    tables.conform(drawn, load_figure(name).table, name)
     assert len(drawn)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     assert nothing_is_cut_off(figure)
@@ -284,7 +285,7 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
 def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config):
     published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
     table = power_loss_table(published, *printed_fits(), config)
-    figure, _ = FIGURES["power-loss"].draw(CampaignTables.in_memory(power_loss=table), config)
+    figure, _ = draw("power-loss", CampaignTables.in_memory(power_loss=table), config)
     (axis,) = figure.axes
     (points,) = axis.lines
     np.testing.assert_array_equal(points.get_ydata(), [350, 700, 1100, 1400])  # NASA TP-2275
@@ -295,7 +296,7 @@ def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(con
 
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])
 def test_figures_of_nothing_say_so(config, name):
-    figure, drawn = FIGURES[name].draw(CampaignTables.in_memory(), config)
+    figure, drawn = draw(name, CampaignTables.in_memory(), config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 

@@ -9,7 +9,7 @@ import pytest
 
 from campaigns import ROOT, Campaign, printed
 from oilfilm import tables
-from oilfilm.outputs.figures import FIGURES, style
+from oilfilm.outputs.figures import style
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.load import resolve
 from oilfilm.studies.extrapolation import (
@@ -20,6 +20,7 @@ from oilfilm.studies.extrapolation import (
 )
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
+from pictures import draw
 
 LAW = LAWS["deng2026"]
 
@@ -169,9 +170,7 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: 
             for number in range(laws)
         ]
     )
-    figure, drawn = FIGURES["extrapolation"].draw(
-        CampaignTables.in_memory(extrapolation=several), config
-    )
+    figure, drawn = draw("extrapolation", CampaignTables.in_memory(extrapolation=several), config)
     assert set(drawn["law"]) == {"", *(f"law {number}" for number in range(laws))}
     assert (drawn["kind"] == "error").sum() == 3 * laws
     true = drawn[drawn["kind"] == "true"]
@@ -186,8 +185,8 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: 
 def test_law_that_runs_away_does_not_press_the_others_flat() -> None:
     config, found = compared("thermal", constants_of(printed()))
     wild = found.assign(law="wild", traction_coefficient=found["traction_coefficient"] * 1e3)
-    figure, _ = FIGURES["extrapolation"].draw(
-        CampaignTables.in_memory(extrapolation=pd.concat([found, wild])), config
+    figure, _ = draw(
+        "extrapolation", CampaignTables.in_memory(extrapolation=pd.concat([found, wild])), config
     )
     panel, *_, errors = figure.axes
     largest = found.loc[found["oil"] == "4050", "true_traction_coefficient"].max()

@@ -14,12 +14,12 @@ from oilfilm.fitting import engine
 from oilfilm.fitting.cross_validation import leave_curves_out, leave_ends_out, level_of
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
-from oilfilm.outputs.figures import FIGURES
 from oilfilm.settings.load import resolve
 from oilfilm.studies.law_comparison import compare_laws, curve_shapes, information_criteria, laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import Law, Observations
+from pictures import draw
 
 NOISE = 2e-4
 
@@ -141,7 +141,7 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,
     )
-    figure, drawn = FIGURES["fig04"].draw(results, quick)
+    figure, drawn = draw("fig04", results, quick)
     assert drawn.empty
     assert "no law could be fitted" in figure.axes[0].texts[0].get_text()
 
@@ -156,7 +156,7 @@ def test_fig04_draws_what_the_table_says(quick: dict[str, Any]) -> None:
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,
     )
-    figure, drawn = FIGURES["fig04"].draw(results, config)
+    figure, drawn = draw("fig04", results, config)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     starts = drawn[drawn["kind"] == "zero slip"]
     assert set(starts["law"]) == {truth.name}

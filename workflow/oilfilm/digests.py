@@ -34,14 +34,16 @@ def settings_digest(settings: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def code_digest(script: Path) -> str:
+def code_digest(script: Path, *modules: Path) -> str:
     """sha256 over a script and every module of oilfilm that it imports, directly or not.
+
+    `modules` are those that the script imports by a name that only the job knows.
 
     Snakemake does not see that a module behind a script has changed; a rule that carries this
     digest among its params is run again when, and only when, its own code changes.
     """
     digest = hashlib.sha256()
-    for path in sorted(_with_imports([script])):
+    for path in sorted(_with_imports([script, *modules])):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
-from oilfilm.outputs.captions import CAPTIONS
+from oilfilm.figure_catalogue import families
 from oilfilm.settings.load import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import begin_run, clear_up
@@ -94,28 +94,10 @@ def caption_file(*place):
     return Path("results", CAMPAIGN["name"], "captions", *place).resolve().as_posix() + ".rst"
 
 
-def drawn(*figures):
-    """Files of those figures that the campaign asks for, each captioned in Snakemake's report."""
-    asked = [figure for figure in CAMPAIGN["figures"] if figure in figures]
-    return {
-        "png": [
-            in_report(
-                f"<figures>/{figure}.png",
-                caption=caption_file("figures", figure),
-                category=CAPTIONS[figure].category,
-                labels={"figure": CAPTIONS[figure].paper or CAPTIONS[figure].title},
-            )
-            for figure in asked
-        ],
-        "svg": expand("<figures>/{figure}.svg", figure=asked),
-        "drawn": expand("<figures>/{figure}.parquet", figure=asked),
-    }
-
-
-def code(script):
-    """Digest of a script, of every module behind it and of the packages: what changes runs again."""
+def code(script, *modules):
+    """Digest of a script, of every module behind it and of the packages: changed code reruns."""
     script = Path(workflow.basedir, "workflow/scripts", script)
-    return f"{code_digest(script)}-{PACKAGES}"
+    return f"{code_digest(script, *modules)}-{PACKAGES}"
 
 
 def files_of_shard(wildcards):

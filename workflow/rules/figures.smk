@@ -1,119 +1,61 @@
-# One job draws a family: to import what draws takes longer than to draw a figure. Inputs are named
-# after their tables.
-rule configured_figures:
-    "The rigs and what is configured, as PNG and SVG, and exactly what each draws."
-    input:
-        paper_tables="data/reference/paper_tables.yaml",
-    output:
-        **drawn("fig01", "tab01", "tab03", "fig05"),
-    log:
-        "<logs>/configured-figures.log",
-    params:
-        code=code("figures.py"),
-        config=part("oils", "rigs", "bearings", campaign=("film_unjudged", "torque")),
-    script:
-        "../scripts/figures.py"
+def files_of_figures(figures):
+    """Files of figures, each PNG with its caption in Snakemake's report."""
+    return {
+        "png": [
+            in_report(
+                f"<figures>/{figure.name}.png",
+                caption=caption_file("figures", figure.name),
+                category=figure.category,
+                labels={"figure": figure.paper or figure.title},
+            )
+            for figure in figures
+        ],
+        "svg": [f"<figures>/{figure.name}.svg" for figure in figures],
+        "drawn": [f"<figures>/{figure.name}.parquet" for figure in figures],
+    }
 
 
-rule data_figures:
-    "The curves, what they cover and how far the fit is off, drawn in the same way."
-    input:
-        points=rules.collect.output.points,
-        runs=rules.collect.output.runs,
-        coefficients=rules.fits.output.coefficients,
-        coverage=rules.coverage.output.coverage,
-        paper_tables="data/reference/paper_tables.yaml",
-    output:
-        **drawn("tab02", "fig02", "fig03", "coverage", "curves", "residuals"),
-    log:
-        "<logs>/data-figures.log",
-    params:
-        code=code("figures.py"),
-        config=part(
-            "oils", "rigs", "figures", "same_set_point", campaign=("matrix", "film_unjudged")
-        ),
-    script:
-        "../scripts/figures.py"
+def inputs_of_figures(figures):
+    """Finished tables and reference files that figures are drawn from."""
+    references = sorted({name for figure in figures for name in figure.references})
+    return {
+        **finished(*sorted({name for figure in figures for name in figure.tables})),
+        **{name: f"data/reference/{name}.yaml" for name in references},
+    }
 
 
-rule law_figures:
-    "Fitted laws: constants, how sure they are, and mu far and wide."
-    input:
-        points=rules.collect.output.points,
-        coefficients=rules.fits.output.coefficients,
-        fit_quality=rules.fits.output.fit_quality,
-        refits=rules.fits.output.refits,
-        correlations=rules.fits.output.correlations,
-        profiles=rules.fits.output.profiles,
-        comparison=rules.comparisons.output.comparison,
-        law_coefficients=rules.comparisons.output.law_coefficients,
-        extrapolation=EXTRAPOLATION[:1],
-    output:
-        **drawn(
-            "eqs11-13",
-            "fig04",
-            "fig07",
-            "fig08",
-            "fig09",
-            "fig10",
-            "identifiability",
-            "extrapolation",
-        ),
-    log:
-        "<logs>/law-figures.log",
-    params:
-        code=code("figures.py"),
-        config=part(
-            "oils",
-            "rigs",
-            "figures",
-            "extrapolation",
-            "same_set_point",
-            campaign=("film_unjudged",),
-        ),
-    script:
-        "../scripts/figures.py"
+def settings_of_figures(figures):
+    """Settings that figures depend on; each says whether the film thickness was judged."""
+    keys = {key for figure in figures for key in figure.settings}
+    of_campaign = {key for key in keys if key.startswith("campaign.")}
+    return part(
+        *(keys - of_campaign),
+        campaign=("film_unjudged", *(key.removeprefix("campaign.") for key in of_campaign)),
+    )
 
 
-rule claims_figures:
-    "What the paper says in words, held against the numbers."
-    input:
-        signs=rules.signs.output.signs,
-        sign_verdicts=rules.signs.output.verdicts,
-        claims=rules.audit.output.claims,
-        selection=rules.audit.output.selection,
-    output:
-        **drawn("claims", "signs", "selection"),
-    log:
-        "<logs>/claims-figures.log",
-    params:
-        code=code("figures.py"),
-        config=part("oils", "printed", campaign=("film_unjudged",)),
-    script:
-        "../scripts/figures.py"
+# What each figure needs is declared above its function (oilfilm/outputs/figures). One job draws a
+# family of figures, because imports take longer than drawing.
+for family, of_family in families(CAMPAIGN["figures"]).items():
 
-
-rule bearing_figures:
-    "The bearing: torque on each basis, cage slip, size effect, a published power loss."
-    input:
-        torque=rules.torque.output.torque,
-        cage_slip=rules.bearing_maps.output.cage_slip,
-        slip_advice=rules.bearing_maps.output.slip_advice,
-        size_effect=rules.bearing_maps.output.size_effect,
-        power_loss=rules.bearing_maps.output.power_loss,
-    output:
-        **drawn("fig06", "cage-slip", "size-effect", "power-loss"),
-    log:
-        "<logs>/bearing-figures.log",
-    params:
-        code=code("figures.py"),
-        config=part("oils", "bearing", "figures", "selection"),
-    script:
-        "../scripts/figures.py"
+    rule:
+        name:
+            f"{family}_figures"
+        input:
+            **inputs_of_figures(of_family),
+        output:
+            **files_of_figures(of_family),
+        log:
+            f"<logs>/{family}-figures.log",
+        params:
+            code=code("figures.py", *(figure.source for figure in of_family)),
+            config=settings_of_figures(of_family),
+        script:
+            "../scripts/figures.py"
 
 
 rule figures:
-    "Every figure and table of the paper that the campaign asks for, and those beyond it."
+    "All figures that the campaign lists, as PNG and SVG, and exactly what each shows."
     input:
         expand(
             "<figures>/{figure}.{kind}", figure=CAMPAIGN["figures"], kind=("png", "svg", "parquet")

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from oilfilm import tables
-from oilfilm.outputs.captions import CAPTIONS, caption, provenance
+from oilfilm.figure_catalogue import figures
+from oilfilm.outputs.captions import caption, provenance
 
 
 def figure_caption(figure: str, campaign: Mapping[str, Any]) -> str:
     """Title and caption of a figure of a campaign."""
-    return f"**{_plain(CAPTIONS[figure].title)}.** {_plain(caption(figure, campaign))}\n"
+    return f"**{_plain(figures()[figure].title)}.** {_plain(caption(figure, campaign))}\n"
 
 
 def table_caption(table: str, campaign: Mapping[str, Any]) -> str:

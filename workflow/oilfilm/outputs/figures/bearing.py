@@ -18,6 +18,7 @@ from matplotlib.patches import Patch
 from oilfilm import tables
 from oilfilm.bearing.friction import HEATS
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.units import RAD_S_PER_RPM
 
@@ -33,6 +34,20 @@ _BASES: dict[str, tuple[str, Any, str]] = {
 }
 
 
+@register(
+    name="fig06",
+    paper="Fig. 6",
+    title="Friction torque of the bearing",
+    caption="Top: measured torque (N m; bars: 95 %, random errors alone) and torque calculated "
+    "with the law evaluated with pressure, with load and with dimensionless load, against speed of "
+    "the inner ring. Bottom: relative errors (%).",
+    category="Paper",
+    family="bearing",
+    tables=("torque",),
+    settings=("oils", "figures"),
+    requires="torque",
+    draws="torque_drawn",
+)
 def fig06(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Measured torque and each basis against speed, an oil a column; relative errors below."""
     settings = config["figures"]["fig06"]
@@ -154,6 +169,20 @@ _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _FIELD = 0.45  # share of an oil's colour in the field of the advice
 
 
+@register(
+    name="cage-slip",
+    title="Cage slip and choice of oil",
+    caption="Cage slip (%) at friction equilibrium against pitch diameter times speed (million "
+    "mm rpm) and axial load (kN), one panel per oil; line: limit of the paper. Last panel: colour "
+    "of the oil that the rules of the paper advise; symbols: oil with the least slip, where it is "
+    "another.",
+    category="Bearing",
+    family="bearing",
+    tables=("cage_slip", "slip_advice"),
+    settings=("oils", "bearing", "selection"),
+    requires="torque",
+    draws="cage_slip_map",
+)
 def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
     table, advice = results.cage_slip, results.slip_advice
@@ -267,6 +296,19 @@ def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return np.concatenate([[2 * centres[0] - middles[0]], middles, [2 * centres[-1] - middles[-1]]])
 
 
+@register(
+    name="size-effect",
+    title="Size effect of laws of load",
+    caption="Traction torque by the laws of load, relative to that by the law of pressure (%), "
+    "against ball diameter (mm; all lengths in proportion, same pressure and surface speed) and "
+    "against conformity (same load and speed).",
+    category="Bearing",
+    family="bearing",
+    tables=("size_effect",),
+    settings=("oils",),
+    requires="torque",
+    draws="size_effect",
+)
 def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Traction torque of the load bases against the stress basis, by ball size and conformity."""
     drawn = results.size_effect["basis"].isin(["load", "dimensionless_load"])
@@ -308,6 +350,18 @@ def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Fig
     return _finish(figure, config), table
 
 
+@register(
+    name="power-loss",
+    title="Published power loss",
+    caption="Calculated power loss (W) by term, and published power loss, against speed of the "
+    "inner ring: a plausibility check only. Published: NASA TP-2275, from a transcription by a "
+    "third party.",
+    category="Bearing",
+    family="bearing",
+    tables=("power_loss",),
+    requires="torque",
+    draws="power_loss",
+)
 def power_loss(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Calculated power loss term by term beside a published one: plausibility alone."""
     table = results.power_loss

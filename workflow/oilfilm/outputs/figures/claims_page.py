@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.studies.audit.audit import percent
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -42,6 +43,16 @@ _WORST = (
 )
 
 
+@register(
+    name="claims",
+    title="Claims of the paper",
+    caption="Verdict on each claim by the refit and by the printed constants, share of the "
+    "conditions where it holds, and worst case.",
+    category="Claims",
+    family="claims",
+    tables=("claims",),
+    draws="claims_page",
+)
 def claims_page(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Each claim in words, a bar a basis for the share of cases where it holds, the worst case."""
     table = results.claims

@@ -9,11 +9,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.17
 
 
+@register(
+    name="eqs11-13",
+    paper="Eqs 11-13",
+    title="Fitted and printed constants",
+    caption="Constants of each oil: fitted, with the standard error of a bootstrap over curves, "
+    "and as printed in the paper, signs restored. P in GPa, U over 20 m/s, T over "
+    "20 \N{DEGREE SIGN}C.",
+    category="Paper",
+    family="law",
+    tables=("coefficients",),
+    settings=("oils",),
+    draws="coefficient_table",
+)
 def eqs11_13(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Each oil's constants: fitted with standard error, and printed."""
     table = results.coefficients

@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _OILS_ABREAST = 3
@@ -30,6 +31,18 @@ _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
+@register(
+    name="coverage",
+    title="Coverage of the test matrix",
+    caption="Accepted, refused and missing conditions, one column per oil and one row per "
+    "temperature, against entrainment speed (m/s) and maximum Hertz pressure (GPa) or load (N). "
+    "Numbers: accepted runs of all runs.",
+    category="Data quality",
+    family="data",
+    tables=("coverage",),
+    settings=("oils",),
+    draws="coverage_map",
+)
 def coverage_map(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """A column of panels an oil, a row a temperature; cells of pressure (or load) and speed."""
     cells = _cells(results.coverage)

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.studies.extrapolation import relative_rms
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -39,6 +40,18 @@ _LEVELS = {
 _ROW_IN = 0.24
 
 
+@register(
+    name="extrapolation",
+    title="Fitted laws and the truth of the simulation",
+    caption="(a-d) One oil along one cut through the conditions of each of Figs 7-10. (e) Rms "
+    "error of each law within the tested box and beyond it. No conclusion about the real oils.",
+    category="Fits",
+    family="law",
+    tables=("extrapolation",),
+    settings=("oils", "figures"),
+    requires="twin",
+    draws="extrapolation_panels",
+)
 def extrapolation(
     results: CampaignTables, config: Mapping[str, Any]
 ) -> tuple[Figure, pd.DataFrame]:

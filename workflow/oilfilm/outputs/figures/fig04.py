@@ -14,6 +14,7 @@ from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -28,6 +29,19 @@ _KINDS: dict[str, dict[str, Any]] = {
 }
 
 
+@register(
+    name="fig04",
+    paper="Fig. 4",
+    title="Weaknesses of the Wang-Deng law",
+    caption="(a) Traction coefficient at zero slip by each law, at every tested condition. (b) "
+    "Relative error of each law on fitted curves, on curves left out, and on the lowest and "
+    "highest levels left out.",
+    category="Paper",
+    family="law",
+    tables=("points", "comparison", "law_coefficients"),
+    settings=("oils", "rigs"),
+    draws="law_panels",
+)
 def fig04(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
     compared, oils = results.comparison.dropna(subset="rmse"), list(config["oils"])

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _COLOURS = "PuOr"  # from orange by white to purple, told apart by every kind of colour vision
@@ -19,6 +20,19 @@ _NAMED = 2  # profiles that bend most ...
 _BENT = 0.05  # ... by this at least, in naive standard errors
 
 
+@register(
+    name="identifiability",
+    title="Identifiability of the constants",
+    caption="Top: correlation of each pair of constants in the bootstrap over curves. Bottom: "
+    "profile of each constant, the signed root of the rise of the squared error against the "
+    "distance from the optimum in naive standard errors; a straight line marks a well-determined "
+    "constant.",
+    category="Fits",
+    family="law",
+    tables=("coefficients", "correlations", "profiles"),
+    settings=("oils",),
+    draws="identifiability",
+)
 def identifiability(
     results: CampaignTables, config: Mapping[str, Any]
 ) -> tuple[Figure, pd.DataFrame]:

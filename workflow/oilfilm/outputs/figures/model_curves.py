@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from oilfilm import tables
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.studies.extrapolation import is_beyond
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -55,21 +56,78 @@ CUTS = {
 }
 
 
+@register(
+    name="fig07",
+    paper="Fig. 7",
+    title="Traction against slip at 200 m/s",
+    caption="Traction coefficient of all oils against slide-roll ratio, one panel per pressure, at "
+    "several inlet temperatures (ours: the paper does not print its own). Full lines: "
+    "refit with its 95 % interval; thin dashed lines: printed constants, signs restored; shaded: "
+    "beyond the tested conditions.",
+    category="Paper",
+    family="law",
+    tables=("coefficients", "refits", "fit_quality"),
+    settings=("oils", "extrapolation", "same_set_point"),
+    draws="model_curves",
+)
 def fig07(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against slip, a panel a pressure."""
     return _figure("fig07", results, config)
 
 
+@register(
+    name="fig08",
+    paper="Fig. 8",
+    title="Traction against entrainment speed",
+    caption="Traction coefficient of all oils against entrainment speed (m/s) at 1.5 GPa, one "
+    "panel per slide-roll ratio, at several inlet temperatures (ours: the paper does not print "
+    "its own). Full lines: refit with its 95 % interval; thin dashed lines: printed constants, "
+    "signs restored; shaded: beyond the tested conditions.",
+    category="Paper",
+    family="law",
+    tables=("coefficients", "refits", "fit_quality"),
+    settings=("oils", "extrapolation", "same_set_point"),
+    draws="model_curves",
+)
 def fig08(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against entrainment speed, a panel a slip."""
     return _figure("fig08", results, config)
 
 
+@register(
+    name="fig09",
+    paper="Fig. 9",
+    title="Traction against pressure",
+    caption="Traction coefficient of all oils against maximum Hertz pressure (GPa) at high and low "
+    "speed and at small and large slide-roll ratio, at several inlet temperatures (ours: the paper "
+    "does not print its own). Full lines: "
+    "refit with its 95 % interval; thin dashed lines: printed constants, signs restored; shaded: "
+    "beyond the tested conditions.",
+    category="Paper",
+    family="law",
+    tables=("coefficients", "refits", "fit_quality"),
+    settings=("oils", "extrapolation", "same_set_point"),
+    draws="model_curves",
+)
 def fig09(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against pressure, a panel a speed and slip."""
     return _figure("fig09", results, config)
 
 
+@register(
+    name="fig10",
+    paper="Fig. 10",
+    title="Traction against temperature",
+    caption="Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C) at "
+    "light and heavy load and at high and low speed, at several slide-roll ratios (ours: the paper "
+    "does not print its own). Full lines: refit with its 95 % interval; thin dashed lines: printed "
+    "constants, signs restored; shaded: beyond the tested conditions.",
+    category="Paper",
+    family="law",
+    tables=("coefficients", "refits", "fit_quality"),
+    settings=("oils", "extrapolation", "same_set_point"),
+    draws="model_curves",
+)
 def fig10(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """mu against temperature, a panel a pressure and speed."""
     return _figure("fig10", results, config)

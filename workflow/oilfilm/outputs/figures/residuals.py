@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _LABELS = {
@@ -26,6 +27,18 @@ _GROUPS = 15  # of equally many points, where no set points tell levels apart
 _MILLI = 1e3
 
 
+@register(
+    name="residuals",
+    title="Residuals of the fit",
+    caption="Measured minus fitted traction coefficient of every accepted plateau against pressure "
+    "(GPa), speed (m/s), temperature (\N{DEGREE SIGN}C) and slide-roll ratio, with the mean at "
+    "each level. A mean away from zero shows a systematic error of the law.",
+    category="Fits",
+    family="data",
+    tables=("points", "runs", "coefficients"),
+    settings=("oils",),
+    draws="residuals_drawn",
+)
 def residuals(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """A row of panels an oil, a column a condition; points, and mean and scatter at each level."""
     oils = list(config["oils"])

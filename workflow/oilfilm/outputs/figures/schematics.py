@@ -10,6 +10,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # What a part is -> its colour, and in words.
@@ -40,6 +41,19 @@ def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str =
     return (panel, "arrow", kind, x, y, to_x, to_y, "")
 
 
+@register(
+    name="fig01",
+    paper="Fig. 1",
+    title="Traction rig",
+    caption="(a) Ball-on-disc rig with drives and sensors. (b) Contact of ball and disc with the "
+    "measured speeds, load and force. Schematic after the description in the text, not to scale; "
+    "dimensions as configured (mm).",
+    category="Paper",
+    family="configured",
+    settings=("rigs",),
+    shows_data=False,
+    draws="schematic",
+)
 def fig01(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """The traction rig from the side, and the contact seen along the ball's axis."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 3.9))
@@ -132,6 +146,18 @@ def _head(rig: Mapping[str, Any]) -> list[_Mark]:
     ]
 
 
+@register(
+    name="fig05",
+    paper="Fig. 5",
+    title="Torque rig",
+    caption="Rig for the friction torque of a bearing: driven inner ring, pure axial load, "
+    "under-race lubrication, measured torque of the outer ring. Schematic after the description "
+    "in the text, not to scale.",
+    category="Paper",
+    family="configured",
+    shows_data=False,
+    draws="schematic",
+)
 def fig05(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """The torque rig in a section along its shaft."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.6))

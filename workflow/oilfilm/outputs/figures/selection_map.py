@@ -15,6 +15,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.units import FloatArray
 
@@ -23,6 +24,18 @@ _PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
 _FIELD = 0.45  # share of an oil's colour in the field that a rule gives it
 
 
+@register(
+    name="selection",
+    title="Choice of oil",
+    caption="Colour of the oil that the rules of the paper advise, against entrainment speed (m/s) "
+    "and maximum Hertz pressure (GPa); symbols: oil that traction and film prefer, where it is "
+    "another.",
+    category="Claims",
+    family="claims",
+    tables=("selection",),
+    settings=("oils", "printed"),
+    draws="selection_map",
+)
 def selection_map(
     results: CampaignTables, config: Mapping[str, Any]
 ) -> tuple[Figure, pd.DataFrame]:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _HEIGHTS_IN = (1.4, 2.7, 1.75)
@@ -20,6 +21,18 @@ _ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
 _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
 
 
+@register(
+    name="signs",
+    title="Signs of the printed exponents",
+    caption="All 512 sign sets of the printed exponents of each oil, scored by the statements of "
+    "the paper: total score by rank, statements that hold for the set in use, margin of each sign.",
+    category="Claims",
+    family="claims",
+    tables=("signs", "sign_verdicts"),
+    settings=("oils",),
+    shows_data=False,
+    draws="sign_study",
+)
 def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """A column an oil: totals by rank, statements of the set in use, margin of each sign."""
     oils = [oil for oil in config["oils"] if (results.signs["oil"] == oil).any()]

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
-from oilfilm.outputs.captions import CAPTIONS
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.physics.oils import Oil, oil_from_config
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -77,7 +77,23 @@ _OF_TORQUE_TEST = (
 )
 
 
-def tab01(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+@register(
+    name="tab01",
+    paper="Table 1",
+    title="Properties of the oils",
+    caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and specific "
+    "heat at 100 \N{DEGREE SIGN}C and 1 bar, as configured, with sources. The values of the paper "
+    "are lost; stand-ins are marked.",
+    category="Paper",
+    family="configured",
+    settings=("oils",),
+    references=("paper_tables",),
+    shows_data=False,
+    draws="stated_values",
+)
+def tab01(
+    results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
     for oil, known in config["oils"].items():
@@ -87,7 +103,7 @@ def tab01(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
             rows.append(_row(oil, quantity, unit, value, _source_of(found)))
     notes = list(dict.fromkeys(f"{row['thing']}: {row['source']}" for row in rows))
     title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
-    return _table("tab01", title, rows, notes, config)
+    return _table(title, rows, notes, paper_tables["tab01"])
 
 
 def _source_of(oil: Oil | None) -> str:
@@ -96,7 +112,23 @@ def _source_of(oil: Oil | None) -> str:
     return f"stand-in: {oil.source}" if oil.stand_in else oil.source
 
 
-def tab02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+@register(
+    name="tab02",
+    paper="Table 2",
+    title="Test matrix",
+    caption="Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet temperature "
+    "(\N{DEGREE SIGN}C), slide-roll ratios of accepted points, and accepted curves. The table of "
+    "the paper is lost; the last column quotes what remains in its text.",
+    category="Paper",
+    family="data",
+    tables=("points", "runs"),
+    settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
+    references=("paper_tables",),
+    draws="stated_values",
+)
+def tab02(
+    results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """Levels of the test matrix; without one, those that the logs were set to."""
     campaign = config["campaign"]
     source = "campaign file, matrix" if "matrix" in campaign else "set points of the logs"
@@ -120,10 +152,28 @@ def tab02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
         kept = measured["run_id"].isin(accepted).sum()
         words = f"{kept} accepted of {len(measured)} runs"
         rows.append(_row("this campaign", f"curves of {oil}", "", words, "tables runs and points"))
-    return _table("tab02", "Test matrix", rows, [f"Levels: {source}."], config)
+    figure, drawn = _table("Test matrix", rows, [f"Levels: {source}."], paper_tables["tab02"])
+    style.say_source(figure, campaign)
+    return figure, drawn
 
 
-def tab03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+@register(
+    name="tab03",
+    paper="Table 3",
+    title="Parameters of the bearing",
+    caption="Geometry, materials and cage of the bearing, as configured, with sources. The table "
+    "of the paper is partly lost; the last column quotes what remains in its text.",
+    category="Paper",
+    family="configured",
+    settings=("bearings", "campaign.torque"),
+    references=("paper_tables",),
+    shows_data=False,
+    requires="torque",
+    draws="stated_values",
+)
+def tab03(
+    results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """Parameters of the campaign's bearing and the levels of its test."""
     campaign = config["campaign"]
     name = campaign["torque"]["bearing"]
@@ -144,7 +194,8 @@ def tab03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
             words = _levels([factor * level for level in levels[key]])
             rows.append(_row(name, quantity, unit, words, "campaign file, `torque`"))
     notes = [f"{name}: {bearing['source']}. *: assumed."]
-    return _table("tab03", "Bearing and test of its torque", rows, notes, config)
+    title = "Bearing and test of its torque"
+    return _table(title, rows, notes, paper_tables["tab03"])
 
 
 def _levels(levels: Iterable[float]) -> str:
@@ -179,15 +230,14 @@ def _row(
 
 
 def _table(
-    name: str,
     title: str,
     rows: list[dict[str, Any]],
     notes: list[str],
-    config: Mapping[str, Any],
+    of_paper: Mapping[str, Any],
 ) -> tuple[Figure, pd.DataFrame]:
     """The rows as a table with a column a thing; beside them what the paper still says."""
     units = {row["quantity"]: row["unit"] for row in rows}
-    for quantity, told in config["paper_tables"][name].items():
+    for quantity, told in of_paper.items():
         where = f" ({told['where']})" if "where" in told else ""
         source = told.get("where", "lost")
         rows.append(
@@ -213,8 +263,6 @@ def _table(
         0, height_in, "\n".join(small), va="bottom", fontsize=6, color=style.GREY,
         linespacing=1.15, parse_math=False, in_layout=False,
     )  # fmt: skip
-    if CAPTIONS[name].shows_data:
-        style.say_source(figure, config["campaign"])
     return figure, drawn
 
 

@@ -15,6 +15,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.registry import register
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
@@ -42,6 +43,19 @@ class _Condition:
     points: pd.DataFrame
 
 
+@register(
+    name="fig02",
+    paper="Fig. 2",
+    title="Traction curves of one oil",
+    caption="Traction coefficient against slide-roll ratio at three inlet temperatures, by maximum "
+    "Hertz pressure (left) and by entrainment speed (right). Symbols: plateau means with the 95 % "
+    "interval of their random error; lines: fitted law.",
+    category="Paper",
+    family="data",
+    tables=("points", "runs", "coefficients"),
+    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+    draws="curves",
+)
 def fig02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
     results = results.replace(runs=with_levels(results.runs, config))
@@ -96,6 +110,18 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     return _finish(figure, config), drawn
 
 
+@register(
+    name="fig03",
+    paper="Fig. 3",
+    title="Traction curves of all oils at one temperature",
+    caption="Traction coefficient against slide-roll ratio, one panel per pressure. Symbols: "
+    "plateau means with the 95 % interval of their random error; lines: fitted law.",
+    category="Paper",
+    family="data",
+    tables=("points", "runs", "coefficients"),
+    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+    draws="curves",
+)
 def fig03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """All oils at one temperature, mu against slip, a panel a pressure."""
     results = results.replace(runs=with_levels(results.runs, config))
@@ -135,6 +161,17 @@ def fig03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     return _finish(figure, config), drawn
 
 
+@register(
+    name="curves",
+    title="All curves",
+    caption="Traction coefficient against slide-roll ratio of every accepted plateau, one panel "
+    "per oil, and the fitted law at each tested condition.",
+    category="Data quality",
+    family="data",
+    tables=("points", "runs", "coefficients"),
+    settings=("oils",),
+    draws="curves",
+)
 def curves(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Every accepted point of every oil, and the fit at each of its conditions."""
     oils = list(config["oils"])

@@ -18,7 +18,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from oilfilm import tables
-from oilfilm.outputs.captions import CAPTIONS, caption
+from oilfilm.figure_catalogue import figures
+from oilfilm.outputs.captions import caption
 from oilfilm.outputs.report import chart, sections
 from oilfilm.outputs.report.explorer import explorer
 from oilfilm.outputs.report.pictures import packed, png_addresses, size_of
@@ -77,7 +78,7 @@ class Picture:
 
 def page(
     results: CampaignTables,
-    figures: Mapping[str, tuple[Path, Path]],
+    drawings: Mapping[str, tuple[Path, Path]],
     refused: Path,
     config: Mapping[str, Any],
     provenance: Mapping[str, Any],
@@ -85,56 +86,36 @@ def page(
     """The report of a campaign.
 
     Args:
-        results: Its tables.
-        figures: PNG and SVG of each of its figures, by name.
+        results: The tables of the campaign.
+        drawings: PNG and SVG of each figure, by name, in the order in which they are shown.
         refused: Folder of the pages of refused runs, as `refused_pages` names them.
         config: The whole configuration, resolved.
         provenance: Of the job that writes the report.
 
     Returns:
-        HTML that asks the network for nothing; the same results give the same text.
+        HTML that needs no network; the same results give the same text.
     """
-    settings = config["report"]
-    sure = {oil: sections.certainty(results, oil) for oil in results.fit_quality["oil"]}
-    exploring = explorer(results, config)
-    most = settings["rows_max"]
-    context: dict[str, Any] = {
+    context = {
+        **_tables(results, config),
+        **_explorer(results, config),
         "config": config,
-        "verdict": verdict(results, sure, config),
-        "equations": sections.equations(results),
-        "fits": sections.fit_table(results, sure),
-        "constants": [
-            sections.constants(results.coefficients, oil, number)
-            for number, oil in enumerate(dict.fromkeys(results.coefficients["oil"]))
-        ],
-        "quarantine": sections.refused(
-            results.quarantine, "quarantine", "Everything that was refused, and what to do", most
-        ),
-        "gates": sections.gates(results),
-        "claims": sections.claims(results),
-        "comparison": sections.comparison(results),
-        "torque": sections.torque(results),
-        "bearing": sections.bearing(results),
-        "torque_quarantine": sections.refused(
-            results.torque_quarantine, "torque_quarantine", "Torque logs that were refused", most
-        ),
-        "exploring": exploring,
-        "unreleased": UNRELEASED,
-        "chart": chart.chart([oil["colour"] for oil in exploring["oils"]]),
-        "downloads": _downloads(results),
-        "licence": chart.licence(),
-        "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},
         "provenance": provenance,
         "configuration": as_yaml(config),
+        "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},
+        "unreleased": UNRELEASED,
+        "downloads": _downloads(results),
         "style": _asset("page.css"),
-        "scripts": [chart.library(), _asset("page.js")],
         "looks": _LOOKS,
     }
+    declared = figures()
     pictures = [
-        Picture.of(figures[name][0], known.title, caption(name, config["campaign"]), known.category)
-        for name, known in CAPTIONS.items()
-        if name in figures
+        Picture.of(
+            png, declared[name].title, caption(name, config["campaign"]), declared[name].category
+        )
+        for name, (png, _) in drawings.items()
     ]
+    categories = [picture.category for picture in pictures]
+    pictures.sort(key=lambda picture: categories.index(picture.category))
     pages = [
         Picture.of(
             refused / row["page"],
@@ -145,20 +126,68 @@ def page(
         for row in tables.rows(results.refused_pages)
         if row["page"]
     ]
-    context |= {"pictures": pictures, "pages": pages}
-    whole = int(settings["size_max_mb"] * 1e6)
-    room = whole - len(_render(context).encode())
-    if room < 0:  # the one table in the page that grows with the trouble
+    return _fitting(context, pictures, pages, drawings, refused)
+
+
+def _tables(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, Any]:
+    """Verdict and tables of the page."""
+    rows_max = config["report"]["rows_max"]
+    sure = {oil: sections.certainty(results, oil) for oil in results.fit_quality["oil"]}
+    return {
+        "verdict": verdict(results, sure, config),
+        "equations": sections.equations(results),
+        "fits": sections.fit_table(results, sure),
+        "constants": [
+            sections.constants(results.coefficients, oil, number)
+            for number, oil in enumerate(dict.fromkeys(results.coefficients["oil"]))
+        ],
+        "quarantine": sections.refused(
+            results.quarantine, "quarantine", "Refused logs, runs and rows", rows_max
+        ),
+        "gates": sections.gates(results),
+        "claims": sections.claims(results),
+        "comparison": sections.comparison(results),
+        "torque": sections.torque(results),
+        "bearing": sections.bearing(results),
+        "torque_quarantine": sections.refused(
+            results.torque_quarantine, "torque_quarantine", "Refused torque logs", rows_max
+        ),
+    }
+
+
+def _explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, Any]:
+    """Data and scripts of the explorer."""
+    exploring = explorer(results, config)
+    return {
+        "exploring": exploring,
+        "chart": chart.chart([oil["colour"] for oil in exploring["oils"]]),
+        "licence": chart.licence(),
+        "scripts": [chart.library(), _asset("page.js")],
+    }
+
+
+def _fitting(
+    context: dict[str, Any],
+    pictures: Sequence[Picture],
+    pages: Sequence[Picture],
+    drawings: Mapping[str, tuple[Path, Path]],
+    refused: Path,
+) -> str:
+    """The page with as many pictures as its largest size allows."""
+    size_max = int(context["config"]["report"]["size_max_mb"] * 1e6)
+    without_pictures = {**context, "pictures": pictures, "pages": pages}
+    room = size_max - len(_render(without_pictures).encode())
+    if room < 0:  # the one table in the page that grows with the number of refusals
         context["downloads"].pop("quarantine.csv")
-        room = whole - len(_render(context).encode())
-    drawn = [figures[one.name] for one in pictures]
+        room = size_max - len(_render(without_pictures).encode())
+    drawn = [drawings[picture.name] for picture in pictures]
     taken, room = _taken(png_addresses([png for png, _ in drawn], _FIGURE_PX), room)
-    pictures = [replace(one, png=png) for one, png in zip(pictures, taken, strict=True)]
-    logs = [refused / f"{one.name}.png" for one in pages]
+    with_png = [replace(figure, png=png) for figure, png in zip(pictures, taken, strict=True)]
+    logs = [refused / f"{page.name}.png" for page in pages]
     taken, room = _taken(png_addresses(logs, _REFUSED_PX), room)
-    pages = [replace(one, png=png) for one, png in zip(pages, taken, strict=True)]
+    pages = [replace(page, png=png) for page, png in zip(pages, taken, strict=True)]
     taken, room = _taken([packed(svg) for _, svg in drawn], room)
-    pictures = [replace(one, svg=svg) for one, svg in zip(pictures, taken, strict=True)]
+    pictures = [replace(figure, svg=svg) for figure, svg in zip(with_png, taken, strict=True)]
     return _render({**context, "pictures": pictures, "pages": pages})
 
 
@@ -167,8 +196,11 @@ def _taken(addresses: Iterable[str], room: int) -> tuple[list[str], int]:
     taken = []
     for address in addresses:
         size = len(address) + _TAG
-        taken.append(address if size <= room else "")
-        room -= size * (size <= room)
+        if size <= room:
+            taken.append(address)
+            room -= size
+        else:
+            taken.append("")
     return taken, room
 
 

@@ -1,0 +1,60 @@
+"""Captions: every figure has one, and it says where its data are from."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from campaigns import ROOT
+from oilfilm import tables
+from oilfilm.figure_catalogue import figures
+from oilfilm.outputs.captions import caption
+from oilfilm.outputs.figures.registry import load_figure
+
+SIMULATED = {"name": "demo", "data": "simulated"}
+MEASURED = {"name": "june", "data": "measured", "film_unjudged": {"accept": True}}
+
+
+@pytest.mark.parametrize("name", figures())
+def test_caption_is_whole_sentences_that_say_where_the_data_are_from(name: str) -> None:
+    words = caption(name, SIMULATED)
+    assert words.startswith(figures()[name].caption)
+    assert figures()[name].caption.endswith(".")
+    assert not figures()[name].title.endswith(".")
+    assert ("SIMULATED data" in words) == figures()[name].shows_data
+    if figures()[name].shows_data:
+        assert caption(name, MEASURED).endswith(
+            "Measured data, campaign 'june'; film thickness NOT JUDGED."
+        )
+
+
+def test_figures_of_the_paper_name_their_place_in_it() -> None:
+    assert "Fig. 2 of Deng et al., Lubricants 14 (2026) 33." in caption("fig02", SIMULATED)
+    named = {name for name, known in figures().items() if known.paper}
+    assert named == {name for name, known in figures().items() if known.category == "Paper"}
+
+
+def test_campaigns_may_ask_for_every_figure_that_is_drawn_and_for_no_other() -> None:
+    schema = json.loads((ROOT / "workflow/schemas/campaign.schema.json").read_text("utf-8"))
+    allowed = schema["properties"]["figures"]["items"]["enum"]
+    assert set(allowed) == set(figures())
+
+
+@pytest.mark.parametrize("name", figures())
+def test_declaration_that_is_read_is_the_one_that_is_registered(name: str) -> None:
+    registered = load_figure(name)
+    assert registered.declaration == figures()[name]
+    assert {*registered.declaration.tables, registered.table} <= set(tables.TABLES)
+
+
+def test_declarations_are_read_without_importing_what_draws() -> None:
+    code = (
+        "import sys; from oilfilm.figure_catalogue import figures; print(len(figures())); "
+        "print({'matplotlib', 'pandas', 'numpy'} & set(sys.modules))"
+    )
+    path = {"PYTHONPATH": str(ROOT / "workflow")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=path, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines() == [str(len(figures())), "set()"]
