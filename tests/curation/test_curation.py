@@ -105,7 +105,8 @@ def test_film_is_full_over_the_whole_matrix_as_the_paper_says(demo: Campaign) ->
     points = demo.curated.points
     good = points[points["accepted"]]
     assert good["lambda_ratio"].min() > 3  # Deng et al. 2026, section 2.4
-    # physics.md, lambda at the worst corner: 3.9 for the 3 cSt oil at 1.5 GPa, 25 m/s, 120 degC
+    # docs/physics.md, lambda at the worst corner: 3.9 for the 3 cSt oil at 1.5 GPa, 25 m/s, 120
+    # degC
     corner = good[good["run_id"] == "4010_P1.50_U25_T120.csv"]
     at_rest = corner.loc[corner["slide_roll_ratio"].abs().idxmin(), "lambda_ratio"]
     assert at_rest == pytest.approx(3.9, abs=0.1)
@@ -498,7 +499,7 @@ def test_real_films_of_a_wrong_fringe_order_are_found(real_pcs: Path) -> None:
     config = resolve(ROOT / "config", {"campaign": "etm-slim"})
     points = carry_through(config, real_pcs, ["demo_12.txt"]).curated.points
     off = points[points["failed_gates"].str.contains("film_off_trend")]
-    # shared/real: seven rows, 228 to 251 nm
+    # docs/physics.md, PCS logs: seven rows, 228 to 251 nm
     assert len(off) == 7
     assert off["measured_film_thickness_um"].between(0.228, 0.252).all()
 

@@ -70,7 +70,7 @@ def test_refit_of_the_demonstration_recovers_traction_and_constants(
 def test_errors_shared_by_a_run_make_naive_errors_too_small(demo: Campaign) -> None:
     coefficients = demo.fit("4102", bootstrap=200).coefficients
     ratio = coefficients["standard_error"] / coefficients["naive_standard_error"]
-    # tools.md: naive errors 2.2-5.9 x too small with errors at the level of a curve
+    # docs/physics.md, fitting: naive errors 2.2-5.9 x too small with errors at the level of a curve
     assert 1.5 < ratio.median() < 7
 
 

@@ -40,7 +40,7 @@ def with_two_curves_off(points: pd.DataFrame) -> pd.DataFrame:
 
 
 def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one() -> None:
-    # tools.md: measured on simulated data, plain 10 x worse in mu, robust 1.1 x
+    # docs/physics.md, fitting: measured on simulated data, plain 10 x worse in mu, robust 1.1 x
     points = make_points("4102", matrix(), noise=1e-4)
     _, _, clean = prepare(points)
     problem, _, plain = prepare(with_two_curves_off(points))

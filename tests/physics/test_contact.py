@@ -18,7 +18,7 @@ from oilfilm.physics.contact import (
     reduced_radius,
 )
 
-M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)  # the rig's steel (physics.md, check 1)
+M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)  # the rig's steel (docs/physics.md, check 1)
 BALL_RADIUS_M = 0.010  # the rig's 20 mm ball on a flat
 
 loads_n = st.floats(1e-2, 1e5)
@@ -30,7 +30,7 @@ radius_ratios = st.floats(1e-4, 1e4)
 
 @pytest.mark.parametrize(
     ("max_pressure_gpa", "load_n", "rounding_n"),
-    [(1.0, 42.1, 0.05), (1.5, 142, 0.5)],  # physics.md, check 1 [C], and the rig page
+    [(1.0, 42.1, 0.05), (1.5, 142, 0.5)],  # docs/physics.md, check 1 [C], and docs/physics.md
 )
 def test_rig_ball_needs_the_printed_load_for_its_pressure(
     max_pressure_gpa: float, load_n: float, rounding_n: float
@@ -160,7 +160,7 @@ def test_pressed_surfaces_fit_each_other_along_both_axes(ratio: float) -> None:
 def angular_contact(
     ring: str, load_n: float, angle_deg: float, *, ball_mm: float, pitch_mm: float, groove_mm: float
 ) -> EllipticalContact:
-    """Contact of a ball with one ring of the benchmark bearings (physics.md; E 207.5 GPa)."""
+    """Contact of a ball with one ring of the benchmark bearings (docs/physics.md; E 207.5 GPa)."""
     steel = reduced_modulus(207.5e9, 0.3, 207.5e9, 0.3)
     ball = ball_mm * 1e-3 / 2
     pitch_along_normal = pitch_mm * 1e-3 / (2 * np.cos(np.radians(angle_deg)))
@@ -183,7 +183,7 @@ def angular_contact(
 def test_harris_218_bearing_has_the_benchmark_pressures(
     ring: str, load_n: float, angle_deg: float, max_pressure_gpa: float
 ) -> None:
-    # physics.md, Jones-Harris benchmark [C]: p0 is printed to 0.0005 GPa, Q to 0.5 N, which
+    # docs/physics.md, Jones-Harris benchmark [C]: p0 is printed to 0.0005 GPa, Q to 0.5 N, which
     # is another 0.0002 GPa
     contact = angular_contact(
         ring, load_n, angle_deg, ball_mm=22.23, pitch_mm=125.26, groove_mm=11.63
@@ -198,7 +198,7 @@ def test_harris_218_bearing_has_the_benchmark_pressures(
 def test_mainshaft_bearing_has_the_benchmark_pressures(
     ring: str, load_n: float, angle_deg: float, conformity: float, max_pressure_gpa: float
 ) -> None:
-    # physics.md, Jones-Harris benchmark, 12 000 rpm; rounding as above
+    # docs/physics.md, Jones-Harris benchmark, 12 000 rpm; rounding as above
     groove_mm = conformity * 22.225
     contact = angular_contact(
         ring, load_n, angle_deg, ball_mm=22.225, pitch_mm=167.5375, groove_mm=groove_mm
@@ -213,7 +213,7 @@ def test_mainshaft_bearing_has_the_benchmark_pressures(
 def test_hamrock_anderson_bearing_is_near_the_simplified_solution(
     race_mm: float, max_pressure_gpa: float, approach_um: float
 ) -> None:
-    # physics.md, check 2. Its four figures are those of the simplified solution
+    # docs/physics.md, check 2. Its four figures are those of the simplified solution
     # k = (Ry/Rx)^(2/pi), which lies about 1 % off the exact one used here.
     steel = reduced_modulus(200e9, 0.3, 200e9, 0.3)
     along = reduced_radius(6.35e-3, race_mm * 1e-3)

@@ -1,4 +1,4 @@
-"""Film thickness against the worked checks of physics.md and the exponents of its formulas."""
+"""Film thickness against the worked checks of docs/physics.md and the exponents of its formulas."""
 
 from typing import Any
 
@@ -25,7 +25,7 @@ from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 
 M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)
 LOAD_N = load_for_max_hertz_pressure(1.5e9, 0.010, M50)
-# physics.md, check 1: 20 mm ball on a flat, MIL-L-23699 oil at 100 degC, 25 m/s, 1.5 GPa
+# docs/physics.md, check 1: 20 mm ball on a flat, MIL-L-23699 oil at 100 degC, 25 m/s, 1.5 GPa
 CHECK_1: dict[str, Any] = {
     "load_n": LOAD_N,
     "entrainment_speed_m_s": 25.0,
@@ -34,7 +34,7 @@ CHECK_1: dict[str, Any] = {
     "radius_x_m": 0.010,
     "reduced_modulus_pa": M50,
 }
-# the rig's worst corner: 7808-type oil at 120 degC, properties as printed in physics.md [C]
+# the rig's worst corner: 7808-type oil at 120 degC, properties as printed in docs/physics.md [C]
 WORST_CORNER = CHECK_1 | {
     "dynamic_viscosity_pa_s": 2.09e-3,
     "pressure_viscosity_coefficient_1_pa": 0.681e-8,
@@ -47,13 +47,13 @@ thermal_loadings = st.floats(0.0, 10.0)
 
 
 def test_check_1_film_thickness_agrees() -> None:
-    # physics.md, check 1 [C], printed to 0.0005 um
+    # docs/physics.md, check 1 [C], printed to 0.0005 um
     assert central_film_thickness(**CHECK_1) * 1e6 == pytest.approx(0.360, abs=0.0005)
     assert minimum_film_thickness(**CHECK_1) * 1e6 == pytest.approx(0.211, abs=0.0005)
 
 
 def test_check_1_thermal_reduction_agrees() -> None:
-    # physics.md, check 1 [C], printed to 0.0005; beta and k_oil by its formulas, by hand
+    # docs/physics.md, check 1 [C], printed to 0.0005; beta and k_oil by its formulas, by hand
     loading = thermal_loading_parameter(
         entrainment_speed_m_s=25.0,
         dynamic_viscosity_pa_s=5.006e-3,
@@ -77,7 +77,7 @@ def test_check_1_thermal_reduction_agrees() -> None:
 def test_check_2_film_thickness_in_a_radial_ball_bearing_agrees(
     race_mm: float, minimum_um: float, central_um: float
 ) -> None:
-    # physics.md, check 2 [C], printed to 0.0005 um. The published 0.557 and 0.665 are [M].
+    # docs/physics.md, check 2 [C], printed to 0.0005 um. The published 0.557 and 0.665 are [M].
     ball_m, pitch_m = 12.700e-3, (52.291e-3 + 77.706e-3) / 2
     along = reduced_radius(ball_m / 2, race_mm * 1e-3)
     contact: dict[str, Any] = {
@@ -95,7 +95,8 @@ def test_check_2_film_thickness_in_a_radial_ball_bearing_agrees(
 
 
 def test_round_contact_loses_the_printed_share_to_side_leakage() -> None:
-    # physics.md [S, H]: brackets 0.706 (central) and 0.493 (minimum) at k = 1, printed to 0.0005
+    # docs/physics.md [S, H]: brackets 0.706 (central) and 0.493 (minimum) at k = 1, printed to
+    # 0.0005
     wide = CHECK_1 | {"ellipticity": 1e3}
     central = central_film_thickness(**CHECK_1) / central_film_thickness(**wide)
     minimum = minimum_film_thickness(**CHECK_1) / minimum_film_thickness(**wide)
@@ -104,13 +105,14 @@ def test_round_contact_loses_the_printed_share_to_side_leakage() -> None:
 
 
 def test_worst_corner_of_the_rig_has_the_printed_film() -> None:
-    # physics.md [C], printed to 0.0005 um
+    # docs/physics.md [C], printed to 0.0005 um
     assert minimum_film_thickness(**WORST_CORNER) * 1e6 == pytest.approx(0.092, abs=0.0005)
     assert central_film_thickness(**WORST_CORNER) * 1e6 == pytest.approx(0.155, abs=0.0005)
 
 
 def test_worst_corner_of_the_rig_runs_at_the_printed_lambda() -> None:
-    # physics.md: lambda 3.9 with Rq 0.0215 um, printed to 0.05; thermally reduced, pure rolling
+    # docs/physics.md: lambda 3.9 with Rq 0.0215 um, printed to 0.05; thermally reduced, pure
+    # rolling
     loading = thermal_loading_parameter(
         entrainment_speed_m_s=25.0,
         dynamic_viscosity_pa_s=2.09e-3,
@@ -223,7 +225,8 @@ def test_inlet_heating_grows_with_the_square_of_speed(factor: float) -> None:
 
 
 def test_rig_has_the_printed_roughness() -> None:
-    # rig page: Ra 0.0172 um, Rq 0.0215 um for ball and disc together, printed to 0.00005 um
+    # docs/physics.md, rig: Ra 0.0172 um, Rq 0.0215 um for ball and disc together, printed to
+    # 0.00005 um
     assert combined_roughness(0.014e-6, 0.010e-6) * 1e6 == pytest.approx(0.0172, abs=5e-5)
     assert RIG_ROUGHNESS_M * 1e6 == pytest.approx(0.0215, abs=5e-5)
 

@@ -1,4 +1,4 @@
-"""Oil properties against the evaluated tables of physics.md and against each other."""
+"""Oil properties against the evaluated tables of docs/physics.md and against each other."""
 
 import re
 from pathlib import Path
@@ -24,7 +24,8 @@ OILS = {
 any_oil = st.sampled_from(sorted(OILS)).map(OILS.__getitem__)
 rig_temperatures_c = st.floats(20.0, 150.0)  # the rig's range and a little beyond
 
-# physics.md, oils, "Evaluated" [C]: degC, eta mPa s, rho kg/m3, nu cSt, alpha 1e-8/Pa, beta 1/K
+# docs/physics.md, oils, "Evaluated" [C]: degC, eta mPa s, rho kg/m3, nu cSt, alpha 1e-8/Pa, beta
+# 1/K
 TABLE = [
     ("4010", 25, "19.76", "963", "20.51", "1.376", ".0393"),
     ("4010", 40, "11.60", "953", "12.18", "1.177", ".0321"),
@@ -65,19 +66,19 @@ def test_stand_ins_have_the_tabulated_properties(
 
 
 def test_4102_has_the_two_viscosities_that_its_line_was_drawn_through() -> None:
-    # physics.md: 7.0 cSt at 100 degC and 40.2 cSt at 40 degC, printed to 0.05 cSt
+    # docs/physics.md: 7.0 cSt at 100 degC and 40.2 cSt at 40 degC, printed to 0.05 cSt
     viscosity_cst = OILS["4102"].kinematic_viscosity_m2_s(np.array([100.0, 40.0])) * 1e6
     assert viscosity_cst == pytest.approx(np.array([7.0, 40.2]), abs=0.05)
 
 
 def test_4102_has_the_printed_pressure_viscosity_coefficient_when_hot() -> None:
-    # physics.md: 1.15e-8 1/Pa at 100 degC by the 23699 rule, printed to 0.005e-8
+    # docs/physics.md: 1.15e-8 1/Pa at 100 degC by the 23699 rule, printed to 0.005e-8
     alpha = OILS["4102"].pressure_viscosity_coefficient_1_pa(100.0)
     assert alpha * 1e8 == pytest.approx(1.15, abs=0.005)
 
 
 def test_4102_has_the_printed_density_heat_and_uncertainty() -> None:
-    # physics.md: rho about 920 kg/m3 at 100 degC, cp 2000, k 0.147; alpha +-15 %, rho +-3 %
+    # docs/physics.md: rho about 920 kg/m3 at 100 degC, cp 2000, k 0.147; alpha +-15 %, rho +-3 %
     oil, celsius = OILS["4102"], np.array([20.0, 100.0, 150.0])
     assert oil.density_kg_m3(100.0) == pytest.approx(920)
     assert oil.specific_heat_j_kgk(celsius) == pytest.approx(2000)
@@ -86,14 +87,14 @@ def test_4102_has_the_printed_density_heat_and_uncertainty() -> None:
 
 
 def test_4102_expands_as_4050_does() -> None:
-    # its density has the other's mean slope from 25 to 140 degC: 967 - 890 kg/m3 (physics.md [C]),
-    # both printed to 0.5 kg/m3
+    # its density has the other's mean slope from 25 to 140 degC: 967 - 890 kg/m3 (docs/physics.md
+    # [C]), both printed to 0.5 kg/m3
     cold, hot = OILS["4102"].density_kg_m3(np.array([25.0, 140.0]))
     assert cold - hot == pytest.approx(967 - 890, abs=1.0)
 
 
 def test_4010_keeps_the_thermal_properties_of_its_source() -> None:
-    # physics.md, MIL-L-7808 at 311, 367, 422 and 478 K [S]
+    # docs/physics.md, MIL-L-7808 at 311, 367, 422 and 478 K [S]
     celsius = np.array([311, 367, 422, 478]) - 273.15
     oil = OILS["4010"]
     assert oil.density_kg_m3(celsius) == pytest.approx([954, 914, 870, 826])
@@ -105,14 +106,14 @@ def test_4010_keeps_the_thermal_properties_of_its_source() -> None:
 
 @given(rig_temperatures_c)
 def test_4050_conducts_heat_as_its_source_says(celsius: float) -> None:
-    # physics.md, MIL-L-23699 [S]: k = 0.14868 - 2.2275e-4 (T - 366.67), T in K
+    # docs/physics.md, MIL-L-23699 [S]: k = 0.14868 - 2.2275e-4 (T - 366.67), T in K
     kelvin = celsius + 273.15
     expected = 0.14868 - 2.2275e-4 * (kelvin - 366.67)
     assert OILS["4050"].thermal_conductivity_w_mk(celsius) == pytest.approx(expected)
 
 
 def test_4050_keeps_the_density_and_heat_of_its_source() -> None:
-    # physics.md, MIL-L-23699 at 233, 300, 367 and 422 K [S]
+    # docs/physics.md, MIL-L-23699 at 233, 300, 367 and 422 K [S]
     celsius = np.array([233, 300, 367, 422]) - 273.15
     assert OILS["4050"].density_kg_m3(celsius) == pytest.approx([1016, 966, 922, 884])
     assert OILS["4050"].specific_heat_j_kgk(celsius) == pytest.approx(2000)
@@ -120,7 +121,7 @@ def test_4050_keeps_the_density_and_heat_of_its_source() -> None:
 
 @pytest.mark.parametrize(("name", "grade_cst"), [("4010", 3), ("4050", 5), ("4102", 7)])
 def test_stand_in_is_of_the_grade_of_its_oil(name: str, grade_cst: float) -> None:
-    # rig page: 3, 5 and 7 cSt at 100 degC, printed to 0.5 cSt
+    # docs/physics.md, rig: 3, 5 and 7 cSt at 100 degC, printed to 0.5 cSt
     oil = OILS[name]
     assert oil.nominal_kinematic_viscosity_100c_cst == grade_cst
     assert oil.kinematic_viscosity_m2_s(100.0) * 1e6 == pytest.approx(grade_cst, abs=0.5)

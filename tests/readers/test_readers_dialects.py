@@ -139,7 +139,7 @@ def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
     names = "time_s,max_hertz_pressure_gpa,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
     text = f"# oil: 4102\n{names}inlet_temperature_c\n0,1.5,0.5,24,26,70\n"
     (run,) = read_log(text.encode(), "log", CONFIG)[1].runs
-    # physics.md: W 142 N at 1.5 GPa
+    # docs/physics.md: W 142 N at 1.5 GPa
     assert run.samples["load_n"][0] == pytest.approx(142, abs=0.5)
     assert run.samples["disc_speed_m_s"].tolist() == [26]
 

@@ -14,7 +14,7 @@ from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import read_log
 from oilfilm.settings.load import resolve
 
-# shared/real/README.md: rows where one force direction had not reversed
+# docs/physics.md, PCS logs: rows where one force direction had not reversed
 HALF_REVERSED_STEPS = [
     28, 60, 65, 91, 100, 134, 161, 165, 220, 281, 296, 344, 367, 389, 398, 454, 489, 509,
 ]  # fmt: skip
@@ -49,7 +49,7 @@ def test_real_etm_log_gives_20500_traction_rows_in_500_sweeps(etm: Campaign) -> 
 
 
 def test_real_etm_log_keeps_every_row_or_lists_it(etm: Campaign) -> None:
-    # 20 560 data rows: 500 sweeps of 41 and one timed step of 60 (shared/real/README.md)
+    # 20 560 data rows: 500 sweeps of 41 and one timed step of 60 (docs/physics.md, PCS logs)
     (samples,) = etm.ingested.samples.values()
     assert len(samples) + etm.curated.quarantine["refused_rows"].sum() == 20_560
     timed = etm.curated.quarantine.query("rule == 'not_a_sweep'")
@@ -110,7 +110,7 @@ def test_real_ehd_log_confirms_the_speed_exponent_of_the_film(
         # within the method's own error of 1-2 nm
         good = (film < 0.2) & (film > 0.008)
         slopes.append(np.polyfit(np.log(speed[good]), np.log(film[good]), 1)[0])
-    # shared/real/README.md: 0.74, 0.72, 0.78
+    # docs/physics.md, PCS logs: 0.74, 0.72, 0.78
     np.testing.assert_allclose(slopes, [0.74, 0.72, 0.78], atol=0.01)
 
 
@@ -195,7 +195,7 @@ def test_table_without_its_line_of_names_is_refused_row_by_row(
     for damaged in (names[5], next(start for start in starts if start > names[5])):
         spoiled = b"\n".join([*lines[:damaged], b"#?", *lines[damaged + 1 :]])
         reading = read_log(spoiled, "log", pcs_config)[1]
-        assert reading.rows == 20_560  # shared/real/README.md
+        assert reading.rows == 20_560  # docs/physics.md, PCS logs
         rows = np.concatenate([run.samples["row"] for run in reading.runs])
         assert len(np.unique(rows)) == len(rows)
 

@@ -123,6 +123,6 @@ def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil(campaign: 
     assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
     assert grid["entrainment_speed_m_s"].max() == 200
     assert grid["max_hertz_pressure_gpa"].max() == 2.5
-    # physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
+    # docs/physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
     if campaign == "thermal":
         assert 0.03 < grid["traction_coefficient"].max() < 0.05

@@ -30,7 +30,7 @@ from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.deng2026 import traction_coefficient
 
-PAPER = ROOT.parent / "shared" / "paper" / "README.md"
+PHYSICS_PAGE = ROOT / "docs" / "physics.md"
 
 
 @pytest.fixture(scope="module")
@@ -62,15 +62,11 @@ def test_every_claim_of_the_list_has_a_check_and_every_check_a_claim() -> None:
     assert listed == list(CHECKS)
 
 
-def test_list_of_claims_is_that_of_the_paper_page() -> None:
-    if not PAPER.is_file():
-        pytest.skip("the page on the paper (../shared/paper/README.md) is not here")
-    section = (
-        PAPER.read_text(encoding="utf-8").split("## What the text claims")[1].split("\n## ")[0]
-    )
-    cells = re.findall(r"^\| ([a-z0-9, -]+) \|", section, flags=re.MULTILINE)
-    named = [name for cell in cells if cell not in ("id", "---") for name in cell.split(", ")]
-    assert named == [claim["id"] for claim in load_yaml(CLAIMS)["claims"]]
+def test_claims_are_those_of_the_reference_page() -> None:
+    page = PHYSICS_PAGE.read_text(encoding="utf-8")
+    section = page.split("## Claims of the paper")[1].split("\n## ")[0]
+    ids = re.findall(r"^\| ([a-z0-9-]+) \|", section, flags=re.MULTILINE)
+    assert ids[2:] == [claim["id"] for claim in load_yaml(CLAIMS)["claims"]]
 
 
 def test_claim_without_a_check_is_refused(tmp_path) -> None:
@@ -243,7 +239,8 @@ def test_negative_traction_is_seen(
 def test_order_of_the_oils_breaks_as_an_independent_count_says(
     config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
 ) -> None:
-    # shared/paper/README.md: 59 %, 55 %, at most 14 % together; 4010/4102 0.41 at 0.8 GPa and 1.9
+    # docs/physics.md, traction law: 59 %, 55 %, at most 14 % together; 4010/4102 0.41 at 0.8 GPa
+    # and 1.9
     # at 2.5 GPa; 4050 above 4102 below about 1.4 GPa. That count does not state its levels, and
     # the shares move with them (even steps of P and U give 71, 37 and 10 %): within 0.05.
     found = judge(
@@ -273,7 +270,7 @@ def test_order_does_not_hold_on_more_of_the_box_with_other_levels(
 def test_printed_constants_contradict_the_text_as_known(
     config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
 ) -> None:
-    # all figures: shared/paper/README.md
+    # all figures: docs/physics.md, traction law
     evidence = evidence_of(printed(), config)
     spread = judge("hot-convergence", evidence, grids["extrapolated"], settings).remarks[0]
     cold, hot = map(float, re.findall(r"([\d.]+) at \d+ degC", spread))

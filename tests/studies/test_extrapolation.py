@@ -86,7 +86,8 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
         pd.concat([fit.fit_quality for fit in fits]),
         demo.config["same_set_point"]["relative"],
     )
-    # tools.md, simulated: curve-level errors of 2 % gain, 1 K and 1 % stress make mu uncertain by
+    # docs/physics.md, fitting, simulated: curve-level errors of 2 % gain, 1 K and 1 % stress make
+    # mu uncertain by
     # 0.9-1.4 % in the test box and 4-5 % at 2.5 GPa and 200 m/s; the twin's are half as large
     outside = found["beyond"] != ""
     assert relative_rms(found[~outside]) < 0.02

@@ -122,7 +122,7 @@ def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
 
 
 def test_4010_is_not_linear_in_stress() -> None:
-    # paper/README: R2 0.92 for 4010; both of the others follow a line
+    # docs/physics.md, traction law: R2 0.92 for 4010; both of the others follow a line
     of = {oil: surface(printed()[oil]) for oil in OILS}
     assert score("linear_in_stress", of["4010"]) < 0.1
     assert min(score("linear_in_stress", of[oil]) for oil in ("4102", "4050")) > 0.9
@@ -133,7 +133,8 @@ def test_stated_order_of_the_oils_fails_over_most_of_the_box() -> None:
     grid = np.meshgrid(*levels, np.array(SLIPS), indexing="ij")
     mu = {oil: traction_coefficient(printed()[oil], *grid) for oil in OILS}
     upper, lower = mu["4102"] > mu["4050"], mu["4050"] > mu["4010"]
-    # paper/README: all three in the stated order on at most 14 % of the box, whatever the signs
+    # docs/physics.md, traction law: all three in the stated order on at most 14 % of the box,
+    # whatever the signs
     assert (upper & lower).mean() <= 0.14
     first, second, third = (surface(printed()[oil]) for oil in OILS)
     order = statements.viscosity_order
@@ -232,7 +233,7 @@ def test_signs_that_the_text_settles_and_those_that_it_leaves_open(
     found = studied[1].set_index(["oil", "constant"])
     # mu falls with U and T through the plateau |A| (section 4.3.2 and 4.3.4)
     assert (found.loc[(list(OILS), ["A2", "A3"]), "verdict"] == "settled").all()
-    # paper/README: open; low confidence; 0.0022 is without effect
+    # docs/physics.md, traction law: open; low confidence; 0.0022 is without effect
     assert found.loc[("4010", "C3"), "verdict"] == "open"
     assert found.loc[("4010", "C2"), "verdict"] == "open"
     assert found.loc[("4050", "C2"), "verdict"] == "without effect"

@@ -34,8 +34,8 @@ def thick(evidence: Evidence) -> Evidence:
 
 
 def test_film_of_the_grid_is_that_of_the_formula(config: dict[str, Any]) -> None:
-    # physics.md, check 1: 23699-type oil at 100 degC, 25 m/s, 1.5 GPa: h_min 0.211 um, phi_T 0.766
-    # at S 0.3; the campaign's rig has the same ball and steel, and 4050 these properties
+    # docs/physics.md, check 1: 23699-type oil at 100 degC, 25 m/s, 1.5 GPa: h_min 0.211 um, phi_T
+    # 0.766 at S 0.3; the campaign's rig has the same ball and steel, and 4050 these properties
     grid = Grid(*(np.array([value]) for value in (1.5, 25.0, 100.0, 0.3)))
     thickness, ratio = films(config)["4050"].over(grid)
     assert thickness.item() == pytest.approx(0.211 * 0.766, rel=0.005)
@@ -47,7 +47,7 @@ def test_film_without_thermal_reduction_is_the_isothermal_one(config: dict[str, 
     cold = Film(film.contact, film.oil, replace(film.settings, thermal_reduction=False))
     grid = Grid(*(np.array([value]) for value in (1.0, 30.0, 120.0, 0.1)))
     expected = minimum_film_thickness(
-        load_n=42.1,  # at 1.0 GPa (rig page)
+        load_n=42.1,  # at 1.0 GPa (docs/physics.md)
         entrainment_speed_m_s=30.0,
         dynamic_viscosity_pa_s=float(film.oil.dynamic_viscosity_pa_s(120.0)),
         pressure_viscosity_coefficient_1_pa=float(
@@ -122,7 +122,8 @@ def test_difference_within_the_repeatability_of_rigs_is_no_disagreement(
 
 
 def test_printed_constants_part_from_the_advice_under_heavy_load(table: pd.DataFrame) -> None:
-    # 4010/4102 is 1.9 at 2.5 GPa (shared/paper/README.md): the thin oil heats more, not less. At
+    # 4010/4102 is 1.9 at 2.5 GPa (docs/physics.md, traction law): the thin oil heats more, not
+    # less. At
     # 70 degC and 200 m/s the film formula gives out for the thick oils, which leaves no choice.
     heavy = table[(table["rule"] == "heavy load") & (table["inlet_temperature_c"] >= 100)]
     heavy = heavy[heavy["max_hertz_pressure_gpa"].round(3) == 2.5]

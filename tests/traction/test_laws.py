@@ -89,7 +89,7 @@ def test_dimensionless_load_depends_on_pressure_over_modulus_alone() -> None:
 
 
 def test_groups_are_those_of_the_film_formulas() -> None:
-    # physics.md, check 1 [C]: 23699 at 100 degC, 25 m/s, 142 N: L 0.424; eta 5.006 mPa s,
+    # docs/physics.md, check 1 [C]: 23699 at 100 degC, 25 m/s, 142 N: L 0.424; eta 5.006 mPa s,
     # E' 221.6 GPa, R 10 mm: 5.006e-3 * 25/(221.6e9 * 0.01) = 5.65e-11; 142/(221.6e9 * 1e-4)
     law = EVERY_LAW["wang-deng-groups"]
     load, speed, heating = law.group_values(np.array([[142.0, 25.0, 100.0]]))[0]

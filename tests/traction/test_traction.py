@@ -119,7 +119,7 @@ def test_printed_constants_lie_within_the_search_bounds() -> None:
 
 
 def test_printed_magnitudes_are_the_papers() -> None:
-    # paper/README, table of Eqs 11-13
+    # docs/physics.md, traction law, table of Eqs 11-13
     assert abs(printed()["4102"][0]) == 0.01567792
     assert abs(printed()["4050"][10]) == 0.0022
     assert abs(printed()["4010"][8]) == 49.8739777

@@ -119,7 +119,7 @@ class MilL7808(Oil):
     beta is the derivative of the first line. Given for 311 to 478 K; alpha has no meaning near
     its pole at 216 K.
 
-    Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, physics.md).
+    Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
 
     Attributes:
         viscosity_intercept: Dimensionless.
@@ -170,7 +170,7 @@ class MilL23699(Oil):
     beta is the derivative of the first line. The densities that go with it are given for 233 to
     422 K.
 
-    Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, physics.md).
+    Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
 
     Attributes:
         reference_temperature_k: T_r, in K.
@@ -283,7 +283,7 @@ def oil_from_config(config: Mapping[str, Any]) -> Oil:
         ValueError: The property model is not known.
 
     Examples:
-        The stand-in of 4102 has 7.0 cSt at 100 degC and 40.2 at 40 degC (physics.md):
+        The stand-in of 4102 has 7.0 cSt at 100 degC and 40.2 at 40 degC (docs/physics.md):
 
         >>> from pathlib import Path
         >>> from oilfilm.settings.load import load_checked

@@ -21,7 +21,7 @@ def rq_from_ra(ra_m: Floats) -> FloatArray:
         Rq, in m.
 
     Examples:
-        The rig's root-sum-square Ra of 0.0172 um (rig page):
+        The rig's root-sum-square Ra of 0.0172 um (docs/physics.md):
 
         >>> print(f"{rq_from_ra(0.0172e-6) * 1e6:.4f} um")
         0.0215 um
@@ -42,7 +42,7 @@ def combined_roughness(rq_1_m: Floats, rq_2_m: Floats) -> FloatArray:
         sigma, in m. Ra values in give the combined Ra.
 
     Examples:
-        Ball and disc of the rig, Ra 0.014 and 0.010 um, have 0.0172 um together (rig page):
+        Ball and disc of the rig, Ra 0.014 and 0.010 um, have 0.0172 um together (docs/physics.md):
 
         >>> print(f"{combined_roughness(0.014e-6, 0.010e-6) * 1e6:.4f} um")
         0.0172 um
