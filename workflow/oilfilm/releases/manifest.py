@@ -13,7 +13,8 @@ from typing import Any
 
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.load import first_mistake
+from oilfilm.releases.manifest_format import ManifestFile
+from oilfilm.settings.messages import first_mistake
 
 MANIFEST = "manifest.json"
 # The same in a pin, which keeps only some of the files that its manifest names.
@@ -128,7 +129,7 @@ def _parse(path: Path) -> Manifest:
         canonical(content).encode()  # half a letter can be escaped, but not written
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
-    if mistake := first_mistake(content, "manifest"):
+    if mistake := first_mistake(content, ManifestFile):
         # what is found may be as long as the file
         raise OilfilmError(f"{path}: {mistake[:_LONGEST]}")
     files, samples = (

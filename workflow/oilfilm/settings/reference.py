@@ -1,12 +1,108 @@
-"""Printed constants of the paper, read from data/reference."""
+"""The files of data/reference: what the paper printed, stated and claimed."""
 
 from pathlib import Path
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import Field, Strict, model_validator
 
-from oilfilm.errors import OilfilmError
-from oilfilm.settings.load import load_checked
-from oilfilm.traction.law import FloatArray
+from oilfilm.settings.base import (
+    Group,
+    Levels,
+    LoadN,
+    Name,
+    SpeedRpm,
+    TemperatureC,
+    Text,
+    contradiction,
+    key,
+)
+from oilfilm.settings.messages import load
+from oilfilm.units import FloatArray
+
+_Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
+
+
+class OilConstants(Group):
+    """Printed constants of one oil, signs restored."""
+
+    A: _Constants = key("A0 and the exponents of P, U and T.")
+    B: _Constants = key("B0 and the exponents of P, U and T.")
+    C: _Constants = key("C0 and the exponents of P, U and T.")
+
+
+class PrintedCoefficients(Group):
+    """data/reference/printed_coefficients.yaml: constants of Eqs 11-13."""
+
+    law: Name = key("Law.")
+    falling_viscosity: Levels[str] = key("Oils, the most viscous first.")
+    oils: Annotated[dict[str, OilConstants], Field(min_length=1)] = key("Constants by oil.")
+
+    @model_validator(mode="after")
+    def _lists_have_the_same_oils(self) -> Self:
+        if sorted(self.falling_viscosity) != sorted(self.oils):
+            raise contradiction(
+                ("falling_viscosity",),
+                f"`falling_viscosity` names {', '.join(self.falling_viscosity)}, `oils` has "
+                f"{', '.join(self.oils)}; both must have the same oils, each once.",
+            )
+        return self
+
+    def constants(self) -> dict[str, FloatArray]:
+        """The twelve constants of each oil in the law's order: A, B, C, each X0 and exponents."""
+        return {
+            oil: np.array([*blocks.A, *blocks.B, *blocks.C]) for oil, blocks in self.oils.items()
+        }
+
+
+class PaperStatement(Group):
+    """What the paper's text says of a lost number."""
+
+    says: Text = key("Value in the unit of the table, or words.")
+    where: Text | None = key("Place in the paper.", default=None)
+
+
+class PaperTables(Group):
+    """data/reference/paper_tables.yaml: what the text says of Tables 1 to 3, by quantity."""
+
+    tab01: dict[str, PaperStatement] = key("Oils.")
+    tab02: dict[str, PaperStatement] = key("Test matrix.")
+    tab03: dict[str, PaperStatement] = key("Bearing.")
+
+
+class Claim(Group):
+    """A claim of the paper."""
+
+    id: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")] = key("Name of the claim and of its check.")
+    section: Text = key("Section of the paper, in quotes where it is a number.")
+    claim: Text = key("The claim in short.")
+    wording: Text = key("The paper's own words.")
+
+
+class Claims(Group):
+    """data/reference/claims.yaml: the paper's claims."""
+
+    source: Text = key("Author, year, address.")
+    claims: Annotated[list[Claim], Field(min_length=1)] = key("Claims in the paper's order.")
+
+
+class PublishedPowerLoss(Group):
+    """data/reference/power_loss.yaml: power loss of a bearing as published."""
+
+    bearing: Name = key("A file of config/bearings.")
+    oil: Name = key("An oil of config/oils.")
+    axial_load_n: LoadN = key("Axial load.")
+    inlet_temperature_c: TemperatureC = key("Oil temperature.")
+    source: Text = key("Source of the values.")
+    rows: Annotated[
+        list[
+            Annotated[
+                tuple[SpeedRpm, Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]],
+                Strict(False),
+            ]
+        ],
+        Field(min_length=1),
+    ] = key("Rows of [speed in rpm, power loss in W].")
 
 
 def printed_constants(path: Path) -> dict[str, FloatArray]:
@@ -15,23 +111,13 @@ def printed_constants(path: Path) -> dict[str, FloatArray]:
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
-    oils = load_checked(path, "printed_coefficients")["oils"]
-    return {
-        oil: np.array([*blocks["A"], *blocks["B"], *blocks["C"]]) for oil, blocks in oils.items()
-    }
+    return load(path, PrintedCoefficients).constants()
 
 
 def falling_viscosity(path: Path) -> list[str]:
     """The oils with printed constants, the most viscous first.
 
     Raises:
-        OilfilmError: The file has a mistake, or the list names other oils than `oils`.
+        OilfilmError: The file is missing or has a mistake.
     """
-    content = load_checked(path, "printed_coefficients")
-    order = [str(oil) for oil in content["falling_viscosity"]]
-    if sorted(order) != sorted(content["oils"]):
-        raise OilfilmError(
-            f"{path}: `falling_viscosity` names {', '.join(order)}, `oils` has "
-            f"{', '.join(content['oils'])}; both must have the same oils, each once."
-        )
-    return order
+    return load(path, PrintedCoefficients).falling_viscosity

@@ -1,0 +1,144 @@
+"""The keys of config/bearings/<name>.yaml: a ball bearing as its drawing has it."""
+
+import math
+from collections.abc import Iterator
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from oilfilm.bearing.geometry import Bearing, Cage
+from oilfilm.physics.contact import reduced_modulus
+from oilfilm.physics.film import combined_roughness, rq_from_ra
+from oilfilm.settings.base import (
+    GrooveCurvature,
+    Group,
+    LengthM,
+    RoughnessUm,
+    SolidDensityKgM3,
+    Text,
+    Unique,
+    contradiction,
+    key,
+)
+from oilfilm.settings.rig import Elasticity
+from oilfilm.units import M_PER_UM
+
+
+class BallMaterial(Elasticity):
+    """Elastic constants and density."""
+
+    density_kg_m3: SolidDensityKgM3 = key("Density.")
+
+
+class CageKeys(Group):
+    """Cage and its lands."""
+
+    guidance: Literal["outer", "inner"] = key("Ring whose land guides the cage.")
+    land_diameter_m: LengthM = key("Diameter of the guiding land.")
+    land_width_m: LengthM = key("Width of both lands together.")
+    land_clearance_m: LengthM = key("Radial clearance.")
+    pocket_friction_coefficient: float = key(
+        "Coulomb friction between ball and pocket.", unit="1", ge=0, le=1
+    )
+
+
+class BearingFile(Group):
+    """A single-row ball bearing."""
+
+    name: Text = key("What it is.")
+    source: Text = key("Where the values come from.")
+    assumed: Unique[
+        Literal[
+            "ball_diameter_m",
+            "pitch_diameter_m",
+            "ball_count",
+            "contact_angle_deg",
+            "inner_groove_curvature",
+            "outer_groove_curvature",
+            "ring",
+            "ball",
+            "ball_roughness_ra_um",
+            "race_roughness_ra_um",
+            "cage",
+        ]
+    ] = key("Keys whose values the source does not give.", default=[])
+    ball_diameter_m: LengthM = key("Diameter of a ball.")
+    pitch_diameter_m: LengthM = key("Diameter of the circle of ball centres.")
+    ball_count: int = key("Number of balls.", ge=3)
+    contact_angle_deg: float = key("Unloaded contact angle.", unit="deg", ge=0, lt=90)
+    inner_groove_curvature: GrooveCurvature = key("Inner groove radius over ball diameter.")
+    outer_groove_curvature: GrooveCurvature = key("Outer groove radius over ball diameter.")
+    ring: Elasticity = key("Elastic constants of the rings.")
+    ball: BallMaterial = key("Elastic constants and density of the balls.")
+    ball_roughness_ra_um: RoughnessUm = key("Ra of the balls.")
+    race_roughness_ra_um: RoughnessUm = key("Ra of the races.")
+    cage: CageKeys = key("Cage and its lands.")
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> Self:
+        for steps, sentence in self._impossible():
+            raise contradiction(steps, sentence)
+        return self
+
+    def _impossible(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """What cannot be built: the key to blame, and a sentence."""
+        ball, pitch, cage = self.ball_diameter_m, self.pitch_diameter_m, self.cage
+        if ball >= pitch / 2:
+            yield (
+                ("ball_diameter_m",),
+                f"found {ball:g} m with a pitch diameter of {pitch:g} m; expected less than half "
+                "of it, or there is no room for an inner ring and a shaft.",
+            )
+        if ball >= pitch * math.sin(math.pi / self.ball_count):
+            room = int(math.pi / math.asin(min(ball / pitch, 1.0)))
+            yield (
+                ("ball_count",),
+                f"found {self.ball_count} balls of {ball:g} m, which overlap on a pitch diameter "
+                f"of {pitch:g} m; there is room for {room}.",
+            )
+        land, outer = cage.land_diameter_m, cage.guidance == "outer"
+        if outer != (land > pitch) or abs(land - pitch) > ball:
+            low, high = (pitch, pitch + ball) if outer else (pitch - ball, pitch)
+            yield (
+                ("cage", "land_diameter_m"),
+                f"found {land:g} m with guidance: {cage.guidance}; expected {low:g} to {high:g} m, "
+                "between the pitch diameter and the balls' far side.",
+            )
+        if cage.land_clearance_m >= ball / 2:
+            yield (
+                ("cage", "land_clearance_m"),
+                f"found {cage.land_clearance_m:g} m; expected well below the balls' radius of "
+                f"{ball / 2:g} m.",
+            )
+
+    def bearing(self, name: str) -> Bearing:
+        """The bearing for mechanics; `name` is its file's name."""
+        modulus_pa = reduced_modulus(
+            self.ball.youngs_modulus_pa,
+            self.ball.poisson_ratio,
+            self.ring.youngs_modulus_pa,
+            self.ring.poisson_ratio,
+        )
+        rq_m = [
+            rq_from_ra(ra_um * M_PER_UM)
+            for ra_um in (self.ball_roughness_ra_um, self.race_roughness_ra_um)
+        ]
+        return Bearing(
+            name=name,
+            ball_diameter_m=self.ball_diameter_m,
+            pitch_diameter_m=self.pitch_diameter_m,
+            ball_count=self.ball_count,
+            contact_angle_rad=float(np.radians(self.contact_angle_deg)),
+            groove_curvature=(self.inner_groove_curvature, self.outer_groove_curvature),
+            reduced_modulus_pa=float(modulus_pa),
+            ball_density_kg_m3=self.ball.density_kg_m3,
+            roughness_rq_m=float(combined_roughness(*rq_m)),
+            cage=Cage(
+                guided_by_outer=self.cage.guidance == "outer",
+                land_diameter_m=self.cage.land_diameter_m,
+                land_width_m=self.cage.land_width_m,
+                land_clearance_m=self.cage.land_clearance_m,
+                pocket_friction_coefficient=self.cage.pocket_friction_coefficient,
+            ),
+        )

@@ -1,0 +1,373 @@
+"""The keys of config/campaigns/<name>.yaml: what was measured, and how its logs are meant."""
+
+import re
+from datetime import date
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from oilfilm.settings.base import (
+    DurationS,
+    ForceErrorN,
+    Group,
+    Levels,
+    LoadN,
+    Name,
+    PressureGpa,
+    RelativeError,
+    SignedSlideRollRatio,
+    SlideRollRatio,
+    SpeedMs,
+    SpeedRpm,
+    TemperatureC,
+    TemperatureErrorC,
+    Text,
+    TorqueErrorNm,
+    Unique,
+    WebAddress,
+    contradiction,
+    key,
+    unexpected,
+)
+from oilfilm.units import FloatArray
+
+FigureName = Literal[
+    "fig01",
+    "tab01",
+    "tab02",
+    "fig02",
+    "fig03",
+    "eqs11-13",
+    "fig04",
+    "tab03",
+    "fig05",
+    "fig06",
+    "fig07",
+    "fig08",
+    "fig09",
+    "fig10",
+    "coverage",
+    "curves",
+    "residuals",
+    "identifiability",
+    "extrapolation",
+    "claims",
+    "signs",
+    "selection",
+    "cage-slip",
+    "size-effect",
+    "power-loss",
+]
+
+_ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
+_YEAR = re.compile(r"(?<!\d)(?:19|20)\d{2}(?!\d)")
+
+
+def _possible_date(text: str) -> str:
+    """A date in free words: it names a year, and each day in ISO form exists."""
+    try:
+        for day in _ISO_DAY.findall(text):
+            date.fromisoformat(day)
+    except ValueError:
+        raise unexpected("days of the calendar") from None
+    if not _YEAR.search(text):
+        raise unexpected("a date with its year, such as '2026-06-02' or 'June 2026'")
+    return text
+
+
+class Source(Group):
+    """What the data come from, beside the raw logs."""
+
+    title: Text = key("What it is.")
+    address: WebAddress | None = key("Address, where it has one.", default=None)
+
+
+class Dataset(Group):
+    """What describes the data and changes no number."""
+
+    title: Text | None = key("Title of the dataset.", default=None)
+    licence: (
+        Annotated[str, Field(pattern=r"^(https?://[^\s<>\"{}|\\^`]+|[A-Za-z0-9._-]+)$")] | None
+    ) = key("Licence: an SPDX identifier (MIT, CC-BY-4.0) or an address.", default=None)
+    date: Annotated[str, AfterValidator(_possible_date)] | None = key(
+        "When the data were measured, in quotes: '2026-06-02', 'June 2026'.", default=None
+    )
+    creators: Levels[Text] | None = key(
+        "Who made the data: persons or organisations.", default=None
+    )
+    sources: Annotated[list[Source], Field(min_length=1)] | None = key(
+        "What the data come from, beside the raw logs.", default=None
+    )
+
+
+class Column(Group):
+    """A column of a log."""
+
+    name: Text = key("Column's name as the log writes it.")
+    unit: Text | None = key("Its unit, where the log does not say it.", default=None)
+
+
+class Columns(Group):
+    """Columns of csv traction logs that have names of their own."""
+
+    time: Column | None = key("Time.", default=None)
+    load: Column | None = key("Load.", default=None)
+    traction_force: Column | None = key("Traction force.", default=None)
+    ball_speed: Column | None = key("Speed of the ball.", default=None)
+    disc_speed: Column | None = key("Speed of the disc.", default=None)
+    inlet_temperature: Column | None = key("Inlet temperature.", default=None)
+    entrainment_speed: Column | None = key("Entrainment speed.", default=None)
+    slide_roll_ratio: Column | None = key("Slide-roll ratio.", default=None)
+
+
+class TorqueColumns(Group):
+    """Columns of torque logs that have names of their own."""
+
+    time: Column | None = key("Time.", default=None)
+    axial_load: Column | None = key("Axial load.", default=None)
+    inner_speed: Column | None = key("Speed of the inner ring.", default=None)
+    oil_temperature: Column | None = key("Oil temperature.", default=None)
+    outer_ring_temperature: Column | None = key("Temperature of the outer ring.", default=None)
+    torque: Column | None = key("Friction torque.", default=None)
+
+
+class Semantics(Group):
+    """How the signals of a rig are meant."""
+
+    traction_sign: Literal[1, -1] = key(
+        "-1 where the sensor's output falls when the disc, being faster, drags the ball along.",
+        default=1,
+    )
+    slower_body: Literal["ball", "disc"] = key(
+        "Body that is slowed where the slide-roll ratio is positive.", default="ball"
+    )
+    slide_roll_ratio: Literal["over_mean", "over_sum", "over_faster"] = key(
+        "A logged slide-roll ratio is sliding speed over the mean, the sum or the faster of the "
+        "surface speeds.",
+        default="over_mean",
+    )
+    zero: Literal["rolling_phases", "opening_phase", "already_removed"] = key(
+        "Source of the zero of the traction force.", default="rolling_phases"
+    )
+
+    @property
+    def direction(self) -> int:
+        """Factor that makes sliding and force positive where the slower body is slowed."""
+        return 1 if self.slower_body == "ball" else -1
+
+    def over_mean(self, logged: FloatArray) -> FloatArray:
+        """The slide-roll ratio over the mean speed, from one logged by this definition."""
+        if self.slide_roll_ratio == "over_sum":
+            return 2 * logged
+        if self.slide_roll_ratio == "over_faster":
+            # s = (f - g)/f with f faster: (f - g)/((f + g)/2) = s/(1 - s/2); odd in the sign of s
+            # twice the faster body's speed is no sliding speed; what comes of it is refused
+            with np.errstate(divide="ignore"):
+                return np.asarray(logged / (1 - np.abs(logged) / 2))
+        return logged
+
+
+class FilmUnjudged(Group):
+    """For campaigns whose film thickness cannot be calculated."""
+
+    accept: bool = key("Use points without a film thickness.")
+    reason: Text = key("Reason, printed beside the results.")
+
+
+class Matrix(Group):
+    """Planned operating conditions, each level with each, for every oil."""
+
+    max_hertz_pressure_gpa: Levels[PressureGpa] = key("Maximum Hertz pressures.")
+    entrainment_speed_m_s: Levels[SpeedMs] = key("Entrainment speeds.")
+    inlet_temperature_c: Levels[TemperatureC] = key("Inlet temperatures.")
+
+
+class SetPoints(Group):
+    """Nominal conditions of logs that carry none."""
+
+    max_hertz_pressure_gpa: PressureGpa | None = key("Maximum Hertz pressure.", default=None)
+    load_n: LoadN | None = key("Load.", default=None)
+    entrainment_speed_m_s: SpeedMs | None = key("Entrainment speed.", default=None)
+    inlet_temperature_c: (
+        Annotated[float, Field(gt=-100, le=250, json_schema_extra={"unit": "degC"})] | None
+    ) = key("Inlet temperature.", default=None)
+    slide_roll_ratio: Annotated[list[SignedSlideRollRatio], Field(min_length=1)] | None = key(
+        "Planned slide-roll ratios; points further from all of them than slip_tolerance are "
+        "refused.",
+        default=None,
+    )
+
+
+class Defect(Group):
+    """A defect that the rig twin plants."""
+
+    oil: Name = key("Oil.")
+    condition: Annotated[list[float], Field(min_length=3, max_length=3)] = key(
+        "Pressure in GPa, speed in m/s, temperature in degC."
+    )
+    kind: Literal[
+        "truncated", "swapped_sign", "stuck_sensor", "wrong_units", "thin_film", "duplicate"
+    ] = key("Kind of defect.")
+
+
+class ThermalEhl(Group):
+    """Constants of the thermal EHL traction that is a campaign's truth."""
+
+    eyring_stress_pa: float = key("The film thins under shear above it.", unit="Pa", ge=1e4, le=1e9)
+    limiting_stress_ratio: float = key(
+        "Limiting shear stress over pressure at the reference temperature.", unit="1", gt=0, le=1
+    )
+    limiting_stress_reference_c: float = key("Reference temperature.", unit="degC", ge=-100, le=250)
+    limiting_stress_decay_1_k: float = key(
+        "Relative fall of that ratio with the film's temperature.", unit="1/K", ge=0, le=1
+    )
+    solid_conductivity_w_mk: float = key("Of ball and disc.", unit="W/(m K)", gt=0, le=3000)
+    solid_volumetric_heat_j_m3k: float = key(
+        "Density times specific heat of ball and disc.", unit="J/(m3 K)", ge=1e5, le=1e8
+    )
+
+
+SamplingRateHz = Annotated[float, Field(gt=0, le=1e6, json_schema_extra={"unit": "Hz"})]
+
+
+class Twin(Group):
+    """How the rig twin simulates the campaign's logs."""
+
+    thermal_ehl: ThermalEhl | None = key(
+        "Thermal EHL traction as the truth; without it the printed constants are.", default=None
+    )
+    sampling_rate_hz: SamplingRateHz = key("Sampling rate.")
+    baseline_s: DurationS = key("Pure rolling before and after the sweep.")
+    step_s: DurationS = key("Time at each slip.")
+    slip_steps: int = key("Slip steps.", ge=2)
+    slip_max: SlideRollRatio = key("Largest S.")
+    noise_of_full_scale: RelativeError = key("Noise of each sensor, one standard deviation.")
+    response_s: DurationS = key("Time constant of the slip control.")
+    zero_offset_n: ForceErrorN = key("Zero of the traction sensor, standard deviation over runs.")
+    zero_drift_n: ForceErrorN = key("Its change over a run, standard deviation.")
+    control_load: RelativeError = key("Error of the controlled load, per run.")
+    control_speed: RelativeError = key("Error of the controlled speed, per run.")
+    control_temperature_c: TemperatureErrorC = key("Error of the controlled temperature, per run.")
+    wander: RelativeError = key("Slow wandering of load and speed within a run.")
+    systematic_load: RelativeError = key("Calibration error of the load, per run.")
+    systematic_temperature_c: TemperatureErrorC = key("Calibration error of the temperature.")
+    spikes: int = key("Wild readings of the force per run.", ge=0)
+    spike_n: ForceErrorN = key("Their size.")
+    defects: list[Defect] = key("Planted defects.")
+
+
+class TorqueCalibration(Group):
+    """Standard uncertainties of the torque sensor's calibration."""
+
+    torque_relative: RelativeError = key("Relative part.")
+    torque_n_m: TorqueErrorNm = key("Absolute part.")
+
+
+class TorqueMatrix(Group):
+    """Operating points of the torque rig's twin."""
+
+    axial_load_n: Levels[LoadN] = key("Axial loads.")
+    inner_speed_rpm: Levels[SpeedRpm] = key("Speeds of the inner ring.")
+    oil_temperature_c: Levels[TemperatureC] = key("Oil temperatures.")
+
+
+class TorqueDefect(Group):
+    """A defect that the torque rig's twin plants."""
+
+    oil: Text = key("An oil of the campaign.")
+    axial_load_n: LoadN = key("Axial load.")
+    oil_temperature_c: TemperatureC = key("Oil temperature.")
+    kind: Literal["tare_drift", "truncated", "warming"] = key("Kind of defect.")
+
+
+class TorqueTwin(Group):
+    """How the torque rig's twin simulates logs."""
+
+    sampling_rate_hz: SamplingRateHz = key("Sampling rate.")
+    rest_s: DurationS = key("Time at rest before and after.")
+    step_s: DurationS = key("Time at each speed.")
+    response_s: DurationS = key("Time constant of the spindle.")
+    torque_noise_n_m: TorqueErrorNm = key("Noise of the torque, one standard deviation.")
+    load_noise_n: ForceErrorN = key("Noise of the load, one standard deviation.")
+    speed_noise_rpm: float = key("Noise of the speed, one standard deviation.", unit="rpm", ge=0)
+    temperature_noise_c: TemperatureErrorC = key("Noise of the temperature.")
+    tare_n_m: TorqueErrorNm = key("Tare, standard deviation over runs.")
+    tare_drift_n_m: TorqueErrorNm = key("Its change over a run, standard deviation.")
+    systematic_torque: RelativeError = key("Calibration error of the torque, per run.")
+    control_load: RelativeError = key("Error of the controlled load, per run.")
+    control_temperature_c: TemperatureErrorC = key("Error of the controlled temperature, per run.")
+    defects: list[TorqueDefect] = key("Planted defects.")
+
+
+class Torque(Group):
+    """Logs of a bearing's friction torque, in data/raw/<campaign>-torque."""
+
+    bearing: Name = key("Bearing: a file of config/bearings, without .yaml.")
+    calibration: TorqueCalibration = key("Standard uncertainties of the torque sensor.")
+    columns: TorqueColumns = key(
+        "Columns of torque logs that have names of their own.", default=TorqueColumns()
+    )
+    matrix: TorqueMatrix | None = key("Operating points of the twin.", default=None)
+    twin: TorqueTwin | None = key("How the torque rig's twin simulates logs.", default=None)
+
+    @model_validator(mode="after")
+    def _twin_has_operating_points(self) -> Self:
+        if self.twin is not None and self.matrix is None:
+            raise contradiction(
+                ("twin",), "the torque rig's twin needs the operating points: add `matrix`."
+            )
+        return self
+
+
+class CampaignKeys(Group):
+    """Keys of a campaign that change its results."""
+
+    data: Literal["measured", "simulated"] = key("Whether the logs were measured or simulated.")
+    description: Text = key("One line on what was measured.")
+    rigs: Levels[Name] = key(
+        "Files of config/rigs, without .yaml; the first is that of logs that name none."
+    )
+    oils: Unique[Name] = key("Files of config/oils, without .yaml, each in quotes.")
+    oils_without_properties: Unique[Name] = key("Oils whose properties are unknown.", default=[])
+    figures: Unique[FigureName] = key("Figures to draw.")
+    matrix: Matrix | None = key(
+        "Planned operating conditions, each level with each, for every oil.", default=None
+    )
+    columns: Columns = key("Columns of csv logs that have names of their own.", default=Columns())
+    semantics: Semantics = key("How the rigs' logs are meant.", default=Semantics())
+    semantics_of_rig: dict[str, Semantics] = key(
+        "By rig: what differs from `semantics`.", default={}
+    )
+    repeated_conditions: Literal["accept", "refuse"] = key(
+        "What to do with a second run of the same condition.", default="refuse"
+    )
+    film_unjudged: FilmUnjudged | None = key(
+        "For campaigns whose film thickness cannot be calculated.", default=None
+    )
+    set_points: SetPoints = key("Nominal conditions of logs that carry none.", default=SetPoints())
+    twin: Twin | None = key("How the rig twin simulates the campaign's logs.", default=None)
+    torque: Torque | None = key(
+        "Logs of a bearing's friction torque, in data/raw/<campaign>-torque.", default=None
+    )
+
+    def semantics_for(self, rig: str) -> Semantics:
+        """How the logs of one rig are meant: `semantics`, with what differs for it."""
+        special = self.semantics_of_rig.get(rig)
+        if special is None:
+            return self.semantics
+        return self.semantics.model_copy(update=special.model_dump(exclude_unset=True))
+
+
+class CampaignFile(CampaignKeys, Dataset):
+    """The keys of config/campaigns/<name>.yaml."""
+
+    settings: dict[str, Any] = key(
+        "Any key of config/config.yaml but `campaign`, for this campaign only.", default={}
+    )
+
+
+class Campaign(CampaignKeys):
+    """A campaign as its rules see it: its keys and its name."""
+
+    name: Name = key("The campaign file's name, without .yaml.")

@@ -1,0 +1,609 @@
+"""The keys of config/config.yaml: what to run, and every threshold."""
+
+from datetime import date
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from oilfilm.settings.base import (
+    Band,
+    DurationOrZeroS,
+    DurationS,
+    Factor,
+    GrooveCurvature,
+    Group,
+    Levelled,
+    Levels,
+    LoadN,
+    Name,
+    PressureGpa,
+    RelativeError,
+    Rising,
+    Share,
+    SignedSlideRollRatio,
+    SlideRollRatio,
+    SlideRollRatioOrZero,
+    SlipChange,
+    SpeedMs,
+    SpeedRpm,
+    TemperatureC,
+    TemperatureDifferenceC,
+    TemperatureErrorC,
+    Text,
+    Tolerance,
+    TractionChange,
+    Unique,
+    contradiction,
+    key,
+    unexpected,
+)
+from oilfilm.traction import LAW_NAMES, LAWS
+
+
+def _law_of_conditions(name: str) -> str:
+    if name not in LAWS:
+        raise unexpected("one of " + ", ".join(map(repr, LAWS)))
+    return name
+
+
+def _any_law(name: str) -> str:
+    if name not in LAW_NAMES:
+        raise unexpected("one of " + ", ".join(map(repr, LAW_NAMES)))
+    return name
+
+
+def _existing_day(day: str) -> str:
+    try:
+        date.fromisoformat(day)
+    except ValueError:
+        raise unexpected("a day of the calendar in quotes, such as '2026-01-10'") from None
+    return day
+
+
+LawOfConditions = Annotated[
+    str, AfterValidator(_law_of_conditions), Field(json_schema_extra={"enum": list(LAWS)})
+]
+AnyLaw = Annotated[
+    str, AfterValidator(_any_law), Field(json_schema_extra={"enum": list(LAW_NAMES)})
+]
+Day = Annotated[str, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$"), AfterValidator(_existing_day)]
+LimitOfChange = Annotated[float, Field(gt=0, le=1, json_schema_extra={"unit": "1"})]
+ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
+
+
+class FilmSettings(Group):
+    """The film thickness behind lambda."""
+
+    thickness: Literal["minimum", "central"] = key("Film thickness that lambda uses.")
+    thermal_reduction: bool = key("Reduce the film by inlet heating (Gupta et al. 1992).")
+    roughness: Literal["rq", "ra"] = key("Roughness that lambda uses.")
+
+
+class ZeroReferenceSettings(Group):
+    """The zero of the traction force: the sensor's output under pure rolling."""
+
+    duration_s: DurationS = key("Time of pure rolling that is averaged for the zero.")
+    min_duration_s: DurationS = key("Shortest part of a rolling phase that gives a zero.")
+    max_drift_n: float = key("Largest change of the zero during a run.", unit="N", gt=0, le=1e6)
+    max_slide_roll_ratio: SlipChange = key("A phase with |S| below this is pure rolling.")
+
+
+class PlateauSettings(Group):
+    """Steady plateaus between the steps of slip."""
+
+    window_s: DurationS = key("Time that is averaged before and after a step to find it.")
+    noise_factor: Factor = key("Standard errors that a step must exceed.")
+    min_step: SlipChange = key("Smallest step of S.")
+    settle_s: DurationOrZeroS = key("Time that is cut off after a step.")
+    guard_s: DurationOrZeroS = key("Time that is cut off before the next step.")
+    min_duration_s: DurationS = key("Shortest settled part that is used.")
+    transient_share: Tolerance = key("Share of a settled part that counts as its beginning.")
+
+
+class SpikeSettings(Group):
+    """Isolated wild readings."""
+
+    threshold: Factor = key("Robust standard deviations from the plateau's median.")
+
+
+class StuckSettings(Group):
+    """A force signal that does not change."""
+
+    duration_s: DurationS = key("Time without any change of the force signal.")
+    samples: int = key("Samples without any change.", ge=2)
+
+
+class CurationSettings(Group):
+    """From samples to steady points."""
+
+    zero_reference: ZeroReferenceSettings = key("Zero of the traction force.")
+    plateaus: PlateauSettings = key("Steady plateaus.")
+    spikes: SpikeSettings = key("Isolated wild readings.")
+    stuck: StuckSettings = key("A force signal that does not change.")
+
+
+class LoggedTwiceSettings(Group):
+    """How far columns that log the same quantity may be apart."""
+
+    entrainment_speed: Tolerance = key("Relative difference in the median row.")
+    slide_roll_ratio: SlipChange = key("Difference of S in the median row.")
+
+
+class SameSetPointSettings(Group):
+    """How far two notes of one set point may be apart."""
+
+    relative: float = key(
+        "Relative difference of pressures, loads or speeds that are the same.",
+        unit="1",
+        ge=0,
+        le=0.1,
+    )
+    temperature_c: TemperatureErrorC = key("Difference of temperatures that are the same.")
+
+
+class SignalGateSettings(Group):
+    """Limits that the signals of every kind of log must keep."""
+
+    load_change_max: LimitOfChange = key(
+        "Change of the load, second half against first half of a plateau, relative."
+    )
+    temperature_change_max_c: TemperatureDifferenceC = key(
+        "Change of the oil's temperature, second half against first half of a plateau."
+    )
+    spike_share_max: Share = key("Share of a plateau's rows that may be spikes.")
+    clock_jump_intervals: float = key("Longest gap, in sampling intervals.", unit="1", gt=0)
+    saturated_share: Tolerance = key("Share of rows at a sensor's extreme value.")
+    piled_up_factor: float = key(
+        "A saturated value occurs this many times as often as the next one.", unit="1", gt=1
+    )
+
+
+class GateSettings(SignalGateSettings):
+    """Limits of the gates that points and runs must pass."""
+
+    lambda_limit: float = key(
+        "Full film above this ratio of film thickness to roughness.", unit="1", ge=0, le=100
+    )
+    load_tolerance: Tolerance = key("Deviation from the nominal load, relative.")
+    speed_tolerance: Tolerance = key("Deviation from the nominal speed, relative.")
+    temperature_tolerance_c: TemperatureDifferenceC = key("Deviation from the nominal temperature.")
+    slide_roll_ratio_min: SignedSlideRollRatio = key("Smallest S of a point.")
+    slide_roll_ratio_max: SignedSlideRollRatio = key("Largest S of a point.")
+    traction_min: float = key("Smallest physical traction coefficient.", unit="1", ge=-2, le=2)
+    traction_max: float = key("Largest physical traction coefficient.", unit="1", gt=0, le=2)
+    slip_change_max: SlipChange = key("Change of S within a plateau.")
+    traction_change_max: TractionChange = key("Change of mu within a plateau.")
+    slip_transient_max: SlipChange = key(
+        "Difference of S between the beginning and the rest of a plateau."
+    )
+    traction_transient_max: TractionChange = key(
+        "Difference of mu between the beginning and the rest of a plateau."
+    )
+    slip_tolerance: SlipChange = key("Distance of S from the nearest planned value.")
+    branch_difference_max: TractionChange = key(
+        "Median difference of mu between the two branches of a sweep."
+    )
+    branch_points: int = key("Fewest points of a branch.", ge=2)
+    film_trend_factor: float = key(
+        "Factor by which a measured film may leave its power law in speed.", unit="1", gt=1
+    )
+    sign_slip_min: SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
+    sign_share: float = key(
+        "Share of points with the other sign that refuses a run.", unit="1", gt=0, le=1
+    )
+    temperature_drift_max_c: TemperatureDifferenceC = key("Drift of temperature within a run.")
+    asymmetry_max: float = key(
+        "Largest |TF1 + TF2|/(|TF1| + |TF2|) on rigs that reverse the slip.", unit="1", gt=0, le=1
+    )
+    asymmetry_slip_min: SlideRollRatioOrZero = key("The asymmetry is judged above this |S|.")
+
+    @model_validator(mode="after")
+    def _ranges_are_not_empty(self) -> Self:
+        for quantity in ("slide_roll_ratio", "traction"):
+            low, high = getattr(self, f"{quantity}_min"), getattr(self, f"{quantity}_max")
+            if low >= high:
+                raise contradiction(
+                    (f"{quantity}_min",),
+                    f"gates.{quantity}_min is {low:g}, {quantity}_max {high:g}; expected it below.",
+                )
+        return self
+
+
+class FitSettings(Group):
+    """The fit of a law, its certificate and its errors."""
+
+    law: LawOfConditions = key("Traction law that is fitted.")
+    searches: int = key("Independent global searches, each from its own seed.", ge=2)
+    population: int = key("Candidates of a search (differential evolution).", ge=8)
+    generations: int = key("Generations of a search.", ge=1)
+    polished: int = key("Members of the population that are polished.", ge=1)
+    agreement_sse: Tolerance = key("Relative difference of SSE between searches that agree.")
+    agreement_constants: float = key(
+        "Difference of constants between searches that agree, in naive standard errors.",
+        unit="1",
+        gt=0,
+    )
+    gradient_cosine_max: Tolerance = key("Largest gradient cosine at an optimum.")
+    min_relative_range: Tolerance = key(
+        "A condition with a smaller (max - min)/max gives no exponent."
+    )
+    smallest_singular_value: Tolerance = key(
+        "Smallest singular value of the standardised conditions, over the largest."
+    )
+    largest_unknown_share: float = key(
+        "Largest share of a condition in an unknown direction.", unit="1", gt=0, le=1
+    )
+    min_curves_to_resample: int = key("Fewest curves for a bootstrap.", ge=2)
+    pulling_weight: Share = key(
+        "A curve with less mean weight in the robust fit is named as pulling the plain fit."
+    )
+    sign_confidence: Tolerance = key(
+        "Confidence that no sign of a constant is called known wrongly."
+    )
+    allow_uncertified: bool = key("Go on where a fit has no certificate.")
+    bootstrap: int = key("Bootstrap refits (whole curves are resampled).", ge=20)
+
+
+class TareSettings(Group):
+    """The torque sensor's output at rest."""
+
+    max_speed_rpm: SpeedRpm = key("Slower counts as rest.")
+    min_duration_s: DurationS = key("Time of rest at either end.")
+    max_drift_n_m: float = key("Largest change of the tare during a run.", unit="N m", gt=0)
+
+
+class TorquePlateauSettings(Group):
+    """Steady speeds of a torque log."""
+
+    window_s: DurationS = key("Time that is averaged before and after a step to find it.")
+    noise_factor: Factor = key("Standard errors that a step must exceed.")
+    min_step_rpm: SpeedRpm = key("Smallest step of speed.")
+    settle_s: DurationOrZeroS = key("Time that is cut off after a step.")
+    guard_s: DurationOrZeroS = key("Time that is cut off before the next step.")
+    min_duration_s: DurationS = key("Shortest settled part that is used.")
+
+
+class TorqueGateSettings(SignalGateSettings):
+    """Limits of torque plateaus."""
+
+    torque_change_max: LimitOfChange = key(
+        "Change of the torque, second half against first half of a plateau, relative."
+    )
+
+
+class TorqueLogSettings(Group):
+    """Logs of a bearing's friction torque."""
+
+    tare: TareSettings = key("The torque sensor's output at rest.")
+    plateaus: TorquePlateauSettings = key("Steady speeds.")
+    gates: TorqueGateSettings = key("Limits of plateaus.")
+
+
+class CompareSettings(Group):
+    """Laws compared on the same points by the same fit."""
+
+    laws: Unique[AnyLaw] = key("Laws, in the order of tables and figures.")
+    bootstrap: int = key("Bootstrap refits of each law (whole curves are resampled).", ge=2)
+    level_gap: float = key(
+        "Levels are apart by more than this share of a condition's range.", unit="1", gt=0, le=1
+    )
+
+
+class LawFloorSettings(Group):
+    """Smallest levels at which a law is evaluated."""
+
+    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
+    load_n: LoadN = key("Load.")
+    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
+
+
+class TermUncertaintySettings(Group):
+    """Relative standard uncertainty of the torque's terms beside traction."""
+
+    rolling: RelativeError = key("Rolling resistance.")
+    hysteresis: RelativeError = key("Elastic hysteresis.")
+    drag: RelativeError = key("Drag of the balls in the oil-air mixture.")
+    pocket: RelativeError = key("Cage pockets.")
+    land: RelativeError = key("Cage lands.")
+
+
+class PalmgrenSettings(Group):
+    """Constants of Palmgren's torque."""
+
+    f0: float = key("Of lubrication and bearing type.", unit="1", gt=0, le=100)
+    f1: float = key("Of load and bearing type.", unit="1", gt=0, le=1)
+
+
+class CageSlipSettings(Group):
+    """The map of cage slip."""
+
+    pitch_speed_mm_rpm: Annotated[
+        Levels[Annotated[float, Field(gt=0, le=1e8, json_schema_extra={"unit": "mm rpm"})]],
+        Field(min_length=2),
+    ] = key("Pitch diameter times speed.")
+    axial_load_n: Annotated[Levels[LoadN], Field(min_length=2)] = key("Axial loads.")
+    inlet_temperature_c: TemperatureC = key("Oil temperature.")
+
+
+class SizeEffectSettings(Group):
+    """Bearings like the campaign's, of other sizes and grooves."""
+
+    ball_size_factors: Levels[Factor] = key("Factors on all lengths.")
+    groove_curvatures: Levels[GrooveCurvature] = key("Groove radii over ball diameter.")
+    axial_load_n: LoadN = key("Axial load of the bearing as it is; others have the same pressure.")
+    inner_speed_rpm: SpeedRpm = key(
+        "Speed of the bearing as it is; others have the same surface speed."
+    )
+    inlet_temperature_c: TemperatureC = key("Oil temperature.")
+
+
+class BearingSettings(Group):
+    """What a bearing's torque is calculated with, beside the traction law."""
+
+    drag_coefficient: float = key(
+        "Of a ball in its row, by its frontal area.", unit="1", ge=0, le=10
+    )
+    oil_volume_fraction: Share = key("Oil's share of the space that the balls travel through.")
+    law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
+    term_uncertainty: TermUncertaintySettings = key(
+        "Relative standard uncertainty of the torque's other terms."
+    )
+    palmgren: PalmgrenSettings = key("Constants of Palmgren's torque.")
+    cage_slip: CageSlipSettings = key("The map of cage slip.")
+    size_effect: SizeEffectSettings = key("Bearings of other sizes and grooves.")
+
+
+class OperatingPoint(Group):
+    """An operating point of a law."""
+
+    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
+
+
+class ExportSettings(Group):
+    """Laws for other programs."""
+
+    adore_points: Levels[OperatingPoint] = key(
+        "Operating points at which the constants of the ADORE form are exported."
+    )
+
+
+class Box(Group):
+    """Lowest and highest level of each condition."""
+
+    max_hertz_pressure_gpa: Band[PressureGpa] = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: Band[SpeedMs] = key("Entrainment speed.")
+    inlet_temperature_c: Band[TemperatureC] = key("Inlet temperature.")
+    slide_roll_ratio: Band[SlideRollRatioOrZero] = key("Slide-roll ratio.")
+
+
+class Boxes(Group):
+    """Boxes of conditions."""
+
+    tested: Box = key("Conditions that the paper tested.")
+    extrapolated: Box = key("Conditions that the paper's figures show.")
+
+
+_FewSlips = Annotated[Levels[SlideRollRatio], Field(min_length=2, max_length=10)]
+
+
+class SignSlips(Group):
+    """Slide-roll ratios where a statement is judged."""
+
+    curve: _FewSlips = key("Of the whole curve.")
+    figures: _FewSlips = key("Of the figures.")
+
+
+class SignSettings(Group):
+    """The study of the signs that were lost in print."""
+
+    levels: int = key("Levels of each condition; steps in thirds.", ge=4, le=25)
+    slide_roll_ratio: SignSlips = key("Slide-roll ratios where a statement is judged.")
+    linear_r2_min: Share = key("R2 of a straight line that counts as linear.")
+    decline_max: Share = key("Share of the peak that a slight decline may lose.")
+    near_best: float = key("Statements behind the best that still count as near it.", gt=0)
+    no_effect_max: Share = key("Change of mu over its largest value that counts as none.")
+
+
+class PrintedSettings(Group):
+    """How the printed constants are judged."""
+
+    boxes: Boxes = key("Boxes of conditions.")
+    levels: Levelled = key("Levels of each condition and of slip where mu is compared.")
+    signs: SignSettings = key("The study of the lost signs.")
+
+
+class AuditSettings(Group):
+    """The paper's claims, held against refit and printed constants."""
+
+    holds_share: Share = key("Share of the cases from which on a claim holds.")
+    fails_share: Share = key("Share of the cases below which a claim fails.")
+    levels: int = key("Levels of each condition.", ge=3, le=1000)
+    curve_points: int = key("Slide-roll ratios of a curve.", ge=11, le=10000)
+    zero_traction_max: float = key("|mu| up to this is no traction.", unit="1", ge=0, le=1)
+    linear_tolerance: Tolerance = key("Change of mu/S at the end of the linear range.")
+    linear_to_slip: SlideRollRatio = key("Slip that the linear range must reach.")
+    plateau_share: Tolerance = key("Share of the peak where the plateau begins.")
+    cold_band_c: Band[TemperatureC] = key("Temperatures where the paper sees the steeper fall.")
+    hot_band_c: Band[TemperatureC] = key("Temperatures where the paper sees the curves flatten.")
+    convergence_max: Factor = key("Relative spread of the oils, hot over cold.")
+    slow_and_fast_m_s: Band[SpeedMs] = key("Speeds whose sensitivity to temperature is compared.")
+    film_min_um: float = key("Film thickness that the paper states.", unit="um", gt=0, le=100)
+    stress_law: LawOfConditions = key("Law that others are compared with.")
+    overfit_min: Factor = key("Growth of the error on curves left out, over that of stress_law.")
+    torque_stress_error: Factor = key("Largest relative torque error of the stress law (paper).")
+    torque_load_error: Factor = key("Largest relative torque error of the load law (paper).")
+
+
+class SelectionLimits(Group):
+    """Limits between the states of a contact."""
+
+    slip_limit: SlideRollRatio = key("Slide-roll ratio from which on a contact slips.")
+    light_below_gpa: PressureGpa = key("Pressure below which the load is light.")
+    heavy_from_gpa: PressureGpa = key("Pressure from which on the load is heavy.")
+    hot_from_c: TemperatureC = key("Temperature from which on it is hot.")
+    fast_from_m_s: SpeedMs = key("Speed from which on it is fast.")
+
+
+class SelectionRule(Group):
+    """A rule of the paper's advice on oils."""
+
+    name: Text = key("Name of the rule.")
+    section: Text = key("Section of the paper, in quotes where it is a number.")
+    when: Unique[ContactState] = key("States of the contact that must all be true.")
+    prefer: Annotated[list[Name], Field(min_length=1)] = key("Oils, the first choice first.")
+    aim: Literal["most traction", "least heat"] = key("Aim that the numbers are compared by.")
+
+
+class SelectionMap(Group):
+    """The map of advised oils."""
+
+    levels: Levelled = key("Levels of pressure and of speed.")
+    inlet_temperature_c: Annotated[Rising[TemperatureC], Field(max_length=5)] = key(
+        "Temperatures, rising."
+    )
+    slide_roll_ratio: Annotated[Rising[SlideRollRatio], Field(max_length=4)] = key(
+        "Slide-roll ratios, rising."
+    )
+
+
+class SelectionSettings(Group):
+    """The paper's advice on which oil to choose."""
+
+    limits: SelectionLimits = key("Limits between the states of a contact.")
+    rules: Annotated[list[SelectionRule], Field(min_length=1)] = key(
+        "Rules; the first that applies decides."
+    )
+    indifference: RelativeError = key("Oils that differ by less are equally good, relative.")
+    map: SelectionMap = key("The map of advised oils.")
+
+
+class Fig02Settings(Group):
+    """Condition of figure 2."""
+
+    oil: Name = key("Oil shown, in quotes.")
+    inlet_temperature_c: Annotated[Levels[TemperatureC], Field(max_length=5)] = key(
+        "Temperatures, one row of panels each."
+    )
+    entrainment_speed_m_s: SpeedMs = key("Speed of the panels by pressure.")
+    max_hertz_pressure_gpa: PressureGpa = key("Pressure of the panels by speed.")
+
+
+class Fig03Settings(Group):
+    """Condition of figure 3."""
+
+    inlet_temperature_c: TemperatureC = key("Temperature.")
+    entrainment_speed_m_s: SpeedMs = key("Speed.")
+
+
+class Fig06Settings(Group):
+    """Condition of figure 6."""
+
+    inlet_temperature_c: TemperatureC = key("Temperature.")
+    same_within: RelativeError = key(
+        "Measured loads and temperatures this near are one set point, relative."
+    )
+
+
+class ExtrapolationFigureSettings(Group):
+    """One cut through each figure of extrapolations."""
+
+    oil: Name = key("Oil shown, in quotes.")
+    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
+    slide_roll_ratio: SlideRollRatio = key("Slide-roll ratio.")
+
+
+class FigureSettings(Group):
+    """Conditions that the figures show."""
+
+    fig02: Fig02Settings = key("Figure 2.")
+    fig03: Fig03Settings = key("Figure 3.")
+    fig06: Fig06Settings = key("Figure 6.")
+    extrapolation: ExtrapolationFigureSettings = key("Figure `extrapolation`.")
+    refused_pages_max: int = key("Refused runs that get a page of their own.", ge=0)
+
+
+class Conditions(Group):
+    """Conditions of a figure, each level with each."""
+
+    max_hertz_pressure_gpa: Levels[PressureGpa] = key("Maximum Hertz pressures.")
+    entrainment_speed_m_s: Levels[SpeedMs] = key("Entrainment speeds.")
+    inlet_temperature_c: Levels[TemperatureC] = key("Inlet temperatures.")
+    slide_roll_ratio: Levels[SlideRollRatioOrZero] = key("Slide-roll ratios.")
+
+
+class NearbySettings(Group):
+    """Measured points are shown beside a curve whose other conditions are this near."""
+
+    max_hertz_pressure_gpa_relative: Tolerance = key("Maximum Hertz pressure, relative.")
+    entrainment_speed_m_s_relative: Tolerance = key("Entrainment speed, relative.")
+    inlet_temperature_c: TemperatureDifferenceC = key("Inlet temperature.")
+    slide_roll_ratio: SlipChange = key("Slide-roll ratio.")
+
+
+class ReportSettings(Group):
+    """The report."""
+
+    size_max_mb: float = key("Size of the page; further pictures are left out.", unit="MB", gt=0)
+    rows_max: int = key("Rows of a list of refusals; the rest is counted.", ge=1)
+    points_max: int = key("Measured points in the explorer, evenly chosen.", ge=1)
+    nearby: NearbySettings = key("Points shown beside a curve.")
+
+
+class ReleaseSettings(Group):
+    """A release of a campaign."""
+
+    tag: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,31}$")] = key(
+        "Readable part of a release's version, in quotes where it is a number."
+    )
+    date: Day = key("Day of publication, in quotes.")
+
+
+class DriftSettings(Group):
+    """What `oilfilm diff --gate` lets pass between two releases."""
+
+    standard_errors: Factor = key("Largest change of a constant, in its standard errors.")
+    traction: Factor = key("Largest change of mu over the tested box, relative.")
+    levels: int = key("Levels of each condition.", ge=2, le=50)
+    slide_roll_ratio: Annotated[Rising[SlideRollRatio], Field(max_length=50)] = key(
+        "Slide-roll ratios, rising."
+    )
+
+
+class ConfigKeys(Group):
+    """The keys of config/config.yaml that a campaign may override."""
+
+    seed: int = key("Seed of every random number.", ge=0)
+    shards: int = key("Jobs over which raw logs are spread.", ge=1)
+    film: FilmSettings = key("The film thickness behind lambda.")
+    curation: CurationSettings = key("From samples to steady points.")
+    logged_twice: LoggedTwiceSettings = key(
+        "How far columns that log the same quantity may be apart."
+    )
+    same_set_point: SameSetPointSettings = key("How far two notes of one set point may be apart.")
+    gates: GateSettings = key("Limits of the gates.")
+    fit: FitSettings = key("The fit of a law.")
+    torque_logs: TorqueLogSettings = key("Logs of a bearing's friction torque.")
+    compare: CompareSettings = key("Laws compared on the same points.")
+    bearing: BearingSettings = key("What a bearing's torque is calculated with, beside the law.")
+    exports: ExportSettings = key("Laws for other programs.")
+    printed: PrintedSettings = key("How the printed constants are judged.")
+    audit: AuditSettings = key("How the paper's claims are judged.")
+    selection: SelectionSettings = key("The paper's advice on which oil to choose.")
+    figures: FigureSettings = key("Conditions that the figures show.")
+    extrapolation: Annotated[dict[str, Conditions], Field(min_length=1)] = key(
+        "By figure: conditions at which fitted laws are compared with a simulated truth."
+    )
+    report: ReportSettings = key("The report.")
+    release: ReleaseSettings = key("A release of a campaign.")
+    drift: DriftSettings = key("What may change between two releases.")
+
+
+class Config(ConfigKeys):
+    """The keys of config/config.yaml."""
+
+    campaign: Name = key("Campaign to run: a file of config/campaigns, without .yaml.")

@@ -1,0 +1,295 @@
+"""Mistakes in settings as sentences: file, line, key, what was found, what was expected."""
+
+import difflib
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import date
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
+
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.yaml_file import YamlFile, dotted, empty_keys, read_yaml
+
+T = TypeVar("T")
+Steps = tuple[Any, ...]
+
+_TYPE_NAMES = {
+    "object": "a group of keys",
+    "array": "a list",
+    "string": "text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+}
+# Keys that are looked for one level too high.
+_GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
+# Units that are taken for the expected one: (unit, factor, offset) into the expected one.
+_OTHER_UNITS = {
+    "GPa": [("MPa", 1e-3, 0.0), ("Pa", 1e-9, 0.0)],
+    "Pa": [("GPa", 1e9, 0.0), ("MPa", 1e6, 0.0)],
+    "m": [("mm", 1e-3, 0.0)],
+    "m/s": [("mm/s", 1e-3, 0.0)],
+    "um": [("nm", 1e-3, 0.0)],
+    "kg/m3": [("g/cm3", 1e3, 0.0)],
+    "J/(kg K)": [("kJ/(kg K)", 1e3, 0.0)],
+    "W/(m K)": [("mW/(m K)", 1e-3, 0.0)],
+    "K": [("degC", 1.0, 273.15)],
+    "degC": [("K", 1.0, -273.15)],
+    "1": [("%", 0.01, 0.0)],
+}
+
+
+def load(path: Path, model: Any) -> Any:
+    """Read one YAML file as a model (a class, or a union of classes).
+
+    Raises:
+        OilfilmError: As `read_yaml`, or a key or value is not as the model declares it.
+    """
+    return check_file(read_yaml(path), model)
+
+
+def check_file(file: YamlFile, model: Any) -> Any:
+    """The content of a YAML file as a model.
+
+    Raises:
+        OilfilmError: A key has no value, or a key or value is not as the model declares it.
+    """
+    for steps in empty_keys(file.values):
+        raise OilfilmError(
+            f"{file.place_of(steps)}, `{dotted(steps)}`: found nothing; write a value, or leave "
+            "the key out."
+        )
+    return check(file.values, model, file.place_of, file.line_of)
+
+
+def check(
+    values: Any,
+    model: Any,
+    place_of: Callable[[Steps], str],
+    order: Callable[[Steps], Any] = lambda steps: 0,
+) -> Any:
+    """Values as a model.
+
+    Args:
+        values: Plain values.
+        model: The model: a class, or a union of classes.
+        place_of: Where the value at these steps was written, as the message begins.
+        order: Sorts mistakes; the first is reported.
+
+    Raises:
+        OilfilmError: A key or value is not as the model declares it.
+    """
+    try:
+        return adapter(model).validate_python(values)
+    except ValidationError as error:
+        mistakes = list(_mistakes(error, model))
+    # an unknown key is often a missing one, misspelled: say that first
+    steps, sentence = min(
+        mistakes, key=lambda mistake: ("is missing" in mistake[1], order(mistake[0]))
+    )
+    raise OilfilmError(f"{place_of(steps)}: {sentence}") from None
+
+
+def first_mistake(values: Any, model: Any) -> str:
+    """The first mistake in values that came from no file of settings; empty where there is none."""
+    try:
+        adapter(model).validate_python(values)
+    except ValidationError as error:
+        return next(_mistakes(error, model))[1]
+    return ""
+
+
+@cache
+def adapter(model: Any) -> TypeAdapter[Any]:
+    """The validator of a model, built once."""
+    return TypeAdapter(model)
+
+
+@cache
+def schema_of(model: Any) -> dict[str, Any]:
+    """The JSON schema of a model."""
+    return adapter(model).json_schema()
+
+
+def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]:
+    """The steps to each mistake, and its sentence."""
+    for details in error.errors(include_url=False):
+        schema = schema_of(model)
+        steps = _without_tags(schema, details["loc"])
+        if details["type"] == "contradiction":
+            context = details["ctx"]
+            steps = (*steps, *context["at"])
+            yield steps, f"`{dotted(steps)}`: {context['sentence']}"
+        elif details["type"] == "union_tag_invalid":
+            tags = _tags(schema)
+            found = details["input"][tags[0]]
+            yield (
+                (*steps, tags[0]),
+                f"`{tags[0]}`: found {found!r}, expected one of {_listed(tags[1])}.",
+            )
+        elif details["type"] == "union_tag_not_found":
+            yield steps, f"the key {_tags(schema)[0]!r} is missing."
+        else:
+            yield steps, _sentence(details, steps, schema)
+
+
+def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> str:
+    group = dotted(steps[:-1])
+    under = f" under `{group}`" if group else ""
+    if details["type"] == "extra_forbidden":
+        return _unknown_key(steps[-1], node_at(schema, steps[:-1]), under)
+    node = node_at(schema, steps)
+    meaning = _meaning(schema, steps)
+    if details["type"] == "missing":
+        return f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
+    found = details["input"]
+    expected = _expected(details, node)
+    hint = _hint(found, node)
+    return f"`{dotted(steps)}`: found {found!r}, expected {expected}.{hint} {meaning}".rstrip()
+
+
+def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
+    known = list(group.get("properties", {}))
+    near = difflib.get_close_matches(str(unknown), known, n=1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    if unknown in _GROUP_OF:
+        owner = _GROUP_OF[unknown]
+        hint = f" It belongs under `{owner}`: write `{owner}: {{{unknown}: ...}}`."
+    return (
+        f"found the unknown key {unknown!r}{under}; expected one of "
+        f"{', '.join(sorted(known))}.{hint}"
+    )
+
+
+def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
+    kind, context = details["type"], details.get("ctx", {})
+    unit = node.get("unit", "1")
+    in_unit = "" if unit == "1" else f", in {unit}"
+    if kind == "unexpected":
+        return str(context["expected"])
+    if kind == "literal_error":
+        allowed = node.get("enum", [node.get("const")])
+        return f"one of {_listed(allowed)}" if len(allowed) > 1 else repr(allowed[0])
+    if kind == "string_pattern_mismatch":
+        return f"text of the form {context['pattern']}"
+    if kind == "string_too_short":
+        return "text that is not empty"
+    if kind in ("too_short", "too_long"):
+        count = context.get("min_length", context.get("max_length"))
+        bound = "or more" if kind == "too_short" else "or fewer"
+        things = "items" if node.get("type") == "array" else "entries"
+        return f"{count} {things} {bound}"
+    bounds = {
+        "greater_than": "more than {gt:g}",
+        "greater_than_equal": "{ge:g} or more",
+        "less_than": "less than {lt:g}",
+        "less_than_equal": "{le:g} or less",
+    }
+    if kind in bounds:
+        return bounds[kind].format(**context) + in_unit
+    if kind == "finite_number":
+        return "a finite number"
+    if "type" in node:
+        return _TYPE_NAMES.get(node["type"], node["type"])
+    return str(details["msg"])
+
+
+def _hint(found: Any, node: Mapping[str, Any]) -> str:
+    """What to write where YAML read something else, or where another unit was meant."""
+    if isinstance(found, str) and node.get("type") in ("number", "integer"):
+        try:
+            return f" Write {float(found):#}, with a point and no quotes."
+        except ValueError:
+            return ""
+    if isinstance(found, date | int | float) and node.get("type") == "string":
+        return f' Put it in quotes: "{found}".'
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        return ""
+    for other, factor, offset in _OTHER_UNITS.get(node.get("unit", "1"), []):
+        value = found * factor + offset
+        if _in_range(value, node):
+            return f" If it is in {other}, write {value:g}."
+    return ""
+
+
+def _in_range(value: float, node: Mapping[str, Any]) -> bool:
+    low, high = node.get("minimum", -math.inf), node.get("maximum", math.inf)
+    above, below = node.get("exclusiveMinimum", -math.inf), node.get("exclusiveMaximum", math.inf)
+    return bool(low <= value <= high and above < value < below)
+
+
+def _listed(values: Sequence[object]) -> str:
+    return ", ".join(repr(value) for value in values)
+
+
+# ---------------------------------------------------------------- walking a JSON schema
+
+
+def node_at(schema: Mapping[str, Any], steps: Steps) -> Mapping[str, Any]:
+    """What a JSON schema says of the value at these steps; empty where it says nothing."""
+    node: Mapping[str, Any] = _plain(schema, schema)
+    for step in steps:
+        node = _plain(_child(node, step), schema)
+    return node
+
+
+def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
+    if step in node.get("properties", {}):
+        return node["properties"][step]
+    for branch in node.get("oneOf", ()):
+        if step in branch.get("properties", {}):
+            return branch["properties"][step]
+    if isinstance(step, int):
+        items = node.get("prefixItems", [])
+        return items[step] if step < len(items) else node.get("items", {})
+    others = node.get("additionalProperties", {})
+    return others if isinstance(others, Mapping) else {}
+
+
+def _plain(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A node without references, and without the alternative of a key that may be left out."""
+    if "$ref" in node:
+        target = schema["$defs"][node["$ref"].rpartition("/")[2]]
+        return {**_plain(target, schema), **{k: v for k, v in node.items() if k != "$ref"}}
+    if "anyOf" in node:
+        (value,) = (branch for branch in node["anyOf"] if branch.get("type") != "null")
+        rest = {k: v for k, v in node.items() if k != "anyOf"}
+        return {**_plain(value, schema), **rest}
+    if "oneOf" in node:
+        return {**node, "oneOf": [_plain(branch, schema) for branch in node["oneOf"]]}
+    return node
+
+
+def _meaning(schema: Mapping[str, Any], steps: Steps) -> str:
+    """The meaning of a key; of a list's item, the list's."""
+    while steps and isinstance(steps[-1], int):
+        steps = steps[:-1]
+    return str(node_at(schema, steps).get("description", ""))
+
+
+def _tags(schema: Mapping[str, Any]) -> tuple[str, list[str]]:
+    """The key that tells the alternatives of a union apart, and its values."""
+    discriminator = _discriminator(schema)
+    return discriminator["propertyName"], list(discriminator["mapping"])
+
+
+def _discriminator(schema: Any) -> Any:
+    """The first discriminator in a schema; settings have at most one kind of union."""
+    if isinstance(schema, Mapping):
+        if "discriminator" in schema:
+            return schema["discriminator"]
+        parts: Any = schema.values()
+    else:
+        parts = schema if isinstance(schema, list) else ()
+    return next(filter(None, map(_discriminator, parts)), None)
+
+
+def _without_tags(schema: Mapping[str, Any], steps: Steps) -> Steps:
+    """Steps without the names of alternatives, which pydantic adds where a union is."""
+    discriminator = _discriminator(schema)
+    tags = discriminator["mapping"] if discriminator else ()
+    return tuple(step for step in steps if step not in tags)

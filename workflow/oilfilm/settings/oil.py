@@ -1,0 +1,192 @@
+"""The keys of config/oils/<id>.yaml: an oil and the coefficients of its property formulas."""
+
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import AfterValidator, Field, Strict, model_validator
+
+from oilfilm.physics import oils
+from oilfilm.settings.base import Group, Name, Text, Tolerance, contradiction, key, unexpected
+
+_CST_PER_M2_S = 1e6
+# A stand-in has the properties of another oil of about the same grade.
+_VISCOSITY_TOLERANCE, _STAND_IN_TOLERANCE = 0.05, 0.25
+
+T = TypeVar("T")
+
+
+def _temperatures_differ(rows: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    temperatures = [temperature_k for temperature_k, _ in rows]
+    if len(set(temperatures)) < len(temperatures):
+        raise unexpected("each temperature once")
+    return rows
+
+
+TemperatureK = Annotated[float, Field(ge=200, le=700, json_schema_extra={"unit": "K"})]
+OilDensityKgM3 = Annotated[float, Field(ge=400, le=2500, json_schema_extra={"unit": "kg/m3"})]
+SpecificHeatJKgK = Annotated[float, Field(ge=500, le=6000, json_schema_extra={"unit": "J/(kg K)"})]
+ConductivityWMK = Annotated[float, Field(ge=0.01, le=1, json_schema_extra={"unit": "W/(m K)"})]
+# Rows of [temperature, value]. YAML has lists only, hence not strict.
+PropertyTable = Annotated[
+    list[Annotated[tuple[TemperatureK, T], Strict(False)]],
+    Field(min_length=2),
+    AfterValidator(_temperatures_differ),
+]
+
+
+class MilL7808Coefficients(Group):
+    """Coefficients of oilfilm.physics.oils.MilL7808."""
+
+    viscosity_intercept: float = key("a = exp(intercept - slope ln T), T in K.", unit="1")
+    viscosity_slope: float = key("Slope of the same.", unit="1", gt=0)
+    viscosity_scale_pa_s: float = key("eta = scale (exp(a) - offset).", unit="Pa s", gt=0)
+    viscosity_offset: float = key("Offset of the same.", unit="1")
+    pressure_viscosity_base_1_pa: float = key(
+        "alpha = base + rate/(T - pole).", unit="1/Pa", gt=0, le=1e-6
+    )
+    pressure_viscosity_rate_k_pa: float = key("Rate of the same.", unit="K/Pa", gt=0, le=1e-3)
+    pressure_viscosity_pole_k: float = key("Pole of the same.", unit="K", gt=0, lt=300)
+
+
+class MilL23699Coefficients(Group):
+    """Coefficients of oilfilm.physics.oils.MilL23699."""
+
+    reference_temperature_k: TemperatureK = key("T_r; d = 1/T - 1/T_r.")
+    reference_viscosity_pa_s: float = key(
+        "eta_r; eta = eta_r exp(c1 d + c2 d^2).", unit="Pa s", gt=0
+    )
+    viscosity_first_order_k: float = key("c1.", unit="K", gt=0)
+    viscosity_second_order_k2: float = key("c2.", unit="K2")
+    pressure_viscosity_exponent: float = key(
+        "m; alpha = exp(m ln(eta) - n)/eta.", unit="1", gt=0, le=10
+    )
+    pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
+
+
+class AstmD341Coefficients(Group):
+    """Coefficients of oilfilm.physics.oils.AstmD341."""
+
+    viscosity_intercept: float = key(
+        "A; log10 log10(nu + 0.7) = A - B log10 T, nu in cSt, T in K.", unit="1"
+    )
+    viscosity_slope: float = key("B.", unit="1", gt=0)
+    pressure_viscosity_exponent: float = key(
+        "m; alpha = exp(m ln(eta) - n)/eta.", unit="1", gt=0, le=10
+    )
+    pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
+
+
+class OilUncertainty(Group):
+    """Uncertainty of properties where it is known, relative."""
+
+    pressure_viscosity_coefficient: Tolerance | None = key(
+        "Half-width of alpha (0.15 is 15 %).", default=None
+    )
+    density: Tolerance | None = key("Half-width of the density.", default=None)
+
+
+class OilKeys(Group):
+    """Keys that every oil has, whatever its formulas."""
+
+    id: Name = key("The file's name without .yaml, in quotes.")
+    name: Text = key("Full name.")
+    display_name: Text = key("Name in figures and tables, in quotes.")
+    nominal_kinematic_viscosity_100c_cst: float = key(
+        "Grade: kinematic viscosity at 100 degC.", unit="cSt", gt=0.5, le=2000
+    )
+    stand_in: bool = key("The properties are another oil's, for want of its own.")
+    note: Text = key("What the reader must know of the properties' origin.")
+    source: Text = key("Source of the numbers.")
+    density_kg_m3: PropertyTable[OilDensityKgM3] = key(
+        "Rows of [temperature in K, density in kg/m3], two or more."
+    )
+    specific_heat_j_kgk: PropertyTable[SpecificHeatJKgK] = key(
+        "Rows of [temperature in K, specific heat in J/(kg K)], two or more."
+    )
+    thermal_conductivity_w_mk: PropertyTable[ConductivityWMK] = key(
+        "Rows of [temperature in K, thermal conductivity in W/(m K)], two or more."
+    )
+    relative_uncertainty: OilUncertainty = key(
+        "Uncertainty of properties where it is known.", default=OilUncertainty()
+    )
+
+    @model_validator(mode="after")
+    def _coefficients_give_the_stated_viscosity(self) -> Self:
+        stated_cst = self.nominal_kinematic_viscosity_100c_cst
+        given_cst = float(self.properties().kinematic_viscosity_m2_s(100.0)) * _CST_PER_M2_S
+        tolerance = _STAND_IN_TOLERANCE if self.stand_in else _VISCOSITY_TOLERANCE
+        # a viscosity that is not a number fails too
+        if not abs(given_cst / stated_cst - 1) <= tolerance:
+            raise contradiction(
+                ("coefficients",),
+                f"the coefficients give {given_cst:.3g} cSt at 100 degC, but "
+                f"nominal_kinematic_viscosity_100c_cst is {stated_cst:g}; expected them within "
+                f"{tolerance:.0%}. Check the units of the coefficients and of the density.",
+            )
+        return self
+
+    def properties(self) -> oils.Oil:
+        """The oil with its property formulas."""
+        raise NotImplementedError
+
+    def _shared(self) -> dict[str, Any]:
+        """What the formulas of every kind take, beside their coefficients."""
+        tables = {
+            "density": self.density_kg_m3,
+            "specific_heat": self.specific_heat_j_kgk,
+            "thermal_conductivity": self.thermal_conductivity_w_mk,
+        }
+        return {
+            **{
+                name: getattr(self, name)
+                for name in (
+                    "id",
+                    "name",
+                    "display_name",
+                    "nominal_kinematic_viscosity_100c_cst",
+                    "stand_in",
+                    "note",
+                    "source",
+                )
+            },
+            "relative_uncertainty": self.relative_uncertainty.model_dump(exclude_none=True),
+            **{
+                name: oils.PiecewiseLinear(*zip(*sorted(rows), strict=True))
+                for name, rows in tables.items()
+            },
+        }
+
+
+class MilL7808Oil(OilKeys):
+    """An oil by the MIL-L-7808 formulas."""
+
+    model: Literal["adore-mil-l-7808"] = key("Formulas of viscosity and pressure viscosity.")
+    coefficients: MilL7808Coefficients = key("Numbers of the formulas.")
+
+    def properties(self) -> oils.MilL7808:
+        """The oil with its property formulas."""
+        return oils.MilL7808(**self._shared(), **self.coefficients.model_dump())
+
+
+class MilL23699Oil(OilKeys):
+    """An oil by the MIL-L-23699 formulas."""
+
+    model: Literal["adore-mil-l-23699"] = key("Formulas of viscosity and pressure viscosity.")
+    coefficients: MilL23699Coefficients = key("Numbers of the formulas.")
+
+    def properties(self) -> oils.MilL23699:
+        """The oil with its property formulas."""
+        return oils.MilL23699(**self._shared(), **self.coefficients.model_dump())
+
+
+class AstmD341Oil(OilKeys):
+    """An oil by ASTM D341, from its viscosity at two temperatures."""
+
+    model: Literal["astm-d341"] = key("Formulas of viscosity and pressure viscosity.")
+    coefficients: AstmD341Coefficients = key("Numbers of the formulas.")
+
+    def properties(self) -> oils.AstmD341:
+        """The oil with its property formulas."""
+        return oils.AstmD341(**self._shared(), **self.coefficients.model_dump())
+
+
+OilFile = Annotated[MilL7808Oil | MilL23699Oil | AstmD341Oil, Field(discriminator="model")]

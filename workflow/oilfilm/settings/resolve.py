@@ -1,0 +1,190 @@
+"""Settings of one campaign's run, from the files of config/ and the command line."""
+
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import yaml
+
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.bearing import BearingFile
+from oilfilm.settings.campaign import CampaignFile, Dataset
+from oilfilm.settings.config import Config
+from oilfilm.settings.contradictions import contradictions
+from oilfilm.settings.messages import Steps, check, check_file
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.resolved import Settings, merge
+from oilfilm.settings.rig import Rig
+from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, read_yaml, unusable_values
+
+_FOLDERS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
+
+
+def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
+    """Everything that one campaign's run is told, in one tree.
+
+    Args:
+        folder: The configuration folder (`config`).
+        overrides: Keys given on the command line; they win over `config.yaml`. A campaign's own
+            `settings` win over `config.yaml` too, but not over the command line.
+
+    Returns:
+        The keys of `config.yaml`, with `campaign` (the campaign file and its `name`), `dataset`
+        (what that file says of the data), `rigs`, `oils` and `bearings` by name.
+
+    Raises:
+        OilfilmError: A file is missing or has a mistake.
+    """
+    config = read_yaml(folder / "config.yaml")
+    check_file(config, Config)
+    campaign = _campaign_file(folder, overrides.get("campaign", config.values["campaign"]))
+    check_file(campaign, CampaignFile)
+    given = {name: value for name, value in overrides.items() if name != "campaign"}
+    keys = _merged_keys(config, campaign, _with_numbers(given))
+    written = campaign.values
+    about = {name: written[name] for name in Dataset.model_fields if name in written}
+    others = {name: written[name] for name in written if name not in {"settings", *about}}
+    settings = Settings.of(
+        {
+            **keys,
+            # apart from the campaign, so that a corrected title redoes no fit
+            "dataset": about,
+            "campaign": {"name": campaign.path.stem, **others},
+            "rigs": _named_files(folder, "rig", campaign),
+            "bearings": _bearings(folder, campaign),
+            "oils": {
+                **_named_files(folder, "oil", campaign),
+                **dict.fromkeys(others.get("oils_without_properties", [])),
+            },
+        }
+    )
+    for steps, sentence in contradictions(settings):
+        raise OilfilmError(f"{campaign.place_of(steps)}: {sentence}")
+    return settings
+
+
+def unresolve(settings: Settings) -> dict[str, str]:
+    """A configuration folder that `resolve` turns into this: paths below it and their text."""
+    config = settings.plain()
+    campaign = dict(config["campaign"])
+    name = config["campaign"] = campaign.pop("name")
+    about = config.pop("dataset")
+    files = {f"campaigns/{_safe_name(name, 'campaign')}.yaml": {**campaign, **about}}
+    for kind in ("rigs", "oils", "bearings"):
+        for thing, values in config.pop(kind).items():
+            if values is not None:
+                files[f"{kind}/{_safe_name(thing, kind)}.yaml"] = values
+    return {path: as_yaml(values) for path, values in {"config.yaml": config, **files}.items()}
+
+
+def _campaign_file(folder: Path, given_name: object) -> YamlFile:
+    name = _safe_name(given_name, folder / "config.yaml")
+    path = folder / "campaigns" / f"{name}.yaml"
+    if not path.is_file():
+        known = ", ".join(_names_in(path.parent))
+        raise OilfilmError(
+            f"{path}: there is no such campaign file. Campaigns here: {known}. Copy "
+            f"{folder / 'campaigns' / 'template.yaml'} to that name and fill it in."
+        )
+    return read_yaml(path)
+
+
+def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of config.yaml, with those of the campaign and of the command line over them."""
+    own = campaign.values.get("settings", {})
+    for steps, complaint in unusable_values(given):
+        raise OilfilmError(f"the command line's --config, `{dotted(steps)}`: {complaint}")
+
+    def place_of(steps: Steps) -> str:
+        # the last key may be one of several that contradict each other: look for its group too
+        for known in (steps, steps[:-1]):
+            if _has(given, known):
+                return "the command line's --config"
+            if _has(own, known):
+                return campaign.place_of(("settings", *steps))
+        return config.place_of(steps)
+
+    if "campaign" in own:
+        raise OilfilmError(
+            f"{campaign.place_of(('settings', 'campaign'))}: `settings` cannot name another "
+            "campaign; leave the key out."
+        )
+    merged = merge(merge(config.values, own), given)
+    check(merged, Config, place_of)
+    return merged
+
+
+def _has(values: Any, steps: Steps) -> bool:
+    for step in steps:
+        if isinstance(values, Mapping) and step in values:
+            values = values[step]
+        elif isinstance(values, list) and isinstance(step, int) and step < len(values):
+            values = values[step]
+        else:
+            return False
+    return bool(steps)
+
+
+def _with_numbers(given: Any) -> Any:
+    """Values of the command line, on which Snakemake leaves numbers inside groups as text."""
+    if isinstance(given, Mapping):
+        return {name: _with_numbers(value) for name, value in given.items()}
+    if not isinstance(given, str):
+        return given
+    try:
+        value = yaml.safe_load(given)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return given
+    return value if isinstance(value, int | float) else given
+
+
+def _named_files(folder: Path, kind: str, campaign: YamlFile) -> dict[str, Any]:
+    """Plain content of the files that a campaign names under `rigs` or `oils`."""
+    return {
+        name: _named_file(folder, name, kind, campaign.place_of((f"{kind}s", index)))
+        for index, name in enumerate(campaign.values[f"{kind}s"])
+    }
+
+
+def _bearings(folder: Path, campaign: YamlFile) -> dict[str, Any]:
+    """The bearing of a campaign with torque logs, and those of published figures."""
+    if "torque" not in campaign.values:
+        return {}
+    named_at = campaign.place_of(("torque", "bearing"))
+    own = campaign.values["torque"]["bearing"]
+    others = sorted(set(_names_in(folder / "bearings")) - {own})
+    return {name: _named_file(folder, name, "bearing", named_at) for name in [own, *others]}
+
+
+def _named_file(folder: Path, name: str, kind: str, named_at: str) -> dict[str, Any]:
+    path = folder / f"{kind}s" / f"{_safe_name(name, named_at)}.yaml"
+    if not path.is_file():
+        known = ", ".join(_names_in(path.parent))
+        raise OilfilmError(
+            f"{named_at}: `{kind}s` names {name!r}, but {path} does not exist. "
+            f"Known: {known}. Write that file, or correct the name."
+        )
+    file = read_yaml(path)
+    check_file(file, _FOLDERS[kind])
+    if kind == "oil" and file.values["id"] != name:
+        raise OilfilmError(
+            f"{file.place_of(('id',))}, `id`: found {file.values['id']!r}, expected {name!r}, "
+            "the file's name."
+        )
+    return file.values
+
+
+def _names_in(folder: Path) -> list[str]:
+    return sorted(path.stem for path in folder.glob("*.yaml") if path.stem != "template")
+
+
+def _safe_name(name: object, named_at: object) -> str:
+    """A name that becomes part of a path: one plain word, so that no path can leave its folder."""
+    text = str(name)
+    plain = all(letter.isalnum() or letter in "-_." for letter in text)
+    if not text or not plain or PurePosixPath(text).name != text or text.startswith("."):
+        raise OilfilmError(
+            f"{named_at}: {text!r} cannot be a name: use letters, digits, '-', '_' and '.', "
+            "not starting with '.'."
+        )
+    return text
