@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.physics.contact import reduced_modulus
-from oilfilm.physics.film import combined_roughness, rq_from_ra
+from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.settings.base import (
     GrooveCurvature,
     Group,

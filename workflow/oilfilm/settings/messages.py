@@ -209,7 +209,7 @@ def _hint(found: Any, node: Mapping[str, Any]) -> str:
         return f' Put it in quotes: "{found}".'
     if isinstance(found, bool) or not isinstance(found, int | float):
         return ""
-    for other, factor, offset in _OTHER_UNITS.get(node.get("unit", "1"), []):
+    for other, factor, offset in _OTHER_UNITS.get(node.get("unit", ""), []):
         value = found * factor + offset
         if _in_range(value, node):
             return f" If it is in {other}, write {value:g}."

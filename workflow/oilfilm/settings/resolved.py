@@ -108,6 +108,9 @@ class Settings(ConfigKeys, _PartOf):
         """The settings with some keys changed, for a trial: `{"fit": {"bootstrap": 20}}`."""
         return type(self).of(merge(self._plain, changes))
 
+    def __repr__(self) -> str:
+        return f"Settings of the campaign {self.campaign.name}: {', '.join(self._plain)}"
+
     # Plain look-ups, for callers that are not converted yet.
 
     def __getitem__(self, name: str) -> Any:

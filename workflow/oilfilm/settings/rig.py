@@ -5,8 +5,8 @@ from typing import Self
 from pydantic import model_validator
 
 from oilfilm.physics.contact import reduced_modulus
-from oilfilm.physics.film import combined_roughness, rq_from_ra
 from oilfilm.physics.rigs import Contact
+from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.settings.base import (
     BallRadiusM,
     Group,

@@ -70,7 +70,7 @@ def read_yaml(path: Path) -> YamlFile:
 def as_yaml(values: Mapping[str, Any]) -> str:
     """Plain values as YAML that `read_yaml` reads back, keys in their own order."""
     # no aliases, which are refused; no sorting: tables follow the order of levels and oils
-    return yaml.dump(values, Dumper=_Plain, sort_keys=False, allow_unicode=True, width=100)
+    return yaml.dump({**values}, Dumper=_Plain, sort_keys=False, allow_unicode=True, width=100)
 
 
 class _Plain(yaml.SafeDumper):
