@@ -10,15 +10,15 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm.errors import OilfilmError
-from oilfilm.run.lock import at_work, begin_run, clear_up
+from oilfilm.run.lock import clear_leftovers, job_lock, lock_run
 
 
 def another_run(records: Path) -> subprocess.Popen[str]:
     """A process that is a run until its standard input closes."""
     words = (
         f"import sys; sys.path.insert(0, {str(ROOT / 'workflow')!r})\n"
-        "from pathlib import Path; from oilfilm.run.lock import begin_run\n"
-        f"begin_run(Path({str(records)!r})); print('begun', flush=True); sys.stdin.read()"
+        "from pathlib import Path; from oilfilm.run.lock import lock_run\n"
+        f"lock_run(Path({str(records)!r})); print('begun', flush=True); sys.stdin.read()"
     )
     run = subprocess.Popen(
         [sys.executable, "-c", words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -33,25 +33,25 @@ def test_second_run_is_told_and_a_killed_one_is_forgotten(tmp_path: Path) -> Non
     left.parent.mkdir()
     left.write_text("results/points.parquet\n", encoding="utf-8")
     with another_run(tmp_path) as first:
-        with pytest.raises(OilfilmError, match=r"Another run is at work in .* again"):
-            begin_run(tmp_path)
-        clear_up(tmp_path, [tmp_path])
+        with pytest.raises(OilfilmError, match=r"Another run is active in .* again"):
+            lock_run(tmp_path)
+        clear_leftovers(tmp_path, [tmp_path])
         assert left.exists()
         first.kill()
-    clear_up(tmp_path, [tmp_path])
+    clear_leftovers(tmp_path, [tmp_path])
     assert not left.exists()
     with another_run(tmp_path) as second:
         second.kill()
 
 
 def test_job_that_outlives_its_run_keeps_others_out(tmp_path: Path) -> None:
-    with at_work(tmp_path), pytest.raises(OilfilmError, match="a job of one that was killed"):
-        begin_run(tmp_path)
+    with job_lock(tmp_path), pytest.raises(OilfilmError, match="a job of one that was killed"):
+        lock_run(tmp_path)
 
 
 def test_job_works_beside_its_own_run(tmp_path: Path) -> None:
     with another_run(tmp_path) as run:
-        with at_work(tmp_path):
+        with job_lock(tmp_path):
             assert run.poll() is None
         run.kill()
 
@@ -61,6 +61,6 @@ def test_dates_in_the_future_become_now_and_others_stay(tmp_path: Path) -> None:
     for name, stamp in (("future", now + 86_400), ("past", now - 86_400)):
         (tmp_path / name).touch()
         os.utime(tmp_path / name, (stamp, stamp))
-    clear_up(tmp_path / "records", [tmp_path, tmp_path / "not there"])
+    clear_leftovers(tmp_path / "records", [tmp_path, tmp_path / "not there"])
     assert now <= (tmp_path / "future").stat().st_mtime <= time.time()
     assert (tmp_path / "past").stat().st_mtime == pytest.approx(now - 86_400)

@@ -38,7 +38,7 @@ pytestmark = pytest.mark.workflow
 TWO = Surroundings("2")
 SMALL = ("--config", "campaign=small")
 # Snakemake's own sentence where its lock is there still, else ours.
-REFUSED = re.compile(r"Directory cannot be locked|Another run is at work in")
+REFUSED = re.compile(r"Directory cannot be locked|Another run is active in")
 POINTS = "results/small/tables/points.parquet"
 
 

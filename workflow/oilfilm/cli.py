@@ -1,6 +1,6 @@
-"""The command `oilfilm`: a verdict on a log, a traction coefficient, releases checked and compared.
+"""The command `oilfilm`: check logs, predict traction, verify and compare releases.
 
-Everything else is done by snakemake.
+Everything else is a target of snakemake.
 """
 
 import argparse
@@ -28,12 +28,12 @@ from oilfilm.units import conversion
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; 0 where all is well, 1 where a log is refused, 2 for a mistake."""
-    given = _parser().parse_args(arguments)
+    """Run the command; exit code 0 for success, 1 for a refused log, 2 for a mistake."""
+    options = _parser().parse_args(arguments)
     try:
-        return int(given.run(given))
+        return int(options.run(options))
     except OilfilmError as mistake:
-        # it may quote a stranger's file
+        # the message may quote a file of unknown origin
         print("\n".join(map(printable, str(mistake).splitlines())), file=sys.stderr)
         return 2
     except OSError as error:
@@ -44,9 +44,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="oilfilm", description=__doc__)
     commands = parser.add_subparsers(required=True)
-    check = commands.add_parser("check", help="read logs and judge them by every gate")
+    check = commands.add_parser("check", help="read logs and apply every gate")
     check.add_argument("logs", nargs="+", type=Path, metavar="FILE")
-    check.add_argument("--campaign", help="whose rig, oils and limits count (config/campaigns)")
+    check.add_argument(
+        "--campaign", help="campaign with the rig, oils and limits (config/campaigns)"
+    )
     check.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
     check.set_defaults(run=_check)
     predict = commands.add_parser("predict", help="traction coefficient of a fitted oil")
@@ -55,39 +57,39 @@ def _parser() -> argparse.ArgumentParser:
     predict.add_argument("--speed", required=True, help="entrainment speed, as 30m/s")
     predict.add_argument("--temperature", required=True, help="of the inlet oil, as 70degC")
     predict.add_argument("--slip", required=True, help="slide-roll ratio, as 0.05 or 5%%")
-    predict.add_argument("--campaign", default="demo", help="whose fit (default: demo)")
+    predict.add_argument("--campaign", default="demo", help="campaign of the fit (default: demo)")
     predict.add_argument("--results", type=Path, default=Path("results"), help="results folder")
     predict.set_defaults(run=_predict)
     add_commands(commands)
     return parser
 
 
-def _check(given: argparse.Namespace) -> int:
-    overrides = {"campaign": given.campaign} if given.campaign else {}
-    config = resolve(given.config, overrides)
-    logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(given.logs)]
+def _check(options: argparse.Namespace) -> int:
+    overrides = {"campaign": options.campaign} if options.campaign else {}
+    config = resolve(options.config, overrides)
+    logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(options.logs)]
     verdict = check_logs(logs, config)
     print(report(verdict))
     unread = set(verdict.quarantine["file"]) - set(verdict.runs["file"])
     return int(bool((verdict.runs["verdict"] == "refused").any() or unread))
 
 
-def _predict(given: argparse.Namespace) -> int:
+def _predict(options: argparse.Namespace) -> int:
     at = {
-        "max_hertz_pressure_gpa": quantity(given.stress, "GPa", "--stress"),
-        "entrainment_speed_m_s": quantity(given.speed, "m/s", "--speed"),
-        "inlet_temperature_c": quantity(given.temperature, "degC", "--temperature"),
-        "slide_roll_ratio": quantity(given.slip, "dimensionless", "--slip"),
+        "max_hertz_pressure_gpa": quantity(options.stress, "GPa", "--stress"),
+        "entrainment_speed_m_s": quantity(options.speed, "m/s", "--speed"),
+        "inlet_temperature_c": quantity(options.temperature, "degC", "--temperature"),
+        "slide_roll_ratio": quantity(options.slip, "dimensionless", "--slip"),
     }
-    folder = given.results / given.campaign
+    folder = options.results / options.campaign
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
-    print(prediction(read_fit(folder, given.oil), given.oil, at))
+    print(prediction(read_fit(folder, options.oil), options.oil, at))
     print(f"from campaign {footer['campaign']}, {footer['data']} data")
     return 0
 
 
 def quantity(text: str, unit: str, option: str) -> float:
-    """A number with its unit, as typed, in `unit`; a bare number is in `unit` already.
+    """Convert a typed number with its unit to `unit`; a bare number is in `unit` already.
 
     Raises:
         OilfilmError: It is no number, or its unit measures something else.
@@ -106,7 +108,7 @@ def quantity(text: str, unit: str, option: str) -> float:
 
 
 def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
-    """What a fit says of one operating point, in words.
+    """Prediction of a fit at one operating point, as text.
 
     Args:
         fit: The fitted law.
@@ -117,16 +119,15 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
         OilfilmError: The fit has no value there.
     """
     try:
-        found = predict(fit.law, fit.coefficients, *at.values())
+        predicted = predict(fit.law, fit.coefficients, *at.values())
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
-    mu, lower, upper = (
-        float(value) for value in (found.traction_coefficient, found.lower, found.upper)
-    )
+    values = predicted.traction_coefficient, predicted.lower, predicted.upper
+    mu, lower, upper = map(float, values)
     if np.isnan(mu):
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    sure = "no interval" if np.isnan(lower) else f"95 % interval {lower:.5f} to {upper:.5f}"
-    lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {sure}"]
+    interval = "no interval" if np.isnan(lower) else f"95 % interval {lower:.5f} to {upper:.5f}"
+    lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {interval}"]
     box = dict(zip((*fit.law.conditions, "slide_roll_ratio"), fit.coefficients.box, strict=True))
     for name, value in at.items():
         low, high = box[name]
@@ -135,9 +136,9 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
             lines.append(
                 f"OUTSIDE the tested box: {name} {value:g}, tested {low:.4g} to {high:.4g} {unit}"
             )
-    if found.outside:
+    if predicted.outside:
         lines.append(
-            f"{float(found.distance):.1f} tested ranges outside: the interval holds only if the "
+            f"{float(predicted.distance):.1f} tested ranges outside: the interval holds only if the "
             "law does"
         )
     return "\n".join(line.rstrip() for line in lines)

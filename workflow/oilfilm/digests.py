@@ -1,4 +1,4 @@
-"""Digests that tell which code, settings and inputs a table was made from."""
+"""Digests of the code, settings and inputs behind a table."""
 
 import ast
 import hashlib
@@ -49,19 +49,19 @@ def code_digest(script: Path, *modules: Path) -> str:
 
 
 def _with_imports(paths: Iterable[Path]) -> set[Path]:
-    found: set[Path] = set()
+    modules: set[Path] = set()
     waiting = list(paths)
     while waiting:
         path = waiting.pop()
-        if path not in found:
-            found.add(path)
+        if path not in modules:
+            modules.add(path)
             waiting.extend(_imported(path))
-    return found
+    return modules
 
 
 @cache
 def _imported(path: Path) -> frozenset[Path]:
-    """Modules of oilfilm that a file imports; asked for each script anew, but parsed once."""
+    """Modules of oilfilm that a file imports; each file is parsed once."""
     return frozenset(_find_imported(path))
 
 
@@ -82,7 +82,7 @@ def _module_files(name: str) -> Iterable[Path]:
         return
     # importing a module runs the __init__ of each package above it
     for depth in range(1, len(parts) + 1):
-        place = _PACKAGE.joinpath(*parts[1:depth])
-        for candidate in (place.with_suffix(".py"), place / "__init__.py"):
+        module = _PACKAGE.joinpath(*parts[1:depth])
+        for candidate in (module.with_suffix(".py"), module / "__init__.py"):
             if candidate.is_file():
                 yield candidate

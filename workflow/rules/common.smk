@@ -8,7 +8,7 @@ from snakemake.io import report as in_report  # at the start of a line `report` 
 from oilfilm.figure_catalogue import families
 from oilfilm.settings.load import resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.run.lock import begin_run, clear_up
+from oilfilm.run.lock import lock_run, clear_leftovers
 from oilfilm.digests import code_digest, file_digest
 from oilfilm.readers.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
@@ -43,7 +43,7 @@ PACKAGES = file_digest(Path(workflow.basedir, "requirements.lock"))[:8]
 RECORDS = Path(".snakemake")
 if workflow.is_main_process:
     twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
-    clear_up(RECORDS, [Path("results", CAMPAIGN["name"]), *twins])
+    clear_leftovers(RECORDS, [Path("results", CAMPAIGN["name"]), *twins])
 
 # Taken now: what ran is what lay here when the run began.
 TREE = code_tree_digest(Path(workflow.basedir))
@@ -134,7 +134,7 @@ def logs_of_shard(wildcards):
 
 def begin():
     try:
-        begin_run(RECORDS)
+        lock_run(RECORDS)
     except OilfilmError as mistake:
         raise WorkflowError(str(mistake)) from None
 

@@ -156,9 +156,8 @@ def read_log(
         )
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
-    assert kept + refused == reading.rows, (
-        f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused"
-    )
+    if kept + refused != reading.rows:
+        raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
     told = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
     return reader.name, replace(reading, refusals=told)
 

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from oilfilm.digests import input_digest, settings_digest
 from oilfilm.errors import OilfilmError
-from oilfilm.run.lock import at_work
+from oilfilm.run.lock import job_lock
 
 
 @contextmanager
@@ -22,7 +22,7 @@ def job(snakemake: Any) -> Iterator[dict[str, Any]]:
     """
     log = Path(snakemake.log[0])
     try:
-        with at_work(Path(".snakemake")):
+        with job_lock(Path(".snakemake")):
             log.write_text("", encoding="utf-8")
             yield _provenance(snakemake)
             with log.open("a", encoding="utf-8") as remarks:

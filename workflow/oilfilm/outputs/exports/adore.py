@@ -57,7 +57,8 @@ def _row(description: Description, asked: Mapping[str, float]) -> dict[str, Any]
         one.name: asked[one.name] if one.argument else one.level for one in description.conditions
     }
     speed = point["entrainment_speed_m_s"]
-    assert speed is not None  # the table of points has no gap there
+    if speed is None:
+        raise ValueError("the point has no entrainment speed")
     a, b, c = description.coefficients(asked)
     peak = 1 / c - a / b
     return {

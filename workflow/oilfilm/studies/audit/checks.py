@@ -587,7 +587,8 @@ def _film_words(settings: Settings) -> str:
 
 
 def _measured_film(evidence: Evidence, settings: Settings) -> Finding:
-    assert evidence.points is not None
+    if evidence.points is None:
+        raise NotCheckableError("the printed constants have no measured points")
     points = evidence.points.dropna(subset=["lambda_ratio"]).reset_index(drop=True)
     if points.empty:
         raise NotCheckableError("no point of the campaign has a lambda")
