@@ -138,8 +138,8 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
             )
     if predicted.outside:
         lines.append(
-            f"{float(predicted.distance):.1f} tested ranges outside: the interval holds only if the "
-            "law does"
+            f"{float(predicted.distance):.1f} tested ranges outside: the interval holds only if "
+            "the law does"
         )
     return "\n".join(line.rstrip() for line in lines)
 
