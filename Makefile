@@ -39,7 +39,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup test lint nightly verify bench-bearing bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-fit bench-coverage lock licences upgrade clean help
+	bench-ingest bench-fit bench-coverage lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -132,6 +132,9 @@ lock: ## renew requirements.lock after a change of pyproject.toml
 	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
 		--generate-hashes --no-emit-index-url --python-version 3.11 --constraint requirements.lock \
 		--custom-compile-command "make lock" benchmarks/rivals.in --output-file benchmarks/rivals.lock
+
+schemas: $(READY) ## renew the generated schemas and docs/configuration.md
+	$(BIN)/python -m oilfilm.settings.schemas
 
 licences: $(READY) ## renew docs/licences.csv after a change of requirements.lock
 	$(BIN)/python tests/lint/licences.py --write

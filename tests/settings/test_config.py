@@ -60,7 +60,7 @@ def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(fold
         (
             "figures: [curves",
             "figures: [extrapolation, curves",
-            ["line 9", "`extrapolation` needs the truth of a rig twin"],
+            ["line 9", "`extrapolation` needs `twin`"],
         ),
         ("rigs: [pcs-etm]", "rigs: [pcs-mtm]", ["`rigs`", "pcs-mtm.yaml"]),
         ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from oilfilm.figure_catalogue import figures
 from oilfilm.settings.base import (
     DurationS,
     ForceErrorN,
@@ -32,32 +33,18 @@ from oilfilm.settings.base import (
 )
 from oilfilm.units import FloatArray
 
-FigureName = Literal[
-    "fig01",
-    "tab01",
-    "tab02",
-    "fig02",
-    "fig03",
-    "eqs11-13",
-    "fig04",
-    "tab03",
-    "fig05",
-    "fig06",
-    "fig07",
-    "fig08",
-    "fig09",
-    "fig10",
-    "coverage",
-    "curves",
-    "residuals",
-    "identifiability",
-    "extrapolation",
-    "claims",
-    "signs",
-    "selection",
-    "cage-slip",
-    "size-effect",
-    "power-loss",
+
+def _registered_figure(name: str) -> str:
+    if name not in figures():
+        raise unexpected("one of " + ", ".join(map(repr, figures())))
+    return name
+
+
+FigureName = Annotated[
+    str,
+    AfterValidator(_registered_figure),
+    # read when a schema is asked for: it parses the figures' source
+    Field(json_schema_extra=lambda schema: schema.update(enum=list(figures()))),
 ]
 
 _ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")

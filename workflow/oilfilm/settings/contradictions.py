@@ -2,10 +2,8 @@
 
 from collections.abc import Iterator
 
+from oilfilm.figure_catalogue import figures
 from oilfilm.settings.resolved import Settings
-
-# Figures that need a bearing.
-_BEARING_FIGURES = {"tab03", "fig06", "cage-slip", "size-effect", "power-loss"}
 
 Contradiction = tuple[tuple[object, ...], str]
 
@@ -18,7 +16,7 @@ def contradictions(settings: Settings) -> Iterator[Contradiction]:
         _rigs_with_semantics_are_rigs_of_the_campaign,
         _twin_has_what_it_needs,
         _torque_twin_has_what_it_needs,
-        _figures_of_bearings_have_one,
+        _figures_have_what_they_show,
     ):
         yield from find(settings)
 
@@ -47,16 +45,8 @@ def _figures_show_oils_of_the_campaign(settings: Settings) -> Iterator[Contradic
             f"fig02 shows the oil {shown!r} (figures.fig02.oil of config.yaml), which the campaign "
             "does not have; name one of its own under `settings: {figures: {fig02: {oil: ...}}}`.",
         )
-    if "extrapolation" not in campaign.figures:
-        return
     shown = settings.figures.extrapolation.oil
-    if campaign.twin is None:
-        yield (
-            ("figures",),
-            "the figure `extrapolation` needs the truth of a rig twin, and this campaign has none; "
-            "take it off the list.",
-        )
-    elif shown not in campaign.oils:
+    if "extrapolation" in campaign.figures and campaign.twin and shown not in campaign.oils:
         yield (
             ("figures",),
             f"extrapolation shows the oil {shown!r} (figures.extrapolation.oil of config.yaml), "
@@ -106,11 +96,12 @@ def _torque_twin_has_what_it_needs(settings: Settings) -> Iterator[Contradiction
             )
 
 
-def _figures_of_bearings_have_one(settings: Settings) -> Iterator[Contradiction]:
-    shown = sorted(set(settings.campaign.figures) & _BEARING_FIGURES)
-    if settings.campaign.torque is None and shown:
-        yield (
-            ("figures",),
-            f"{shown[0]} shows a bearing, and the campaign has no `torque`; add it, or leave the "
-            "figure out.",
-        )
+def _figures_have_what_they_show(settings: Settings) -> Iterator[Contradiction]:
+    for name in settings.campaign.figures:
+        needed = figures()[name].requires
+        if needed and getattr(settings.campaign, needed) is None:
+            yield (
+                ("figures",),
+                f"the figure `{name}` needs `{needed}`, which the campaign does not have; add it, "
+                "or leave the figure out.",
+            )

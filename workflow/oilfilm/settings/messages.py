@@ -200,6 +200,9 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
 
 def _hint(found: Any, node: Mapping[str, Any]) -> str:
     """What to write where YAML read something else, or where another unit was meant."""
+    if isinstance(found, str) and "enum" in node:
+        near = difflib.get_close_matches(found, map(str, node["enum"]), n=1)
+        return f" Did you mean {near[0]!r}?" if near else ""
     if isinstance(found, str) and node.get("type") in ("number", "integer"):
         try:
             return f" Write {float(found):#}, with a point and no quotes."
@@ -231,9 +234,9 @@ def _listed(values: Sequence[object]) -> str:
 
 def node_at(schema: Mapping[str, Any], steps: Steps) -> Mapping[str, Any]:
     """What a JSON schema says of the value at these steps; empty where it says nothing."""
-    node: Mapping[str, Any] = _plain(schema, schema)
+    node: Mapping[str, Any] = plain_node(schema, schema)
     for step in steps:
-        node = _plain(_child(node, step), schema)
+        node = plain_node(_child(node, step), schema)
     return node
 
 
@@ -250,17 +253,17 @@ def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
     return others if isinstance(others, Mapping) else {}
 
 
-def _plain(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A node without references, and without the alternative of a key that may be left out."""
+def plain_node(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A node of a JSON schema with its references resolved, and without null."""
     if "$ref" in node:
         target = schema["$defs"][node["$ref"].rpartition("/")[2]]
-        return {**_plain(target, schema), **{k: v for k, v in node.items() if k != "$ref"}}
+        return {**plain_node(target, schema), **{k: v for k, v in node.items() if k != "$ref"}}
     if "anyOf" in node:
         (value,) = (branch for branch in node["anyOf"] if branch.get("type") != "null")
         rest = {k: v for k, v in node.items() if k != "anyOf"}
-        return {**_plain(value, schema), **rest}
+        return {**plain_node(value, schema), **rest}
     if "oneOf" in node:
-        return {**node, "oneOf": [_plain(branch, schema) for branch in node["oneOf"]]}
+        return {**node, "oneOf": [plain_node(branch, schema) for branch in node["oneOf"]]}
     return node
 
 

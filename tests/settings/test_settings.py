@@ -1,0 +1,49 @@
+"""Settings as objects: the parts that a rule lists, and what is generated from the models."""
+
+import json
+
+import pytest
+
+from campaigns import ROOT
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.schemas import generated_files
+
+
+def test_generated_files_are_those_of_the_models() -> None:
+    """`make schemas` renews them."""
+    for path, text in generated_files().items():
+        assert (ROOT / path).read_text(encoding="utf-8") == text, path
+
+
+def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Settings) -> None:
+    part = config.part("gates", "oils", campaign=("twin", "torque"))
+    assert set(part) == {"campaign", "gates", "oils"}
+    assert set(part["campaign"]) == {"name", "data", "twin", "torque"}
+    handed_over = json.loads(json.dumps(part))
+    settings = Settings.of(handed_over)
+    assert settings.plain() == part
+    assert settings.gates == config.gates
+    assert settings.campaign.twin == config.campaign.twin
+    assert settings.oils["4102"] == config.oils["4102"]
+
+
+def test_part_that_a_rule_does_not_list_is_refused_in_words(config: Settings) -> None:
+    settings = Settings.of(config.part("gates"))
+    with pytest.raises(OilfilmError, match=r"the rule does not list 'fit'; add it to `part"):
+        _ = settings.fit
+    with pytest.raises(OilfilmError, match="the rule does not list 'description'"):
+        _ = settings.campaign.description
+
+
+def test_changed_settings_are_checked_and_leave_the_others_alone(config: Settings) -> None:
+    changed = config.with_changes({"fit": {"bootstrap": 20}})
+    assert (changed.fit.bootstrap, changed.fit.searches) == (20, config.fit.searches)
+    assert config.fit.bootstrap == 1000
+    with pytest.raises(OilfilmError, match=r"`bootstrap`: found 1, expected 20 or more"):
+        config.with_changes({"fit": {"bootstrap": 1}})
+
+
+def test_settings_cannot_be_changed_in_place(config: Settings) -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        config.gates.lambda_limit = 1.0  # type: ignore[misc]
