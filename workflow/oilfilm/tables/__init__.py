@@ -1,11 +1,12 @@
 """The contract: what every table holds, checked whenever one is written or read.
 
-One pandera model stands for one table, in the module of its room. A column's unit is the end of
-its name (`load_n`, `entrainment_speed_m_s`), its meaning is its description, and both travel in
-the Parquet file, beside the schema version and the provenance.
+Each column is declared once, in `columns`, with its unit, meaning and caveat. Each table lists its
+columns and its key. Units and descriptions are in the footer of the Parquet file, beside the schema
+version and the provenance.
 """
 
-from oilfilm.tables.fields import LARGEST, unit_of
+from oilfilm.tables.columns import COLUMNS, unit_of
+from oilfilm.tables.declaration import BY_ROW, LARGEST, UNITS, Column, Table
 from oilfilm.tables.store import (
     SCHEMA_VERSION,
     TABLES,
@@ -22,9 +23,14 @@ from oilfilm.tables.store import (
 )
 
 __all__ = [
+    "BY_ROW",
+    "COLUMNS",
     "LARGEST",
     "SCHEMA_VERSION",
     "TABLES",
+    "UNITS",
+    "Column",
+    "Table",
     "columns",
     "conform",
     "empty",

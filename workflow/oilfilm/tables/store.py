@@ -1,37 +1,32 @@
 """Tables checked, written whole or not at all, and read."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import pandera.pandas as pa
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.atomic_write import atomic_file
 from oilfilm.errors import OilfilmError
 from oilfilm.tables import bearing, drawn, fits, paper, rig
-from oilfilm.tables.fields import Table, repeated, unit_of
+from oilfilm.tables.declaration import Column, Table, by_name
 
 SCHEMA_VERSION = 7
 
-TABLES: dict[str, type[Table]] = {
-    **rig.TABLES,
-    **fits.TABLES,
-    **paper.TABLES,
-    **bearing.TABLES,
-    **drawn.TABLES,
-}
-_KEYS = {**rig.KEYS, **fits.KEYS, **paper.KEYS, **bearing.KEYS}
+# Every table by name, in the order in which they are described.
+TABLES: Mapping[str, Table] = by_name(
+    (*rig.TABLES, *fits.TABLES, *paper.TABLES, *bearing.TABLES, *drawn.TABLES)
+)
 
 
 def columns(table: str) -> list[str]:
     """Names of a table's columns, in order."""
-    return list(TABLES[table].to_schema().columns)
+    return TABLES[table].names
 
 
 def empty(table: str) -> pd.DataFrame:
@@ -41,7 +36,9 @@ def empty(table: str) -> pd.DataFrame:
 
 @cache
 def _empty(table: str) -> pd.DataFrame:
-    return conform(pd.DataFrame({name: [] for name in columns(table)}), table, "an empty table")
+    return pd.DataFrame(
+        {column.name: pd.Series(dtype=column.dtype) for column in TABLES[table].columns}
+    )
 
 
 def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
@@ -58,68 +55,62 @@ def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
     """The frame with the table's columns in order and its types, every check passed.
 
     Columns are checked one at a time: a whole frame of samples at once takes three times the
-    memory. Pandera is asked only about columns that do not plainly obey their model, because it
-    takes a millisecond a column and several passes over a long one.
+    memory. Pandera checks only columns that do not plainly obey their declaration, because it
+    takes a millisecond per column and several passes over a long one.
 
     Raises:
         OilfilmError: A column is missing, unknown, or holds what the contract forbids.
     """
-    schema = TABLES[table].to_schema()
-    missing = [name for name in schema.columns if name not in frame.columns]
-    unknown = [name for name in frame.columns if name not in schema.columns]
+    model = TABLES[table]
+    missing = [name for name in model.names if name not in frame.columns]
+    unknown = [name for name in frame.columns if name not in model.names]
     if missing or unknown:
         raise OilfilmError(
             f"{where}: table {table!r} lacks {missing or 'no column'} and has the unknown "
             f"{unknown or 'none'}. It was made by another version: rebuild it."
         )
     frame = frame.reset_index(drop=True)
-    checked = {}
-    for name, column in schema.columns.items():
-        checked[name] = frame[name]
-        if _plainly_obeys(checked[name], column):
-            continue
-        try:
-            checked[name] = column.validate(frame[[name]], lazy=True)[name]
-        except (pa.errors.SchemaErrors, pa.errors.SchemaError) as error:
-            case = error.failure_cases.iloc[0]
-            expected = case.get("check", column.dtype)
-            raise OilfilmError(
-                f"{where}: table {table!r}, column {name!r} ({column.description}): found "
-                f"{case['failure_case']!r} at row {case['index']}, expected {expected}."
-            ) from error
+    checked = {column.name: _checked(frame, column, model, where) for column in model.columns}
     # one block of all columns would be one more copy of a large table
-    conformed = pd.DataFrame(checked, columns=list(schema.columns), copy=False)
-    complaints = [
-        repeated(conformed, _KEYS[table]) if table in _KEYS else "",
-        rig.CHECKS[table](conformed) if table in rig.CHECKS else "",
-    ]
-    for complaint in filter(None, complaints):
+    conformed = pd.DataFrame(checked, columns=model.names, copy=False)
+    for complaint in model.complaints(conformed):
         raise OilfilmError(f"{where}: table {table!r}: {complaint}.")
     return conformed
 
 
-# pandera's name of a check -> whether all values of a column, nulls aside, pass it
-_PLAIN_CHECKS: dict[str, Callable[..., bool]] = {
-    "greater_than_or_equal_to": lambda values, min_value: (
-        not np.fmin.reduce(values.to_numpy()) < min_value
-    ),
-    "less_than_or_equal_to": lambda values, max_value: (
-        not np.fmax.reduce(values.to_numpy()) > max_value
-    ),
-    "isin": lambda values, allowed_values: values.dropna().isin(allowed_values).all(),
-}
+def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> pd.Series:
+    """A column with its type, every check passed."""
+    values = frame[column.name]
+    if _plainly_obeys(values, column):
+        return values
+    # imported where needed: it takes a second
+    from pandera.errors import SchemaError, SchemaErrors  # noqa: PLC0415
+
+    try:
+        validated = model.schema.columns[column.name].validate(frame[[column.name]], lazy=True)
+    except (SchemaErrors, SchemaError) as error:
+        case = error.failure_cases.iloc[0]
+        expected = case.get("check", column.dtype)
+        raise OilfilmError(
+            f"{where}: table {model.name!r}, column {column.name!r} ({column.description}): found "
+            f"{case['failure_case']!r} at row {case['index']}, expected {expected}."
+        ) from error
+    return validated[column.name]
 
 
-def _plainly_obeys(values: pd.Series, column: pa.Column) -> bool:
-    """True where a column has its model's type and keeps its bounds; in any doubt false."""
-    if values.dtype.name != column.dtype.type.name or column.unique:
+def _plainly_obeys(values: pd.Series, column: Column) -> bool:
+    """True where a column has its type and keeps its bounds; in any doubt false."""
+    if values.dtype.name != column.dtype:
         return False
     if values.empty:
         return True
-    return (column.nullable or not values.hasnans) and all(
-        check.name in _PLAIN_CHECKS and _PLAIN_CHECKS[check.name](values, **check.statistics)
-        for check in column.checks
-    )
+    if not column.nullable and values.hasnans:
+        return False
+    if column.at_least is not None and np.fmin.reduce(values.to_numpy()) < column.at_least:
+        return False
+    if column.at_most is not None and np.fmax.reduce(values.to_numpy()) > column.at_most:
+        return False
+    return not column.allowed or bool(values.dropna().isin(column.allowed).all())
 
 
 def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, Any]) -> None:
@@ -254,16 +245,17 @@ def read_footer(path: Path) -> dict[str, Any]:
 
 
 def _arrow_schema(table: str) -> arrow.Schema:
-    types = {
-        "float64": arrow.float64(),
-        "int64": arrow.int64(),
-        "bool": arrow.bool_(),
-        "category": arrow.dictionary(arrow.int32(), arrow.string()),
-    }
     fields = []
-    for name, column in TABLES[table].to_schema().columns.items():
-        about = {"unit": unit_of(name), "description": column.description}
-        fields.append(
-            arrow.field(name, types.get(str(column.dtype), arrow.string()), metadata=about)
-        )
+    for column in TABLES[table].columns:
+        about = {"unit": column.unit, "description": column.description}
+        fields.append(arrow.field(column.name, _ARROW_TYPES[column.dtype], metadata=about))
     return arrow.schema(fields)
+
+
+_ARROW_TYPES = {
+    "float64": arrow.float64(),
+    "int64": arrow.int64(),
+    "bool": arrow.bool_(),
+    "str": arrow.string(),
+    "category": arrow.dictionary(arrow.int32(), arrow.string()),
+}
