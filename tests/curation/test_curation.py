@@ -280,7 +280,7 @@ def rig_log(force_of_time: Any, slip: np.ndarray, time_s: np.ndarray) -> Signals
         ball_speed_m_s=30 * (1 - slip / 2),
         disc_speed_m_s=30 * (1 + slip / 2),
         inlet_temperature_c=np.full(len(time_s), 70.0),
-        film_thickness_um=nothing,
+        measured_film_thickness_um=nothing,
     )
 
 

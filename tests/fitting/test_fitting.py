@@ -57,7 +57,7 @@ def test_refit_of_the_demonstration_recovers_traction_and_constants(
 ) -> None:
     fit = demo.fit(oil, bootstrap=200)
     coefficients, quality = fit.coefficients, fit.fit_quality
-    assert quality["certified"].iloc[0], quality["verdict"].iloc[0]
+    assert quality["certified"].iloc[0], quality["certificate"].iloc[0]
     values = coefficients["value"].to_numpy()
     grid = np.meshgrid(P, U, T, np.linspace(0, 0.3, 31))
     true = traction_coefficient(printed()[oil], *grid)
@@ -182,7 +182,7 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
     points = spoil(make_points("4102", matrix()))
     fit = fit_oil(points, "4102", printed()["4102"], quick)
     assert not fit.fit_quality["certified"].iloc[0]
-    assert words in fit.fit_quality["verdict"].iloc[0]
+    assert words in fit.fit_quality["certificate"].iloc[0]
     assert fit.coefficients["value"].isna().all()
     assert len(fit.coefficients) == 12
     assert words in fit.remarks()[0]
@@ -209,10 +209,10 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: dict[str
     other = Optimum(off, float(np.sum(task.residual(off) ** 2)))
     alone = certify(task, data, [other], errors, settings)
     assert not alone.certified
-    assert "gradient" in alone.verdict
+    assert "gradient" in alone.certificate
     two = certify(task, data, [end, other], errors, settings)
     assert (two.searches_agreeing, two.certified) == (1, False)
-    assert "not certified: 1 of 2 searches agree" in two.verdict
+    assert "not certified: 1 of 2 searches agree" in two.certificate
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
 
 

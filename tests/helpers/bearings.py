@@ -47,7 +47,7 @@ def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -
 def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tables of coefficients and fit quality that hold the printed constants."""
     law = LAWS["deng2026"]
-    numbers = {"int64": 0, "bool": True, "string[pyarrow]": ""}
+    numbers = {"integer": 0, "flag": True, "text": ""}
     coefficients, quality = [], []
     for oil, constants in printed().items():
         for constant, value in zip(law.constants, constants, strict=True):
@@ -66,7 +66,6 @@ def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
 def _filled(rows: list[dict[str, object]], table: str, of_type: dict[str, object]) -> pd.DataFrame:
     """Rows with every other column of the table at a value that says nothing."""
     nothing = {
-        name: of_type.get(str(column.dtype), np.nan)
-        for name, column in tables.TABLES[table].to_schema().columns.items()
+        column.name: of_type.get(column.type, np.nan) for column in tables.TABLES[table].columns
     }
     return tables.from_rows([nothing | row for row in rows], table)

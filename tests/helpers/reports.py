@@ -35,9 +35,8 @@ HOSTILE = [
 
 def rows(table: str, *given: dict[str, Any]) -> pd.DataFrame:
     """Rows of a table; what is not given is nothing, zero or false."""
-    nothing = {"float64": np.nan, "int64": 0, "bool": False}
-    model = tables.TABLES[table].to_schema().columns
-    empty = {name: nothing.get(str(column.dtype), "") for name, column in model.items()}
+    nothing = {"number": np.nan, "integer": 0, "flag": False, "text": ""}
+    empty = {column.name: nothing[column.type] for column in tables.TABLES[table].columns}
     return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
 
 
@@ -94,7 +93,8 @@ def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Campaign
         torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "tare"}),
         torque=rows(
-            "torque", *({**torque, "basis": "stress", "relative_error": e} for e in (0.1, -0.3))
+            "torque",
+            *({**torque, "load_variable": "stress", "relative_error": e} for e in (0.1, -0.3)),
         ),
         torque_inversion=rows("torque_inversion", {"oil": "4102", "verdict": "determined"}),
     )

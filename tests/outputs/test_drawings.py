@@ -147,10 +147,11 @@ def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
         edges = [band.get_paths()[0].vertices for band in axis.collections]
         assert len(edges) == len(refits)
         for rows in refits:
-            lower = rows[[abscissa, "lower"]].to_numpy()
-            upper = rows[[abscissa, "upper"]].to_numpy()
+            lower = rows[[abscissa, "traction_coefficient_lower"]].to_numpy()
+            upper = rows[[abscissa, "traction_coefficient_upper"]].to_numpy()
             assert any(np.isin(lower, edge).all() and np.isin(upper, edge).all() for edge in edges)
-        assert (of_panel.query("series == 'refit' and slide_roll_ratio > 0")["lower"] > 0).all()
+        fitted = of_panel.query("series == 'refit' and slide_roll_ratio > 0")
+        assert (fitted["traction_coefficient_lower"] > 0).all()
 
 
 def test_shade_covers_what_no_test_reaches(results: CampaignTables, config: dict[str, Any]) -> None:

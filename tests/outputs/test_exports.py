@@ -69,7 +69,7 @@ def tables_of(config: dict[str, Any]) -> Callable[..., tuple[pd.DataFrame, ...]]
                 "rmse": 1e-4,
                 "max_error": 5e-4,
                 "certified": True,
-                "verdict": "certified: 5 of 5 searches agree; and more",
+                "certificate": "certified: 5 of 5 searches agree; and more",
                 "fixed_conditions": "",
                 "tested_min_slide_roll_ratio": 0.002,
                 "tested_max_slide_roll_ratio": 0.3,
@@ -343,7 +343,7 @@ def hostile(
     values = dict(zip(NAMES, printed()["4102"], strict=True))
     campaign = {**config["campaign"], "description": " ".join(HOSTILE), "name": HOSTILE[0]}
     points, coefficients, quality = tables_of(HOSTILE, values)
-    quality = quality.assign(verdict=" ".join(HOSTILE), certified=False)
+    quality = quality.assign(certificate=" ".join(HOSTILE), certified=False)
     told = {**config, "campaign": campaign}
     names = identifiers(HOSTILE)
     fits = [describe(oil, name, points, coefficients, quality, told) for oil, name in names.items()]
@@ -497,7 +497,7 @@ def test_fit_without_a_curve_is_listed_with_the_reason(
 ) -> None:
     points, coefficients, quality = tables_of(["4102"], {})
     why = "not fitted: 3 accepted points, at least 13 are needed"
-    quality = quality.assign(verdict=why, certified=False, rmse=np.nan, max_error=np.nan)
+    quality = quality.assign(certificate=why, certified=False, rmse=np.nan, max_error=np.nan)
     files = export_campaign(points, coefficients, quality, config, PROVENANCE)
     assert set(files) == {"README.md", "4102/traction_4102.csv", "4102/traction_4102.json"}
     content = json.loads(files["4102/traction_4102.json"])
@@ -515,7 +515,11 @@ def test_every_source_says_whether_its_data_are_real(fit: Description) -> None:
 
 
 def test_uncertified_fit_carries_the_whole_verdict(fit: Description) -> None:
-    quality = {**fit.quality, "certified": False, "verdict": "not certified: 1 of 5; gradient 3"}
+    quality = {
+        **fit.quality,
+        "certified": False,
+        "certificate": "not certified: 1 of 5; gradient 3",
+    }
     assert (
         "not certified: 1 of 5; gradient 3"
         in export(replace(fit, quality=quality), PROVENANCE)["traction_4010.h"]

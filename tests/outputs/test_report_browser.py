@@ -251,7 +251,7 @@ def test_page_advises_what_python_does(
         [lambda_limit, table[list(AXES)].to_numpy().tolist()],
     )
     columns = [list(column) for column in zip(*found, strict=True)]
-    for place, name in enumerate(("rule", "advised_oil", "best_oil", "judgement")):
+    for place, name in enumerate(("selection_rule", "advised_oil", "best_oil", "judgement")):
         assert columns[place] == table[name].tolist()
     assert columns[8] == table["contradicting_rules"].tolist()
     assert table["judgement"].nunique() > 1

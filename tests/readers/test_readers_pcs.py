@@ -104,7 +104,7 @@ def test_real_ehd_log_confirms_the_speed_exponent_of_the_film(
     assert len(reading.runs) == 3  # 40, 60 and 80 degC
     slopes = []
     for run in reading.runs:
-        film = run.samples["film_thickness_um"]
+        film = run.samples["measured_film_thickness_um"]
         speed = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
         # at 80 degC seven rows have the wrong fringe order (228-251 nm); films of a few nm are
         # within the method's own error of 1-2 nm

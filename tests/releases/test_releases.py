@@ -46,7 +46,7 @@ TIMED = {"2026-06-01 12:30.csv": b"load_n\n1\n"}
 
 def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
     """A row a log, as ingest writes it."""
-    text = {"campaign": "demo", "rig": "r", "kind": "steps", "label": "", "reader": "csv"}
+    text = {"campaign": "demo", "rig": "r", "log_kind": "steps", "label": "", "reader": "csv"}
     verdict = {"verdict": "accepted", "rule": "", "reason": ""}
     counts = {"samples": 1, "refused_rows": 0, "plateaus": 1, "accepted_points": 1}
     nominal = dict.fromkeys(

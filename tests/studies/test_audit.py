@@ -302,7 +302,13 @@ COMPARISON = pd.DataFrame(
 
 def torque_table(load_error: float, stress_error: float) -> pd.DataFrame:
     rows = [
-        {"run_id": "r", "first_row": row, "oil": "4102", "basis": basis, "relative_error": error}
+        {
+            "run_id": "r",
+            "first_row": row,
+            "oil": "4102",
+            "load_variable": basis,
+            "relative_error": error,
+        }
         for row in (1, 2)
         for basis, error in (("stress", stress_error), ("load", load_error))
     ]

@@ -115,7 +115,7 @@ def test_inversion_finds_the_traction_that_was_planted(config):
     assert (
         inversion["traction_coefficient_systematic"] > inversion["traction_coefficient_se"]
     ).all()
-    assert set(torque["basis"]) == {"stress", "load", "dimensionless_load"}
+    assert set(torque["load_variable"]) == {"stress", "load", "dimensionless_load"}
 
 
 def test_doubt_of_the_inversion_is_what_a_torque_wrong_by_it_would_give(config):
@@ -220,7 +220,9 @@ def test_torque_of_local_physics_is_met_nearest_by_the_stress_basis():
     # 0.3 % calibration and the noise
     np.testing.assert_allclose(found["torque_n_m"], expected, rtol=0.02)
     table, _ = torque_table(runs, coefficients, quality, config)
-    error = table.assign(error=table["relative_error"].abs()).groupby("basis")["error"].median()
+    error = (
+        table.assign(error=table["relative_error"].abs()).groupby("load_variable")["error"].median()
+    )
     # how much nearer hangs on the oil: a limiting stress makes traction follow pressure weakly
     assert error["stress"] < error["load"]
     assert error["stress"] < error["dimensionless_load"]
@@ -245,7 +247,9 @@ def test_a_planted_defect_of_the_twin_is_caught(config):
 def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_not(config):
     table = size_effect_table(*printed_fits(), config)
     of_size = table[(table["varied"] == "ball size") & (table["oil"] == "4050")]
-    error = of_size.pivot(index="ball_diameter_mm", columns="basis", values="relative_to_stress")
+    error = of_size.pivot(
+        index="ball_diameter_mm", columns="load_variable", values="relative_to_stress"
+    )
     assert error["load"].is_monotonic_increasing
     assert error["load"].iloc[-1] - error["load"].iloc[0] > 0.5
     assert np.ptp(error["dimensionless_load"]) < 0.2
@@ -322,9 +326,9 @@ WANG_DENG = np.array(
 def test_a_law_on_load_of_its_own_stands_beside_the_bases(config):
     law, runs = LAWS["wang-deng-load"], plateaus(np.array([5.0]), np.array([9000.0]))
     torque, _ = torque_table(runs, *printed_fits(), config, load_law_fits())
-    row = torque.set_index("basis").loc["wang-deng-load"]
+    row = torque.set_index("load_variable").loc["wang-deng-load"]
     assert row["converged"]
-    assert set(torque["basis"]) == {*BASES, law.name}
+    assert set(torque["load_variable"]) == {*BASES, law.name}
     # 20 kN over 20 balls press each with little more than 1 kN
     known = OilInBearing.of("4050", *printed_fits(), config, load_law_fits())
     asked = []

@@ -72,7 +72,7 @@ def compared(
 def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
     _, found = compared("demo", constants_of(printed()))
     errors = extrapolation_errors(found)
-    assert errors["n_points"].sum() == len(found)
+    assert errors["n_conditions"].sum() == len(found)
     assert errors["max_error"].max() < 1e-12
     assert set(errors["figure"]) == {"fig07", "fig08", "fig09", "fig10"}
 
@@ -93,7 +93,9 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
     assert relative_rms(found[~outside]) < 0.02
     assert relative_rms(found[outside]) < 0.05
     # one draw of a campaign: all conditions of a fit err together, so that 95 % is not to be had
-    held = found["true_traction_coefficient"].between(found["lower"], found["upper"])
+    held = found["true_traction_coefficient"].between(
+        found["traction_coefficient_lower"], found["traction_coefficient_upper"]
+    )
     assert held.mean() > 0.6
 
 
@@ -145,7 +147,7 @@ def test_oil_that_could_not_be_fitted_has_no_errors() -> None:
     unfitted = constants_of(printed()).assign(value=np.nan)
     _, found = compared("demo", unfitted)
     errors = extrapolation_errors(found)
-    assert errors["n_points"].sum() == 0
+    assert errors["n_conditions"].sum() == 0
     assert errors["rmse"].isna().all()
     assert extrapolation_words(found) == []
 

@@ -120,7 +120,7 @@ def test_law_that_cannot_be_had_says_what_it_needs(quick: dict[str, Any]) -> Non
     }
     found = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
     row = found.comparison.set_index("law").loc["wang-deng-groups"]
-    assert "needs the oil's properties" in row["verdict"]
+    assert "needs the oil's properties" in row["certificate"]
     assert np.isnan(row["rmse"])
     assert set(found.law_coefficients["law"]) == {"tanh"}
     assert "wang-deng-groups" not in laws_of("4050", config)
@@ -131,7 +131,7 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
 ) -> None:
     refused = points_of(LAWS["tanh"]).assign(accepted=False)
     found = compare_laws(refused, "4050", quick)
-    verdicts = found.comparison.set_index("law")["verdict"]
+    verdicts = found.comparison.set_index("law")["certificate"]
     assert verdicts.str.startswith("not fitted").all()
     assert "0 accepted points" in verdicts["deng2026"]
     for name, table in found.tables().items():

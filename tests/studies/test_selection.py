@@ -87,7 +87,7 @@ def test_rules_advise_what_the_paper_says(
 
 def test_thinnest_oil_gives_way_where_its_film_does(table: pd.DataFrame) -> None:
     # 4.3.3: "if the film thickness is inadequate, 4050 or 4102 are recommended"
-    stepped_in = table[table["rule"].isin(["heavy load", "little slip"])]
+    stepped_in = table[table["selection_rule"].isin(["heavy load", "little slip"])]
     stepped_in = stepped_in[stepped_in["advised_oil"] != "4010"]
     assert set(stepped_in["advised_oil"]) == {"4050"}
     # where the film of the thinnest oil is thinnest: hot and slow
@@ -105,9 +105,11 @@ def test_oils_that_are_as_the_paper_says_leave_only_its_taste_for_the_middle_oil
     evidence = thick(evidence_of({oil: planted(size) for oil, size in sizes.items()}, config))
     found = select([evidence], config["selection"], BOX)
     apart = found[found["judgement"] == "disagree"]
-    assert set(apart["rule"]) == {"slipping"}  # the paper takes 4050 first there, then 4102
+    assert set(apart["selection_rule"]) == {
+        "slipping"
+    }  # the paper takes 4050 first there, then 4102
     np.testing.assert_allclose(apart["loss_ratio"], 1 - 1.2 / 1.5)
-    assert (found.loc[found["rule"] != "slipping", "loss_ratio"] == 0).all()
+    assert (found.loc[found["selection_rule"] != "slipping", "loss_ratio"] == 0).all()
 
 
 def test_difference_within_the_repeatability_of_rigs_is_no_disagreement(
@@ -125,7 +127,7 @@ def test_printed_constants_part_from_the_advice_under_heavy_load(table: pd.DataF
     # 4010/4102 is 1.9 at 2.5 GPa (docs/physics.md, traction law): the thin oil heats more, not
     # less. At
     # 70 degC and 200 m/s the film formula gives out for the thick oils, which leaves no choice.
-    heavy = table[(table["rule"] == "heavy load") & (table["inlet_temperature_c"] >= 100)]
+    heavy = table[(table["selection_rule"] == "heavy load") & (table["inlet_temperature_c"] >= 100)]
     heavy = heavy[heavy["max_hertz_pressure_gpa"].round(3) == 2.5]
     assert (heavy.loc[heavy["advised_oil"] == "4010", "judgement"] == "disagree").all()
     assert heavy["loss_ratio"].median() > 0.9
@@ -133,7 +135,7 @@ def test_printed_constants_part_from_the_advice_under_heavy_load(table: pd.DataF
 
 def test_paper_contradicts_itself_under_light_load_and_little_slip(table: pd.DataFrame) -> None:
     # 4.3.3 wants 4102 there, conclusion (4) 4010 wherever the slip is not above 15 %
-    light = table[(table["rule"] == "light load")]
+    light = table[(table["selection_rule"] == "light load")]
     assert (light["contradicting_rules"] == "little slip").all()
 
 

@@ -88,7 +88,12 @@ def test_slip_decides_as_an_engineer_would(config: dict[str, Any], name: str) ->
     rows, expected = CASES[name]
     advice = advise(pd.DataFrame(rows), config["selection"], config["gates"]["lambda_limit"])
     (row,) = advice.to_dict("records")
-    assert (row["rule"], row["advised_oil"], row["best_oil"], row["judgement"]) == expected
+    assert (
+        row["selection_rule"],
+        row["advised_oil"],
+        row["best_oil"],
+        row["judgement"],
+    ) == expected
 
 
 def test_each_place_is_judged_by_itself(config: dict[str, Any]) -> None:

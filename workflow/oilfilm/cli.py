@@ -132,7 +132,7 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
     for name, value in at.items():
         low, high = box[name]
         if np.isfinite(low) and not low <= abs(value) <= high:
-            unit = tables.unit_of(name).replace("1", "")
+            unit = tables.COLUMNS[name].shown_unit
             lines.append(
                 f"OUTSIDE the tested box: {name} {value:g}, tested {low:.4g} to {high:.4g} {unit}"
             )

@@ -63,7 +63,7 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, config: Mapping[str, Any])
         log = semantics_of(config["campaign"], run["rig"])
         rows = rows_of[run_id]
         signals = Signals.of({name: array[rows] for name, array in arrays.items()}, log)
-        measured = _measure(signals, run["kind"], config["curation"], log)
+        measured = _measure(signals, run["log_kind"], config["curation"], log)
         troubles[run_id] = known or judge_run(signals, measured.points, limits) or measured.flaw
         if troubles[run_id] is None and len(measured.points["time_s"]) == 0:
             troubles[run_id] = Trouble("no_plateau", "no steady part was found")

@@ -102,7 +102,7 @@ def measure_readings(signals: Signals) -> Measured:
         "slip_transient": nothing,
         "force_transient_n": nothing,
         "force_asymmetry": asymmetry,
-        "measured_film_thickness_um": signals.film_thickness_um,
+        "measured_film_thickness_um": signals.measured_film_thickness_um,
         "duration_s": nothing,
     }
     return Measured(_with_traction(averages, 0.0, 0.0))

@@ -27,7 +27,7 @@ class Signals:
     ball_speed_m_s: FloatArray
     disc_speed_m_s: FloatArray
     inlet_temperature_c: FloatArray
-    film_thickness_um: FloatArray
+    measured_film_thickness_um: FloatArray
     direction: int = 1
 
     @classmethod

@@ -26,7 +26,7 @@ class Certificate:
     hessian_largest: float
     active_bounds: str
     certified: bool
-    verdict: str
+    certificate: str
 
 
 def certify(
@@ -72,7 +72,7 @@ def certify(
     }
     certified = all(checks.values())
     failing = [what for what, holds in checks.items() if not holds]
-    verdict = (
+    sentence = (
         "certified: " + "; ".join(checks) if certified else "not certified: " + "; ".join(failing)
     )
     return Certificate(
@@ -87,7 +87,7 @@ def certify(
         high,
         active,
         certified,
-        verdict,
+        sentence,
     )
 
 

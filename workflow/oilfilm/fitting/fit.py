@@ -445,7 +445,7 @@ def _unfitted(
         "active_bounds": "",
         "pulling_curves": "",
         "certified": False,
-        "verdict": why,
+        "certificate": why,
     }
     row = {**dict.fromkeys(tables.columns("fit_quality"), np.nan), **quality, **without}
     return OilFit(

@@ -14,7 +14,7 @@ def fit_remarks(quality: Mapping[str, Any]) -> list[str]:
     Args:
         quality: One row of the table of fit quality.
     """
-    remarks = [f"{quality['oil']}, {quality['law']}: {quality['verdict']}"]
+    remarks = [f"{quality['oil']}, {quality['law']}: {quality['certificate']}"]
     if quality["pulling_curves"]:
         remarks.append(
             f"{quality['oil']}: WARNING: curves pull the plain fit away, a robust one differs by "
@@ -32,10 +32,10 @@ def certificates(quality: pd.DataFrame, allow_uncertified: bool) -> str:
     Raises:
         OilfilmError: A fit has no certificate and that is not allowed.
     """
-    lines = [f"{row.oil}, {row.law}: {row.verdict}" for row in quality.itertuples()]
+    lines = [f"{row.oil}, {row.law}: {row.certificate}" for row in quality.itertuples()]
     unproven = quality[~quality["certified"] & (quality["searches"] > 0)]
     if len(unproven) and not allow_uncertified:
-        what = "; ".join(f"{row.oil}: {row.verdict}" for row in unproven.itertuples())
+        what = "; ".join(f"{row.oil}: {row.certificate}" for row in unproven.itertuples())
         raise OilfilmError(
             f"fit_quality: {len(unproven)} of {len(quality)} fits have no certificate ({what}). "
             "Their constants are in the tables, but nothing proves them. Look at the data, raise "

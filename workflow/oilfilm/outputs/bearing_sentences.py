@@ -55,7 +55,7 @@ def _not_compared(results: CampaignTables) -> list[str]:
 
 
 def _errors(calculated: pd.DataFrame) -> list[str]:
-    size = calculated["relative_error"].abs().groupby(calculated["basis"], sort=False)
+    size = calculated["relative_error"].abs().groupby(calculated["load_variable"], sort=False)
     told = [
         f"{basis} {median:.1%}, {largest:.1%}"
         for basis, median, largest in zip(size.groups, size.median(), size.max(), strict=True)
@@ -77,7 +77,7 @@ def _soundness(torque: pd.DataFrame) -> list[str]:
 
 
 def _beyond(calculated: pd.DataFrame) -> list[str]:
-    by_stress = calculated[calculated["basis"] == "stress"]
+    by_stress = calculated[calculated["load_variable"] == "stress"]
     share = by_stress["traction_torque_n_m"] / by_stress["torque_n_m"]
     mean = {
         name: by_stress[f"share_beyond_{name}"].mean() for name in ("pressure", "speed", "slip")

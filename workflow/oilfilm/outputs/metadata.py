@@ -7,13 +7,12 @@ give the same bytes: no clock, and everything in a fixed order. Addresses are re
 folder of the tables, which can be moved as a whole.
 """
 
-import inspect
 import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pyarrow.parquet as parquet
 from frictionless import Package, system
@@ -270,11 +269,12 @@ def _field(name: str, column: Any, vocabulary: Vocabulary) -> dict[str, Any]:
 
 
 def _columns(table: str) -> dict[str, Any]:
-    return dict(tables.TABLES[table].to_schema().columns)
+    return {column.name: column for column in tables.TABLES[table].columns}
 
 
 def _meaning(table: str) -> str:
-    return cast(str, inspect.getdoc(tables.TABLES[table]))
+    model = tables.TABLES[table]
+    return " ".join(filter(None, (model.description, model.caveats)))
 
 
 def linked_data(dataset: Dataset) -> str:

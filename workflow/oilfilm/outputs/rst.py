@@ -1,6 +1,5 @@
 """Captions of figures and tables as reStructuredText, which Snakemake's report reads."""
 
-import inspect
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -18,11 +17,11 @@ def figure_caption(figure: str, campaign: Mapping[str, Any]) -> str:
 def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
     """What a row of a table is, where the data are from, and each column's unit and meaning."""
     model = tables.TABLES[table]
-    lines = [_plain(f"{inspect.getdoc(model)}\n\n{provenance(campaign)}.\n")]
-    for name, column in model.to_schema().columns.items():
-        unit = tables.unit_of(name)
-        words = f" ({unit})" if unit else ""
-        lines.append(_plain(f"- {name}{words}: {column.description}"))
+    about = "\n\n".join(filter(None, (model.description, model.caveats)))
+    lines = [_plain(f"{about}\n\n{provenance(campaign)}.\n")]
+    for column in model.columns:
+        unit = f" ({column.unit})" if column.unit else ""
+        lines.append(_plain(f"- {column.name}{unit}: {column.description}"))
     return "\n".join(lines) + "\n"
 
 

@@ -157,11 +157,11 @@ def _fits(results: CampaignTables) -> list[str]:
     lines = []
     for fit in tables.rows(results.fit_quality):
         if np.isnan(fit["rmse"]):
-            lines.append(f"  {fit['oil']}: {fit['verdict']}")
+            lines.append(f"  {fit['oil']}: {fit['certificate']}")
             continue
         lines.append(
             f"  {fit['oil']}: {fit['n_points']} points of {fit['n_curves']} curves, "
-            f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['verdict']}"
+            f"rmse {fit['rmse']:.2e} ({fit['relative_rms']:.2%} of mu), {fit['certificate']}"
         )
         lines += [f"    {remark}" for remark in fit_remarks(fit)[1:]]
         rows = coefficients[coefficients["oil"] == fit["oil"]]

@@ -241,7 +241,7 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
         "run_id": run.run_id,
         "oil": run.oil,
         "rig": run.rig,
-        "kind": run.kind,
+        "log_kind": run.kind,
         "label": printable(run.label)[:_LONGEST_LABEL],
         **{
             f"nominal_{name}": math.nan if value is None else value

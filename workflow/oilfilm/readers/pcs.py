@@ -344,7 +344,7 @@ def _run(
         ball_speed_m_s=ball * 1e-3,
         disc_speed_m_s=disc * 1e-3,
         inlet_temperature_c=values["inlet_temperature_c"],
-        film_thickness_um=values["film_nm"] * 1e-3,
+        measured_film_thickness_um=values["film_nm"] * 1e-3,
     )
     nominal = Nominal.planned(config["campaign"])
     (oil,), (rig,) = config["oils"], config["rigs"]

@@ -53,8 +53,8 @@ def extrapolate(
             found = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             numbers = {
                 "traction_coefficient": found.traction_coefficient,
-                "lower": found.lower,
-                "upper": found.upper,
+                "traction_coefficient_lower": found.lower,
+                "traction_coefficient_upper": found.upper,
             }
             of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law)]
             beyond = _beyond(of_oil, of_fit.iloc[0], within)
@@ -141,13 +141,14 @@ def _errors(compared: pd.DataFrame) -> dict[str, Any]:
     sizes = ("rmse", "relative_rms", "mean_error", "max_error", "interval_ratio")
     names = (*sizes, *(f"worst_{name}" for name in at))
     if not known.any():
-        return {"n_points": 0, **dict.fromkeys(names, np.nan)}
+        return {"n_conditions": 0, **dict.fromkeys(names, np.nan)}
     rows, error = compared[known], error[known]
     worst = rows.iloc[int(np.abs(error).argmax())]
     rmse = np.sqrt(np.mean(error**2))
     size = np.sqrt(np.mean(rows["true_traction_coefficient"] ** 2))
-    held = rows["true_traction_coefficient"].between(rows["lower"], rows["upper"])
-    share = held.mean() if rows["lower"].notna().all() else np.nan
+    interval = rows["traction_coefficient_lower"], rows["traction_coefficient_upper"]
+    held = rows["true_traction_coefficient"].between(*interval)
+    share = held.mean() if interval[0].notna().all() else np.nan
     summed = (rmse, rmse / size, error.mean(), np.abs(error).max(), share)
     values = (*summed, *(worst[name] for name in at))
-    return {"n_points": len(rows), **dict(zip(names, values, strict=True))}
+    return {"n_conditions": len(rows), **dict(zip(names, values, strict=True))}

@@ -44,7 +44,7 @@ class Comparison:
         return [
             f"{row['oil']}, {row['law']}: {row['n_constants']} constants, "
             f"rmse {row['rmse']:.2e}, of curves left out {row['left_out_rmse']:.2e}; "
-            f"{row['verdict']}"
+            f"{row['certificate']}"
             for row in tables.rows(self.comparison)
         ]
 
@@ -167,7 +167,7 @@ _COPIED = (
     "max_error",
     "condition_number",
     "certified",
-    "verdict",
+    "certificate",
 )
 _COMPUTED = (
     "aic",
@@ -184,9 +184,9 @@ _COMPUTED = (
 
 def _no_row(oil: str, law: str) -> dict[str, Any]:
     counts = dict.fromkeys(("n_points", "n_curves", "n_constants"), 0)
-    verdict = "not fitted: the law needs the oil's properties and one known contact (config)"
+    reason = "not fitted: the law needs the oil's properties and one known contact (config)"
     none = dict.fromkeys((*_COPIED, *_COMPUTED), np.nan)
-    return {**none, **counts, "oil": oil, "law": law, "certified": False, "verdict": verdict}
+    return {**none, **counts, "oil": oil, "law": law, "certified": False, "certificate": reason}
 
 
 def _row(fit: OilFit, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:

@@ -89,7 +89,7 @@ def _map(
     )
     frame = places.assign(
         basis=evidence.basis,
-        rule=np.array([rule["name"] for rule in settings["rules"]])[deciding],
+        selection_rule=np.array([rule["name"] for rule in settings["rules"]])[deciding],
         aim=np.where(most, "most traction", "least heat"),
         advised_oil=names[advised],
         contradicting_rules=said.contradicting(deciding),

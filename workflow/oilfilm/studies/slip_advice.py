@@ -78,7 +78,7 @@ def advise(
     names = np.array([*oils, ""])
     frame = places.assign(
         oils_within_limit=["; ".join(np.compress(column, oils)) for column in within.T],
-        rule=np.array([rule["name"] for rule in settings["rules"]])[deciding],
+        selection_rule=np.array([rule["name"] for rule in settings["rules"]])[deciding],
         slip_that_decides=chosen(slip, start),
         advised_oil=names[advised],
         advised_cage_slip=advised_slip,

@@ -22,7 +22,8 @@ TABLES = (
         columns="""
             run_id oil bearing sha256 reader first_row last_row n_samples n_spikes time_s duration_s
             inner_speed_rpm axial_load_n oil_temperature_c outer_ring_temperature_c tare_n_m
-            torque_n_m torque_n_m_se torque_change_n_m oil_temperature_change_c accepted failed_gates""",
+            torque_n_m torque_n_m_se torque_change_n_m oil_temperature_change_c accepted
+            failed_gates""",
         uses=(
             use("first_row", "first row of the settled part"),
             use("last_row", "last row of the settled part"),

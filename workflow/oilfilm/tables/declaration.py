@@ -57,6 +57,11 @@ class Column:
         return "category" if self.dictionary else _DTYPES[self.type]
 
     @property
+    def shown_unit(self) -> str:
+        """Unit to write behind a number; empty for plain numbers and for units of their own."""
+        return "" if self.unit in ("1", BY_ROW) else self.unit
+
+    @property
     def description(self) -> str:
         """Meaning, note and caveat in one line."""
         return "; ".join(filter(None, (self.meaning, self.note, self.caveat)))

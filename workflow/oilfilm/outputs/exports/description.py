@@ -154,7 +154,7 @@ class Description:
         if self.law not in FORMULAS:
             return f"the law {self.law} has no formula in oilfilm.outputs.exports"
         if any(factor is None for factor, _ in self.powers.values()):
-            return str(self.quality["verdict"])
+            return str(self.quality["certificate"])
         return ""
 
     @cached_property

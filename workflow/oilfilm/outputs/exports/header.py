@@ -55,7 +55,7 @@ def origin(description: Description) -> str:
 
 def certificate(description: Description) -> str:
     """The certificate's verdict: its first clause where all is well, else the whole."""
-    verdict = str(description.quality["verdict"])
+    verdict = str(description.quality["certificate"])
     return plain(verdict.partition(";")[0] if description.quality["certified"] else verdict)
 
 

@@ -107,7 +107,7 @@ def _constant(one: Constant) -> dict[str, Any]:
 def _fit(quality: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "certified": bool(quality["certified"]),
-        "verdict": quality["verdict"],
+        "verdict": quality["certificate"],
         "points": int(quality["n_points"]),
         "runs": int(quality["n_curves"]),
         "rms_error_of_mu": known(quality["rmse"]),

@@ -109,7 +109,7 @@ def _draw_oil(
     for load, shade in zip(loads, style.shades(colour, len(loads)), strict=True):
         of_load = torque[torque["load"] == load]
         for basis, (_, line, marker) in _BASES.items():
-            of_basis = of_load[of_load["basis"] == basis].sort_values("inner_speed_rpm")
+            of_basis = of_load[of_load["load_variable"] == basis].sort_values("inner_speed_rpm")
             speed = of_basis["inner_speed_rpm"] / 1e3
             if basis == "stress":
                 axes[0].errorbar(
@@ -311,7 +311,7 @@ def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 )
 def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
     """Traction torque of the load bases against the stress basis, by ball size and conformity."""
-    drawn = results.size_effect["basis"].isin(["load", "dimensionless_load"])
+    drawn = results.size_effect["load_variable"].isin(["load", "dimensionless_load"])
     table = results.size_effect[drawn].reset_index(drop=True)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     axes = figure.subplots(1, 2, sharey=True)
@@ -327,7 +327,7 @@ def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Fig
     for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
         rows = table[table["varied"] == varied]
         for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
-            of_series = rows[(rows["oil"] == oil) & (rows["basis"] == basis)]
+            of_series = rows[(rows["oil"] == oil) & (rows["load_variable"] == basis)]
             _, line, marker = _BASES[basis]
             axis.plot(
                 of_series[column],

@@ -230,8 +230,8 @@ def _curves(
                     series=series,
                     slide_roll_ratio=slip,
                     traction_coefficient=found.traction_coefficient,
-                    lower=found.lower,
-                    upper=found.upper,
+                    traction_coefficient_lower=found.lower,
+                    traction_coefficient_upper=found.upper,
                     extrapolated=np.asarray(beyond),
                 )
             )
@@ -246,7 +246,8 @@ def _draw(axis: Axes, curves: pd.DataFrame, cuts: Cuts, oils: Sequence[str]) -> 
         colour = style.oil_colour(str(oil), oils)
         refit = curve[curve["series"] == "refit"]
         x = refit[cuts.abscissa]
-        axis.fill_between(x, refit["lower"], refit["upper"], color=colour, alpha=0.25, linewidth=0)
+        interval = refit["traction_coefficient_lower"], refit["traction_coefficient_upper"]
+        axis.fill_between(x, *interval, color=colour, alpha=0.25, linewidth=0)
         axis.plot(
             x,
             refit["traction_coefficient"],

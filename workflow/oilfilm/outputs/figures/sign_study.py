@@ -89,8 +89,8 @@ def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "series": [_IN_USE if flag else _ALL for flag in sets["in_use"]],
-            "label": sets["signs"],
-            "rank": places,
+            "words": sets["signs"],
+            "x": places,
             "value": sets["total"],
             "weakest_margin": float("nan"),
         }
@@ -119,8 +119,8 @@ def _draw_statements(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFram
             pd.DataFrame(
                 {
                     "series": series,
-                    "label": names,
-                    "rank": float("nan"),
+                    "words": names,
+                    "x": float("nan"),
                     "value": shares.to_numpy(),
                     "weakest_margin": float("nan"),
                 }
@@ -163,8 +163,8 @@ def _draw_margins(axis: Axes, verdicts: pd.DataFrame, colour: str) -> pd.DataFra
     return pd.DataFrame(
         {
             "series": verdicts["verdict"],
-            "label": verdicts["constant"] + " " + verdicts["sign"],
-            "rank": float("nan"),
+            "words": verdicts["constant"] + " " + verdicts["sign"],
+            "x": float("nan"),
             "value": verdicts["margin"],
             "weakest_margin": verdicts["weakest_margin"],
         }

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.tables import unit_of
 
 _NONE = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
@@ -119,12 +118,12 @@ def show(
 
 
 def _column(table: str, choice: Choice) -> Column:
-    model = tables.TABLES[table].to_schema().columns[choice.name]
-    unit = unit_of(choice.name).replace("degC", "\N{DEGREE SIGN}C").removeprefix("1")
+    model = tables.TABLES[table][choice.name]
+    unit = model.shown_unit.replace("degC", "\N{DEGREE SIGN}C")
     return Column(
         choice.heading,
         unit if choice.unit is None else choice.unit,
-        model.description or "",
-        str(model.dtype) in ("float64", "int64"),
+        model.description,
+        model.type in ("number", "integer"),
         choice.is_verdict,
     )

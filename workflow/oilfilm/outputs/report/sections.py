@@ -64,7 +64,7 @@ def fit_table(results: CampaignTables, sure: Mapping[str, Certainty]) -> Shown:
             Choice("relative_rms", "Misfit, rms of mu", percent(2), ""),
             Choice("max_error", "Largest error of mu", number(".2e"), ""),
             Choice("certified", "Certified", yes_or_no, is_verdict=True),
-            Choice("verdict", "Why"),
+            Choice("certificate", "Why"),
         ],
     )
     meaning = (
@@ -209,7 +209,7 @@ def torque(results: CampaignTables) -> Shown:
     ]
     one = percent(1)
     rows = []
-    for (oil, basis), of_basis in known.groupby(["oil", "basis"], sort=False):
+    for (oil, basis), of_basis in known.groupby(["oil", "load_variable"], sort=False):
         size = of_basis["relative_error"].abs()
         share = of_basis["traction_torque_n_m"] / of_basis["torque_n_m"]
         rows.append(

@@ -131,7 +131,9 @@ def _paper(results: CampaignTables) -> str:
         if verdict in counts
     ]
     words = f"Of {len(refit)} claims on this campaign's fits: {', '.join(named)}"
-    by_stress = results.torque.loc[results.torque["basis"] == "stress", "relative_error"].dropna()
+    by_stress = results.torque.loc[
+        results.torque["load_variable"] == "stress", "relative_error"
+    ].dropna()
     if len(by_stress):
         size = by_stress.abs()
         words += (

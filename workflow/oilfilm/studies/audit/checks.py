@@ -640,7 +640,9 @@ def _torque(evidence: Evidence, basis: str) -> pd.DataFrame:
             if evidence.basis == "printed"
             else "the campaign has no torque tests"
         )
-    rows = evidence.torque[evidence.torque["basis"] == basis].dropna(subset=["relative_error"])
+    rows = evidence.torque[evidence.torque["load_variable"] == basis].dropna(
+        subset=["relative_error"]
+    )
     if rows.empty:
         raise NotCheckableError(f"no torque was calculated from the {basis}-based law")
     return rows.reset_index(drop=True)
