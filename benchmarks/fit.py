@@ -38,8 +38,8 @@ from oilfilm.rig_twin.plateaus import simulate_curves
 from oilfilm.settings.load import resolve
 from oilfilm.settings.reference import printed_constants
 from oilfilm.traction import LAWS
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import FloatArray, bounds
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 ROOT = Path(__file__).parents[1]
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})

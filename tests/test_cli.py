@@ -8,7 +8,7 @@ from campaigns import ROOT, Campaign, printed
 from oilfilm import tables
 from oilfilm.cli import main, quantity
 from oilfilm.errors import OilfilmError
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 CONFIG = ["--config", str(ROOT / "config")]
 

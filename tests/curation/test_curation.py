@@ -30,7 +30,7 @@ from oilfilm.curation.signals import SIGNALS, Signals, sampling_interval
 from oilfilm.readers.ingest import read_log
 from oilfilm.settings.load import resolve
 from oilfilm.settings.semantics import Semantics, semantics_of
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 PLATEAUS = {
     "window_s": 0.8,

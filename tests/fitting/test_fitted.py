@@ -15,7 +15,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.fitting.fitted import Coefficients, FittedLaw, predict
 from oilfilm.traction import LAWS
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 
 @pytest.fixture(scope="module")

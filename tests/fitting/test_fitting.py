@@ -18,8 +18,8 @@ from oilfilm.fitting.remarks import certificates
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.load import resolve
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import to_constants, to_internal
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 OILS = ("4102", "4050", "4010")
 SETTINGS = resolve(ROOT / "config", {})["fit"]

@@ -13,8 +13,8 @@ from oilfilm.fitting.problem import build_problem, varied_conditions
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import to_internal
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 
 @pytest.fixture(scope="module")

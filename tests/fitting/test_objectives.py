@@ -15,8 +15,8 @@ from oilfilm.fitting.objectives import difference, robust_fit, weighted_fit
 from oilfilm.fitting.problem import CurveData, Problem
 from oilfilm.fitting.remarks import fit_remarks
 from oilfilm.randomness import generator
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import FloatArray, to_constants, to_internal
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 
 def prepare(points: pd.DataFrame) -> tuple[Problem, CurveData, Optimum]:

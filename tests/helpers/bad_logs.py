@@ -20,7 +20,7 @@ from campaigns import ROOT, printed
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import contact_of
 from oilfilm.settings.load import resolve
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 Columns = dict[str, np.ndarray]
 

@@ -6,7 +6,7 @@ import pandas as pd
 from campaigns import printed
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 LAW = LAWS["deng2026"]
 P, U, T = [1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0]

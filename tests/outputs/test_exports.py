@@ -23,8 +23,8 @@ from oilfilm.outputs.exports.campaign import FORMS, export, export_campaign
 from oilfilm.outputs.exports.description import Description, describe
 from oilfilm.outputs.exports.names import identifiers, plain
 from oilfilm.traction import LAWS
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
 NAMES = [constant.name for constant in LAWS["deng2026"].constants]

@@ -20,7 +20,7 @@ from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.printed.signs import study_signs
 from oilfilm.studies.selection import select
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 from pictures import draw, nothing_is_cut_off
 
 

@@ -31,7 +31,7 @@ from oilfilm.releases.page import page
 from oilfilm.releases.pin import pin
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.load import as_yaml
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 from releases import PNG, made, project, released, tables_of
 
 OILS = ("4102", "4050")

@@ -28,7 +28,7 @@ from oilfilm.studies.audit.checks import CHECKS
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError
 from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 PHYSICS_PAGE = ROOT / "docs" / "physics.md"
 

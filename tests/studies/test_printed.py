@@ -17,8 +17,8 @@ from oilfilm.studies.printed import statements
 from oilfilm.studies.printed.judge import judge_printed, largest_difference, squared_errors
 from oilfilm.studies.printed.signs import study_signs, verdict
 from oilfilm.studies.printed.statements import BETWEEN_OILS, LAW, STATEMENTS, Surface
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import CONDITIONS, to_internal
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 OILS = ("4102", "4050", "4010")

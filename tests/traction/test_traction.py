@@ -9,8 +9,8 @@ from campaigns import ROOT, printed
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.reference import printed_constants
 from oilfilm.traction import LAWS
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import Observations, bounds, to_constants, to_internal
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 LAW = LAWS["deng2026"]
 OILS = ("4102", "4050", "4010")

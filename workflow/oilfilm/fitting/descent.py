@@ -158,8 +158,8 @@ def _normal_equations(
     # a trial step may run off to where the law overflows; it is then not taken
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         sizes = law.sizes(problem.expand(values.T), at.design)[:, at.curve]
-        residual = law.value(sizes, slip) - problem.mu[:, np.newaxis]
-        slopes = law.slopes(sizes, slip)
+        mu, slopes = law.value_and_slopes(sizes, slip)
+        residual = mu - problem.mu[:, np.newaxis]
         sse = total(residual**2, np.ones((problem.curves, 1)))[:, 0]
         for i, first in enumerate(slopes):
             gradient[:, i] = total(first * residual, at.design)

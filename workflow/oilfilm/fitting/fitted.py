@@ -193,10 +193,10 @@ class FittedLaw:
         design = law.design(conditions, coefficients.known)
         at = Observations(design, np.arange(len(slip)), np.abs(slip))
         sizes = law.sizes(internal, at.design)
-        mu = law.value(sizes, at.slip)
+        mu, slopes = law.value_and_slopes(sizes, at.slip)
         blocks = root.reshape(len(sizes), -1, root.shape[1])
         along = np.zeros((len(slip), root.shape[1]))
-        for slope, block in zip(law.slopes(sizes, at.slip), blocks, strict=True):
+        for slope, block in zip(slopes, blocks, strict=True):
             along += slope[:, np.newaxis] * (at.design @ block)
         return mu, np.linalg.norm(along, axis=1)
 

@@ -12,8 +12,8 @@ import numpy as np
 from oilfilm.fitting.problem import CurveData
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import contact_of
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import FloatArray
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import PA_PER_GPA
 
 

@@ -14,7 +14,7 @@ from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.oils import Oil, oil_from_config
 from oilfilm.physics.rigs import Contact, contact_of
 from oilfilm.physics.thermal_traction import ThermalEhl, thermal_ehl_traction
-from oilfilm.traction.deng2026 import traction_coefficient
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import PA_PER_GPA, FloatArray
 
 # P in GPa, U in m/s, T in degC and S, 0 or more -> mu

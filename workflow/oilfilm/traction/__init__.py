@@ -1,30 +1,16 @@
-"""Traction laws: each is one module; adding one touches its module and this list."""
+"""Traction laws by name. `oilfilm.traction.laws` lists them."""
 
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.traction.carreau import Carreau
-from oilfilm.traction.deng2026 import Deng2026
-from oilfilm.traction.eyring import Eyring
+from oilfilm.traction import laws
 from oilfilm.traction.law import Law
-from oilfilm.traction.saturating import Saturating
-from oilfilm.traction.wang_deng import WangDengCriticalLoad, WangDengGroups, WangDengLoad
 
 # Laws that need nothing but the conditions.
-LAWS: dict[str, Law] = {
-    law.name: law
-    for law in (
-        Deng2026(),
-        WangDengLoad(),
-        WangDengCriticalLoad(),
-        Eyring(),
-        Carreau(),
-        Saturating(),
-    )
-}
+LAWS: dict[str, Law] = {law.name: law for law in vars(laws).values() if isinstance(law, Law)}
 # Laws that need the oil's properties and the contact besides.
-_OF_CONTACT: tuple[type[WangDengGroups], ...] = (WangDengGroups,)
+OF_CONTACT = {"wang-deng-groups": laws.wang_deng_groups}
 
-LAW_NAMES = (*LAWS, *(law.name for law in _OF_CONTACT))
+LAW_NAMES = (*LAWS, *OF_CONTACT)
 
 
 def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
@@ -39,4 +25,4 @@ def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
     """
     if oil is None or contact is None:
         return LAWS
-    return LAWS | {law.name: law(oil, contact) for law in _OF_CONTACT}
+    return LAWS | {name: law(oil, contact) for name, law in OF_CONTACT.items()}

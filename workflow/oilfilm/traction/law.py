@@ -1,17 +1,20 @@
-"""What a traction law offers; fitting knows laws through this interface only.
+"""What a traction law is; fitting, exports and the report know laws through this interface only.
 
-Every law here says mu as a function of the slide-roll ratio and of a few coefficients, each of
-which is a power law of the operating conditions, or of groups made of them. A law's own module
-holds its equation and the derivatives of it; what all laws share is written once, here.
+A law gives mu by the slide-roll ratio S and a few coefficients. Each coefficient is a power law
+of the operating conditions, or of groups made of them. A law's own file holds its equation as
+text; values, derivatives, exported code and the typeset equation are all made from that text.
 """
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import ClassVar
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from oilfilm.traction import expression
+from oilfilm.traction.expression import Node
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
@@ -21,6 +24,26 @@ CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperat
 
 # Power laws of traction steeper than this are not known; the search needs a limit.
 _STEEPEST = 6.0
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a power law can be of: symbol in equations, meaning, unit."""
+
+    symbol: str
+    meaning: str
+    unit: str
+
+
+QUANTITIES = {
+    "max_hertz_pressure_gpa": Quantity("P", "maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": Quantity("U", "entrainment speed, mean of both surface speeds", "m/s"),
+    "inlet_temperature_c": Quantity("T", "oil temperature at the inlet", "degC"),
+    "load_n": Quantity("W", "normal load", "N"),
+    "dimensionless_load": Quantity("Q", "dimensionless load W/(E' R^2)", "1"),
+    "dimensionless_speed": Quantity("V", "dimensionless speed eta0 U/(E' R)", "1"),
+    "thermal_loading_parameter": Quantity("Z", "thermal loading eta0 beta U^2/k", "1"),
+}
 
 
 @dataclass(frozen=True)
@@ -44,7 +67,7 @@ class Constant:
 
     `condition` names the group whose exponent it is, None for X0. The bounds are those of the
     search and hold for the internal value: ln|X0|, or the exponent itself. `known` is the value
-    of an exponent that is no constant to be fitted, because the law gives it.
+    of an exponent that is not fitted, because the law gives it.
     """
 
     name: str
@@ -60,7 +83,7 @@ class Observations:
     """Points to evaluate a law at, gathered in curves of one operating condition each.
 
     Attributes:
-        design: One row a curve, made by the law from its conditions.
+        design: One row per curve, made by the law from its conditions.
         curve: Row of `design` that each point belongs to.
         slip: Slide-roll ratio of each point, 0 or more.
     """
@@ -70,7 +93,8 @@ class Observations:
     slip: FloatArray
 
 
-class Law(ABC):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Law:
     """A traction law: mu as a function of its constants, the conditions and the slip.
 
     `internal` is the search's own form of the constants, shape (constants,) or, for a whole
@@ -78,32 +102,34 @@ class Law(ABC):
 
     Attributes:
         name: Name in config and tables.
-        equation: The equation in words a reader can type.
         source: Author, year, equation.
+        equation: mu for S >= 0 by the coefficients and S, as text (`oilfilm.traction.expression`).
+        parts: Parts of the equation that have a name of their own, in order: name and text.
         coefficients: The coefficients of the equation, in the order of every array of them.
+        reference: Value of each group at which every power law is 1.
         conditions: Columns of the table of points that the law needs.
         groups: What the power laws are of: the conditions, or groups that the law makes of them.
-        reference: Value of each group at which every power law is 1.
+        must_vary: Conditions without whose variation the law cannot be fitted.
+        adore: A, B, C and D as text where the law has the form (A + B S) exp(-C S) + D.
     """
 
-    name: ClassVar[str]
-    equation: ClassVar[str]
-    source: ClassVar[str]
-    coefficients: ClassVar[tuple[Coefficient, ...]]
-    conditions: ClassVar[tuple[str, ...]] = CONDITIONS
-    reference: ClassVar[FloatArray]
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """Names of the groups."""
-        return self.conditions
+    name: str
+    source: str
+    equation: str
+    coefficients: tuple[Coefficient, ...]
+    reference: tuple[float, ...] = (1.0, 20.0, 20.0)
+    conditions: tuple[str, ...] = CONDITIONS
+    groups: tuple[str, ...] = CONDITIONS
+    parts: tuple[tuple[str, str], ...] = ()
+    must_vary: tuple[str, ...] = ()
+    adore: tuple[str, str, str, str] | None = None
 
     def group_values(self, conditions: FloatArray) -> FloatArray:
         """Rows of groups from rows of conditions."""
         return conditions
 
     def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "Law":
-        """The law with its groups made in other contacts, a row of conditions each.
+        """The law with its groups made in other contacts, one per row of conditions.
 
         Args:
             radius_m: Reduced radius along the rolling direction, shape (rows,).
@@ -115,29 +141,55 @@ class Law(ABC):
         """Which groups vary where these conditions do.
 
         Raises:
-            ValueError: The law cannot follow the varied conditions alone.
+            ValueError: The law cannot be fitted where only these conditions vary.
         """
+        for name, varies in zip(self.conditions, varied, strict=True):
+            if name in self.must_vary and not varies:
+                raise ValueError(f"{self.name} needs {name} to vary")
         return varied
 
-    @abstractmethod
     def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
         """mu from the coefficients' sizes |X|, shape (coefficients, ...), at slips (...)."""
+        return np.asarray(self._value(*sizes, slip)[0])
 
-    @abstractmethod
-    def slopes(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
-        """Derivatives of `value` by each ln|X|, shape (coefficients, ...)."""
+    def value_and_slopes(
+        self, sizes: FloatArray, slip: FloatArray
+    ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+        """mu, and its derivatives by each ln|X|, each of the arguments' shape or broadcastable."""
+        mu, *slopes = self._value_and_slopes(*sizes, slip)
+        return mu, tuple(slopes)
+
+    @cached_property
+    def graphs(self) -> tuple[Node, ...]:
+        """mu by the sizes |X| and S, and its derivatives by each ln|X|."""
+        signs = tuple((coefficient.name, coefficient.sign) for coefficient in self.coefficients)
+        return _graphs(self.equation, self.parts, signs)
+
+    @cached_property
+    def _value(self) -> Callable[..., Any]:
+        return _compiled(self.graphs[:1], (*self.local_constants, "S"))
+
+    @cached_property
+    def _value_and_slopes(self) -> Callable[..., Any]:
+        return _compiled(self.graphs, (*self.local_constants, "S"))
 
     @cached_property
     def constants(self) -> tuple[Constant, ...]:
         """X0 and the exponents of each coefficient, in the order of every array of them."""
         constants: list[Constant] = []
-        for one in self.coefficients:
-            lower, upper = np.log([one.smallest, one.largest])
-            constants.append(Constant(f"{one.name}0", lower, upper, one.sign))
-            known = one.exponents or (None,) * len(self.groups)
+        for coefficient in self.coefficients:
+            lower, upper = np.log([coefficient.smallest, coefficient.largest])
+            constants.append(Constant(f"{coefficient.name}0", lower, upper, coefficient.sign))
+            known = coefficient.exponents or (None,) * len(self.groups)
             constants += [
-                Constant(f"{one.name}{place}", -_STEEPEST, _STEEPEST, condition=group, known=value)
-                for place, (group, value) in enumerate(zip(self.groups, known, strict=True), 1)
+                Constant(
+                    f"{coefficient.name}{number}",
+                    -_STEEPEST,
+                    _STEEPEST,
+                    condition=group,
+                    known=value,
+                )
+                for number, (group, value) in enumerate(zip(self.groups, known, strict=True), 1)
             ]
         return tuple(constants)
 
@@ -156,7 +208,7 @@ class Law(ABC):
         Raises:
             ValueError: A group is not above zero, where the power laws have no value.
         """
-        relative = self.group_values(np.atleast_2d(conditions)) / self.reference
+        relative = self.group_values(np.atleast_2d(conditions)) / np.array(self.reference)
         if varied is not None:
             relative = np.where(varied, relative, 1.0)
         if not np.all(relative > 0):
@@ -175,14 +227,32 @@ class Law(ABC):
 
     def jacobian(self, internal: FloatArray, at: Observations) -> FloatArray:
         """Derivatives of mu by each internal constant: shape (points, constants)."""
-        slopes = self.slopes(self.sizes(internal, at.design)[:, at.curve], at.slip)
+        sizes = self.sizes(internal, at.design)[:, at.curve]
+        _, slopes = self.value_and_slopes(sizes, at.slip)
         rows = at.design[at.curve]
         return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
 
     @property
     def local_constants(self) -> tuple[str, ...]:
         """Names of the coefficients."""
-        return tuple(one.name for one in self.coefficients)
+        return tuple(coefficient.name for coefficient in self.coefficients)
+
+
+@cache
+def _graphs(
+    equation: str, parts: tuple[tuple[str, str], ...], signs: tuple[tuple[str, int], ...]
+) -> tuple[Node, ...]:
+    """mu by the sizes |X| and S, and its derivatives by each ln|X|."""
+    values = {"S": expression.name("S")}
+    for name, sign in signs:
+        values[name] = expression.parse("X" if sign > 0 else "-X", {"X": expression.name(name)})
+    mu = expression.parse(equation, values, parts)
+    return mu, *(expression.logarithmic_derivative(mu, name) for name, _ in signs)
+
+
+@cache
+def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[..., Any]:
+    return expression.compiled(names, graphs)
 
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:

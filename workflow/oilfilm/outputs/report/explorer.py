@@ -191,7 +191,7 @@ def law_of(fit: FittedLaw) -> dict[str, Any]:
     root = coefficients.root(law)
     return {
         "law": law.name,
-        "reference": law.reference.tolist(),
+        "reference": list(law.reference),
         "internal": to_internal(law, coefficients.constants).tolist(),
         "known": coefficients.known.tolist(),
         "root": None if np.isnan(root).any() else root.tolist(),

@@ -10,8 +10,8 @@ from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
 from oilfilm.studies.printed.statements import LAW, grid_levels
-from oilfilm.traction.deng2026 import traction_coefficient
 from oilfilm.traction.law import CONDITIONS, FloatArray, Observations, to_internal
+from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 _NAMES = [constant.name for constant in LAW.constants]
 _ROUNDING = 1e-9

@@ -1,52 +1,28 @@
-r"""The stress-based traction law of Deng et al. (2026), Eqs 7-9.
+"""The stress-based traction law of Deng et al. (2026), Eqs 7-9.
 
     mu = (A + B S) exp(-C S) - A,   X = X0 Pbar^X1 Ubar^X2 Tbar^X3   for X in A, B, C
 
 with Pbar = P / 1 GPa, Ubar = U / 20 m/s, Tbar = T / 20 degC (degrees Celsius, as printed), S the
 slide-roll ratio and A < 0, B > 0, C > 0. Hence mu = 0 at S = 0 and mu -> |A| for large S; with
-these signs mu >= 0 for every S >= 0; the slope at S = 0 is B + |A| C and the one peak lies at
+these signs mu >= 0 for every S >= 0; the slope at S = 0 is B + |A| C and the one peak is at
 S = 1/C + |A|/B.
-
-Reference: K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, Eqs 7-9.
 """
 
 import numpy as np
 
 from oilfilm.traction.law import Coefficient, FloatArray, Law
 
-REFERENCE = np.array([1.0, 20.0, 20.0])  # GPa, m/s, degC: the paper's P0, U0, T0
-
-
-class Deng2026(Law):
-    """Eqs 7-9 with their twelve constants; the signs of A, B and C cannot change."""
-
-    name = "deng2026"
-    equation = "mu = (A + B S) exp(-C S) - A, X = X0 (P/1 GPa)^X1 (U/20 m/s)^X2 (T/20 degC)^X3"
-    source = "K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, Eqs 7-9"
-    reference = REFERENCE
-    coefficients = (
+DENG2026 = Law(
+    name="deng2026",
+    source="K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, Eqs 7-9",
+    equation="(A + B*S)*exp(-C*S) - A",
+    coefficients=(
         Coefficient("A", -1, 1e-4, 1.0),
         Coefficient("B", +1, 1e-4, 1e3),
         Coefficient("C", +1, 1e-2, 1e4),
-    )
-
-    def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
-        """Eq. 7 from |A|, B and C."""
-        size, slope, rate = sizes
-        decay = np.exp(-rate * slip)
-        return size * (1 - decay) + slope * slip * decay
-
-    def slopes(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
-        """Derivatives of Eq. 7 by ln|A|, ln B and ln C."""
-        size, slope, rate = sizes
-        decay = np.exp(-rate * slip)
-        return np.stack(
-            [
-                size * (1 - decay),
-                slope * slip * decay,
-                (size - slope * slip) * rate * slip * decay,
-            ]
-        )
+    ),
+    adore=("A", "B", "C", "-A"),
+)
 
 
 def traction_coefficient(
@@ -79,13 +55,12 @@ def traction_coefficient(
         0.020412
     """
     bars = (
-        np.asarray(max_hertz_pressure_gpa) / REFERENCE[0],
-        np.asarray(entrainment_speed_m_s) / REFERENCE[1],
-        np.asarray(inlet_temperature_c) / REFERENCE[2],
+        np.asarray(max_hertz_pressure_gpa) / DENG2026.reference[0],
+        np.asarray(entrainment_speed_m_s) / DENG2026.reference[1],
+        np.asarray(inlet_temperature_c) / DENG2026.reference[2],
     )
     a, b, c = (
         block[0] * bars[0] ** block[1] * bars[1] ** block[2] * bars[2] ** block[3]
         for block in np.split(np.asarray(constants, dtype=float), 3)
     )
-    slip = np.asarray(slide_roll_ratio)
-    return np.asarray((a + b * slip) * np.exp(-c * slip) - a)
+    return DENG2026.value(np.array([-a, b, c]), np.asarray(slide_roll_ratio))

@@ -1,0 +1,337 @@
+"""Equations as text: parsed once, then differentiated, compiled for NumPy and written elsewhere.
+
+The text is arithmetic as Python and SymPy read it: "A*tanh(B*S/A)". A parsed equation is a graph
+of `Node` in which equal parts are one object, so that a part that occurs twice is computed once.
+No package for algebra is needed at run time, and nothing generated is stored.
+"""
+
+import ast
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+_OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """An operation on other nodes, or a leaf.
+
+    Attributes:
+        operation: "+", "-", "*", "/", "**", "negative", the name of a function, "name" or "number".
+        operands: Nodes that it takes; empty for a leaf.
+        leaf: Name or number of a leaf.
+    """
+
+    operation: str
+    operands: tuple["Node", ...] = ()
+    leaf: str | float = ""
+
+
+@cache
+def _node(operation: str, *operands: Node) -> Node:
+    return Node(operation, operands)
+
+
+@cache
+def name(text: str) -> Node:
+    """A coefficient, the slip, or the result of a step."""
+    return Node("name", leaf=text)
+
+
+@cache
+def number(value: float) -> Node:
+    """A number of the equation."""
+    return Node("number", leaf=value)
+
+
+_ZERO, _ONE, _TWO = number(0.0), number(1.0), number(2.0)
+
+
+def _negative(node: Node) -> Node:
+    if node is _ZERO:
+        return node
+    return node.operands[0] if node.operation == "negative" else _node("negative", node)
+
+
+def _add(first: Node, second: Node) -> Node:
+    if first is _ZERO:
+        return second
+    if second is _ZERO:
+        return first
+    if second.operation == "negative":
+        return _subtract(first, second.operands[0])
+    if first.operation == "negative":
+        return _subtract(second, first.operands[0])
+    return _node("+", first, second)
+
+
+def _subtract(first: Node, second: Node) -> Node:
+    if first is _ZERO:
+        return _negative(second)
+    if second is _ZERO:
+        return first
+    if second.operation == "negative":
+        return _add(first, second.operands[0])
+    if first.operation == "negative":
+        return _negative(_add(first.operands[0], second))
+    return _node("-", first, second)
+
+
+def _multiply(first: Node, second: Node) -> Node:
+    if _ZERO in (first, second):
+        return _ZERO
+    if first is _ONE:
+        return second
+    if second is _ONE:
+        return first
+    if first.operation == "negative":
+        return _negative(_multiply(first.operands[0], second))
+    if second.operation == "negative":
+        return _negative(_multiply(first, second.operands[0]))
+    if second.operation == "*":
+        # x (y (z/x)), as derivatives of x f(z/x) have it
+        rest = second.operands[1]
+        if rest.operation == "/" and rest.operands[1] is first:
+            return _multiply(second.operands[0], rest.operands[0])
+    return _node("*", first, second)
+
+
+def _divide(first: Node, second: Node) -> Node:
+    if first is _ZERO or second is _ONE:
+        return first
+    if first.operation == "negative":
+        return _negative(_divide(first.operands[0], second))
+    if second.operation == "negative":
+        return _negative(_divide(first, second.operands[0]))
+    return _node("/", first, second)
+
+
+def _power(base: Node, exponent: Node) -> Node:
+    return base if exponent is _ONE else _node("**", base, exponent)
+
+
+_BUILD: dict[str, Callable[..., Node]] = {
+    "+": _add,
+    "-": _subtract,
+    "*": _multiply,
+    "/": _divide,
+    "**": _power,
+    "negative": _negative,
+}
+
+# Function -> NumPy's, and the derivative of f = function(u) by the chain rule, from u, f and du.
+_FUNCTIONS: dict[str, tuple[Any, Callable[[Node, Node, Node], Node]]] = {
+    "exp": (np.exp, lambda u, f, du: _multiply(f, du)),
+    "expm1": (np.expm1, lambda u, f, du: _multiply(_node("exp", u), du)),
+    "log": (np.log, lambda u, f, du: _divide(du, u)),
+    "log1p": (np.log1p, lambda u, f, du: _divide(du, _add(_ONE, u))),
+    "sqrt": (np.sqrt, lambda u, f, du: _divide(du, _multiply(_TWO, f))),
+    "tanh": (np.tanh, lambda u, f, du: _multiply(_subtract(_ONE, _power(f, _TWO)), du)),
+    "asinh": (
+        np.arcsinh,
+        lambda u, f, du: _divide(du, _node("sqrt", _add(_ONE, _power(u, _TWO)))),
+    ),
+    "abs": (np.abs, lambda u, f, du: _multiply(_node("sign", u), du)),
+    "sign": (np.sign, lambda u, f, du: _ZERO),
+}
+
+
+def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]] = ()) -> Node:
+    """The graph of an equation.
+
+    Args:
+        text: Arithmetic: + - * / **, numbers, the names of `values` and the functions exp, expm1,
+            log, log1p, sqrt, tanh, asinh, abs and sign.
+        values: What each name is.
+        parts: Names for parts of the equation and their text, each by `values` and earlier parts.
+
+    Raises:
+        ValueError: The text has anything else in it.
+    """
+    for part, definition in parts:
+        values = {**values, part: parse(definition, values)}
+
+    def build(tree: ast.expr) -> Node:
+        match tree:
+            case ast.Constant(value=int() | float() as value):
+                return number(float(value))
+            case ast.Name(id=known) if known in values:
+                return values[known]
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return _negative(build(operand))
+            case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
+                return _BUILD[_OPERATORS[type(operator)]](build(left), build(right))
+            case ast.Call(func=ast.Name(id=function), args=[argument]) if function in _FUNCTIONS:
+                return _node(function, build(argument))
+        raise ValueError(
+            f"{text!r}: found {ast.unparse(tree)!r}; expected numbers, {', '.join(values)}, "
+            f"+ - * / **, and the functions {', '.join(_FUNCTIONS)}"
+        )
+
+    return build(ast.parse(text, mode="eval").body)
+
+
+def logarithmic_derivative(node: Node, variable: str) -> Node:
+    """x df/dx of a node f, x the variable: the change of f per relative change of x."""
+    known: dict[Node, Node] = {}
+
+    def derive(f: Node) -> Node:
+        if f not in known:
+            known[f] = _derivative(f, [derive(operand) for operand in f.operands], variable)
+        return known[f]
+
+    return derive(node)
+
+
+def _derivative(f: Node, changes: Sequence[Node], variable: str) -> Node:
+    """Derivative of one operation from those of its operands."""
+    if not f.operands:
+        return f if f.leaf == variable else _ZERO
+    if f.operation in ("+", "-", "negative"):
+        return _BUILD[f.operation](*changes)
+    if f.operation in _FUNCTIONS:
+        return _FUNCTIONS[f.operation][1](f.operands[0], f, changes[0])
+    (u, v), (du, dv) = f.operands, changes
+    if f.operation == "*":
+        return _add(_carried(f, u, du) or _multiply(du, v), _carried(f, v, dv) or _multiply(u, dv))
+    if f.operation == "/":
+        by_divisor = _carried(f, v, dv) or _multiply(f, _divide(dv, v))
+        return _subtract(_carried(f, u, du) or _divide(du, v), by_divisor)
+    relative = _carried(f, u, du) or (
+        _multiply(_power(u, number(v.leaf - 1)), du)
+        if isinstance(v.leaf, float)
+        else _multiply(f, _divide(du, u))
+    )
+    by_exponent = _ZERO if dv is _ZERO else _multiply(f, _multiply(dv, _node("log", u)))
+    return _add(_multiply(v, relative), by_exponent)
+
+
+def _carried(f: Node, part: Node, change: Node) -> Node | None:
+    """The change of a product f with one part: f itself where that is proportional to x."""
+    if change is part:
+        return f
+    if change is _ZERO:
+        return _ZERO
+    return _negative(f) if change is _negative(part) else None
+
+
+def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node]]:
+    """Straight-line form: what occurs more than once is computed first, and named.
+
+    Returns:
+        Steps in their order, each a name and a node of earlier names; and the results by them.
+    """
+    uses: Counter[Node] = Counter()
+
+    def count(node: Node) -> None:
+        uses[node] += 1
+        if uses[node] == 1:
+            for operand in node.operands:
+                count(operand)
+
+    steps: list[tuple[str, Node]] = []
+    written: dict[Node, Node] = {}
+
+    def write_out(node: Node) -> Node:
+        if not node.operands:
+            return node
+        if node not in written:
+            # not built anew by `_BUILD`: the order of operations stays
+            plain = _node(node.operation, *map(write_out, node.operands))
+            if uses[node] > 1:
+                steps.append((f"x{len(steps)}", plain))
+                plain = name(steps[-1][0])
+            written[node] = plain
+        return written[node]
+
+    for result in results:
+        count(result)
+    return steps, [write_out(result) for result in results]
+
+
+# ------------------------------------------------------------------------------- languages
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a language writes an operation.
+
+    Attributes:
+        template: Text with a gap for each operand.
+        strength: How strongly it binds: 1 sum, 2 product, 4 power, 5 nothing can come between.
+        needs: Least strength of each operand that can do without brackets.
+    """
+
+    template: str
+    strength: int = 5
+    needs: tuple[int, ...] = (0, 0)
+
+
+_ARITHMETIC = {
+    "+": Form("{} + {}", 1, (1, 2)),
+    "-": Form("{} - {}", 1, (1, 2)),
+    "negative": Form("-{}", 1, (2,)),
+    "*": Form("{} * {}", 2, (2, 3)),
+    "/": Form("{} / {}", 2, (2, 3)),
+    "**": Form("{}**{}", 4, (5, 5)),
+}
+
+
+@dataclass(frozen=True)
+class Language:
+    """How one language writes equations; forms that it does not name are those of Python.
+
+    Attributes:
+        forms: Operation or function -> its form.
+        numeral: A number, as text.
+        identifier: A name, as text.
+        brackets: What keeps a part together.
+    """
+
+    forms: Mapping[str, Form]
+    numeral: Callable[[float], str] = repr
+    identifier: Callable[[str], str] = str
+    brackets: str = "({})"
+
+    def write(self, node: Node) -> str:
+        """The node as text."""
+        if isinstance(node.leaf, float):
+            return self.numeral(node.leaf)
+        if not node.operands:
+            return self.identifier(node.leaf)
+        form = self._form(node)
+        operands = [
+            self.write(operand)
+            if self._strength(operand) >= least
+            else self.brackets.format(self.write(operand))
+            for operand, least in zip(node.operands, form.needs, strict=False)
+        ]
+        return form.template.format(*operands)
+
+    def _form(self, node: Node) -> Form:
+        default = _ARITHMETIC.get(node.operation, Form(f"{node.operation}({{}})"))
+        return self.forms.get(node.operation, default)
+
+    def _strength(self, node: Node) -> int:
+        return self._form(node).strength if node.operands else 5
+
+
+NUMPY = Language({})
+
+
+def compiled(parameters: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
+    """A function of arrays that gives the tuple of results."""
+    steps, ends = in_steps(results)
+    lines = [f"{step} = {NUMPY.write(node)}" for step, node in steps]
+    values = ", ".join(NUMPY.write(end) for end in ends)
+    body = "\n    ".join([*lines, f"return ({values},)"])
+    source = f"def function({', '.join(parameters)}):\n    {body}\n"
+    namespace: dict[str, Any] = {function: made for function, (made, _) in _FUNCTIONS.items()}
+    # the text was made here, from a parsed equation that holds arithmetic only
+    exec(compile(source, "<equation>", "exec"), namespace)  # noqa: S102
+    return namespace["function"]

@@ -1,0 +1,20 @@
+"""The smooth step of many vehicle and bearing codes: up to a level, and there it stays.
+
+    mu = A tanh(B S/A)
+
+with A the level and B the slope at S = 0. It rises with slip for ever and has no peak.
+
+Reference: in general use as a regularised Coulomb law; no single source.
+"""
+
+from oilfilm.traction.law import Coefficient, Law
+
+TANH = Law(
+    name="tanh",
+    source="in general use; no single source",
+    equation="A*tanh(B*S/A)",
+    coefficients=(
+        Coefficient("A", +1, 1e-4, 1.0),
+        Coefficient("B", +1, 1e-2, 1e4),
+    ),
+)

@@ -1,0 +1,123 @@
+"""The four-coefficient law of Wang and Deng, on load and on dimensionless groups.
+
+    mu = (A + B S) exp(-C S) + D
+
+with A < 0, B > 0, C > 0 and D > 0, each a power law. Unlike Eq. 7 of Deng et al. (2026) nothing
+ties D to A, so that mu = D - |A| at S = 0, which need not be zero.
+
+The law is older than the paper that names it: with A = mu_0 - mu_inf and D = mu_inf it is that of
+the bearing-dynamics code ADORE. What the coefficients are power laws of is not public. The paper
+calls it a law of five parameters (dynamic viscosity, elastic modulus, viscosity-temperature
+coefficient, thermal conductivity and slip) that takes the load and not the stress; the groups
+below are OURS, made of just those.
+
+References: K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, section 4.1; P. K. Gupta,
+Advanced Dynamics of Rolling Elements, Springer (1984), for the slip part.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from oilfilm.physics.film import InletOil
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
+from oilfilm.traction.law import BoolArray, Coefficient, FloatArray, Law
+
+_CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
+_COEFFICIENTS = (
+    Coefficient("A", -1, 1e-4, 1.0),
+    Coefficient("B", +1, 1e-4, 1e3),
+    Coefficient("C", +1, 1e-2, 1e4),
+    Coefficient("D", +1, 1e-4, 1.0),
+)
+
+# On the dimensional load, which alone carries the size of the ball.
+WANG_DENG_LOAD = Law(
+    name="wang-deng-load",
+    source="Wang and Deng, as described by Deng et al., Lubricants 14 (2026) 33, section 4.1",
+    equation="(A + B*S)*exp(-C*S) + D",
+    coefficients=_COEFFICIENTS,
+    conditions=_CONDITIONS,
+    groups=_CONDITIONS,
+    reference=(100.0, 20.0, 20.0),
+    adore=("A", "B", "C", "D"),
+)
+
+# The same with A proportional to |Wc/W - 1|, Wc being a critical load. K = Wc/W is a coefficient
+# like the others, whose exponents the law gives: K0 = Wc/100 N is its one constant. At W = Wc A
+# vanishes and mu no longer tends to zero with the slip. A has three constants of the load then:
+# loads at three levels fit more than one Wc exactly as well.
+# Second-hand: A = A0 W^A1 |Wc/W - 1| U^A2 T^A3; that B, C and D lack the factor is OUR reading.
+WANG_DENG_CRITICAL_LOAD = replace(
+    WANG_DENG_LOAD,
+    name="wang-deng-critical-load",
+    source="Yan et al., Mech. Syst. Signal Process. 224 (2025) 112133, after Wang (2006)",
+    equation="(A*abs(K - 1) + B*S)*exp(-C*S) + D",
+    coefficients=(
+        *_COEFFICIENTS,
+        Coefficient("K", +1, 1e-3, 1e3, exponents=(-1.0, 0.0, 0.0)),
+    ),
+    must_vary=("load_n",),  # one load says nothing of a critical one
+    adore=("A*abs(K - 1)", "B", "C", "D"),
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WangDengGroups(Law):
+    """The law on dimensionless groups of load, speed and heat; the groups are OURS.
+
+        Wbar = W/(E' R^2),  Ubar = eta0 U/(E' R),  Lbar = eta0 beta U^2/k
+
+    with the oil's properties at the inlet temperature. For a circular contact Wbar is
+    (2 pi^3/3) (p_max/E')^3 whatever the ball: this basis is one of stress, not of load.
+    """
+
+    oil: Oil
+    radius_m: FloatArray | float
+    reduced_modulus_pa: float
+
+    def group_values(self, conditions: FloatArray) -> FloatArray:
+        """The three groups from W in N, U in m/s and T in degC."""
+        load_n, speed_m_s, temperature_c = conditions.T
+        modulus_pa, radius_m = self.reduced_modulus_pa, self.radius_m
+        inlet = InletOil.of(self.oil, temperature_c)
+        return np.column_stack(
+            [
+                load_n / (modulus_pa * radius_m**2),
+                inlet.dynamic_viscosity_pa_s * speed_m_s / (modulus_pa * radius_m),
+                inlet.thermal_loading(speed_m_s),
+            ]
+        )
+
+    def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "WangDengGroups":
+        """See `Law.in_contacts`."""
+        return replace(self, radius_m=radius_m, reduced_modulus_pa=reduced_modulus_pa)
+
+    def varied_groups(self, varied: BoolArray) -> BoolArray:
+        """Speed and thermal loading can be told apart where both U and T vary.
+
+        Raises:
+            ValueError: One of U and T varies alone.
+        """
+        load, speed, temperature = varied
+        if speed != temperature:
+            raise ValueError(f"{self.name} needs speed and temperature to vary, or neither")
+        return np.array([load, speed, speed])
+
+
+def wang_deng_groups(oil: Oil, contact: Contact) -> WangDengGroups:
+    """The law on dimensionless groups of an oil in a contact."""
+    return WangDengGroups(
+        name="wang-deng-groups",
+        source=f"{WANG_DENG_LOAD.source}; the groups are ours",
+        equation=WANG_DENG_LOAD.equation,
+        coefficients=_COEFFICIENTS,
+        conditions=_CONDITIONS,
+        groups=("dimensionless_load", "dimensionless_speed", "thermal_loading_parameter"),
+        reference=(1e-6, 1e-10, 1.0),
+        adore=WANG_DENG_LOAD.adore,
+        oil=oil,
+        radius_m=contact.radius_m,
+        reduced_modulus_pa=contact.reduced_modulus_pa,
+    )
