@@ -122,7 +122,7 @@ def test_bare_constants_give_mu_without_interval_or_box() -> None:
 
 def test_one_level_only_is_known_there_and_nowhere_else(config: dict[str, Any]) -> None:
     quick = {**config, "fit": {**config["fit"], "bootstrap": 50, "searches": 1}}
-    fit = fit_oil(make_points("4102", matrix(ts=[70.0]), 1e-5), "4102", None, quick)
+    fit = fit_oil(make_points("4102", matrix(ts=[70.0]), 1e-5), "4102", quick)
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
     found = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
     true = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.1)
@@ -133,7 +133,7 @@ def test_one_level_only_is_known_there_and_nowhere_else(config: dict[str, Any]) 
 
 
 def test_nothing_fitted_gives_nothing(config: dict[str, Any]) -> None:
-    fit = fit_oil(make_points("4102", matrix()).assign(accepted=False), "4102", None, config)
+    fit = fit_oil(make_points("4102", matrix()).assign(accepted=False), "4102", config)
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
     found = law.predict(np.array([[1.25, 30.0, 70.0]]), np.array([0.1]))
     assert np.isnan([found.traction_coefficient, found.lower, found.upper, found.distance]).all()

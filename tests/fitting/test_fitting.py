@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import ROOT, Campaign, printed
+from campaigns import ROOT, Campaign, printed, printed_by_name
 from fit_points import LAW, P, T, U, make_points, matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting import engine, problem
@@ -32,7 +32,7 @@ def quick(config: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("oil", OILS)
 def test_noise_free_data_give_the_planted_constants(quick: dict[str, Any], oil: str) -> None:
-    fit = fit_oil(make_points(oil, matrix()), oil, printed()[oil], quick)
+    fit = fit_oil(make_points(oil, matrix()), oil, quick, printed_by_name(oil))
     coefficients, quality = fit.coefficients, fit.fit_quality
     values = coefficients.set_index("constant")["value"]
     np.testing.assert_allclose(values, printed()[oil], rtol=1e-6)
@@ -121,7 +121,7 @@ def test_curve_bootstrap_gives_the_spread_that_shared_errors_really_cause() -> N
 
 def test_one_condition_gives_a_curve_but_no_exponents(quick: dict[str, Any]) -> None:
     points = make_points("4102", 6 * [(1.25, 30.0, 70.0)], noise=1e-5)
-    fit = fit_oil(points, "4102", printed()["4102"], quick)
+    fit = fit_oil(points, "4102", quick, printed_by_name("4102"))
     coefficients, quality = fit.coefficients, fit.fit_quality
     rows = coefficients.set_index("constant")
     twelve = rows.loc[[constant.name for constant in LAW.constants]]
@@ -138,7 +138,7 @@ def test_exponents_of_conditions_that_varied_are_given_beside_those_that_are_not
     quick: dict[str, Any],
 ) -> None:
     points = make_points("4102", matrix(us=[30.0]), noise=1e-6)
-    rows = fit_oil(points, "4102", None, quick).coefficients.set_index("constant")
+    rows = fit_oil(points, "4102", quick).coefficients.set_index("constant")
     assert not rows.loc[["A0", "A2", "B0", "B2", "C0", "C2"], "identifiable"].any()
     given = ["A1", "A3", "B1", "B3", "C1", "C3"]
     expected = dict(zip([c.name for c in LAW.constants], printed()["4102"], strict=True))
@@ -150,7 +150,7 @@ def test_exponents_of_conditions_that_varied_are_given_beside_those_that_are_not
 
 def test_unknown_pressure_is_said_to_be_unknown(quick: dict[str, Any]) -> None:
     points = make_points("4102", matrix(), noise=1e-5).assign(max_hertz_pressure_gpa=np.nan)
-    quality = fit_oil(points, "4102", None, quick).fit_quality
+    quality = fit_oil(points, "4102", quick).fit_quality
     assert "max_hertz_pressure_gpa unknown" in quality["fixed_conditions"].iloc[0]
 
 
@@ -180,7 +180,7 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
     quick: dict[str, Any], spoil: Any, words: str
 ) -> None:
     points = spoil(make_points("4102", matrix()))
-    fit = fit_oil(points, "4102", printed()["4102"], quick)
+    fit = fit_oil(points, "4102", quick, printed_by_name("4102"))
     assert not fit.fit_quality["certified"].iloc[0]
     assert words in fit.fit_quality["certificate"].iloc[0]
     assert fit.coefficients["value"].isna().all()
@@ -192,7 +192,7 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
 
 def test_fit_without_certificate_ends_the_run_unless_allowed(quick: dict[str, Any]) -> None:
     strict = {**quick, "fit": {**quick["fit"], "agreement_sse": 0.0, "gradient_cosine_max": 0.0}}
-    fit = fit_oil(make_points("4102", matrix(), noise=2e-4), "4102", None, strict)
+    fit = fit_oil(make_points("4102", matrix(), noise=2e-4), "4102", strict)
     with pytest.raises(OilfilmError, match=r"4102: not certified: .*allow_uncertified: true"):
         certificates(fit.fit_quality, allow_uncertified=False)
     assert "not certified" in certificates(fit.fit_quality, allow_uncertified=True)
@@ -263,7 +263,7 @@ def test_calibration_errors_reach_the_constants_as_the_equation_says(demo: Campa
         inlet_temperature_systematic_c=0.0,
     )
     config = {**demo.config, "fit": {**demo.config["fit"], "bootstrap": 2, "searches": 1}}
-    table = fit_oil(points, "4102", None, config).coefficients.set_index("constant")
+    table = fit_oil(points, "4102", config).coefficients.set_index("constant")
     errors = table["systematic_standard_error"]
     for letter in "ABC":
         x0, x1, x2 = (table.at[f"{letter}{index}", "value"] for index in range(3))
@@ -295,7 +295,7 @@ def test_unknown_calibration_gives_no_systematic_error(etm: Campaign) -> None:
 def test_conditions_that_vary_together_give_no_exponents(
     quick: dict[str, Any], conditions: list[tuple[float, float, float]]
 ) -> None:
-    table = fit_oil(make_points("4102", conditions, 1e-5), "4102", None, quick).coefficients
+    table = fit_oil(make_points("4102", conditions, 1e-5), "4102", quick).coefficients
     table = table.set_index("constant")
     confounded = [f"{letter}{index}" for letter in "ABC" for index in (1, 3)]
     assert not table.loc[confounded, "identifiable"].any()
@@ -305,7 +305,7 @@ def test_conditions_that_vary_together_give_no_exponents(
 def test_fit_without_one_exponent_follows_the_others(quick: dict[str, Any]) -> None:
     # one temperature only: its exponents are unknown, those of pressure and speed are not
     points = make_points("4102", matrix(ts=[70.0]))
-    table = fit_oil(points, "4102", None, quick).coefficients
+    table = fit_oil(points, "4102", quick).coefficients
     law = FittedLaw.of(table, "4102")
     slip = np.linspace(0, 0.3, 31)
     for pressure, speed in ((1.0, 25.0), (1.5, 25.0), (1.0, 40.0)):
@@ -350,6 +350,6 @@ def test_constant_at_a_bound_is_named_and_not_certified(quick: dict[str, Any]) -
     points = make_points("4102", matrix())
     slip = points["slide_roll_ratio"]
     points = points.assign(traction_coefficient=0.05 * slip * points["max_hertz_pressure_gpa"])
-    quality = fit_oil(points, "4102", None, quick).fit_quality.iloc[0]
+    quality = fit_oil(points, "4102", quick).fit_quality.iloc[0]
     assert "C0" in quality["active_bounds"]
     assert not quality["certified"]

@@ -55,9 +55,9 @@ def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one(
 def test_the_curves_that_pull_are_named_with_what_they_cost(config: dict[str, Any]) -> None:
     quick = {**config, "fit": {**config["fit"], "bootstrap": 20, "searches": 1}}
     points = make_points("4102", matrix(), noise=1e-4)
-    clean = fit_oil(points, "4102", None, quick)
+    clean = fit_oil(points, "4102", quick)
     assert clean.fit_quality["pulling_curves"].iloc[0] == ""
-    spoilt = fit_oil(with_two_curves_off(points), "4102", None, quick)
+    spoilt = fit_oil(with_two_curves_off(points), "4102", quick)
     named = spoilt.fit_quality["pulling_curves"].iloc[0].split("; ")
     assert set(named) == {"run003", "run040"}
     warning = fit_remarks(spoilt.fit_quality.iloc[0].to_dict())[1]

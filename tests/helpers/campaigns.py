@@ -13,7 +13,8 @@ from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.readers.ingest import Ingested, ingest
-from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.reference import printed_constants, printed_values
+from oilfilm.traction.laws.deng2026 import DENG2026
 
 ROOT = Path(__file__).parents[2]
 CLAIMS = ROOT / "data/reference/claims.yaml"
@@ -32,11 +33,15 @@ class Campaign:
 
     def fit(self, oil: str, **settings: Any) -> OilFit:
         config = {**self.config, "fit": {**self.config["fit"], **settings}}
-        return fit_oil(self.curated.points, oil, printed().get(oil), config)
+        return fit_oil(self.curated.points, oil, config, printed_by_name(oil))
 
 
 def printed() -> dict[str, np.ndarray]:
     return printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
+
+
+def printed_by_name(oil: str) -> dict[str, float]:
+    return printed_values(ROOT / "data/reference/printed_coefficients.yaml", DENG2026, oil)
 
 
 def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Campaign:

@@ -61,7 +61,7 @@ def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Campaign
     settings = {**config, "fit": {**config["fit"], "searches": 2, "bootstrap": 40}}
     fits = [fit_oil(points, oil, printed()[oil], settings) for oil in oils]
     together = {
-        name: pd.concat([fit.tables()[name] for fit in fits], ignore_index=True)
+        name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")
     }
     names = points["run_id"].unique()

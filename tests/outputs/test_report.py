@@ -214,18 +214,6 @@ def test_endless_interval_is_none_in_json(
     assert [row["value"] for row in kept] == results.coefficients["value"].tolist()
 
 
-def test_law_that_the_page_does_not_know_is_named(
-    results: CampaignTables, config: dict[str, Any], tmp_path: Path
-) -> None:
-    other = {
-        name: results.table(name).replace({"law": {"deng2026": "wang-deng-load"}})
-        for name in ("coefficients", "refits", "fit_quality")
-    }
-    found = explorer(results.replace(**other), config)
-    assert found["oils"] == []
-    assert [one["oil"] for one in found["lacking"]] == list(OILS)
-
-
 def test_page_stays_below_its_limit_and_says_what_it_leaves_out(
     results: CampaignTables, config: dict[str, Any], text: str, tmp_path: Path
 ) -> None:

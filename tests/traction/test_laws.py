@@ -64,7 +64,7 @@ def test_fit_read_back_from_its_tables_is_the_planted_traction(
 ) -> None:
     settings = {**config["fit"], "bootstrap": 20, "searches": 1}
     points = points_of(law, noise=1e-5)
-    fit = fit_law(points, "4050", law, None, {**config, "fit": settings})
+    fit = fit_law(points, "4050", law, settings, config["seed"])
     fitted = FittedLaw.of(fit.coefficients, "4050", fit.refits, fit.fit_quality, law)
     levels = MATRIX[list(law.conditions)].to_numpy()
     at = np.repeat(levels, len(SLIP), axis=0)

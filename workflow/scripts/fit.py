@@ -5,14 +5,16 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.run.job import job
-from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.reference import printed_values
+from oilfilm.traction import LAWS
 
 with job(snakemake) as provenance:
     oil = snakemake.wildcards.oil
     points = tables.read("points", Path(snakemake.input.points))
-    printed = printed_constants(Path(snakemake.input.printed)).get(oil)
-    fit = fit_oil(points, oil, printed, snakemake.params.config)
-    for table, rows in fit.tables().items():
+    config = snakemake.params.config
+    law = LAWS[config["fit"]["law"]]
+    fit = fit_oil(points, oil, config, printed_values(Path(snakemake.input.printed), law, oil))
+    for table, rows in fit.tables.items():
         tables.write(rows, table, Path(snakemake.output[table]), provenance)
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         log.writelines(f"{line}\n" for line in fit.remarks())

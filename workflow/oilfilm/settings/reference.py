@@ -18,6 +18,7 @@ from oilfilm.settings.base import (
     key,
 )
 from oilfilm.settings.messages import load
+from oilfilm.traction.law import Law
 from oilfilm.units import FloatArray
 
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
@@ -112,6 +113,19 @@ def printed_constants(path: Path) -> dict[str, FloatArray]:
         OilfilmError: The file is missing or has a mistake.
     """
     return load(path, PrintedCoefficients).constants()
+
+
+def printed_values(path: Path, law: Law, oil: str) -> dict[str, float]:
+    """The printed constants of an oil by name; none where others than this law's are printed.
+
+    Raises:
+        OilfilmError: The file is missing or has a mistake.
+    """
+    printed = load(path, PrintedCoefficients)
+    if printed.law != law.name or oil not in printed.oils:
+        return {}
+    names = [constant.name for constant in law.constants]
+    return dict(zip(names, printed.constants()[oil].tolist(), strict=True))
 
 
 def falling_viscosity(path: Path) -> list[str]:

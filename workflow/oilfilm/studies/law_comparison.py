@@ -15,8 +15,9 @@ from oilfilm.fitting.cross_validation import (
     level_of,
     relative_rms,
 )
-from oilfilm.fitting.fit import Found, OilFit, fit_law
+from oilfilm.fitting.fit import OilFit, fit_law
 from oilfilm.fitting.problem import curve_data
+from oilfilm.fitting.solution import Solution
 from oilfilm.physics.oils import oil_from_config
 from oilfilm.physics.rigs import contact_of
 from oilfilm.traction import laws_for
@@ -66,10 +67,10 @@ def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> C
     """
     settings = config["compare"]
     of_oil = points[points["oil"] == oil]
-    config = {**config, "fit": {**config["fit"], "bootstrap": settings["bootstrap"]}}
+    fit_settings = {**config["fit"], "bootstrap": settings["bootstrap"]}
     laws = laws_of(oil, config)
     fits = {
-        name: fit_law(of_oil, oil, laws[name], None, config)
+        name: fit_law(of_oil, oil, laws[name], fit_settings, config["seed"])
         for name in settings["laws"]
         if name in laws
     }
@@ -77,11 +78,10 @@ def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> C
         _row(fits[name], of_oil, settings["level_gap"]) if name in fits else _no_row(oil, name)
         for name in settings["laws"]
     ]
-    together = [fit.tables() for fit in fits.values()]
 
     def all_laws(table: str) -> pd.DataFrame:
-        found = [one[table] for one in together if len(one[table])]
-        return pd.concat(found, ignore_index=True) if found else tables.empty(table)
+        filled = [fit.tables[table] for fit in fits.values() if len(fit.tables[table])]
+        return pd.concat(filled, ignore_index=True) if filled else tables.empty(table)
 
     return Comparison(
         comparison=tables.from_rows(rows, "comparison"),
@@ -192,20 +192,20 @@ def _no_row(oil: str, law: str) -> dict[str, Any]:
 def _row(fit: OilFit, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:
     quality = tables.rows(fit.fit_quality)[0]
     copied = {name: quality[name] for name in _COPIED}
-    if fit.found is None:
+    if fit.solution is None:
         return {**copied, **dict.fromkeys(_COMPUTED, np.nan), "n_constants": 0}
-    return {**copied, **_judged(fit.found, points, level_gap)}
+    return {**copied, **_judged(fit.solution, points, level_gap)}
 
 
-def _judged(found: Found, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:
-    problem, best, mu = found.problem, found.best, found.data.mu
+def _judged(solution: Solution, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:
+    problem, best, mu = solution.problem, solution.best, solution.data.mu
     constants = len(best.values) + len(problem.at_bounds)
     values = information_criteria(best.sse, len(mu), constants)
     left_out = leave_curves_out(problem, best)
     # not the law's own conditions: every law is asked for the same levels
     levels = [level_of(of_one, level_gap) for of_one in curve_data(points).conditions.T]
     ends_out = [leave_ends_out(problem, best, of_one) for of_one in levels]
-    on_grid = traction_on(problem, best, *tested_grid(problem, found.data))
+    on_grid = traction_on(problem, best, *tested_grid(problem, solution.data))
     starts = on_grid[:, 0]
     numbers = (
         *values,

@@ -7,7 +7,7 @@ No package for algebra is needed at run time, and nothing generated is stored.
 
 import ast
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -115,6 +115,28 @@ def _power(base: Node, exponent: Node) -> Node:
     return base if exponent is _ONE else _node("**", base, exponent)
 
 
+def product_of_powers(factor: float, powers: Sequence[tuple[Node, float]]) -> Node:
+    """factor x^a y^b ... of nodes x, y and numbers a, b."""
+    product = _signed(factor)
+    for base, exponent in powers:
+        product = _multiply(product, _power(base, _signed(exponent)))
+    return product
+
+
+def ratio(node: Node, divisor: float) -> Node:
+    """node/divisor."""
+    return _divide(node, number(divisor))
+
+
+def size(node: Node) -> Node:
+    """|node|."""
+    return _node("abs", node)
+
+
+def _signed(value: float) -> Node:
+    return number(value) if value >= 0 else _negative(number(-value))
+
+
 _BUILD: dict[str, Callable[..., Node]] = {
     "+": _add,
     "-": _subtract,
@@ -174,6 +196,15 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
         )
 
     return build(ast.parse(text, mode="eval").body)
+
+
+def functions_of(nodes: Iterable[Node]) -> set[str]:
+    """Names of the functions that occur in any of the nodes."""
+    called: set[str] = set()
+    for node in nodes:
+        called |= {node.operation} & _FUNCTIONS.keys()
+        called |= functions_of(node.operands)
+    return called
 
 
 def logarithmic_derivative(node: Node, variable: str) -> Node:

@@ -159,6 +159,21 @@ class Law:
         mu, *slopes = self._value_and_slopes(*sizes, slip)
         return mu, tuple(slopes)
 
+    def definitions(self) -> list[tuple[str, Node]]:
+        """The equation as it is written: its parts, then mu, by signed coefficients and S."""
+        known = {name: expression.name(name) for name in (*self.local_constants, "S")}
+        written = []
+        for name, text in (*self.parts, ("mu", self.equation)):
+            written.append((name, expression.parse(text, known)))
+            known[name] = expression.name(name)
+        return written
+
+    @property
+    def formula(self) -> str:
+        """mu and the parts of its equation, as text."""
+        parts = "".join(f", {name} = {text}" for name, text in reversed(self.parts))
+        return f"mu = {self.equation}{parts}"
+
     @cached_property
     def graphs(self) -> tuple[Node, ...]:
         """mu by the sizes |X| and S, and its derivatives by each ln|X|."""

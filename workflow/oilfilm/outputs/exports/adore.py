@@ -2,9 +2,9 @@
 
     mu = (A + B u) exp(-C u) + D
 
-with u the slip velocity in m/s, 0 or more. Put u = S U into (A' + B' S) exp(-C' S) - A': that is
-the form, exactly, with A = A', B = B'/U, C = C'/U and D = -A'. D is mu far beyond the peak, A is
-mu at rest less D, and with the peak (u_m, mu_m) C = B/(A + B u_m).
+with u = S U the slip velocity in m/s, 0 or more. A law that has this form over the slide-roll
+ratio S says so (`Law.adore`); B and C are then divided by U. D is mu far beyond the peak, A is mu
+at rest less D, and with the peak (u_m, mu_m) C = B/(A + B u_m).
 
 Reference: P. K. Gupta, Advanced Dynamics of Rolling Elements, Springer, 1984.
 """
@@ -13,10 +13,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from oilfilm.outputs.exports.description import Description
 from oilfilm.outputs.spreadsheet import csv_text
+from oilfilm.traction import expression
+from oilfilm.traction.law import FloatArray
 
 FORM = "mu = (A + B u) exp(-C u) + D, u the slip velocity in m/s, 0 or more"
 UNITS = {
@@ -32,7 +35,7 @@ UNITS = {
 
 
 def adore_csv(description: Description) -> str:
-    """A row an operating point, with the units in the column names."""
+    """One row per operating point, with the units in the column names."""
     rows = pd.DataFrame(adore_rows(description))
     rows = rows.rename(columns={name: f"{name} [{unit}]" for name, unit in UNITS.items()})
     return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
@@ -41,8 +44,8 @@ def adore_csv(description: Description) -> str:
 def adore_rows(description: Description) -> list[dict[str, Any]]:
     """The constants at each operating point asked for, in the units of `UNITS`.
 
-    Conditions of which the fit knows one level only stand at that level; points that become the
-    same are given once.
+    Conditions of which the fit knows one level only are given at that level; operating points
+    that become the same are given once.
     """
     rows: list[dict[str, Any]] = []
     for asked in description.adore_points:
@@ -52,25 +55,49 @@ def adore_rows(description: Description) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(description: Description, asked: Mapping[str, float]) -> dict[str, Any]:
-    point = {
-        one.name: asked[one.name] if one.argument else one.level for one in description.conditions
+def adore_obstacle(description: Description) -> str:
+    """Why there are no such constants; empty where there are."""
+    law = description.law
+    if law.adore is None:
+        return f"the law {law.name} has not the form {FORM.partition(',')[0]}"
+    lacking = {
+        name for point in description.adore_points for name in law.conditions if name not in point
     }
+    if lacking:
+        return f"the points of exports.adore_points lack {', '.join(sorted(lacking))}"
+    return ""
+
+
+def _row(description: Description, asked: Mapping[str, float]) -> dict[str, Any]:
+    law = description.law
+    levels = {condition.name: condition.level for condition in description.fixed}
+    point = {name: levels.get(name, asked[name]) for name in law.conditions}
     speed = point["entrainment_speed_m_s"]
     if speed is None:
         raise ValueError("the point has no entrainment speed")
-    a, b, c = description.coefficients(asked)
+    conditions = np.array([[asked[name] for name in law.conditions]])
+    groups = law.group_values(conditions)[0]
+    a, b, c, d = _form_at(description, groups)
     peak = 1 / c - a / b
     return {
         **point,
         "A": a,
         "B": b / speed,
         "C": c / speed,
-        "D": -a,
-        "mu_at_rest": 0.0,
-        "mu_far_beyond_peak": -a,
+        "D": d,
+        "mu_at_rest": a + d,
+        "mu_far_beyond_peak": d,
         "peak_slip_velocity": peak * speed,
-        "peak_mu": (a + b * peak) * math.exp(-c * peak) - a,
-        "outside_tested_box": description.outside(asked),
+        "peak_mu": (a + b * peak) * math.exp(-c * peak) + d,
+        "outside_tested_box": description.outside(groups),
         "peak_outside_tested_slip": peak > (description.slip_upper or 0.0),
     }
+
+
+def _form_at(description: Description, groups: FloatArray) -> tuple[float, ...]:
+    """A, B, C and D over the slide-roll ratio."""
+    law = description.law
+    values = description.coefficients_at(groups)
+    names = {name: expression.name(name) for name in values}
+    form = [expression.parse(text, names) for text in law.adore or ()]
+    return tuple(map(float, expression.compiled(list(names), form)(*values.values())))

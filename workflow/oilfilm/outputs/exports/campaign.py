@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from oilfilm.outputs.exports.adore import adore_csv
+from oilfilm.outputs.exports.adore import adore_csv, adore_obstacle
 from oilfilm.outputs.exports.c_header import c_header
 from oilfilm.outputs.exports.csv_table import csv_table
 from oilfilm.outputs.exports.description import Description, describe
@@ -15,10 +15,11 @@ from oilfilm.outputs.exports.json_text import json_text
 from oilfilm.outputs.exports.matlab_function import matlab_function
 from oilfilm.outputs.exports.modelica_package import modelica_package
 from oilfilm.outputs.exports.names import identifiers
+from oilfilm.traction import LAWS
 
 Form = Callable[[Description], str]
 
-# Form -> its file, and what writes it. These need values of A, B and C.
+# Form -> its file, and what writes it. These need all coefficients of the law.
 FORMS: dict[str, tuple[str, Form]] = {
     "C": ("traction_{}.h", c_header),
     "Fortran": ("traction_{}.f90", fortran_module),
@@ -45,13 +46,14 @@ def export_campaign(
         provenance: Digests of code, settings and inputs.
 
     Returns:
-        File, relative to the folder of the exports -> its text. A fit that gives no curve is in
-        JSON and CSV only, with the reason.
+        File, relative to the folder of the exports -> its text. A form that cannot be
+        written is named in the JSON file, with the reason.
     """
-    of_law = quality[quality["law"] == config["fit"]["law"]]
-    names = identifiers(of_law["oil"])
+    law = LAWS[config["fit"]["law"]]
+    names = identifiers(quality.loc[quality["law"] == law.name, "oil"])
     fits = [
-        describe(oil, name, points, coefficients, of_law, config) for oil, name in names.items()
+        describe(oil, name, points, coefficients, quality, law, config)
+        for oil, name in names.items()
     ]
     files = {"README.md": index(fits)}
     for fit in fits:
@@ -63,11 +65,17 @@ def export_campaign(
 
 def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, str]:
     """One oil's fit in every form: file -> its text."""
-    name, obstacle = fit.identifier, fit.obstacle
-    csv, json = f"traction_{name}.csv", f"traction_{name}.json"
-    functions = {} if obstacle else {form: file.format(name) for form, (file, _) in FORMS.items()}
-    texts = {file: FORMS[form][1](fit) for form, file in functions.items()}
-    texts[csv] = csv_table(fit)
-    not_written = dict.fromkeys(FORMS, obstacle) if obstacle else {}
-    texts[json] = json_text(fit, {"CSV": csv, **functions}, not_written, provenance)
+    name = fit.identifier
+    not_written = {form: why for form in FORMS if (why := _obstacle(fit, form))}
+    written = {form: FORMS[form] for form in FORMS if form not in not_written}
+    files = {"CSV": f"traction_{name}.csv"}
+    files |= {form: file.format(name) for form, (file, _) in written.items()}
+    texts = {files[form]: write(fit) for form, (_, write) in written.items()}
+    texts[files["CSV"]] = csv_table(fit)
+    texts[f"traction_{name}.json"] = json_text(fit, files, not_written, provenance)
     return texts
+
+
+def _obstacle(fit: Description, form: str) -> str:
+    """Why a form cannot be written; empty where it can."""
+    return fit.obstacle or (adore_obstacle(fit) if form == "ADORE" else "")

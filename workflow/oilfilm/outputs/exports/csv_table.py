@@ -9,7 +9,7 @@ from oilfilm.outputs.spreadsheet import csv_text
 
 
 def csv_table(description: Description) -> str:
-    """A row a quantity; each says whose it is, so that the tables of several oils can be joined.
+    """One row per quantity, each with its oil and law: tables of several oils can be joined.
 
     `kind` is constant, reference (where every power is 1), level (the one level of a condition
     that gives no exponent), tested minimum or tested maximum.
@@ -17,19 +17,19 @@ def csv_table(description: Description) -> str:
     constants = [
         {
             "kind": "constant",
-            "quantity": one.name,
-            "value": one.value,
+            "quantity": constant.name,
+            "value": constant.value,
             "unit": "1",
-            "standard_error": one.standard_error,
-            "lower_95": one.lower,
-            "upper_95": one.upper,
-            "systematic_standard_error": one.systematic_standard_error,
-            "verdict": one.verdict,
-            "meaning": one.meaning,
+            "standard_error": constant.standard_error,
+            "lower_95": constant.lower,
+            "upper_95": constant.upper,
+            "systematic_standard_error": constant.systematic_standard_error,
+            "verdict": constant.verdict,
+            "meaning": constant.meaning,
         }
-        for one in description.constants
+        for constant in description.constants
     ]
-    conditions = [row for one in description.conditions for row in _rows(one)]
+    conditions = [row for condition in description.conditions for row in _rows(condition)]
     slip = [
         _row(f"tested {end}", f"|{SLIP}|", value, "1", SLIP_MEANING)
         for end, value in (("minimum", 0.0), ("maximum", description.slip_upper))
@@ -40,14 +40,17 @@ def csv_table(description: Description) -> str:
     return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
 
 
-def _rows(one: Condition) -> list[dict[str, Any]]:
+def _rows(condition: Condition) -> list[dict[str, Any]]:
     values = {
-        "reference": one.reference,
-        **({} if one.argument else {"level": one.level}),
-        "tested minimum": one.lower,
-        "tested maximum": one.upper,
+        "reference": condition.reference,
+        **({} if condition.argument else {"level": condition.level}),
+        "tested minimum": condition.lower,
+        "tested maximum": condition.upper,
     }
-    return [_row(kind, one.name, value, one.unit, one.meaning) for kind, value in values.items()]
+    return [
+        _row(kind, condition.name, value, condition.unit, condition.meaning)
+        for kind, value in values.items()
+    ]
 
 
 def _row(kind: str, quantity: str, value: float | None, unit: str, meaning: str) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """The one description of an oil's fit from which every form of export is made."""
 
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,30 +9,25 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.traction import LAWS
-from oilfilm.traction.law import Constant as LawConstant
-from oilfilm.traction.law import Law
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.traction import expression
+from oilfilm.traction.expression import Node
+from oilfilm.traction.law import QUANTITIES, FloatArray, Law, to_internal
 
-# How a law is written at one operating condition, for S >= 0. The operators mean the same in C,
-# Fortran, Modelica and Python.
-FORMULAS = {"deng2026": "(A + B * S) * exp(-C * S) - A"}
-# Condition -> its symbol and its meaning.
-_WORDS = {
-    "max_hertz_pressure_gpa": ("P", "maximum Hertz pressure"),
-    "entrainment_speed_m_s": ("U", "entrainment speed, mean of both surface speeds"),
-    "inlet_temperature_c": ("T", "oil temperature at the inlet"),
-    "load_n": ("W", "normal load"),
-}
 SLIP = "slide_roll_ratio"
 SLIP_MEANING = "sliding speed over entrainment speed"
+_PRESSURE = "max_hertz_pressure_gpa"
+_LOAD = "load_n"
+# Contacts whose load over the cube of the pressure differs less than this are one contact.
+_SAME_CONTACT = 1e-6
 
 
 @dataclass(frozen=True)
 class Condition:
-    """One operating condition: the law's argument where the data give its exponents.
+    """What the law's coefficients are power laws of: an argument where the data give exponents.
 
     Attributes:
-        name: Column of the tables, with its unit.
+        name: Column of the tables, with its unit; or a dimensionless group of the law.
         reference: Value at which its power is 1.
         argument: False where the law is known at `level` only.
         level: The one level tested; None where the condition is an argument, or unknown.
@@ -50,18 +44,23 @@ class Condition:
 
     @property
     def symbol(self) -> str:
-        """P, U, T or W."""
-        return _WORDS[self.name][0]
+        """As in the law's equation."""
+        return QUANTITIES[self.name].symbol
 
     @property
     def unit(self) -> str:
-        """Unit in words of the tables."""
-        return tables.unit_of(self.name)
+        """Unit of every value here."""
+        return QUANTITIES[self.name].unit
 
     @property
     def meaning(self) -> str:
         """What it is."""
-        return _WORDS[self.name][1]
+        return QUANTITIES[self.name].meaning
+
+    @property
+    def relative(self) -> str:
+        """Name of its value over the reference, in exported code."""
+        return f"bar_{self.symbol.lower()}"
 
 
 @dataclass(frozen=True)
@@ -88,10 +87,10 @@ class Description:
         campaign: Name of the campaign.
         about: Its description.
         simulated: Whether the data are a rig twin's.
-        law: Name of the law.
-        conditions: Operating conditions of the law, in its order.
+        fitted: The law with its constants.
+        conditions: What the law's coefficients are power laws of, in the law's order.
         slip_upper: Largest |S| tested; None where nothing was accepted. |S| counts as tested from
-            0, where traction, being odd in S, is 0.
+            0, because traction is odd in S.
         constants: All constants, in the law's order.
         quality: The oil's row of the table `fit_quality`.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
@@ -102,7 +101,7 @@ class Description:
     campaign: str
     about: str
     simulated: bool
-    law: str
+    fitted: FittedLaw
     conditions: tuple[Condition, ...]
     slip_upper: float | None
     constants: tuple[Constant, ...]
@@ -110,11 +109,16 @@ class Description:
     adore_points: tuple[Mapping[str, float], ...]
 
     @property
+    def law(self) -> Law:
+        """The law that was fitted."""
+        return self.fitted.law
+
+    @property
     def identity(self) -> dict[str, Any]:
         """What every row of a csv file says of where it comes from."""
         return {
             "oil": self.oil,
-            "law": self.law,
+            "law": self.law.name,
             "campaign": self.campaign,
             "data": "simulated" if self.simulated else "measured",
             "certified": bool(self.quality["certified"]),
@@ -123,83 +127,92 @@ class Description:
     @property
     def arguments(self) -> tuple[Condition, ...]:
         """Conditions on which the fitted law depends."""
-        return tuple(one for one in self.conditions if one.argument)
+        return tuple(condition for condition in self.conditions if condition.argument)
 
     @property
     def fixed(self) -> tuple[Condition, ...]:
         """Conditions at whose tested level alone it is known."""
-        return tuple(one for one in self.conditions if not one.argument)
+        return tuple(condition for condition in self.conditions if not condition.argument)
 
     @property
     def argument_names(self) -> list[str]:
         """Arguments of the exported functions."""
-        return [*(one.name for one in self.arguments), SLIP]
+        return [*(condition.name for condition in self.arguments), SLIP]
 
     @property
-    def formula(self) -> str:
-        """mu by A, B, C and S, 0 or more."""
-        return FORMULAS[self.law]
+    def argument_meanings(self) -> str:
+        """The arguments before S in a few words: "pressure and speed"."""
+        *first, last = (condition.meaning.partition(",")[0] for condition in self.arguments)
+        return f"{', '.join(first)} and {last}" if first else last
 
-    def power_law(self, conditions: Iterable[Condition]) -> str:
-        """How A, B and C depend on these of the conditions."""
+    def power_law(self, conditions: Sequence[Condition]) -> str:
+        """How the coefficients depend on these of the conditions."""
         powers = (
-            f"({one.symbol} / {one.reference:g} {one.unit})^X{self.conditions.index(one) + 1}"
-            for one in conditions
+            f"({condition.symbol} / {condition.reference:g} {condition.unit})"
+            f"^X{self.conditions.index(condition) + 1}"
+            for condition in conditions
         )
-        return f"X = X0 {' '.join(powers)} for X = {', '.join(self.powers)}"
+        return f"X = X0 {' '.join(powers)} for X = {', '.join(self.law.local_constants)}"
 
     @property
     def obstacle(self) -> str:
         """Why no function of mu can be written; empty where one can."""
-        if self.law not in FORMULAS:
-            return f"the law {self.law} has no formula in oilfilm.outputs.exports"
-        if any(factor is None for factor, _ in self.powers.values()):
-            return str(self.quality["certificate"])
-        return ""
+        lost = np.isnan(self.fitted.coefficients.constants).any()
+        return str(self.quality["certificate"]) if lost else ""
 
     @cached_property
-    def powers(self) -> dict[str, tuple[float | None, dict[str, float]]]:
-        """A, B, C -> the factor before its powers, and the exponents of P, U and T."""
-        law, values = LAWS[self.law], {one.name: one.value for one in self.constants}
-        powers: dict[str, tuple[float | None, dict[str, float]]] = {}
-        for letter, block in _blocks(law).items():
-            head, *exponents = block
-            factor = values[head.name]
-            known = {
-                _WORDS[str(one.condition)][0]: value
-                for one in exponents
-                if (value := values[one.name]) is not None
-            }
-            powers[letter] = (values.get(letter) if factor is None else factor, known)
-        return powers
+    def coefficients(self) -> dict[str, Node]:
+        """Each coefficient as a product of powers of the arguments over their references."""
+        blocks = self.fitted.coefficients.constants.reshape(len(self.law.coefficients), -1)
+        products = {}
+        for name, (factor, *exponents) in zip(self.law.local_constants, blocks, strict=True):
+            powers = [
+                (expression.name(condition.relative), float(exponent))
+                for condition, exponent in zip(self.conditions, exponents, strict=True)
+                if condition.argument and exponent != 0
+            ]
+            products[name] = expression.product_of_powers(float(factor), powers)
+        return products
 
-    def coefficients(self, point: Mapping[str, float]) -> tuple[float, ...]:
-        """A, B and C at an operating point; conditions that are no arguments do not matter."""
-        bars = {one.symbol: point[one.name] / one.reference for one in self.arguments}
-        return tuple(
-            (np.nan if factor is None else factor)
-            * math.prod(bars[symbol] ** exponent for symbol, exponent in exponents.items())
-            for factor, exponents in self.powers.values()
-        )
+    @cached_property
+    def steps(self) -> list[tuple[str, Node]]:
+        """mu in straight-line form: name and value of each step from the arguments to "mu".
 
-    def outside(self, point: Mapping[str, float]) -> bool:
-        """Whether an operating point lies outside the tested box, whatever its slip."""
-        return not all(
-            one.lower is not None
-            and one.upper is not None
-            and one.lower <= point[one.name] <= one.upper
-            for one in self.arguments
-        )
-
-    def product(
-        self, letter: str, power: Callable[[str, str], str], times: str, ending: str = ""
-    ) -> str:
-        """A, B or C as source code: its factor and its powers of p, u and t, all digits."""
-        factor, exponents = self.powers[letter]
-        powers = [
-            power(symbol.lower(), f"{value!r}{ending}") for symbol, value in exponents.items()
+        mu is that of |S|; the last thing a function does is to give it the sign of S.
+        """
+        return [
+            *(
+                (
+                    condition.relative,
+                    expression.ratio(expression.name(condition.name), condition.reference),
+                )
+                for condition in self.arguments
+            ),
+            *self.coefficients.items(),
+            ("S", expression.size(expression.name(SLIP))),
+            *self.law.definitions(),
         ]
-        return times.join([f"{factor!r}{ending}", *powers])
+
+    def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
+        """The coefficients, with their signs, at one row of the law's groups."""
+        law, known = self.law, self.fitted.coefficients.known
+        relative = np.where(known, groups / np.array(law.reference), 1.0)
+        design = np.concatenate([[1.0], np.log(relative)])[np.newaxis]
+        internal = to_internal(law, self.fitted.coefficients.constants)
+        sizes = law.sizes(internal, design)[:, 0]
+        signs = (coefficient.sign for coefficient in law.coefficients)
+        values = (float(size) * sign for size, sign in zip(sizes, signs, strict=True))
+        return dict(zip(law.local_constants, values, strict=True))
+
+    def outside(self, groups: FloatArray) -> bool:
+        """Whether a row of the law's groups lies outside the tested box, whatever the slip."""
+        return not all(
+            condition.lower is not None
+            and condition.upper is not None
+            and condition.lower <= value <= condition.upper
+            for condition, value in zip(self.conditions, groups, strict=True)
+            if condition.argument
+        )
 
 
 def describe(
@@ -208,6 +221,7 @@ def describe(
     points: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
+    law: Law,
     config: Mapping[str, Any],
 ) -> Description:
     """Describe one oil's fit.
@@ -215,26 +229,17 @@ def describe(
     Args:
         oil: The oil.
         identifier: What stands for it in identifiers (`names.identifiers`).
-        points: Table of points of the campaign, for the level of conditions that did not vary.
+        points: Table of points of the campaign: what was tested.
         coefficients: Table of coefficients.
-        quality: Table of fit quality, with one law an oil.
-        config: The resolved configuration.
+        quality: Table of fit quality.
+        law: The fitted law.
+        config: `campaign` and `exports` of the configuration.
     """
     campaign = config["campaign"]
-    (row,) = tables.rows(quality[quality["oil"] == oil])
-    law = LAWS[row["law"]]
-    of_oil = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
-    values = of_oil.set_index("constant")["value"]
-    names = list(law.conditions)
+    fitted = FittedLaw.of(coefficients, oil, quality=quality, law=law)
+    rows = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
+    (row,) = tables.rows(quality[(quality["oil"] == oil) & (quality["law"] == law.name)])
     accepted = points[(points["oil"] == oil) & points["accepted"]]
-    levels = accepted.groupby("run_id")[names].mean().mean(skipna=False)
-    conditions = []
-    for name, reference in zip(names, law.reference, strict=True):
-        exponents = [one.name for one in law.constants if one.condition == name]
-        argument = bool(values[exponents].notna().all())
-        level = None if argument else known(levels[name])
-        box = (known(row[f"tested_{end}_{name}"]) for end in ("min", "max"))
-        conditions.append(Condition(name, float(reference), argument, level, *box))
     meanings = _meanings(law)
     return Description(
         oil=oil,
@@ -242,15 +247,47 @@ def describe(
         campaign=campaign["name"],
         about=campaign["description"],
         simulated=campaign["data"] == "simulated",
-        law=law.name,
-        conditions=tuple(conditions),
-        slip_upper=known(row[f"tested_max_{SLIP}"]),
-        constants=tuple(
-            _constant(constant, meanings[constant["constant"]]) for constant in tables.rows(of_oil)
-        ),
+        fitted=fitted,
+        conditions=_conditions(fitted, accepted),
+        slip_upper=known(fitted.coefficients.box[-1, 1]),
+        constants=tuple(_constant(row, meanings[row["constant"]]) for row in tables.rows(rows)),
         quality=row,
-        adore_points=tuple(config["exports"]["adore_points"]),
+        adore_points=_with_load(config["exports"]["adore_points"], accepted),
     )
+
+
+def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> tuple[Condition, ...]:
+    law = fitted.law
+    names = list(law.groups)
+    groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
+    tested = pd.DataFrame(groups, columns=names, index=accepted.index)
+    levels = tested.groupby(accepted["run_id"])[names].mean().mean(skipna=False)
+    return tuple(
+        Condition(
+            name,
+            reference,
+            follows,
+            None if follows else known(levels[name]),
+            known(tested[name].min()),
+            known(tested[name].max()),
+        )
+        for name, reference, follows in zip(
+            names, law.reference, fitted.coefficients.known.tolist(), strict=True
+        )
+    )
+
+
+def _with_load(
+    asked: Sequence[Mapping[str, float]], accepted: pd.DataFrame
+) -> tuple[Mapping[str, float], ...]:
+    """Operating points with the load besides, where all points were measured in one contact.
+
+    W goes with p_max^3 in a circular contact.
+    """
+    factors = (accepted[_LOAD] / accepted[_PRESSURE] ** 3).to_numpy(dtype=float)
+    if not len(factors) or not np.ptp(factors) <= _SAME_CONTACT * factors.max():
+        return tuple(asked)
+    return tuple({**point, _LOAD: float(factors[0]) * point[_PRESSURE] ** 3} for point in asked)
 
 
 def known(value: float) -> float | None:
@@ -258,21 +295,13 @@ def known(value: float) -> float | None:
     return None if np.isnan(value) else float(value)
 
 
-def _blocks(law: Law) -> dict[str, tuple[LawConstant, ...]]:
-    """The law's constants by coefficient: the factor, then its exponents."""
-    size = 1 + len(law.conditions)
-    starts = range(0, len(law.constants), size)
-    blocks = (law.constants[start : start + size] for start in starts)
-    return dict(zip(law.local_constants, blocks, strict=True))
-
-
 def _meanings(law: Law) -> dict[str, str]:
     meanings = {}
-    for letter, (head, *exponents) in _blocks(law).items():
-        meanings[head.name] = f"{letter} at the reference condition"
-        meanings[letter] = f"{letter} at the level of what is fixed, at the reference of the rest"
-        for one in exponents:
-            meanings[one.name] = f"exponent of {_WORDS[str(one.condition)][0]} in {letter}"
+    for name in law.local_constants:
+        meanings[f"{name}0"] = f"{name} at the reference condition"
+        meanings[name] = f"{name} at the level of what is fixed, at the reference of the rest"
+        for number, group in enumerate(law.groups, 1):
+            meanings[f"{name}{number}"] = f"exponent of {QUANTITIES[group].symbol} in {name}"
     return meanings
 
 

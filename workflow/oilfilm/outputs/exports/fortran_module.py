@@ -1,55 +1,56 @@
 """The law as a Fortran 2008 module."""
 
+from oilfilm.outputs.exports.code import assignments, box, helpers, result, variables
 from oilfilm.outputs.exports.description import SLIP, Description
 from oilfilm.outputs.exports.header import arguments, header
+from oilfilm.traction.expression import Form, Language
 
-# One factor a line: four of them with all digits would pass Fortran's column 132.
-_TIMES = " &\n        * "
+
+def _identifier(name: str) -> str:
+    """Fortran takes n and N for the same name."""
+    return f"{name}_" if len(name) == 1 and name.islower() else name
+
+
+FORTRAN = Language(
+    {"sign": Form("sign(1.0_dp, {})")}, numeral="{!r}_dp".format, identifier=_identifier
+)
+# Fortran has neither; both without cancellation at small x.
+_HELPERS = {
+    "expm1": """
+  elemental function expm1(x) result(y)
+    real(dp), intent(in) :: x
+    real(dp) :: y, t
+
+    t = tanh(x / 2.0_dp)
+    y = 2.0_dp * t / (1.0_dp - t)
+    if (x > 0.5_dp) y = exp(x) - 1.0_dp
+  end function
+""",
+    "log1p": """
+  elemental function log1p(x) result(y)
+    real(dp), intent(in) :: x
+    real(dp) :: y
+
+    y = 2.0_dp * atanh(x / (2.0_dp + x))
+  end function
+""",
+}
 
 
 def fortran_module(description: Description) -> str:
     """Two elemental functions, so that they take arrays too: mu, and whether it is extrapolated."""
-    name, given = description.identifier, description.arguments
+    name, names = description.identifier, description.argument_names
     results = [
-        f"traction_coefficient_{name} is mu, of the sign of S"
-        + "; NaN unless pressure, speed and temperature are above 0" * bool(given),
+        f"traction_coefficient_{name} is {result(description, 'NaN')}",
         f"outside_tested_box_{name} is true where mu is extrapolated",
     ]
     comment = header(description, arguments(description), results, "! ")
-    names = description.argument_names
     parameters = ", &\n      ".join(names)
-    declared = "\n".join(f"    real(dp), intent(in) :: {one}" for one in names)
-    imported = (
-        "  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value\n" if given else ""
-    )
-    positive = " .and. &\n        ".join(f"{one.name} > 0.0_dp" for one in given)
-    check = (
-        f"""\
-    if (.not. ({positive})) then
-      mu = ieee_value(mu, ieee_quiet_nan)
-      return
-    end if
-"""
-        if given
-        else ""
-    )
-    bars = "".join(
-        f"    {one.symbol.lower()} = {one.name} / {one.reference!r}_dp\n" for one in given
-    )
-    products = "".join(
-        f"    {letter} = {description.product(letter, '{}**({})'.format, _TIMES, '_dp')}\n"
-        for letter in description.powers
-    )
-    local = ", ".join([*(one.symbol.lower() for one in given), *description.powers, "S"])
-    inside = " .and. &\n      ".join(
-        [
-            *(
-                f"{one.name} >= {one.lower!r}_dp .and. {one.name} <= {one.upper!r}_dp"
-                for one in given
-            ),
-            f"abs({SLIP}) <= {description.slip_upper!r}_dp",
-        ]
-    )
+    declared = "\n".join(f"    real(dp), intent(in) :: {argument}" for argument in names)
+    steps = assignments(description, FORTRAN, "    {} = {}\n", " &\n        ")
+    *local, mu = variables(description, FORTRAN)
+    inside = " .and. &\n      ".join(box(description, "{!r}_dp", ".and.", "abs"))
+    imported, check = _check(description)
     return f"""\
 {comment}
 module traction_{name}
@@ -61,13 +62,12 @@ module traction_{name}
 contains
 
   elemental function traction_coefficient_{name}( &
-      {parameters}) result(mu)
+      {parameters}) result({mu})
 {declared}
-    real(dp) :: mu
-    real(dp) :: {local}
+    real(dp) :: {mu}
+    real(dp) :: {", ".join(local)}
 
-{check}{bars}{products}    S = abs({SLIP})
-    mu = sign({description.formula}, {SLIP})
+{check}{steps}    if ({SLIP} < 0.0_dp) {mu} = -{mu}
   end function
 
   elemental function outside_tested_box_{name}( &
@@ -78,6 +78,24 @@ contains
     outside = .not. ( &
       {inside})
   end function
-
+{helpers(description, _HELPERS)}
 end module
 """
+
+
+def _check(description: Description) -> tuple[str, str]:
+    """What gives NaN where the law has no value: the line that imports it, and the lines."""
+    if not description.arguments:
+        return "", ""
+    positive = " .and. &\n        ".join(
+        f"{condition.name} > 0.0_dp" for condition in description.arguments
+    )
+    return (
+        "  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value\n",
+        f"""\
+    if (.not. ({positive})) then
+      mu = ieee_value(mu, ieee_quiet_nan)
+      return
+    end if
+""",
+    )

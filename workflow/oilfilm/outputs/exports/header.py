@@ -5,7 +5,6 @@ from collections.abc import Iterable
 
 from oilfilm.outputs.exports.description import SLIP, SLIP_MEANING, Condition, Description
 from oilfilm.outputs.exports.names import plain
-from oilfilm.traction import LAWS
 
 # Fortran ends a line at 132 characters; an editor shows fewer.
 _WIDTH = 92
@@ -18,7 +17,7 @@ def header(
 
     Args:
         description: The fit.
-        sentences: One an argument: name, meaning, unit, range tested.
+        sentences: One per argument: name, meaning, unit, range tested.
         results: What the functions give back, and for which arguments they give nothing.
         mark: What makes a line a comment.
     """
@@ -61,20 +60,21 @@ def certificate(description: Description) -> str:
 
 def law_in_words(description: Description) -> list[str]:
     """The law, its powers and its source."""
-    given = description.arguments
+    given, law = description.arguments, description.law
     return [
-        f"Law {description.law}: mu = {description.formula} for S >= 0, and mu(-S) = -mu(S)",
+        f"Law {law.name}: {law.formula} for S >= 0, and mu(-S) = -mu(S)",
         *([f"with {description.power_law(given)}"] if given else []),
-        LAWS[description.law].source,
+        law.source,
     ]
 
 
 def arguments(description: Description) -> list[str]:
-    """A sentence an argument, in the units of the tables."""
+    """One sentence per argument, in the units of the tables."""
     return [
         *(
-            f"{one.name}: {one.symbol}, {one.meaning}, {one.unit}; {span(one.lower, one.upper)}"
-            for one in description.arguments
+            f"{condition.name}: {condition.symbol}, {condition.meaning}, {condition.unit}; "
+            f"{span(condition.lower, condition.upper)}"
+            for condition in description.arguments
         ),
         f"{SLIP}: {slip_in_words(description)}",
     ]
@@ -98,7 +98,7 @@ def level(condition: Condition) -> str:
 def _fixed(description: Description) -> list[str]:
     if not description.fixed:
         return []
-    levels = "; ".join(f"{one.meaning} {level(one)}" for one in description.fixed)
+    levels = "; ".join(f"{condition.meaning} {level(condition)}" for condition in description.fixed)
     return [f"Tested at one level only, at which alone mu is known: {levels}"]
 
 

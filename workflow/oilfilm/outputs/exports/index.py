@@ -14,7 +14,7 @@ _FORMS = """\
 | `traction_*.f90` | Fortran 2008 | compile it with your sources; elemental, so arrays too |
 | `Traction_*.mo` | Modelica | load the package; Pa, m/s, K |
 | `traction_coefficient_*.m` | MATLAB R2016b, GNU Octave | put it on the path; arrays too |
-| `adore_*.csv` | ADORE and its like | A, B, C, D of (A + B u) exp(-C u) + D, u in m/s |
+| `adore_*.csv` | ADORE and its like | A to D of (A + B u) exp(-C u) + D, if the law is so |
 | `traction_*.json`, `.csv` | everything else | constants with errors and verdicts; tested box |"""
 
 
@@ -39,8 +39,8 @@ the head of each file has the law, its source, the campaign, the tested box and 
 
 
 def _row(fit: Description) -> str:
-    symbols = ", ".join([*(one.symbol for one in fit.arguments), "S"])
-    levels = "; ".join(f"{one.meaning} {level(one)}" for one in fit.fixed)
+    symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
+    levels = "; ".join(f"{condition.meaning} {level(condition)}" for condition in fit.fixed)
     depends = "unknown" if fit.obstacle else symbols + (levels and f" at {levels}")
     cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, certificate(fit))
     return f"| {' | '.join(html.escape(cell, quote=False) for cell in cells)} |"

@@ -6,7 +6,6 @@ from typing import Any
 
 from oilfilm.outputs.exports.adore import FORM, UNITS, adore_rows
 from oilfilm.outputs.exports.description import (
-    FORMULAS,
     SLIP,
     SLIP_MEANING,
     Condition,
@@ -14,9 +13,8 @@ from oilfilm.outputs.exports.description import (
     Description,
     known,
 )
-from oilfilm.traction import LAWS
 
-VERSION = 1
+VERSION = 2
 
 
 def json_text(
@@ -46,7 +44,7 @@ def json_text(
         "adore": {
             "form": FORM,
             "units": UNITS,
-            "points": [] if description.obstacle else adore_rows(description),
+            "points": adore_rows(description) if "ADORE" in files else [],
         },
         "files": dict(files),
         "not_written": dict(not_written),
@@ -56,25 +54,32 @@ def json_text(
 
 
 def _law(description: Description) -> dict[str, Any]:
+    law = description.law
     return {
-        "name": description.law,
-        "mu_for_slip_of_0_or_more": FORMULAS.get(description.law),
+        "name": law.name,
+        "mu_for_slip_of_0_or_more": law.equation,
+        "parts_of_mu": dict(law.parts),
         "mu_for_slip_below_0": "-mu(-S)",
         "coefficients": description.power_law(description.conditions),
-        "source": LAWS[description.law].source,
+        "known_exponents": {
+            coefficient.name: list(coefficient.exponents)
+            for coefficient in law.coefficients
+            if coefficient.exponents is not None
+        },
+        "source": law.source,
     }
 
 
-def _condition(one: Condition) -> dict[str, Any]:
+def _condition(condition: Condition) -> dict[str, Any]:
     return {
-        "name": one.name,
-        "symbol": one.symbol,
-        "meaning": one.meaning,
-        "unit": one.unit,
-        "role": "argument" if one.argument else "fixed",
-        "level": one.level,
-        "reference": one.reference,
-        "tested": [one.lower, one.upper],
+        "name": condition.name,
+        "symbol": condition.symbol,
+        "meaning": condition.meaning,
+        "unit": condition.unit,
+        "role": "argument" if condition.argument else "fixed",
+        "level": condition.level,
+        "reference": condition.reference,
+        "tested": [condition.lower, condition.upper],
     }
 
 
@@ -91,16 +96,16 @@ def _slip(description: Description) -> dict[str, Any]:
     }
 
 
-def _constant(one: Constant) -> dict[str, Any]:
+def _constant(constant: Constant) -> dict[str, Any]:
     return {
-        "name": one.name,
-        "meaning": one.meaning,
-        "value": one.value,
+        "name": constant.name,
+        "meaning": constant.meaning,
+        "value": constant.value,
         "unit": "1",
-        "standard_error": one.standard_error,
-        "interval_95": [one.lower, one.upper],
-        "systematic_standard_error": one.systematic_standard_error,
-        "verdict": one.verdict,
+        "standard_error": constant.standard_error,
+        "interval_95": [constant.lower, constant.upper],
+        "systematic_standard_error": constant.systematic_standard_error,
+        "verdict": constant.verdict,
     }
 
 

@@ -1,46 +1,42 @@
 """The law as a function of MATLAB and GNU Octave."""
 
+from oilfilm.outputs.exports.code import assignments, box, result
 from oilfilm.outputs.exports.description import SLIP, Description
 from oilfilm.outputs.exports.header import arguments, header
+from oilfilm.traction.expression import Form, Language
 
-# A factor a line.
-_TIMES = " ...\n    .* "
+MATLAB = Language(
+    {
+        "*": Form("{} .* {}", 2, (2, 3)),
+        "/": Form("{} ./ {}", 2, (2, 3)),
+        "**": Form("{} .^ {}", 4, (5, 5)),
+    }
+)
 
 
 def matlab_function(description: Description) -> str:
     """One function of arrays that gives mu and whether it is extrapolated."""
-    function, given = f"traction_coefficient_{description.identifier}", description.arguments
-    names = description.argument_names
-    call = f"[mu, outside] = {function}( ...\n    {', '.join(names)})"
+    function, names = f"traction_coefficient_{description.identifier}", description.argument_names
     results = [
-        "mu has the sign of S"
-        + "; it is NaN unless pressure, speed and temperature are above 0" * bool(given),
+        f"mu is {result(description, 'NaN')}",
         "outside is true where mu is extrapolated",
         "Arguments are scalars or arrays that expand against each other (R2016b, Octave)",
     ]
     comment = header(description, arguments(description), results, "%   ")
-    bars = "".join(
-        f"{(bar := one.symbol.lower())} = {one.name} / {one.reference!r};\n"
-        f"{bar}(~({bar} > 0)) = NaN;\n"
-        for one in given
+    checks = "".join(
+        f"{condition.name}(~({condition.name} > 0)) = NaN;\n" for condition in description.arguments
     )
-    products = "".join(
-        f"{letter} = {description.product(letter, '{} .^ ({})'.format, _TIMES)};\n"
-        for letter in description.powers
+    tested = "".join(
+        f"outside = outside | ~({inside});\n" for inside in box(description, both="&", size="abs")
     )
-    inside = " ...\n    & ".join(
-        [
-            *(f"{one.name} >= {one.lower!r} & {one.name} <= {one.upper!r}" for one in given),
-            f"abs({SLIP}) <= {description.slip_upper!r}",
-        ]
-    )
+    steps = assignments(description, MATLAB, "{} = {};\n", " ...\n    ")
     return f"""\
-function {call}
+function [mu, outside] = {function}( ...
+    {", ".join(names)})
 %{function.upper()}  Traction coefficient by slide-roll ratio.
 {comment}
 
-{bars}{products}S = abs({SLIP});
-mu = sign({SLIP}) .* ({description.formula.replace("*", ".*")});
-outside = ~({inside});
+outside = false;
+{tested}{checks}{steps}mu = (1 - 2 * ({SLIP} < 0)) .* mu;
 end
 """

@@ -4,10 +4,11 @@ import html
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from oilfilm.outputs.exports.description import Condition, Description
+from oilfilm.outputs.exports.code import assignments, helpers, result, variables
+from oilfilm.outputs.exports.description import SLIP, Condition, Description
 from oilfilm.outputs.exports.header import header, slip_in_words, span
 from oilfilm.outputs.exports.names import plain
-from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.expression import Form, Language
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA
 
 
@@ -19,66 +20,96 @@ class _Input:
     unit: str
     attributes: str
     in_table_units: str
-    in_si: Callable[[float], float]
+    in_si: Callable[[float], float] = float
 
 
-_INPUTS = dict(
-    zip(
-        CONDITIONS,
-        (
-            _Input(
-                "maxHertzPressure",
-                "Pa",
-                'unit = "Pa", displayUnit = "GPa"',
-                f"maxHertzPressure / {PA_PER_GPA:g}",
-                lambda pressure: pressure * PA_PER_GPA,
-            ),
-            _Input("entrainmentSpeed", "m/s", 'unit = "m/s"', "entrainmentSpeed", float),
-            _Input(
-                "inletTemperature",
-                "K",
-                'unit = "K", displayUnit = "degC"',
-                f"(inletTemperature - {-ABSOLUTE_ZERO_C!r})",
-                lambda temperature: temperature - ABSOLUTE_ZERO_C,
-            ),
-        ),
-        strict=True,
-    )
-)
+_INPUTS = {
+    "max_hertz_pressure_gpa": _Input(
+        "maxHertzPressure",
+        "Pa",
+        'unit = "Pa", displayUnit = "GPa"',
+        f"(maxHertzPressure / {PA_PER_GPA:g})",
+        lambda pressure: pressure * PA_PER_GPA,
+    ),
+    "entrainment_speed_m_s": _Input("entrainmentSpeed", "m/s", 'unit = "m/s"', "entrainmentSpeed"),
+    "inlet_temperature_c": _Input(
+        "inletTemperature",
+        "K",
+        'unit = "K", displayUnit = "degC"',
+        f"(inletTemperature - {-ABSOLUTE_ZERO_C!r})",
+        lambda temperature: temperature - ABSOLUTE_ZERO_C,
+    ),
+    "load_n": _Input("normalLoad", "N", 'unit = "N"', "normalLoad"),
+    **{
+        group: _Input(name, "1", 'unit = "1"', name)
+        for group, name in (
+            ("dimensionless_load", "dimensionlessLoad"),
+            ("dimensionless_speed", "dimensionlessSpeed"),
+            ("thermal_loading_parameter", "thermalLoadingParameter"),
+        )
+    },
+}
 _SLIP = "slideRollRatio"
-_TIMES = "\n      * "  # a factor a line
+# What stands in the package for names of the tables.
+_NAMES = {SLIP: _SLIP} | {name: given.in_table_units for name, given in _INPUTS.items()}
+
+MODELICA = Language(
+    {"**": Form("{} ^ {}", 4, (5, 5))},
+    identifier=lambda name: _NAMES.get(name, name),
+)
+# Modelica itself has none of the three; all without cancellation at small x.
+_HELPERS = {
+    "expm1": """
+  function expm1 "exp(x) - 1"
+    input Real x;
+    output Real y;
+  protected
+    Real t;
+  algorithm
+    t := tanh(x / 2);
+    y := if x > 0.5 then exp(x) - 1 else 2 * t / (1 - t);
+  end expm1;
+""",
+    "asinh": """
+  function asinh "Inverse hyperbolic sine"
+    input Real x;
+    output Real y;
+  algorithm
+    y := log1p(abs(x) + x ^ 2 / (1 + sqrt(1 + x ^ 2)));
+    y := if x < 0 then -y else y;
+  end asinh;
+""",
+    "log1p": """
+  function log1p "log(1 + x)"
+    input Real x;
+    output Real y;
+  protected
+    Real u;
+  algorithm
+    u := 1 + x;
+    y := if abs(u - 1) > 0 then x * log(u) / (u - 1) else x;
+  end log1p;
+""",
+}
 
 
 def modelica_package(description: Description) -> str:
     """A package of two functions: mu, and whether it is extrapolated."""
     name, given = f"Traction_{description.identifier}", description.arguments
     results = [
-        "coefficient gives mu, of the sign of S"
-        + "; it stops unless pressure, speed and temperature in degC are above 0" * bool(given),
+        f"coefficient gives {result(description, 'it stops')}; temperatures count in degC",
         "outsideTestedBox is true where mu is extrapolated",
     ]
     sentences = [*map(_sentence, given), f"{_SLIP}: {slip_in_words(description)}"]
     information = html.escape(header(description, sentences, results, mark=""))
     inputs = "".join(map(_declaration, given))
-    bars = "".join(
-        f"    {one.symbol.lower()} := {_INPUTS[one.name].in_table_units} / {one.reference!r};\n"
-        for one in given
-    )
-    positive = " and ".join(f"{one.symbol.lower()} > 0" for one in given)
-    complaint = f"{name}: pressure, speed and temperature in degC must be above 0"
-    check = f'    assert({positive}, "{complaint}");\n' if given else ""
-    local = "".join(
-        f"    Real {symbol};\n"
-        for symbol in (*(one.symbol.lower() for one in given), *description.powers, "S")
-    )
-    products = "".join(
-        f"    {letter} := {description.product(letter, '{} ^ ({})'.format, _TIMES)};\n"
-        for letter in description.powers
-    )
+    *steps, mu = variables(description, MODELICA)
+    local = "".join(f"    Real {step};\n" for step in steps)
+    values = assignments(description, MODELICA, "    {} := {};\n")
     inside = "\n      and ".join(
         [*map(_inside, given), f"abs({_SLIP}) <= {description.slip_upper!r}"]
     )
-    simulated = ", SIMULATED DATA" * description.simulated
+    simulated = ", SIMULATED DATA" if description.simulated else ""
     return f"""\
 package {name} "Traction coefficient of the oil {plain(description.oil)}{simulated}"
   function coefficient "Traction coefficient, odd in the slide-roll ratio"
@@ -86,9 +117,7 @@ package {name} "Traction coefficient of the oil {plain(description.oil)}{simulat
     output Real mu(unit = "1") "Traction force over load, of the sign of S";
   protected
 {local}  algorithm
-{bars}{check}{products}    S := abs({_SLIP});
-    mu := sign({_SLIP}) * ({description.formula});
-    annotation(smoothOrder = 1);
+{_check(description)}{values}    {mu} := if {_SLIP} < 0 then -{mu} else {mu};
   end coefficient;
 
   function outsideTestedBox "True where the traction coefficient is extrapolated"
@@ -97,7 +126,7 @@ package {name} "Traction coefficient of the oil {plain(description.oil)}{simulat
   algorithm
     outside := not ({inside});
   end outsideTestedBox;
-
+{helpers(description, _HELPERS)}
   annotation(Documentation(info = "<html><pre>
 {information}
 </pre></html>"));
@@ -105,19 +134,31 @@ end {name};
 """
 
 
-def _sentence(one: Condition) -> str:
-    given = _INPUTS[one.name]
+def _check(description: Description) -> str:
+    """What stops a simulation where the law has no value."""
+    if not description.arguments:
+        return ""
+    positive = " and ".join(f"{_NAMES[condition.name]} > 0" for condition in description.arguments)
+    meaning = f"{description.argument_meanings} must be above 0, temperatures in degC"
+    return f'    assert({positive}, "Traction_{description.identifier}: {meaning}");\n'
+
+
+def _sentence(condition: Condition) -> str:
+    given = _INPUTS[condition.name]
     lower, upper = (
-        None if value is None else given.in_si(value) for value in (one.lower, one.upper)
+        None if value is None else given.in_si(value)
+        for value in (condition.lower, condition.upper)
     )
-    return f"{given.name}: {one.symbol}, {one.meaning}, {given.unit}; {span(lower, upper)}"
+    meaning = f"{condition.symbol}, {condition.meaning}"
+    return f"{given.name}: {meaning}, {given.unit}; {span(lower, upper)}"
 
 
-def _declaration(one: Condition) -> str:
-    given = _INPUTS[one.name]
-    return f'    input Real {given.name}({given.attributes}) "{one.symbol}, {one.meaning}";\n'
+def _declaration(condition: Condition) -> str:
+    given = _INPUTS[condition.name]
+    meaning = f"{condition.symbol}, {condition.meaning}"
+    return f'    input Real {given.name}({given.attributes}) "{meaning}";\n'
 
 
-def _inside(one: Condition) -> str:
-    expression = _INPUTS[one.name].in_table_units
-    return f"{expression} >= {one.lower!r} and {expression} <= {one.upper!r}"
+def _inside(condition: Condition) -> str:
+    value = _NAMES[condition.name]
+    return f"{value} >= {condition.lower!r} and {value} <= {condition.upper!r}"

@@ -15,7 +15,9 @@ from scipy.special import ndtri
 
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
+from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, FilmDefinition, InletOil
+from oilfilm.physics.rigs import contact_of
 from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
@@ -23,9 +25,8 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import to_internal
 from oilfilm.units import PA_PER_GPA, FloatArray
 
-# What page.js has the equations of.
-LAWS = ("deng2026", "eyring", "carreau", "tanh")
 LEVEL = 0.95
+_LOAD = "load_n"
 _STEPS = 100  # of a slider, at least
 _LABELS = {
     "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
@@ -92,10 +93,12 @@ def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, An
         oil: FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
         for oil in dict.fromkeys(results.coefficients["oil"])
     }
-    lacking = {oil: _lacking(fit) for oil, fit in fits.items()}
+    load_n = _load_at_1_gpa(config["rigs"])
+    lacking = {oil: _lacking(fit, load_n) for oil, fit in fits.items()}
     shown = {oil: fit for oil, fit in fits.items() if not lacking[oil]}
     accepted = points[points["accepted"]]
-    axes = _axes(shown, accepted, config["printed"]["boxes"]["extrapolated"])
+    boxes = {oil: _box_over_axes(fit, load_n) for oil, fit in shown.items()}
+    axes = _axes(shown, boxes, accepted, config["printed"]["boxes"]["extrapolated"])
     known = films(config)
     nearby = config["report"]["nearby"]
     chosen = _thinned(accepted[accepted["oil"].isin(shown)], config["report"]["points_max"])
@@ -106,7 +109,7 @@ def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, An
             {
                 "name": oil,
                 "colour": oil_colour(oil, list(config["oils"])),
-                **law_of(fit),
+                **law_of(fit, load_n),
                 "usable": usable(fit),
                 "film": _film(known[oil], axes[2].values) if oil in known else None,
                 "points": _points(chosen[chosen["oil"] == oil]),
@@ -122,25 +125,39 @@ def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, An
     }
 
 
-def _lacking(fit: FittedLaw) -> str:
+def _load_at_1_gpa(rigs: Mapping[str, Mapping[str, Any]]) -> float | None:
+    """Load of the rig's contact at 1 GPa, in N; None where it is not known or not the same."""
+    contacts = {contact_of(rig) for rig in rigs.values()}
+    contact = contacts.pop() if len(contacts) == 1 else None
+    if contact is None:
+        return None
+    return float(
+        load_for_max_hertz_pressure(PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa)
+    )
+
+
+def _lacking(fit: FittedLaw, load_at_1_gpa: float | None) -> str:
     """Why the explorer cannot show a fit; empty where it can."""
     if np.isnan(fit.coefficients.constants).any():
         return "nothing could be fitted"
-    if fit.law.name not in LAWS:
-        return f"the page knows the law {', '.join(LAWS)} only, not {fit.law.name}"
+    if _LOAD in fit.law.conditions and load_at_1_gpa is None:
+        return f"the law {fit.law.name} needs the load, and the rig's contact is not known"
     return ""
 
 
 def _axes(
-    fits: Mapping[str, FittedLaw], points: pd.DataFrame, paper: Mapping[str, Sequence[float]]
+    fits: Mapping[str, FittedLaw],
+    boxes: Mapping[str, FloatArray],
+    points: pd.DataFrame,
+    paper: Mapping[str, Sequence[float]],
 ) -> list[Axis]:
     """Sliders over everything tested, and over what the paper draws where that is near."""
     centre = _central(points)
     axes = []
     for place, name in enumerate(AXES):
         low, high = paper[name]
-        boxes = [fit.coefficients.box[place] for fit in fits.values()]
-        tested = np.array(boxes)[~np.isnan(boxes).any(axis=1)] if boxes else np.empty((0, 2))
+        ends = np.array([box[place] for box in boxes.values()]).reshape(-1, 2)
+        tested = ends[~np.isnan(ends).any(axis=1)]
         if len(tested):
             inner, outer = tested[:, 0].min(), tested[:, 1].max()
             near = inner <= high and outer >= low
@@ -185,17 +202,37 @@ def _axis(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
     }
 
 
-def law_of(fit: FittedLaw) -> dict[str, Any]:
-    """A fitted law with its interval and its tested box, as the page computes with it."""
+def _box_over_axes(fit: FittedLaw, load_at_1_gpa: float | None) -> FloatArray:
+    """The tested box over P, U, T and S, whatever conditions the law takes."""
+    box = fit.coefficients.box.copy()
+    if _LOAD in fit.law.conditions and load_at_1_gpa is not None:
+        box[0] = np.cbrt(box[0] / load_at_1_gpa)
+    return box
+
+
+def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]:
+    """A fitted law with its interval and its tested box, as the page computes with it.
+
+    Args:
+        fit: The fit.
+        load_at_1_gpa: Load of the rig's contact at 1 GPa, which laws on load need; it goes with
+            the cube of the pressure.
+    """
     law, coefficients = fit.law, fit.coefficients
     root = coefficients.root(law)
+    inputs: list[dict[str, Any]] = [
+        {"axis": axis, "factor": 1.0, "power": 1, "reference": reference}
+        for axis, reference in enumerate(law.reference)
+    ]
+    if _LOAD in law.conditions:
+        inputs[0] |= {"factor": load_at_1_gpa, "power": 3}
     return {
         "law": law.name,
-        "reference": list(law.reference),
+        "inputs": inputs,
         "internal": to_internal(law, coefficients.constants).tolist(),
         "known": coefficients.known.tolist(),
         "root": None if np.isnan(root).any() else root.tolist(),
-        "box": [[_plain(end) for end in ends] for ends in coefficients.box],
+        "box": [[_plain(end) for end in ends] for ends in _box_over_axes(fit, load_at_1_gpa)],
     }
 
 

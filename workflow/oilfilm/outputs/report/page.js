@@ -16,48 +16,12 @@ const numbers = (values) => values.map((value) => value ?? NaN);
 
 // ---------------------------------------------------------------- laws
 
-const limited = (free, limit) => -limit * Math.expm1(-free / limit);
-
-// from the coefficients' sizes |X|: mu, and its derivatives by each ln|X|
-const LAWS = {
-  deng2026: ([a, b, c], slip) => {
-    const decay = Math.exp(-c * slip);
-    return {
-      mu: a * (1 - decay) + b * slip * decay,
-      slopes: [a * (1 - decay), b * slip * decay, (a - b * slip) * c * slip * decay],
-    };
-  },
-  eyring: ([slope, stress, limit, heat], slip) => {
-    const ratio = slope * slip / stress;
-    const free = stress * Math.asinh(ratio);
-    const cold = limited(free, limit);
-    const root = Math.sqrt(1 + 4 * heat * slip * cold);
-    const mu = 2 * cold / (1 + root);
-    const bySlope = stress * ratio / Math.hypot(1, ratio);
-    const share = Math.exp(-free / limit);
-    const rising = [share * bySlope, share * (free - bySlope), cold - share * free];
-    return { mu, slopes: [...rising, -heat * slip * mu ** 2].map((one) => one / root) };
-  },
-  carreau: ([slope, thinning, exponent, limit], slip) => {
-    const ratio = slope * slip / thinning;
-    const free = slope * slip * Math.hypot(1, ratio) ** (exponent - 1);
-    const bend = (exponent - 1) * (ratio / Math.hypot(1, ratio)) ** 2;
-    const [mu, share] = [limited(free, limit), Math.exp(-free / limit)];
-    const byExponent = free * exponent * Math.log(Math.hypot(1, ratio));
-    return { mu, slopes: [share * free * (1 + bend), -share * free * bend, share * byExponent, mu - share * free] };
-  },
-  tanh: ([level, slope], slip) => {
-    const step = Math.tanh(slope * slip / level);
-    const bySlope = slope * slip * (1 - step ** 2);
-    return { mu: level * step, slopes: [level * step - bySlope, bySlope] };
-  },
-};
-
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 
-// place: [P, U, T, S], S not negative
+// place: [P, U, T, S], S not negative; LAWS are written by oilfilm.outputs.report.law_script
 function predict(oil, place) {
-  const logs = oil.reference.map((at, i) => (oil.known[i] ? Math.log(place[i] / at) : 0));
+  const logs = oil.inputs.map(({ axis, factor, power, reference }, i) => (
+    oil.known[i] ? Math.log(factor * place[axis] ** power / reference) : 0));
   const design = [1, ...logs];
   const size = design.length;
   const sizes = [];
@@ -65,19 +29,20 @@ function predict(oil, place) {
     sizes.push(Math.exp(sum(design.map((value, i) => value * oil.internal[start + i]))));
   }
   const { mu, slopes } = LAWS[oil.law](sizes, place[3]);
-  let relative = NaN;
+  let reach = NaN;
   if (oil.root) {
     const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
     const along = oil.root[0].map((_, k) => sum(gradient.map((g, i) => g * oil.root[i][k])));
-    relative = mu > 0 ? Math.hypot(...along) / mu : 0;
+    reach = DATA.factor * Math.hypot(...along);
   }
-  const factor = Math.exp(DATA.factor * relative);
+  const factor = Math.exp(reach / mu);
+  const [lower, upper] = mu > 0 ? [mu / factor, mu * factor] : [mu - reach, mu + reach];
   const beyond = oil.box.map((ends, i) => {
     const [low, high] = numbers(ends);
     const off = Math.max(low - place[i], place[i] - high, 0);
     return off <= 1e-9 * Math.abs(place[i]) ? 0 : off / (high - low);
   });
-  return { mu, lower: mu / factor, upper: mu * factor, beyond, outside: beyond.some((off) => off > 0) };
+  return { mu, lower, upper, beyond, outside: beyond.some((off) => off > 0) };
 }
 
 // ---------------------------------------------------------------- film and advice

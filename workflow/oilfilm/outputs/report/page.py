@@ -22,12 +22,14 @@ from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption
 from oilfilm.outputs.report import chart, sections
 from oilfilm.outputs.report.explorer import explorer
+from oilfilm.outputs.report.law_script import law_script
 from oilfilm.outputs.report.pictures import packed, png_addresses, size_of
 from oilfilm.outputs.report.release_id import UNRELEASED
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
 from oilfilm.settings.load import as_yaml
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
 
 _HERE = Path(__file__).parent
 _PACKAGES = (
@@ -162,7 +164,7 @@ def _explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, A
         "exploring": exploring,
         "chart": chart.chart([oil["colour"] for oil in exploring["oils"]]),
         "licence": chart.licence(),
-        "scripts": [chart.library(), _asset("page.js")],
+        "scripts": [chart.library(), Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
     }
 
 

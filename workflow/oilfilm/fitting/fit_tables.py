@@ -1,0 +1,275 @@
+"""The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.special import ndtri
+
+from oilfilm import tables
+from oilfilm.fitting.objectives import curve_weights, difference, pulling_curves
+from oilfilm.fitting.problem import Problem
+from oilfilm.fitting.profile import profile_interval
+from oilfilm.fitting.solution import Solution
+from oilfilm.fitting.systematic import SENSORS
+from oilfilm.fitting.uncertainty import Estimates
+from oilfilm.traction.law import FloatArray, Law
+
+
+def tables_of_fit(
+    solution: Solution,
+    quality: Mapping[str, Any],
+    printed: Mapping[str, float],
+    settings: Mapping[str, Any],
+) -> dict[str, pd.DataFrame]:
+    """Each table of a fit, by its name.
+
+    Args:
+        solution: The fit.
+        quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
+        printed: Printed value of each constant that has one.
+        settings: `sign_confidence` and `pulling_weight` of config's fit.
+    """
+    about = {"oil": quality["oil"], "law": quality["law"]}
+    rows = _coefficients(solution, settings["sign_confidence"])
+    quality = {**quality, **_quality(solution, settings)}
+    return {
+        "coefficients": _coefficient_table(rows, about, printed),
+        "fit_quality": tables.from_rows(
+            [{**quality, **_quality(solution, settings)}], "fit_quality"
+        ),
+        "refits": _refits(solution, about),
+        "correlations": _correlations(solution, about),
+        "profiles": _profiles(solution, about),
+        "curve_residuals": _curve_residuals(solution, about),
+    }
+
+
+def tables_without_fit(
+    law: Law, quality: Mapping[str, Any], printed: Mapping[str, float], reason: str
+) -> dict[str, pd.DataFrame]:
+    """The same of data that could not be fitted: no values, and the reason as the verdict."""
+    about = {"oil": quality["oil"], "law": quality["law"]}
+    rows = [_no_value(constant.name) for constant in law.constants if constant.known is None]
+    row = {
+        **dict.fromkeys(tables.columns("fit_quality"), np.nan),
+        **quality,
+        "searches": 0,
+        "searches_agreeing": 0,
+        "active_bounds": "",
+        "pulling_curves": "",
+        "certified": False,
+        "certificate": f"not fitted: {reason}",
+    }
+    return {
+        "coefficients": _coefficient_table(rows, about, printed),
+        "fit_quality": tables.from_rows([row], "fit_quality"),
+        **{name: tables.empty(name) for name in _WITH_VALUES},
+    }
+
+
+# Tables that have no rows where nothing could be fitted.
+_WITH_VALUES = ("refits", "correlations", "profiles", "curve_residuals")
+
+
+def _coefficients(solution: Solution, sign_confidence: float) -> list[dict[str, Any]]:
+    """A row per constant, in the order of the law."""
+    law, problem = solution.problem.law, solution.problem
+    rows = _estimated(solution, sign_confidence)
+    names = [constant.name for constant in law.constants if constant.known is None]
+    stuck = [
+        _no_value(name) | {"value": value, "verdict": "at a bound"}
+        for name, value in problem.at_bounds.items()
+    ]
+    # the level of a condition that did not vary is inside X0: neither can be told apart
+    told = {*problem.names, *problem.at_bounds}
+    lost = [_no_value(name) for name in names if name not in told]
+    order = [*names, *law.local_constants]
+    return sorted([*rows, *stuck, *lost], key=lambda row: order.index(row["constant"]))
+
+
+def _estimated(solution: Solution, sign_confidence: float) -> list[dict[str, Any]]:
+    """A row per free constant, with its errors and intervals."""
+    problem, estimates = solution.problem, solution.estimates.reported(solution.problem)
+    levels, z = solution.profile
+    degrees = len(problem.mu) - len(solution.best.values)
+    others = {
+        f"{name}_value": None if other is None else problem.reported(other.values)
+        for name, other in (("weighted", solution.weighted), ("robust", solution.robust))
+    }
+    reach = sign_reach(len(problem.names), sign_confidence)
+    rows = []
+    for index, name in enumerate(problem.names):
+        crossings = profile_interval(levels[index], z[index], degrees)
+        ends = sorted(_reported_alone(problem, end, index) for end in crossings)
+        rows.append(
+            _no_value(name)
+            | {
+                "value": estimates.values[index],
+                "naive_standard_error": estimates.naive_errors[index],
+                "systematic_standard_error": estimates.systematic_errors[index],
+                "profile_lower": ends[0],
+                "profile_upper": ends[1],
+                "identifiable": True,
+                "verdict": "no interval",
+                **{key: np.nan if of is None else of[index] for key, of in others.items()},
+            }
+            | _bootstrap_interval(estimates, index, reach)
+        )
+    return rows
+
+
+def _bootstrap_interval(estimates: Estimates, index: int, reach: float) -> dict[str, Any]:
+    """Standard error and interval of a constant by its refits; nothing where there are none."""
+    if not len(estimates.refits):
+        return {}
+    refits = estimates.refits[:, index]
+    lower, upper = np.quantile(refits, [0.025, 0.975])
+    error = float(refits.std(ddof=1))
+    systematic = float(np.nan_to_num(estimates.systematic_errors[index]))
+    sure = np.abs(estimates.values[index]) > reach * np.hypot(error, systematic)
+    verdict = "known" if sure and lower * upper > 0 else "sign unknown"
+    return {"standard_error": error, "lower": lower, "upper": upper, "verdict": verdict}
+
+
+def sign_reach(constants: int, confidence: float) -> float:
+    """Standard errors that a constant must lie from zero for its sign to be called known.
+
+    A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
+    constants without effect one would be called wrongly every second time. Hence Bonferroni's
+    limit, for all of them together.
+
+    Args:
+        constants: Constants that are judged.
+        confidence: That no sign is called wrongly, as a share.
+    """
+    return float(ndtri(1 - (1 - confidence) / (2 * constants)))
+
+
+def _reported_alone(problem: Problem, value: float, index: int) -> float:
+    values = np.zeros(len(problem.names))
+    values[index] = value
+    return float(problem.reported(values)[index])
+
+
+_NUMBERS_OF_A_CONSTANT = (
+    "value",
+    "standard_error",
+    "lower",
+    "upper",
+    "naive_standard_error",
+    "profile_lower",
+    "profile_upper",
+    "systematic_standard_error",
+    "weighted_value",
+    "robust_value",
+)
+
+
+def _no_value(name: str) -> dict[str, Any]:
+    return {
+        "constant": name,
+        **dict.fromkeys(_NUMBERS_OF_A_CONSTANT, np.nan),
+        "identifiable": False,
+        "verdict": "not identifiable",
+    }
+
+
+def _coefficient_table(
+    rows: list[dict[str, Any]], about: Mapping[str, str], printed: Mapping[str, float]
+) -> pd.DataFrame:
+    frame = pd.DataFrame(rows).assign(**about)
+    frame["printed_value"] = frame["constant"].map(dict(printed)).astype(float)
+    return tables.conform(frame, "coefficients", f"fit of {about['oil']}")
+
+
+def _quality(solution: Solution, settings: Mapping[str, Any]) -> dict[str, Any]:
+    problem, data = solution.problem, solution.data
+    residual = problem.residual(solution.best.values)
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    weights = curve_weights(problem, solution.robust)
+    return {
+        "sse": solution.best.sse,
+        "rmse": rmse,
+        "relative_rms": rmse / float(np.sqrt(np.mean(data.mu**2))),
+        "max_error": float(np.abs(residual).max()),
+        "weighted_difference": difference(problem, solution.best, solution.weighted),
+        "robust_difference": difference(problem, solution.best, solution.robust),
+        "pulling_curves": "; ".join(pulling_curves(data, weights, settings)),
+        **asdict(solution.certificate),
+    }
+
+
+def _refits(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+    estimates = solution.estimates.reported(solution.problem)
+    causes = [("curves drawn again", estimates.refits)]
+    causes += [
+        (f"calibration of {sensor}", row[np.newaxis])
+        for sensor, row in zip(SENSORS, estimates.shifted, strict=False)
+    ]
+    names = solution.problem.names
+    frames = [
+        pd.DataFrame(
+            {
+                "cause": cause,
+                "refit": np.repeat(np.arange(len(values)), len(names)),
+                "constant": names * len(values),
+                "value": values.ravel(),
+            }
+        )
+        for cause, values in causes
+        if len(values)
+    ]
+    if not frames:
+        return tables.empty("refits")
+    refits = pd.concat(frames, ignore_index=True).assign(**about)
+    return tables.conform(refits, "refits", f"fit of {about['oil']}")
+
+
+def _correlations(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+    first, second = np.triu_indices(len(solution.problem.names), k=1)
+    names = np.array(solution.problem.names)
+    values = solution.estimates.reported(solution.problem).correlation[first, second]
+    frame = pd.DataFrame(
+        {"constant": names[first], "other": names[second], "correlation": values}
+    ).assign(**about)
+    return tables.conform(frame, "correlations", f"fit of {about['oil']}")
+
+
+def _profiles(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+    problem = solution.problem
+    levels, z = solution.profile
+    # a constant below zero falls where its logarithm rises
+    turned = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
+    frame = pd.DataFrame(
+        {
+            "constant": np.repeat(problem.names, levels.shape[1]),
+            "value": problem.reported(levels.T).T.ravel(),
+            "signed_root": (turned * z).ravel(),
+        }
+    ).assign(**about)
+    return tables.conform(frame, "profiles", f"fit of {about['oil']}")
+
+
+def _curve_residuals(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+    problem, data = solution.problem, solution.data
+    residual = problem.residual(solution.best.values)
+    fitted = data.mu + residual
+
+    def over_curves(of_points: FloatArray) -> FloatArray:
+        return np.add.reduceat(of_points, problem.starts)
+
+    counts = over_curves(np.ones(len(data.mu)))
+    gain = over_curves(data.mu * fitted) / np.maximum(over_curves(fitted**2), 1e-300)
+    frame = pd.DataFrame(
+        {
+            "run_id": data.runs,
+            "n_points": counts.astype(np.int64),
+            "rmse": np.sqrt(over_curves(residual**2) / counts),
+            "gain": gain,
+            "robust_weight": curve_weights(problem, solution.robust),
+        }
+    ).assign(**about)
+    return tables.conform(frame, "curve_residuals", f"fit of {about['oil']}")
