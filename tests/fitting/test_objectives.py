@@ -62,7 +62,7 @@ def test_the_curves_that_pull_are_named_with_what_they_cost(config: dict[str, An
     assert set(named) == {"run003", "run040"}
     warning = fit_remarks(spoilt.fit_quality.iloc[0].to_dict())[1]
     assert "run003" in warning and "robust" in warning
-    gains = spoilt.curve_residuals.set_index("run_id")["gain"]
+    gains = spoilt.tables["curve_residuals"].set_index("run_id")["gain"]
     # the factor that was planted, less what the two curves dragged the fit after them
     assert gains[["run003", "run040"]].between(1.10, 1.16).all()
 
