@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
-from campaigns import printed
+from campaigns import printed_by_name
 from fit_points import make_points, matrix
 from oilfilm import tables
 from oilfilm.fitting.fit import fit_oil
@@ -59,7 +59,7 @@ def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Campaign
     """Three oils fitted; one run, one log and one torque log refused; two claims."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
     settings = {**config, "fit": {**config["fit"], "searches": 2, "bootstrap": 40}}
-    fits = [fit_oil(points, oil, printed()[oil], settings) for oil in oils]
+    fits = [fit_oil(points, oil, settings, printed_by_name(oil)) for oil in oils]
     together = {
         name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")
