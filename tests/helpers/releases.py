@@ -45,7 +45,6 @@ def made(
     sample = results / "tables/samples/oil=4102/part-0.parquet"
     tables.write(tables.empty("samples"), "samples", root / sample, about)
     others: dict[Path, bytes] = {
-        results / "tables/vocabulary.ttl": (ROOT / "data/reference/vocabulary.ttl").read_bytes(),
         results / "figures/fig02.png": PNG,
         results / "summary.txt": b"fine\n",
         results / "exports/4102/law.h": b"double mu;\n",

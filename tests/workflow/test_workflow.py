@@ -110,9 +110,6 @@ def test_tables_of_a_run_are_described(place: Path, finished: str) -> None:
         path.relative_to(folder).as_posix(): f"sha256:{file_digest(path)}"
         for path in folder.rglob("*.parquet")
     }
-    linked = json.loads((folder / "dataset.jsonld").read_text(encoding="utf-8"))
-    assert "vocabulary.ttl#slide_roll_ratio" in str(linked)
-    assert (folder / "vocabulary.ttl").is_file()
 
 
 def test_fits_of_a_run_are_exported(place: Path, finished: str) -> None:

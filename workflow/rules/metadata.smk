@@ -15,7 +15,7 @@ TABLE_FILES = [
 
 
 rule metadata:
-    "What the tables are, for other programs: data package, linked data and vocabulary."
+    "What the tables are, for other programs: a data package."
     input:
         tables=[
             *(
@@ -24,11 +24,8 @@ rule metadata:
             ),
             expand(rules.ingest.output.samples, shard=SHARDS),
         ],
-        vocabulary="data/reference/vocabulary.ttl",
     output:
         package="<tables>/datapackage.json",
-        description="<tables>/dataset.jsonld",
-        vocabulary="<tables>/vocabulary.ttl",
     log:
         "<logs>/metadata.log",
     params:

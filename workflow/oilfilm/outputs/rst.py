@@ -17,8 +17,7 @@ def figure_caption(figure: str, campaign: Mapping[str, Any]) -> str:
 def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
     """What a row of a table is, where the data are from, and each column's unit and meaning."""
     model = tables.TABLES[table]
-    about = "\n\n".join(filter(None, (model.description, model.caveats)))
-    lines = [_plain(f"{about}\n\n{provenance(campaign)}.\n")]
+    lines = [_plain(f"{model.about}\n\n{provenance(campaign)}.\n")]
     for column in model.columns:
         unit = f" ({column.unit})" if column.unit else ""
         lines.append(_plain(f"- {column.name}{unit}: {column.description}"))

@@ -11,13 +11,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.outputs.metadata import (
-    data_package,
-    describe,
-    linked_data,
-    read_vocabulary,
-    table_file,
-)
+from oilfilm.outputs.metadata import data_package, table_file
 from oilfilm.outputs.report.release_id import with_release
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.logs import logs_read
@@ -39,6 +33,7 @@ from oilfilm.releases.manifest import (
 from oilfilm.releases.tree import code_files, code_tree_digest, environment
 from oilfilm.releases.verify import verify
 from oilfilm.settings.load import as_yaml
+from oilfilm.settings.resolved import Settings
 
 REPORT = "report.html"
 LOG = "log.txt"
@@ -198,9 +193,7 @@ def _log_summary(run: FinishedRun) -> str:
 def _describe(folder: Path, config: Mapping[str, Any]) -> None:
     """Describe the tables that the release contains."""
     files = [table_file(path, folder) for path in sorted(folder.glob("*.parquet"))]
-    dataset = describe(config, files, read_vocabulary(folder / "vocabulary.ttl"))
-    _write(folder / "datapackage.json", data_package(dataset))
-    _write(folder / "dataset.jsonld", linked_data(dataset))
+    _write(folder / "datapackage.json", data_package(Settings.of(config), files))
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -62,9 +62,14 @@ class Column:
         return "" if self.unit in ("1", BY_ROW) else self.unit
 
     @property
+    def meaning_here(self) -> str:
+        """Meaning, and what the table adds."""
+        return "; ".join(filter(None, (self.meaning, self.note)))
+
+    @property
     def description(self) -> str:
         """Meaning, note and caveat in one line."""
-        return "; ".join(filter(None, (self.meaning, self.note, self.caveat)))
+        return "; ".join(filter(None, (self.meaning_here, self.caveat)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +95,11 @@ class Table:
     caveats: str = ""
     references: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
+
+    @property
+    def about(self) -> str:
+        """Description and caveats."""
+        return " ".join(filter(None, (self.description, self.caveats)))
 
     def __getitem__(self, name: str) -> Column:
         """The column of that name, with what this table adds."""
