@@ -13,20 +13,23 @@ from hypothesis import strategies as st
 import bad_logs
 from campaigns import ROOT, Campaign, carry_through, printed
 from oilfilm import tables
-from oilfilm.cli import check_logs
 from oilfilm.curation import statistics
-from oilfilm.curation.curate import collect, curate, gate_limits
-from oilfilm.curation.gates import (
-    POINT_GATES,
-    RUN_GATES,
-    Trouble,
-    advice_for,
-    judge_points,
-    judge_run,
+from oilfilm.curation.curate import (
+    arrays_of,
+    check_logs,
+    collect,
+    curate,
+    first_fault,
+    judge_plateaus,
 )
+from oilfilm.curation.gate import Finding
+from oilfilm.curation.measure import Measured, measure
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.points import measure_continuous
-from oilfilm.curation.signals import SIGNALS, Signals, sampling_interval
+from oilfilm.curation.refusals import advice_for, plateau_gates, refusal_of_all, run_gates
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.signals import Signals, sampling_interval
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.readers.ingest import read_log
 from oilfilm.settings.load import resolve
 from oilfilm.settings.semantics import Semantics, semantics_of
@@ -35,7 +38,6 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 PLATEAUS = {
     "window_s": 0.8,
     "noise_factor": 6.0,
-    "min_step": 0.004,
     "settle_s": 0.8,
     "guard_s": 0.1,
     "min_duration_s": 1.0,
@@ -165,7 +167,7 @@ def test_steps_are_found_where_they_are_and_nowhere_else(
 ) -> None:
     levels = list(np.cumsum([0.0, *steps]))
     _, slip = staircase(levels, seconds, 0.002, seed)
-    found = find_steps(slip, 0.02, PLATEAUS)
+    found = find_steps(slip, 0.02, 0.004, PLATEAUS)
     expected = np.arange(1, len(levels)) * round(seconds * 50)
     assert len(found) == len(expected)
     assert np.abs(found - expected).max() <= 12  # 0.24 s, the noise of the location
@@ -176,8 +178,8 @@ def test_steps_are_found_where_they_are_and_nowhere_else(
 
 def test_steady_slip_has_no_steps_and_a_short_log_none_either() -> None:
     _, slip = staircase([0.1], 60, 0.003, 1)
-    assert len(find_steps(slip, 0.02, PLATEAUS)) == 0
-    assert len(find_steps(slip[:20], 0.02, PLATEAUS)) == 0
+    assert len(find_steps(slip, 0.02, 0.004, PLATEAUS)) == 0
+    assert len(find_steps(slip[:20], 0.02, 0.004, PLATEAUS)) == 0
     assert sampling_interval(np.array([0.0])) == 1.0
 
 
@@ -268,135 +270,68 @@ def test_spikes_are_flagged_and_gaussian_noise_is_not() -> None:
     assert not statistics.spikes(*equal_stretches(np.ones(100), 1), 8.0).any()
 
 
-def rig_log(force_of_time: Any, slip: np.ndarray, time_s: np.ndarray) -> Signals:
-    nothing = np.full(len(time_s), np.nan)
-    return Signals(
-        row=np.arange(1, len(time_s) + 1),
-        time_s=time_s,
-        load_n=np.full(len(time_s), 100.0),
-        traction_force_n=force_of_time,
-        traction_force_1_n=nothing,
-        traction_force_2_n=nothing,
-        ball_speed_m_s=30 * (1 - slip / 2),
-        disc_speed_m_s=30 * (1 + slip / 2),
-        inlet_temperature_c=np.full(len(time_s), 70.0),
-        measured_film_thickness_um=nothing,
-    )
+def rig_log(force_n: np.ndarray, slip: np.ndarray, time_s: np.ndarray) -> Signals:
+    """A run at 100 N, 30 m/s and 70 degC."""
+    count = len(time_s)
+    columns = {
+        "load_n": np.full(count, 100.0),
+        "traction_force_n": force_n,
+        "slide_roll_ratio": slip,
+        "entrainment_speed_m_s": np.full(count, 30.0),
+        "inlet_temperature_c": np.full(count, 70.0),
+    }
+    return Signals(np.arange(1, count + 1), time_s, columns)
+
+
+def measured(
+    signals: Signals, config: dict[str, Any], zero: str = "rolling_phases", **of_zero: float
+) -> Measured:
+    """Plateaus of a run, with the zero taken in one way and limits of the zero changed."""
+    reference = {**config["curation"]["zero_reference"], **of_zero}
+    changed = {
+        **config,
+        "curation": {**config["curation"], "zero_reference": reference},
+        "campaign": {**config["campaign"], "semantics": {"zero": zero}},
+    }
+    return measure(signals, TRACTION_RIG, "ball-on-disc-20mm", changed)
 
 
 @given(zero=st.floats(-5, 5), drift=st.floats(-1, 1), mu=st.floats(0.001, 0.1))
 @settings(max_examples=30)
 def test_linear_drift_of_the_zero_leaves_no_trace(
-    config_curation: dict[str, Any], zero: float, drift: float, mu: float
+    config: dict[str, Any], zero: float, drift: float, mu: float
 ) -> None:
     levels = [0.0, 0.0, 0.05, 0.1, 0.0]
     time_s, slip = staircase(levels, 4.0, 0.0, 0)
     true_mu = np.where(slip > 0.01, mu, 0.0)
     force = zero + drift * time_s / time_s[-1] + true_mu * 100.0
-    zero_settings = {**config_curation["zero_reference"], "max_drift_n": 2.0}
-    lenient = {**config_curation, "zero_reference": zero_settings}
-    measured = measure_continuous(rig_log(force, slip, time_s), lenient)
-    assert measured.flaw is None
-    points = pd.DataFrame(measured.points)
+    run = measured(rig_log(force, slip, time_s), config, max_drift_n=2.0)
+    assert run.flaw is None
+    points = pd.DataFrame(run.plateaus)
     sliding = points[points["slide_roll_ratio"] > 0.01]
     np.testing.assert_allclose(sliding["traction_coefficient"], mu, atol=1e-12)
 
 
-@pytest.fixture(scope="module")
-def config_curation() -> dict[str, Any]:
-
-    return resolve(ROOT / "config", {"campaign": "demo"})["curation"]
-
-
-@pytest.mark.parametrize(
-    ("levels", "words"),
-    [([0.0, 0.05, 0.1], "closing phase"), ([0.05, 0.1, 0.0], "opening phase"), ([0.1], "no")],
-)
-def test_log_without_pure_rolling_at_both_ends_has_no_zero(
-    config_curation: dict[str, Any], levels: list[float], words: str
-) -> None:
-    time_s, slip = staircase(levels, 4.0, 0.0, 0)
-    measured = measure_continuous(rig_log(slip * 10, slip, time_s), config_curation)
-    assert measured.flaw is not None
-    assert measured.flaw.gate == "zero_missing"
-    assert words in measured.flaw.reason
-    assert np.isnan(measured.points["traction_coefficient"]).all()
-
-
 def sound_log() -> tuple[np.ndarray, Signals]:
-    """A run that every run gate passes: rolling, three slips, rolling, with sensor noise."""
+    """A run that every gate passes: rolling, three slips, rolling, with sensor noise."""
     time_s, slip = staircase([0.0, 0.0, 0.05, 0.1, 0.2, 0.0], 4.0, 0.0, 0)
     random = np.random.default_rng(4)
     force = 20 * slip + 0.01 * random.standard_normal(len(slip))
-    log = rig_log(force, slip, time_s)
-    noisy = replace(log, load_n=log.load_n + 0.1 * random.standard_normal(len(slip)))
-    return slip, noisy
+    return slip, rig_log(force, slip, time_s)
 
 
-def judged(signals: Signals, config: dict[str, Any]) -> Trouble | None:
-    measured = measure_continuous(signals, config["curation"])
-    return judge_run(signals, measured.points, gate_limits(config)) or measured.flaw
-
-
-def test_sound_log_passes_every_run_gate(config: dict[str, Any]) -> None:
-    assert judged(sound_log()[1], config) is None
-
-
-@pytest.mark.parametrize(
-    ("gate", "words", "spoil"),
-    [
-        ("time_disorder", "row 500", lambda s: {"time_s": shifted(s.time_s, 500, -1.0)}),
-        ("time_disorder", "1 rows", lambda s: {"time_s": shifted(s.time_s, 500, -0.02)}),
-        ("clock_jump", "row 500 and row 501", lambda s: {"time_s": shifted(s.time_s, 500, 5.0)}),
-        ("stuck_sensor", "stays at exactly", lambda s: {"traction_force_n": held(s, 700)}),
-        ("swapped_sign", "against", lambda s: {"traction_force_n": -s.traction_force_n}),
-        (
-            "saturated",
-            "traction force stands at its extreme of 4 N",
-            lambda s: {"traction_force_n": np.minimum(s.traction_force_n, 4.0)},
-        ),
-        (
-            "temperature_drift",
-            "70.0 to 7",
-            lambda s: {"inlet_temperature_c": 70 + np.maximum(s.time_s - 8, 0) / 4},
-        ),
-        (
-            "zero_drift",
-            "moves by 0.5",
-            lambda s: {"traction_force_n": s.traction_force_n + 0.6 * s.time_s / s.time_s[-1]},
-        ),
-    ],
-)
-def test_run_gate_catches_its_own_trouble(
-    config: dict[str, Any], gate: str, words: str, spoil: Any
-) -> None:
-    _, signals = sound_log()
-    trouble = judged(replace(signals, **spoil(signals)), config)
-    assert trouble is not None
-    assert trouble.gate == gate
-    assert words in trouble.reason
-    assert advice_for(gate)
+def fault(signals: Signals, config: dict[str, Any]) -> tuple[str, Finding] | None:
+    limits = TRACTION_RIG.limits(config)
+    return first_fault(signals, measured(signals, config), TRACTION_RIG, limits)
 
 
 def test_coarse_readings_and_a_dead_weight_are_no_saturation(config: dict[str, Any]) -> None:
     _, signals = sound_log()
-    coarse = replace(
-        signals,
-        load_n=np.full(len(signals), 100.0),
-        traction_force_n=np.round(signals.traction_force_n, 2),
+    coarse = np.round(signals["traction_force_n"], 2)
+    assert (
+        fault(replace(signals, columns={**signals.columns, "traction_force_n": coarse}), config)
+        is None
     )
-    assert judged(coarse, config) is None
-
-
-def shifted(time_s: np.ndarray, place: int, seconds: float) -> np.ndarray:
-    """The clock is set by some seconds after a sample."""
-    return time_s + np.where(np.arange(len(time_s)) >= place, seconds, 0.0)
-
-
-def held(signals: Signals, place: int) -> np.ndarray:
-    force = signals.traction_force_n.copy()
-    force[place : place + 150] = force[place]
-    return force
 
 
 # --- gates, one by one ---------------------------------------------------------------------------
@@ -420,6 +355,8 @@ GOOD_POINT = {
     "slip_transient": 0.0,
     "traction_transient": 0.0,
     "measured_film_thickness_um": np.nan,
+    "load_change": 0.0,
+    "temperature_change_c": 0.0,
     "force_asymmetry": np.nan,
     "film_judgement": "full film",
     "lambda_ratio": 5.0,
@@ -447,6 +384,9 @@ GOOD_POINT = {
         ({"traction_change": 0.0016}, "not_steady"),
         ({"slip_transient": 0.0031}, "transient_not_ended"),
         ({"traction_transient": -0.0016}, "transient_not_ended"),
+        ({"load_change": -0.031}, "load_changes"),
+        ({"load_change": 0.029}, None),
+        ({"temperature_change_c": 1.1}, "temperature_changes"),
         ({"duration_s": 0.98}, "too_short"),
         ({"duration_s": np.nan}, None),
         ({"n_spikes": 2}, None),
@@ -462,21 +402,23 @@ def test_gate_acts_just_beyond_its_limit(
     config: dict[str, Any], change: dict[str, Any], gate: str | None
 ) -> None:
 
-    limits = gate_limits(config)
+    limits = TRACTION_RIG.limits(config)
     point = pd.DataFrame([{**GOOD_POINT, **change}])
-    failed = judge_points(point, limits).iloc[0]
+    failed = judge_plateaus(point, TRACTION_RIG, limits).iloc[0]
     assert failed[failed].index.tolist() == ([gate] if gate else [])
     if gate:
-        described = next(one for one in POINT_GATES if one.name == gate)
-        assert len(described.describe(point, limits)) > 20
+        judge = next(each.judge for each in plateau_gates(TRACTION_RIG) if each.name == gate)
+        told = refusal_of_all(gate, judge(point, limits), TRACTION_RIG, "run")
+        assert len(told.reason) > 20
+        assert "{" not in told.reason + told.advice
 
 
 def test_slip_is_held_against_the_planned_ones_where_there_are_any(config: dict[str, Any]) -> None:
     planned = {"slide_roll_ratio": [0.0, 0.145, 0.3]}
     campaign = {**config["campaign"], "set_points": planned}
-    limits = gate_limits({**config, "campaign": campaign})
+    limits = TRACTION_RIG.limits({**config, "campaign": campaign})
     near, far = ({**GOOD_POINT, "slide_roll_ratio": slip} for slip in (0.1475, 0.1485))
-    failed = judge_points(pd.DataFrame([near, far]), limits)
+    failed = judge_plateaus(pd.DataFrame([near, far]), TRACTION_RIG, limits)
     assert failed["slip_off_set_point"].tolist() == [False, True]
 
 
@@ -491,7 +433,7 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(
         nominal_entrainment_speed_m_s=np.nan,
         measured_film_thickness_um=np.where(wrong, film + 0.19, film),
     )
-    failed = judge_points(points, gate_limits(config))
+    failed = judge_plateaus(points, TRACTION_RIG, TRACTION_RIG.limits(config))
     assert failed["film_off_trend"].tolist() == wrong.tolist()
 
 
@@ -513,8 +455,8 @@ def test_sweep_whose_way_back_differs_is_refused(
     back = time_s > time_s[np.argmax(slip)] + 4
     force = 10 * slip + np.where(back & (slip > 0.01), 100 * rise, 0.0)
     force = force + 0.001 * np.random.default_rng(1).standard_normal(len(force))
-    trouble = judged(rig_log(force, slip, time_s), config)
-    assert (trouble and trouble.gate) == ("branches_differ" if refused else None)
+    found = fault(rig_log(force, slip, time_s), config)
+    assert (found and found[0]) == ("branches_differ" if refused else None)
 
 
 def test_copy_of_a_log_and_a_name_given_twice_are_refused(
@@ -557,9 +499,10 @@ def test_sign_and_slower_body_lead_to_the_same_signals(
         disc_speed_m_s=fast if disc_faster else slow,
         ball_speed_m_s=slow if disc_faster else fast,
     )
-    signals = Signals.of({name: samples[name].to_numpy() for name in SIGNALS}, log)
-    assert signals.traction_force_n.tolist() == [2.0]
-    assert signals.slide_roll_ratio.tolist() == [0.2]
+    campaign = {"semantics": {"traction_sign": log.traction_sign, "slower_body": log.slower_body}}
+    signals = TRACTION_RIG.signals(arrays_of(samples), "any", {"campaign": campaign})
+    assert signals["traction_force_n"].tolist() == [2.0]
+    assert signals["slide_roll_ratio"].tolist() == [0.2]
 
 
 @given(faster=st.floats(1, 60), ratio=st.floats(0, 0.99))
@@ -596,7 +539,7 @@ def test_semantics_of_one_rig_stand_above_those_of_all() -> None:
     ],
 )
 def test_zero_is_taken_where_the_campaign_says(
-    config_curation: dict[str, Any],
+    config: dict[str, Any],
     procedure: str,
     zero_n: float,
     levels: list[float],
@@ -604,9 +547,9 @@ def test_zero_is_taken_where_the_campaign_says(
 ) -> None:
     time_s, slip = staircase(levels, 4.0, 0.0, 0)
     log = rig_log(zero_n + 20 * slip, slip, time_s)
-    measured = measure_continuous(log, config_curation, procedure)
-    assert measured.flaw is None
-    points = pd.DataFrame(measured.points)
+    run = measured(log, config, procedure)
+    assert run.flaw is None
+    points = pd.DataFrame(run.plateaus)
     points = points[points["slide_roll_ratio"] > 0.01]
     assert len(points) == plateaus
     np.testing.assert_allclose(
@@ -629,9 +572,12 @@ def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
     assert systematic.isna().all(axis=None)
 
 
-def test_every_gate_says_what_to_do() -> None:
-    for gate in (*RUN_GATES, *POINT_GATES):
-        assert len(advice_for(gate.name)) > 20
+@pytest.mark.parametrize("kind", [TRACTION_RIG, TORQUE_RIG])
+def test_every_gate_says_what_to_do_in_the_words_of_the_rig(kind: RigKind) -> None:
+    for gate in (*run_gates(kind), *plateau_gates(kind)):
+        advice = advice_for(gate.name, kind)
+        assert len(advice) > 20
+        assert "{" not in advice
 
 
 # --- logs that once stopped a whole campaign -----------------------------------------------------
@@ -696,12 +642,12 @@ def test_level_that_ends_before_it_settled_is_a_refused_point(
 
 
 @pytest.mark.parametrize("seconds", [0.9, 1.3])
-def test_short_rolling_phase_gives_no_zero(config_curation: dict[str, Any], seconds: float) -> None:
+def test_short_rolling_phase_gives_no_zero(config: dict[str, Any], seconds: float) -> None:
     time_s, slip = staircase([0.0, 0.05, 0.1, 0.0], 4.0, 0.0, 0)
     kept = time_s >= 4.0 - seconds
-    measured = measure_continuous(rig_log(slip[kept], slip[kept], time_s[kept]), config_curation)
-    short = measured.flaw is not None and "opening phase" in measured.flaw.reason
-    assert short == (seconds < config_curation["zero_reference"]["min_duration_s"])
+    run = measured(rig_log(slip[kept], slip[kept], time_s[kept]), config)
+    short = run.flaw is not None and run.flaw[1].numbers["phase"] == "opening"
+    assert short == (seconds < config["curation"]["zero_reference"]["min_duration_s"])
 
 
 @pytest.mark.parametrize("start", [660, 700, 740, 1500])

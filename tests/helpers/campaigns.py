@@ -46,7 +46,7 @@ def printed_by_name(oil: str) -> dict[str, float]:
 
 def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Campaign:
     found = ingest(folder, files, config)
-    samples = pd.concat(found.samples.values(), ignore_index=True)
+    samples = found.all_samples()
     share = curate(samples, found.runs, config)
     return Campaign(
         config, folder, tables.empty("truth"), found, collect([share], [found.quarantine], config)

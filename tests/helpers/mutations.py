@@ -1,7 +1,6 @@
 """Damaged logs for the fuzz tests: what disks, cables, editors and people do to files."""
 
 import numpy as np
-import pandas as pd
 
 import bad_logs
 import formats
@@ -89,7 +88,7 @@ def carry(content: bytes, config: dict) -> str:
     Asserts what must hold for any bytes: rows are conserved and every run has a verdict.
     """
     found = ingest_logs([("log", content)], config)
-    samples = pd.concat(found.samples.values(), ignore_index=True)
+    samples = found.all_samples()
     tables.conform(samples, "samples", "samples")
     whole = collect([curate(samples, found.runs, config)], [found.quarantine], config)
     assert len(whole.points) == whole.runs["plateaus"].sum()

@@ -9,10 +9,21 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+import torque_logs
 from campaigns import Campaign
 from oilfilm import tables
+from oilfilm.curation.curate import check_logs
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.refused_runs import draw_page, listing, page_name
+from oilfilm.outputs.figures.refused_runs import (
+    Judged,
+    draw_page,
+    draw_pages,
+    judged_torque_logs,
+    listing,
+    page_name,
+)
 
 HOSTILE = [
     "../../etc/passwd",
@@ -43,7 +54,7 @@ def page_of(demo: Campaign, entry: dict[str, Any], **changed: Any) -> Figure:
     samples = demo.ingested.samples[run["oil"]]
     of_run = points[points["run_id"] == entry["run_id"]]
     samples = samples[samples["run_id"] == entry["run_id"]]
-    return draw_page({**entry, **changed}, run, samples, of_run, demo.config["campaign"])
+    return draw_page({**entry, **changed}, run, samples, of_run, demo.config)
 
 
 def entry_of(pages: pd.DataFrame, rule: str) -> dict[str, Any]:
@@ -123,8 +134,8 @@ def test_page_says_what_is_wrong_what_to_do_and_that_it_is_simulated(
 
 
 def test_page_names_are_safe_and_differ(tmp_path: Path) -> None:
-    names = [page_name(run_id) for run_id in HOSTILE]
-    assert len({name.lower() for name in names}) == len(HOSTILE)
+    names = [page_name(run_id, rig) for run_id in HOSTILE for rig in ("traction", "torque")]
+    assert len({name.lower() for name in names}) == 2 * len(HOSTILE)
     for name in names:
         assert name.isascii() and len(name) < 70
         assert (tmp_path / name).resolve().parent == tmp_path.resolve()
@@ -139,7 +150,7 @@ def test_text_of_logs_is_drawn_as_it_stands(
     (run,) = demo.curated.runs[demo.curated.runs["run_id"] == entry["run_id"]].to_dict("records")
     samples = demo.ingested.samples["4050"].query("run_id == @entry['run_id']").iloc[:300]
     hostile = {**entry, "run_id": name, "file": f"in {name}", "reason": f"found {name!r}: {name}"}
-    figure = draw_page(hostile, run, samples, tables.empty("points"), demo.config["campaign"])
+    figure = draw_page(hostile, run, samples, tables.empty("points"), demo.config)
     style.save(figure, tmp_path / "page.png")
     assert figure.get_figheight() < 8
     if "$" in name:
@@ -190,7 +201,7 @@ def test_signals_that_were_not_logged_are_said_to_be_so(
     (run,) = demo.curated.runs[demo.curated.runs["run_id"] == entry["run_id"]].to_dict("records")
     samples = demo.ingested.samples["4050"].query("run_id == @entry['run_id']")
     bare = samples.assign(load_n=np.nan, ball_speed_m_s=np.nan)
-    figure = draw_page(entry, run, bare, tables.empty("points"), demo.config["campaign"])
+    figure = draw_page(entry, run, bare, tables.empty("points"), demo.config)
     assert words_of(figure).count("not logged") == 2
 
 
@@ -203,7 +214,7 @@ def test_long_signals_are_thinned_but_keep_their_extremes(
     long = pd.concat([samples] * 10, ignore_index=True)
     long = long.assign(row=np.arange(1, len(long) + 1), time_s=np.arange(len(long)) / 50)
     long.loc[12345, "load_n"] = 999.0
-    figure = draw_page(entry, run, long, tables.empty("points"), demo.config["campaign"])
+    figure = draw_page(entry, run, long, tables.empty("points"), demo.config)
     drawn = figure.axes[2].get_lines()[0].get_ydata()
     assert len(drawn) < len(long) / 2
     assert drawn.max() == 999.0
@@ -217,6 +228,43 @@ def test_only_the_rows_of_one_run_are_read(demo: Campaign, tmp_path: Path) -> No
     found = tables.read_run("samples", paths, "4050_P1.50_U35_T085.csv")
     assert len(found) == 4020
     assert set(found["run_id"]) == {"4050_P1.50_U35_T085.csv"}
+
+
+def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
+    demo: Campaign, tmp_path: Path
+) -> None:
+    log = torque_logs.signals().assign(torque_n_m=3.25)
+    logs = [
+        ("stuck.csv", torque_logs.text(log)),
+        ("good.csv", torque_logs.text(torque_logs.signals())),
+    ]
+    quarantine = check_logs(logs, demo.config, TORQUE_RIG).quarantine
+    torque = judged_torque_logs(logs, quarantine, demo.config)
+    curated, samples = demo.curated, demo.ingested.all_samples()
+    traction = Judged(
+        TRACTION_RIG,
+        curated.runs,
+        curated.points,
+        curated.quarantine,
+        lambda run_id: samples[samples["run_id"] == run_id],
+    )
+    pages = draw_pages([traction, torque], demo.config, 7, tmp_path)
+    shown = pages[pages["page"] != ""]
+    assert len(shown) == 7
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(shown["page"])
+    entry = pages.set_index("run_id").loc["stuck.csv"]
+    assert (entry["rule"], entry["place"], entry["first_row"]) == ("stuck_sensor", "rows", 121)
+    figure = draw_page(
+        {**entry, "run_id": "stuck.csv"},
+        torque.runs.set_index("run_id", drop=False).loc["stuck.csv"].to_dict(),
+        torque.samples("stuck.csv"),
+        torque.points,
+        demo.config,
+        TORQUE_RIG,
+    )
+    labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes[1:]]
+    assert labels[:2] == ["Torque (N m)", "Axial load (N)"]
+    assert "Check the torque sensor" in words_of(figure)
 
 
 def test_pages_come_out_in_the_same_bytes(

@@ -49,14 +49,14 @@ def test_log_cut_in_mid_row_is_flawed_and_tells_its_last_good_row(read) -> None:
     reading = read(HEADER + NAMES + 2 * ROW + b"0.04,82.")
     assert rules(reading) == ["cut_row"]
     assert "last good row is 2" in reading.refusals[0].reason
-    assert reading.runs[0].flaw.startswith("truncated: ")
+    assert reading.runs[0].flaw.rule == "truncated"
     assert len(reading.runs[0]) == 2
 
 
 def test_last_row_without_line_end_is_not_trusted_but_the_rest_is(read) -> None:
     reading = read(HEADER + NAMES + 2 * ROW + ROW.strip())
     assert rules(reading) == ["unterminated_row"]
-    assert reading.runs[0].flaw == ""
+    assert reading.runs[0].flaw is None
     assert (reading.rows, len(reading.runs[0])) == (3, 2)
 
 

@@ -35,7 +35,7 @@ def test_what_is_written_comes_back_in_si_units(config: dict[str, Any], name: st
     reader, reading = read_log(WRITERS[name](values), "log", config)
     assert (reader, reading.rows, reading.refusals) == (name, 200, [])
     (run,) = reading.runs
-    assert (run.run_id, run.oil, run.flaw) == ("log", "4102", "")
+    assert (run.run_id, run.oil, run.flaw) == ("log", "4102", None)
     assert run.nominal.max_hertz_pressure_gpa == 1.25
     assert run.samples["row"].tolist() == list(range(1, 201))
     for column, expected in EXPECTED.items():

@@ -8,8 +8,7 @@ import pytest
 
 import bad_logs
 from campaigns import ROOT, Campaign
-from oilfilm.cli import check_logs
-from oilfilm.curation.curate import curate
+from oilfilm.curation.curate import check_logs, curate
 from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import read_log
 from oilfilm.settings.load import resolve

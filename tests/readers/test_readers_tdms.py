@@ -121,10 +121,10 @@ def test_incomplete_final_segment_is_reported_and_the_rows_before_it_are_kept(
     content = formats.tdms(values, segments=10)
     reading = read(content[: int(share * len(content))])
     (run,) = reading.runs
-    assert run.flaw.startswith("truncated: the file ends within segment")
+    assert run.flaw.reason.startswith("the file ends within segment")
     kept = len(run)
     # whole segments of 60 rows, and of the last one what its last channel still got
-    whole = (int(run.flaw.split("segment ")[1].split(",")[0]) - 2) * 60
+    whole = (int(run.flaw.reason.split("segment ")[1].split(",")[0]) - 2) * 60
     assert 0 < whole <= kept < whole + 60
     assert run.samples["time_s"].tolist() == values["time"][:kept].tolist()
     np.testing.assert_allclose(run.samples["load_n"] / 9.80665, values["load"][:kept], rtol=1e-12)
@@ -135,7 +135,7 @@ def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
     content = formats.tdms(formats.columns(600), segments=2)
     for extra in (b"TDSm", b"TD", b"TDSm" + bytes(20)):
         (run,) = read(content + extra).runs
-        assert run.flaw.startswith("truncated")
+        assert run.flaw.rule == "truncated"
         assert len(run) == 600
 
 
@@ -145,7 +145,7 @@ def test_segment_of_unknown_length_counts_as_truncated(read) -> None:
     place = content.rindex(b"TDSm")
     content[place + 12 : place + 20] = b"\xff" * 8
     (run,) = read(bytes(content)).runs
-    assert run.flaw.startswith("truncated")
+    assert run.flaw.rule == "truncated"
     assert len(run) == 60
 
 

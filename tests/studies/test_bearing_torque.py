@@ -26,7 +26,8 @@ from oilfilm.bearing.ellipse import Conditions
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
-from oilfilm.curation.torque_runs import measure_torque
+from oilfilm.curation.curate import check_logs
+from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.bearing_sentences import bearing_words
 from oilfilm.outputs.figures import style
@@ -212,7 +213,8 @@ def test_torque_of_local_physics_is_met_nearest_by_the_stress_basis():
     of_oil = coefficients["oil"] == "4050"
     coefficients.loc[of_oil, "value"] = fitted_to(traction, config["campaign"]["matrix"])
     logs = list(simulate_torque(config, printed()))
-    runs, refused = measure_torque([(plan.name, content) for plan, content, _ in logs], config)
+    curated = check_logs([(plan.name, content) for plan, content, _ in logs], config, TORQUE_RIG)
+    runs, refused = curated.points, curated.quarantine
     assert refused.empty
     truth = tables.from_rows([row for _, _, rows in logs for row in rows], "torque_truth")
     expected = truth.sort_values(["run_id", "inner_speed_rpm"])["torque_n_m"].to_numpy()
@@ -231,8 +233,10 @@ def test_torque_of_local_physics_is_met_nearest_by_the_stress_basis():
 
 def test_a_planted_defect_of_the_twin_is_caught(config):
     logs = {plan: content for plan, content, _ in simulate_torque(config, printed())}
-    runs, refused = measure_torque([(plan.name, content) for plan, content in logs.items()], config)
-    gates = {"tare_drift": "tare", "truncated": "truncated", "warming": "torque_drifts"}
+    named = [(plan.name, content) for plan, content in logs.items()]
+    curated = check_logs(named, config, TORQUE_RIG)
+    runs, refused = curated.points, curated.quarantine
+    gates = {"tare_drift": "zero_drift", "truncated": "truncated", "warming": "torque_drifts"}
     for plan in logs:
         of_run = runs[runs["run_id"] == plan.name]
         if not plan.defect:
@@ -400,7 +404,8 @@ def test_shares_beyond_an_unknown_box_are_unknown(config):
 
 def test_the_summary_tells_of_logs_errors_and_advice(config):
     logs = list(simulate_torque(small(config), printed()))
-    runs, refused = measure_torque([(plan.name, content) for plan, content, _ in logs], config)
+    curated = check_logs([(plan.name, content) for plan, content, _ in logs], config, TORQUE_RIG)
+    runs, refused = curated.points, curated.quarantine
     fits = printed_fits()
     torque, inversion = torque_table(runs, *fits, config)
     slip = cage_slip_table(*fits, config)

@@ -8,18 +8,19 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.curate import Curated, collect, curate
-from oilfilm.curation.gates import advice_for
+from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.refusals import advice_for
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
 from oilfilm.readers.base import LARGEST_READING
-from oilfilm.readers.ingest import ingest_logs, read_bytes
+from oilfilm.readers.ingest import read_bytes
 from oilfilm.releases.commands import add_commands
 from oilfilm.releases.manifest import printable
 from oilfilm.settings.load import resolve
@@ -50,6 +51,7 @@ def _parser() -> argparse.ArgumentParser:
         "--campaign", help="campaign with the rig, oils and limits (config/campaigns)"
     )
     check.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
+    check.add_argument("--torque", action="store_true", help="they are logs of a torque rig")
     check.set_defaults(run=_check)
     predict = commands.add_parser("predict", help="traction coefficient of a fitted oil")
     predict.add_argument("--oil", required=True)
@@ -68,8 +70,14 @@ def _check(options: argparse.Namespace) -> int:
     overrides = {"campaign": options.campaign} if options.campaign else {}
     config = resolve(options.config, overrides)
     logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(options.logs)]
-    verdict = check_logs(logs, config)
-    print(report(verdict))
+    kind: RigKind = TORQUE_RIG if options.torque else TRACTION_RIG
+    if options.torque and "torque" not in config["campaign"]:
+        raise OilfilmError(
+            f"campaign {config['campaign']['name']!r}: has no torque logs. Name one whose file has "
+            "`torque`, with --campaign."
+        )
+    verdict = check_logs(logs, config, kind)
+    print(report(verdict, kind))
     unread = set(verdict.quarantine["file"]) - set(verdict.runs["file"])
     return int(bool((verdict.runs["verdict"] == "refused").any() or unread))
 
@@ -144,23 +152,12 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def check_logs(logs: Sequence[tuple[str, bytes]], config: Mapping[str, Any]) -> Curated:
-    """What ingest and curation make of single logs."""
-    found = ingest_logs(logs, config)
-    samples = pd.concat(found.samples.values(), ignore_index=True)
-    whole = collect([curate(samples, found.runs, config)], [found.quarantine], config)
-    # what the workflow could not write must not pass here
-    tables.conform(samples, "samples", "samples of these logs")
-    tables.conform(whole.points, "points", "points of these logs")
-    return whole
-
-
 # A file of more clean runs than this has them in one line.
 _RUNS_LISTED = 10
 
 
-def report(verdict: Curated) -> str:
-    """A line a run, and what to do about everything that was refused."""
+def report(verdict: Curated, kind: RigKind = TRACTION_RIG) -> str:
+    """One line per run, and what to do about everything that was refused."""
     runs, points = verdict.runs, verdict.points
     clean = runs["accepted_points"] == runs["plateaus"]
     lines = []
@@ -182,7 +179,7 @@ def report(verdict: Curated) -> str:
             rows = by_gate.loc[by_gate["rule"] == gate, "first_row"]
             lines += [
                 f"  {gate}: {count} plateaus, first at row {rows.min()}",
-                f"    -> {advice_for(str(gate))}",
+                f"    -> {advice_for(str(gate), kind)}",
             ]
     for refused in verdict.quarantine.to_dict("records"):
         where = refused["run_id"] or refused["file"]

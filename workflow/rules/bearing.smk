@@ -20,7 +20,7 @@ if TORQUE_SIMULATED:
 
 
 rule torque_runs:
-    "Steady plateaus of the torque logs, tare removed, with every gate's verdict."
+    "Steady plateaus of the torque logs, zero removed, with every gate's verdict."
     input:
         **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
         logs=(

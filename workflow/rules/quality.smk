@@ -17,20 +17,28 @@ rule coverage:
 
 
 rule refused:
-    "A page a refused run: its signals and the place of the trouble."
+    "One page per refused run, of either rig: its signals and the rows concerned."
     input:
+        **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
         samples=expand(rules.ingest.output.samples, shard=SHARDS),
         points=rules.collect.output.points,
         runs=rules.collect.output.runs,
         quarantine=rules.collect.output.quarantine,
+        torque_quarantine=TORQUE and [rules.torque_runs.output.quarantine],
     output:
         pages=directory("<results>/refused"),
     log:
         "<logs>/refused.log",
     params:
         code=code("refused.py"),
+        files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
         config={
-            **part(campaign=("film_unjudged", "semantics", "semantics_of_rig")),
+            **part(
+                "oils",
+                "curation",
+                "torque_logs",
+                campaign=("film_unjudged", "semantics", "semantics_of_rig", "torque"),
+            ),
             "refused_pages_max": CONFIG["figures"]["refused_pages_max"],
         },
     script:

@@ -1,26 +1,28 @@
-"""Draw a page a refused run, and list which page shows which run."""
+"""Draw one page per refused run, and list which page shows which run."""
 
+from functools import partial
 from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder
-from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.refused_runs import draw_page, listing
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.outputs.figures.refused_runs import Judged, draw_pages, judged_torque_logs
+from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
-    found, config = snakemake.input, snakemake.params.config
-    points = tables.read("points", Path(found.points))
-    runs = tables.read("runs", Path(found.runs))
-    quarantine = tables.read("quarantine", Path(found.quarantine))
-    pages = listing(runs, points, quarantine, config["refused_pages_max"])
-    by_name = runs.set_index("run_id", drop=False)
+    inputs, config = snakemake.input, snakemake.params.config
+    runs, points, quarantine = (
+        tables.read(name, Path(inputs[name])) for name in ("runs", "points", "quarantine")
+    )
+    samples = partial(tables.read_run, "samples", [Path(path) for path in inputs.samples])
+    rigs = [Judged(TRACTION_RIG, runs, points, quarantine, samples)]
+    for path in inputs.torque_quarantine:
+        refused = tables.read("quarantine", Path(path))
+        folder = Path("data/raw", f"{config['campaign']['name']}-torque")
+        digests = expected_digests(snakemake.params.files, inputs.get("listing"))
+        named = {name: digests[name] for name in digests if name in set(refused["file"])}
+        rigs.append(judged_torque_logs(unchanged_logs(folder, named), refused, config))
     with atomic_folder(Path(snakemake.output.pages)) as folder:
-        for entry in pages[pages["page"] != ""].to_dict("records"):
-            run_id = entry["run_id"]
-            run = by_name.loc[run_id].to_dict()
-            samples = tables.read_run("samples", [Path(path) for path in found.samples], run_id)
-            of_run = points[points["run_id"] == run_id]
-            page = draw_page(entry, run, samples, of_run, config["campaign"])
-            style.save(page, folder / entry["page"])
+        pages = draw_pages(rigs, config, config["refused_pages_max"], folder)
         tables.write(pages, "refused_pages", folder / "index.parquet", provenance)

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.curation.torque_runs import measure_torque
+from oilfilm.curation.curate import check_logs
+from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
 
@@ -11,6 +12,6 @@ with job(snakemake) as provenance:
     config = snakemake.params.config
     folder = Path("data/raw", f"{config['campaign']['name']}-torque")
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
-    runs, quarantine = measure_torque(unchanged_logs(folder, digests), config)
-    tables.write(runs, "torque_runs", Path(snakemake.output.runs), provenance)
-    tables.write(quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)
+    curated = check_logs(unchanged_logs(folder, digests), config, TORQUE_RIG)
+    tables.write(curated.points, "torque_runs", Path(snakemake.output.runs), provenance)
+    tables.write(curated.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

@@ -9,7 +9,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gates import POINT_GATES, advice_for
+from oilfilm.curation.plateau_gates import PLATEAU_GATES
+from oilfilm.curation.refusals import advice_for
+from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import contact_of
 from oilfilm.tables import failed_gates
@@ -212,7 +214,7 @@ def _keys(frame: pd.DataFrame) -> Iterable[tuple[Any, ...]]:
 
 
 def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:
-    names = {gate.name for gate in POINT_GATES}
+    names = {gate.name for gate in PLATEAU_GATES}
     whole_runs = quarantine["stage"] == "curate"
     what = np.select(
         [quarantine["rule"].isin(names), whole_runs, quarantine["run_id"] == ""],
@@ -226,12 +228,12 @@ def _from_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     """One row a gate and run whose points it refused."""
     refused = failed_gates.one_row_per_gate(points)
     counts = refused.groupby(["run_id", "rule"], as_index=False).size()
-    names = {gate.name for gate in POINT_GATES}
+    names = {gate.name for gate in PLATEAU_GATES}
     return counts.rename(columns={"size": "points"}).assign(
         file=counts["run_id"].map(runs.set_index("run_id")["file"]),
         stage="curate",
         what=np.where(counts["rule"].isin(names), "point", "run"),
         refused_rows=0,
         runs_refused=0,
-        advice=[advice_for(rule) for rule in counts["rule"]],
+        advice=[advice_for(rule, TRACTION_RIG) for rule in counts["rule"]],
     )

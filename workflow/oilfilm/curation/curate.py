@@ -1,8 +1,11 @@
-"""Samples to points: the story of one share of a campaign's runs, and of all shares together."""
+"""Samples to plateaus with verdicts: one engine for every kind of rig.
 
-from collections.abc import Callable, Mapping
+samples -> signals -> zero -> plateaus -> derived quantities -> gates -> verdicts. A `RigKind`
+says what differs between the rigs.
+"""
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -10,110 +13,138 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.calibration import with_calibration
-from oilfilm.curation.film_state import with_film
-from oilfilm.curation.gates import (
-    POINT_GATES,
-    Columns,
-    Trouble,
+from oilfilm.curation.gate import Columns, Finding, Limits, Run
+from oilfilm.curation.measure import Measured, measure
+from oilfilm.curation.refusals import (
     advice_for,
-    judge_points,
-    judge_run,
+    plateau_gates,
+    quarantine_rows,
+    refusal,
+    refusal_of_all,
+    run_gates,
 )
-from oilfilm.curation.points import Measured, measure_continuous, measure_readings
-from oilfilm.curation.signals import SIGNALS, Signals
-from oilfilm.settings.semantics import Semantics, semantics_of
+from oilfilm.curation.repeats import repeated
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.signals import Signals
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.readers.base import Refusal
+from oilfilm.readers.ingest import ingest_logs
 from oilfilm.tables import failed_gates
-
-_NOMINAL = (
-    "nominal_load_n",
-    "nominal_entrainment_speed_m_s",
-    "nominal_inlet_temperature_c",
-)
 
 
 @dataclass(frozen=True)
 class Curated:
-    """Points of a campaign or a share of it, its runs with their verdicts, what was refused."""
+    """Plateaus of a campaign or a share of it, its runs with their verdicts, what was refused."""
 
     points: pd.DataFrame
     runs: pd.DataFrame
     quarantine: pd.DataFrame
 
 
-def curate(samples: pd.DataFrame, runs: pd.DataFrame, config: Mapping[str, Any]) -> Curated:
-    """Plateaus of every run, judged by every gate.
+def check_logs(
+    logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any], kind: RigKind = TRACTION_RIG
+) -> Curated:
+    """What ingest and curation make of logs, given by name and content.
+
+    Args:
+        logs: Name of each log in its folder, and its bytes.
+        config: The resolved configuration.
+        kind: The kind of rig that they are of.
+    """
+    ingested = ingest_logs(logs, config, kind.logs)
+    samples = ingested.all_samples()
+    share = curate(samples, ingested.runs, config, kind)
+    curated = collect([share], [ingested.quarantine], config, kind)
+    # what the workflow could not write must not pass here
+    if kind.name == TRACTION_RIG.name:
+        tables.conform(samples, "samples", "samples of these logs")
+    tables.conform(curated.points, kind.table, "plateaus of these logs")
+    return curated
+
+
+def curate(
+    samples: pd.DataFrame,
+    runs: pd.DataFrame,
+    config: Mapping[str, Any],
+    kind: RigKind = TRACTION_RIG,
+) -> Curated:
+    """Plateaus of every run, judged by every gate of the rig.
 
     Args:
         samples: Table of samples, the rows of a run together.
         runs: Table of runs as ingested.
         config: The resolved configuration.
+        kind: The kind of rig.
     """
-    limits = gate_limits(config)
-    troubles: dict[str, Trouble | None] = {}
-    measured_of: dict[str, Columns] = {}
+    limits = kind.limits(config)
+    refused: dict[str, Refusal] = {}
+    partly: list[Refusal] = []
+    plateaus_of: dict[str, Columns] = {}
     rows_of = _rows_by_run(samples)
-    arrays = {name: samples[name].to_numpy() for name in SIGNALS}
+    arrays = arrays_of(samples)
     for run in runs.to_dict("records"):
         run_id = run["run_id"]
-        known = Trouble(run["rule"], run["reason"]) if run["rule"] else None
+        if run["rule"]:
+            advice = advice_for(run["rule"], kind)
+            refused[run_id] = Refusal(run["rule"], run["reason"], advice, run_id)
         if run_id not in rows_of:
-            troubles[run_id] = known or Trouble("no_rows", "the log has no readable row of data")
+            finding = Finding("the log has no readable row of data")
+            refused.setdefault(run_id, refusal("no_rows", finding, kind, run_id))
             continue
-        log = semantics_of(config["campaign"], run["rig"])
-        rows = rows_of[run_id]
-        signals = Signals.of({name: array[rows] for name, array in arrays.items()}, log)
-        measured = _measure(signals, run["log_kind"], config["curation"], log)
-        troubles[run_id] = known or judge_run(signals, measured.points, limits) or measured.flaw
-        if troubles[run_id] is None and len(measured.points["time_s"]) == 0:
-            troubles[run_id] = Trouble("no_plateau", "no steady part was found")
-        measured_of[run_id] = measured.points
-    points = _derive(measured_of, runs, config)
-    return _judge(points, runs, troubles, limits)
+        of_run = {name: array[rows_of[run_id]] for name, array in arrays.items()}
+        signals = kind.signals(of_run, run["rig"], config)
+        measured = measure(signals, kind, run["rig"], config, settled=run["log_kind"] == "steps")
+        plateaus_of[run_id] = measured.plateaus
+        if run_id in refused:
+            continue
+        fault = first_fault(signals, measured, kind, limits)
+        if fault is not None:
+            refused[run_id] = refusal(*fault, kind, run_id)
+        else:
+            partly += [refusal("too_short", each, kind, run_id) for each in measured.too_short]
+    points = _table_of_plateaus(plateaus_of, runs, config, kind)
+    return _judge(points, runs, refused, partly, kind, limits)
 
 
 def collect(
-    shares: list[Curated], unread: list[pd.DataFrame], config: Mapping[str, Any]
+    shares: list[Curated],
+    unread: list[pd.DataFrame],
+    config: Mapping[str, Any],
+    kind: RigKind = TRACTION_RIG,
 ) -> Curated:
-    """All shares of a campaign as one, judged by the gates that compare runs with each other.
+    """All shares of a campaign as one, judged by the rules that compare runs with each other.
 
     Args:
         shares: What `curate` made of each share.
         unread: What ingest put into quarantine.
         config: The resolved configuration.
+        kind: The kind of rig.
     """
     points = pd.concat([share.points for share in shares], ignore_index=True)
     runs = pd.concat([share.runs for share in shares], ignore_index=True)
-    refused = [*unread, *(share.quarantine for share in shares)]
-    for find_repeated in _repeats(config["campaign"]):
-        repeated = find_repeated(runs)
-        if repeated:
-            points, runs = _refuse_runs(points, runs, repeated)
-            refused.append(_quarantine(runs, repeated))
-    quarantine = pd.concat(refused, ignore_index=True)
+    quarantine = [*unread, *(share.quarantine for share in shares)]
+    for rule in kind.repeats(config):
+        again = repeated(runs, rule, kind)
+        if again:
+            points = _refuse_plateaus(points, again, kind)
+            runs = _count(points, _with_rules(runs, again))
+            quarantine.append(quarantine_rows(again, runs))
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         runs.sort_values("run_id", ignore_index=True),
-        quarantine.sort_values(["file", "run_id", "first_row", "rule"], ignore_index=True),
+        pd.concat(quarantine, ignore_index=True).sort_values(
+            ["file", "run_id", "first_row", "rule"], ignore_index=True
+        ),
     )
 
 
-def gate_limits(config: Mapping[str, Any]) -> dict[str, Any]:
-    """The limits of every gate, in one flat mapping."""
-    unjudged = config["campaign"].get("film_unjudged", {"accept": False})
-    return {
-        **config["gates"],
-        "stuck_duration_s": config["curation"]["stuck"]["duration_s"],
-        "stuck_samples": config["curation"]["stuck"]["samples"],
-        "min_duration_s": config["curation"]["plateaus"]["min_duration_s"],
-        "transient_share": config["curation"]["plateaus"]["transient_share"],
-        "accept_unjudged_film": unjudged["accept"],
-        "planned_slips": config["campaign"].get("set_points", {}).get("slide_roll_ratio", []),
-    }
+def arrays_of(samples: pd.DataFrame) -> Columns:
+    """The columns of samples but for the run they belong to."""
+    return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
 
 
 def _rows_by_run(samples: pd.DataFrame) -> dict[str, slice]:
-    """Where the rows of each run stand, which lie together."""
+    """The rows of each run, which are next to each other."""
     run_ids = samples["run_id"].astype("category").cat
     codes, names = run_ids.codes.to_numpy(), run_ids.categories
     edges = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]])
@@ -124,30 +155,44 @@ def _rows_by_run(samples: pd.DataFrame) -> dict[str, slice]:
     }
 
 
-def _measure(signals: Signals, kind: str, settings: Mapping[str, Any], log: Semantics) -> Measured:
-    if kind == "steps":
-        return measure_readings(signals)
-    return measure_continuous(signals, settings, log.zero)
+def first_fault(
+    signals: Signals, measured: Measured, kind: RigKind, limits: Limits
+) -> tuple[str, Finding] | None:
+    """Rule and finding of the first gate that refuses a run, if one does."""
+    run = Run(signals, measured.plateaus, kind.sensor, kind.load, measured.working)
+    for gate in run_gates(kind):
+        finding = gate.judge(run, limits)
+        if finding is not None:
+            return gate.name, finding
+    if measured.flaw is not None:
+        return measured.flaw
+    if len(measured.plateaus["time_s"]) == 0:
+        return "no_plateau", Finding("no steady part was found")
+    return None
 
 
-def _derive(
-    measured_of: Mapping[str, Columns], runs: pd.DataFrame, config: Mapping[str, Any]
+def _table_of_plateaus(
+    plateaus_of: Mapping[str, Columns],
+    runs: pd.DataFrame,
+    config: Mapping[str, Any],
+    kind: RigKind,
 ) -> pd.DataFrame:
-    """All points with their run's oil and set points, contact pressure and film."""
-    if not measured_of:
-        return tables.empty("points").assign(**dict.fromkeys(_NOMINAL, np.nan))
-    all_measured = list(measured_of.values())
-    counts = [len(measured["time_s"]) for measured in all_measured]
-    about = runs.set_index("run_id").loc[list(measured_of), ["oil", "rig", *_NOMINAL]]
-    of_points = about.reset_index().take(np.repeat(np.arange(len(counts)), counts))
-    points = of_points.reset_index(drop=True).assign(
-        **{name: np.concatenate([run[name] for run in all_measured]) for name in all_measured[0]}
+    """All plateaus with what they carry of their run and what needs rig and oil."""
+    if not plateaus_of:
+        nothing = tables.empty(kind.table)
+        return nothing.assign(**{name: np.nan for name in kind.carried if name not in nothing})
+    measured = list(plateaus_of.values())
+    counts = [len(plateaus["time_s"]) for plateaus in measured]
+    about = runs.set_index("run_id").loc[list(plateaus_of), list(kind.carried)]
+    carried = about.reset_index().take(np.repeat(np.arange(len(counts)), counts))
+    points = carried.reset_index(drop=True).assign(
+        **{name: np.concatenate([run[name] for run in measured]) for name in measured[0]}
     )
-    return _without_absurd(with_calibration(with_film(points, config), config["rigs"]))
+    return _without_absurd(kind.complete(points, config))
 
 
 def _without_absurd(points: pd.DataFrame) -> pd.DataFrame:
-    """Points with null for numbers that no table may hold, as mu has under no load at all."""
+    """Plateaus with null for numbers that no table may hold, as mu has under no load at all."""
     numbers = points.select_dtypes("float")
     absurd = numbers.abs() >= tables.LARGEST
     return points.assign(**numbers.mask(absurd)) if absurd.any(axis=None) else points
@@ -156,41 +201,68 @@ def _without_absurd(points: pd.DataFrame) -> pd.DataFrame:
 def _judge(
     points: pd.DataFrame,
     runs: pd.DataFrame,
-    troubles: Mapping[str, Trouble | None],
-    limits: Mapping[str, Any],
+    refused: Mapping[str, Refusal],
+    partly: list[Refusal],
+    kind: RigKind,
+    limits: Limits,
 ) -> Curated:
-    """Points and runs with their verdicts, and the runs refused."""
-    failed = judge_points(points, limits)
-    found = dict(troubles)
-    none_left = failed.any(axis=1).groupby(points["run_id"]).all()
-    for run_id in none_left.index[none_left]:
-        of_run = points[points["run_id"] == run_id]
-        found[run_id] = found[run_id] or _why_all_fail(of_run, failed.loc[of_run.index], limits)
-    refused = {run_id: trouble for run_id, trouble in found.items() if trouble is not None}
-    of_runs = {run_id: trouble for run_id, trouble in troubles.items() if trouble is not None}
-    points = failed_gates.with_gate_of_run(
-        points.assign(failed_gates=failed_gates.as_text(failed)),
-        {run_id: trouble.gate for run_id, trouble in of_runs.items()},
+    """Plateaus and runs with their verdicts, and the runs that were refused."""
+    failed = judge_plateaus(points, kind, limits)
+    points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
+    points = _refuse_plateaus(points, list(refused.values()), kind)
+    left = points.groupby("run_id")["accepted"].any()
+    no_plateau_left = [run_id for run_id in left.index[~left] if run_id not in refused]
+    all_fail = [
+        _why_all_fail(points[points["run_id"] == run_id], failed, kind, limits)
+        for run_id in no_plateau_left
+    ]
+    # in the order of the runs
+    of_runs = {each.run_id: each for each in (*refused.values(), *all_fail)}
+    ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
+    runs = _count(points, _with_rules(runs, ordered))
+    columns = tables.columns(kind.table)
+    return Curated(points[columns], runs, quarantine_rows([*ordered, *partly], runs))
+
+
+def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.DataFrame:
+    """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
+    gates = plateau_gates(kind) if len(points) else []
+    return pd.DataFrame(
+        {gate.name: np.asarray(gate.judge(points, limits).fails) for gate in gates},
+        index=points.index,
+        dtype=bool,
     )
-    runs = _count(points, _with_run_reasons(runs, refused))
-    return Curated(points[tables.columns("points")], runs, _quarantine(runs, refused))
 
 
-def _with_run_reasons(runs: pd.DataFrame, refused: Mapping[str, Trouble]) -> pd.DataFrame:
-    runs = runs.astype({"rule": object, "reason": object})
-    rows = runs["run_id"].isin(list(refused))
-    runs.loc[rows, "rule"] = [refused[run].gate for run in runs.loc[rows, "run_id"]]
-    runs.loc[rows, "reason"] = [refused[run].reason for run in runs.loc[rows, "run_id"]]
-    return runs.astype({"rule": str, "reason": str})
+def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind) -> pd.DataFrame:
+    """Plateaus of which those of refused runs are refused too, or left out, as the rig has it."""
+    gate_of_run = {each.run_id: each.rule for each in refused}
+    if kind.keeps_refused_runs:
+        return failed_gates.with_gate_of_run(points, gate_of_run)
+    return points[~points["run_id"].isin(list(gate_of_run))]
 
 
-def _why_all_fail(points: pd.DataFrame, failed: pd.DataFrame, limits: Mapping[str, Any]) -> Trouble:
-    """Why no point of a run is left."""
-    for gate in POINT_GATES:
+def _why_all_fail(
+    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
+) -> Refusal:
+    """The refusal of a run that no plateau is left of."""
+    run_id, failed = points["run_id"].iloc[0], failed.loc[points.index]
+    for gate in plateau_gates(kind):
         if failed[gate.name].all():
-            return Trouble(gate.name, gate.describe(points, limits))
+            return refusal_of_all(gate.name, gate.judge(points, limits), kind, run_id)
     counts = ", ".join(f"{name} {count}" for name, count in failed.sum().items() if count)
-    return Trouble("no_point_left", f"every one of {len(points)} points fails some gate ({counts})")
+    sentence = "each of the {plateaus} plateaus fails some gate ({counts})"
+    numbers = {"plateaus": len(points), "counts": counts}
+    return refusal("no_point_left", Finding(sentence, numbers=numbers), kind, run_id)
+
+
+def _with_rules(runs: pd.DataFrame, refused: list[Refusal]) -> pd.DataFrame:
+    """Runs with the rule and the sentence of their refusal."""
+    runs = runs.set_index("run_id", drop=False)
+    columns = runs[["rule", "reason"]].astype(object)
+    for each in refused:
+        columns.loc[each.run_id] = [each.rule, each.reason]
+    return runs.assign(**columns.astype(str)).reset_index(drop=True)
 
 
 def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
@@ -201,68 +273,3 @@ def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
         accepted_points=accepted,
         verdict=np.where(accepted > 0, "accepted", "refused"),
     )
-
-
-def _quarantine(runs: pd.DataFrame, troubles: Mapping[str, Trouble]) -> pd.DataFrame:
-    """One row a run refused as a whole."""
-    about = runs.set_index("run_id")
-    rows = [
-        {
-            "campaign": about.at[run_id, "campaign"],
-            "file": about.at[run_id, "file"],
-            "run_id": run_id,
-            "stage": "curate",
-            "rule": trouble.gate,
-            "first_row": trouble.first_row,
-            "last_row": trouble.last_row,
-            "refused_rows": 0,
-            "reason": trouble.reason,
-            "advice": advice_for(trouble.gate),
-        }
-        for run_id, trouble in troubles.items()
-    ]
-    return tables.from_rows(rows, "quarantine")
-
-
-def _repeats(campaign: Mapping[str, Any]) -> list[Callable[[pd.DataFrame], dict[str, Trouble]]]:
-    """The checks for runs that an earlier one has already, in the order in which they act."""
-    copies = partial(_repeated, key=["content_sha256"], among_files=True, gate="duplicate_log")
-    labels = partial(_repeated, key=["label"], gate="repeated_label")
-    conditions = partial(_repeated, key=["oil", "rig", *_NOMINAL], gate="duplicate_condition")
-    accepted = campaign.get("repeated_conditions", "refuse") == "accept"
-    return [copies, labels] if accepted else [copies, labels, conditions]
-
-
-_WORDS = {
-    "duplicate_log": "the same bytes, one by one, as {earlier}, which is kept",
-    "repeated_label": "its header has the run's name of {earlier}, which is kept",
-    "duplicate_condition": "same oil and set points as {earlier}, which is kept",
-}
-
-
-def _repeated(
-    runs: pd.DataFrame, key: list[str], gate: str, among_files: bool = False
-) -> dict[str, Trouble]:
-    """Later accepted runs that an earlier accepted one equals in `key`, nulls aside.
-
-    With `among_files` the runs of one file are not compared with each other.
-    """
-    known = runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)
-    candidates = runs[known & (runs["verdict"] == "accepted")].sort_values(["file", "run_id"])
-    first = candidates.groupby(key)[["run_id", "file"]].transform("first")
-    later = candidates["file"] != first["file"]
-    if not among_files:
-        later |= candidates["run_id"] != first["run_id"]
-    words = _WORDS[gate]
-    return {
-        run_id: Trouble(gate, words.format(earlier=earlier))
-        for run_id, earlier in zip(candidates["run_id"][later], first["run_id"][later], strict=True)
-    }
-
-
-def _refuse_runs(
-    points: pd.DataFrame, runs: pd.DataFrame, troubles: Mapping[str, Trouble]
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    gate_of_run = {run_id: trouble.gate for run_id, trouble in troubles.items()}
-    points = failed_gates.with_gate_of_run(points, gate_of_run)
-    return points, _count(points, _with_run_reasons(runs, troubles))

@@ -1,4 +1,4 @@
-"""Where a signal is steady: steps of slip found from the measured slip itself."""
+"""Where a signal is steady: steps found from the measured signal itself."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,33 +6,37 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from oilfilm.curation.signals import FloatArray, IndexArray
+from oilfilm.curation.signals import IndexArray
+from oilfilm.units import FloatArray
 
 # The median absolute deviation of a normal distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
 
 
-def find_steps(slip: FloatArray, interval_s: float, settings: Mapping[str, Any]) -> IndexArray:
-    """Indices at which the slip steps to another level.
+def find_steps(
+    level: FloatArray, interval_s: float, min_step: float, settings: Mapping[str, Any]
+) -> IndexArray:
+    """Indices at which a signal steps to another level.
 
-    The means over a window before and after each instant are compared; a step lies where their
+    The means over a window before and after each instant are compared; a step is where their
     difference peaks, above both `min_step` and `noise_factor` standard errors, the noise being
     judged from the differences of neighbouring samples.
 
     Args:
-        slip: Slide-roll ratio, shape (n,), finite.
+        level: Slide-roll ratio or speed, shape (n,), finite.
         interval_s: Time between samples.
-        settings: `window_s`, `noise_factor` and `min_step` of config's plateaus.
+        min_step: Smallest step, in the unit of the signal.
+        settings: `window_s` and `noise_factor` of config's plateaus.
     """
     window = max(round(settings["window_s"] / interval_s), 2)
-    if len(slip) < 2 * window:
+    if len(level) < 2 * window:
         return np.array([], dtype=np.int64)
-    total = np.concatenate([[0.0], np.cumsum(slip)])
+    total = np.concatenate([[0.0], np.cumsum(level)])
     sums = total[window:] - total[:-window]
-    # place 0 is the first with a whole window before it
+    # the first difference is at the first sample with a full window before it
     change = np.abs(sums[window:] - sums[:-window]) / window
-    noise = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(slip)))) / np.sqrt(2)
-    limit = max(settings["min_step"], settings["noise_factor"] * noise * np.sqrt(2 / window))
+    noise = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(level)))) / np.sqrt(2)
+    limit = max(min_step, settings["noise_factor"] * noise * np.sqrt(2 / window))
     # two peaks within a window are one step seen twice through the noise: the higher one counts
     highest = maximum_filter1d(change, 2 * window + 1, mode="constant")
     peaks = np.flatnonzero((change == highest) & (change > limit))

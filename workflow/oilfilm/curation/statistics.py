@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.curation.plateaus import MAD_TO_SIGMA
-from oilfilm.curation.signals import FloatArray, IndexArray
+from oilfilm.curation.signals import IndexArray
+from oilfilm.units import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 

@@ -1,47 +1,40 @@
-"""The zero of the traction sensor: its output under pure rolling, before and after a sweep.
+"""The zero of a sensor: its output at rest, before and after a run.
 
-A rig may give both phases, the opening one alone, or a force whose zero it has removed itself.
+A traction rig is at rest under pure rolling, a torque rig at standstill. A rig may give both
+phases, the opening one alone, or a signal whose zero it has removed itself.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from oilfilm.curation import statistics
-from oilfilm.curation.signals import FloatArray, Signals
-
-# No rig that means to roll slides so much.
-_ABSURD_SLIP = 0.5
-# Phases of pure rolling that a zero procedure needs.
-PHASES = {
-    "rolling_phases": ("opening", "closing"),
-    "opening_phase": ("opening",),
-    "already_removed": (),
-}
+from oilfilm.curation.gate import Finding
+from oilfilm.curation.signals import Signals
+from oilfilm.units import FloatArray
 
 
 @dataclass(frozen=True)
 class ZeroReference:
-    """Sensor output under pure rolling at two times, one or none, with standard errors."""
+    """Sensor output at rest at two times, one or none, with standard errors; in its unit."""
 
     time_s: FloatArray
-    force_n: FloatArray
-    force_se_n: FloatArray
+    output: FloatArray
+    output_se: FloatArray
 
     @property
-    def drift_n(self) -> float:
-        """Change of the zero from the first to the last phase, in N."""
-        return float(self.force_n[-1] - self.force_n[0]) if len(self.force_n) else 0.0
+    def drift(self) -> float:
+        """Change of the zero from the first to the last phase."""
+        return float(self.output[-1] - self.output[0]) if len(self.output) else 0.0
 
     def at(self, time_s: FloatArray) -> FloatArray:
         """The zero at any time: a straight line through two phases (the drift), else constant."""
-        return self._weights(time_s) @ self.force_n
+        return self._weights(time_s) @ self.output
 
     def standard_error_at(self, time_s: FloatArray) -> FloatArray:
         """Standard error of `at`, from those of the means."""
-        return np.sqrt(self._weights(time_s) ** 2 @ self.force_se_n**2)
+        return np.sqrt(self._weights(time_s) ** 2 @ self.output_se**2)
 
     def _weights(self, time_s: FloatArray) -> FloatArray:
         """Share of each phase in the zero at each time, shape (times, phases)."""
@@ -52,44 +45,48 @@ class ZeroReference:
         return np.stack([1 - share, share], axis=1)
 
 
-def zero_reference(
-    signals: Signals, phases: Mapping[str, slice], settings: Mapping[str, Any], spike: float
-) -> ZeroReference | str:
-    """The zero from phases of pure rolling, or a sentence why there is none.
+def phase_too_short(
+    signals: Signals, part: slice, name: str, min_duration_s: float
+) -> Finding | None:
+    """What is wrong with the length of a phase at rest, if anything.
 
     Args:
         signals: The run.
+        part: The samples of the phase.
+        name: `opening` or `closing`.
+        min_duration_s: Shortest phase that can be used.
+    """
+    rows = part.stop - part.start
+    if rows <= 0:
+        return Finding("the log has no {phase} phase of {rest}", numbers={"phase": name})
+    duration_s = rows * signals.interval_s
+    # a single row gives no standard error
+    if duration_s >= min_duration_s and rows > 1:
+        return None
+    return Finding(
+        "{duration_s:.2f} s ({rows} rows) are left of the {phase} phase of {rest}; expected "
+        "{least_s:g} s or more, and two rows",
+        numbers={"duration_s": duration_s, "rows": rows, "phase": name, "least_s": min_duration_s},
+    )
+
+
+def zero_reference(
+    signals: Signals, sensor: str, phases: Mapping[str, slice], spike: float
+) -> ZeroReference:
+    """The zero from the phases at rest.
+
+    Args:
+        signals: The run.
+        sensor: Column of the sensor.
         phases: Name of each phase -> its samples that are averaged; none where the rig has
             removed the zero itself.
-        settings: `max_slide_roll_ratio` and `min_duration_s` of config's zero_reference.
         spike: Threshold of the spike test, in robust standard deviations.
     """
-    for name, part in phases.items():
-        if part.stop <= part.start:
-            return f"the log has no {name} phase of pure rolling"
-        lasts_s = (part.stop - part.start) * signals.interval_s
-        if lasts_s < settings["min_duration_s"]:
-            return (
-                f"{lasts_s:.2f} s are left of the {name} phase of pure rolling; expected "
-                f"{settings['min_duration_s']:g} s or more"
-            )
-        slip = float(np.mean(signals.slide_roll_ratio[part]))
-        limit = settings["max_slide_roll_ratio"]
-        if not abs(slip) <= limit:
-            hint = (
-                "; so large a slip may come from swapped speed columns or wrong track radii"
-                if abs(slip) > _ABSURD_SLIP
-                else ""
-            )
-            return (
-                f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; "
-                f"expected pure rolling, within {limit}{hint}"
-            )
     values, inside = statistics.cut(
-        np.stack([signals.time_s, signals.traction_force_n]),
+        np.stack([signals.time_s, signals[sensor]]),
         np.array([part.start for part in phases.values()], dtype=np.int64),
         np.array([part.stop for part in phases.values()], dtype=np.int64),
     )
     inside &= ~statistics.spikes(values[1], inside, spike)
-    time_s, force_n = statistics.means(values, inside)
-    return ZeroReference(time_s, force_n, statistics.standard_errors(values[1], inside))
+    time_s, output = statistics.means(values, inside)
+    return ZeroReference(time_s, output, statistics.standard_errors(values[1], inside))

@@ -48,10 +48,17 @@ _LOADS = {"max_hertz_pressure_gpa", "load_n"}
 
 @dataclass(frozen=True)
 class Refusal:
-    """A file, a run or a range of rows that was refused, in words.
+    """A file, a run or a range of rows that was refused.
 
-    `first_row` and `last_row` count data rows from 1 (0: no row is meant); `refused_rows` says how
-    many rows are kept out of samples because of it.
+    Attributes:
+        rule: Name of the rule or gate.
+        reason: The sentence: what was found and what was expected.
+        advice: What to do about it.
+        run_id: The run; empty where it is the file.
+        first_row: First data row concerned, counted from 1; 0 where no row is meant.
+        last_row: Last data row concerned.
+        refused_rows: How many rows are kept out of samples because of it.
+        numbers: The numbers of the sentence, by name.
     """
 
     rule: str
@@ -61,15 +68,35 @@ class Refusal:
     first_row: int = 0
     last_row: int = 0
     refused_rows: int = 0
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+
+    def row(self) -> dict[str, Any]:
+        """What the table of quarantine holds of it."""
+        return {
+            "rule": self.rule,
+            "reason": self.reason,
+            "advice": self.advice,
+            "run_id": self.run_id,
+            "first_row": self.first_row,
+            "last_row": self.last_row,
+            "refused_rows": self.refused_rows,
+        }
+
+
+@dataclass(frozen=True)
+class Flaw:
+    """Why a run cannot be used although its rows can be read: rule and sentence."""
+
+    rule: str
+    reason: str
 
 
 @dataclass(frozen=True)
 class LoggedRun:
     """One test run out of a raw file.
 
-    `flaw` names a rule and what it saw where the run as a whole cannot be used (its samples are
-    kept all the same); `label` is the name that the log gives the run itself. Its length is how
-    many rows of the log it holds.
+    `flaw` says why the run cannot be used, if so (its samples are kept all the same); `label` is
+    the name that the log gives the run itself. Its length is the number of its rows.
     """
 
     run_id: str
@@ -78,7 +105,7 @@ class LoggedRun:
     kind: str
     nominal: Nominal
     samples: Columns
-    flaw: str = ""
+    flaw: Flaw | None = None
     label: str = ""
 
     def __len__(self) -> int:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.readers.base import LARGEST_READING, LoggedRun, Refusal, as_ranges
+from oilfilm.readers.base import LARGEST_READING, Flaw, LoggedRun, Refusal, as_ranges
 from oilfilm.readers.log_kind import Column, FloatArray, LogKind, Renamed, Vocabulary
 from oilfilm.units import ABSOLUTE_ZERO_C, conversion
 
@@ -167,7 +167,7 @@ class LoggedTable:
         values: A column each; those that mean something to a run have a number a row.
         rows: How many rows there are, good and bad.
         first_row: Number of the first row in the file.
-        flaw: What is wrong with the run as a whole, if anything.
+        flaw: Why the run cannot be used, if so.
     """
 
     run_id: str
@@ -177,7 +177,7 @@ class LoggedTable:
     values: Sequence[npt.NDArray[Any]]
     rows: int
     first_row: int = 1
-    flaw: str = ""
+    flaw: Flaw | None = None
 
 
 def read_table(

@@ -21,6 +21,7 @@ from oilfilm.readers.layout import (
     cut_row,
     find_layout,
     normalise,
+    truncated,
 )
 from oilfilm.readers.log_kind import LogKind
 
@@ -64,7 +65,7 @@ class CsvReader:
         cut = cut_row(cells, layout.width, rows, file)
         if cut is not None:
             refusals.append(cut)
-        flaw = f"truncated: {cut.reason}" if cut and cut.rule == "cut_row" else ""
+        flaw = truncated(cut)
         run = kind.run(file, numbers, values, layout.columns, layout.keys, config, flaw)
         return Reading(rows, [run], refusals)
 

@@ -44,6 +44,11 @@ class Ingested:
     runs: pd.DataFrame
     quarantine: pd.DataFrame
 
+    def all_samples(self) -> pd.DataFrame:
+        """The samples of all oils, the rows of a run together."""
+        frames = [frame for frame in self.samples.values() if len(frame)]
+        return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
+
 
 def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ingested:
     """Read raw files into samples, runs and quarantine.
@@ -60,15 +65,17 @@ def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ing
     return ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
 
 
-def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) -> Ingested:
-    """The same for logs given by name and content."""
+def ingest_logs(
+    logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any], kind: LogKind = TRACTION
+) -> Ingested:
+    """The same for logs given by name and content, of either kind of rig."""
     logged: dict[str, list[LoggedRun]] = {oil: [] for oil in config["oils"]}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     named: dict[str, str] = {}
     name = config["campaign"]["name"]
     for file, content in logs:
-        reader_name, reading = read_log(content, file, config)
+        reader_name, reading = read_log(content, file, config, kind)
         about = {"campaign": name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
         digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
@@ -85,7 +92,7 @@ def ingest_logs(logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any]) ->
                 | {"refused_rows": rows_refused}
             )
             logged[run.oil].append(run)
-        refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
+        refused += [{**about, "stage": "ingest", **refusal.row()} for refusal in reading.refusals]
     return Ingested(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
@@ -236,7 +243,7 @@ def _unknown(content: bytes) -> Reading:
 
 
 def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
-    set_points = asdict(_with_load(run.nominal, config["rigs"][run.rig]))
+    set_points = asdict(_with_load(run.nominal, run.rig, config))
     return {
         "run_id": run.run_id,
         "oil": run.oil,
@@ -251,16 +258,18 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
         "plateaus": 0,
         "accepted_points": 0,
         "verdict": "refused",
-        "rule": run.flaw.partition(": ")[0],
-        "reason": run.flaw.partition(": ")[2],
+        "rule": run.flaw.rule if run.flaw else "",
+        "reason": run.flaw.reason if run.flaw else "",
     }
 
 
-def _with_load(nominal: Nominal, rig: Mapping[str, Any]) -> Nominal:
+def _with_load(nominal: Nominal, rig: str, config: Mapping[str, Any]) -> Nominal:
     """Set points with the load that gives the nominal pressure, where only that is given."""
-    contact = contact_of(rig)
     pressure_gpa = nominal.max_hertz_pressure_gpa
-    if nominal.load_n is not None or pressure_gpa is None or contact is None:
+    if nominal.load_n is not None or pressure_gpa is None:
+        return nominal
+    contact = contact_of(config["rigs"][rig])
+    if contact is None:
         return nominal
     load_n = load_for_max_hertz_pressure(
         pressure_gpa * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.readers.base import Refusal
+from oilfilm.readers.base import Flaw, Refusal
 from oilfilm.readers.columns import find_columns, fits, meaning, plain_key
 from oilfilm.readers.log_kind import Column, Renamed, Vocabulary
 
@@ -162,6 +162,11 @@ def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
         return Refusal("cut_row", reason, advice, run_id, row, row, 1)
     reason = f"row {row}, the last, has no line end, so that its last number may be cut"
     return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
+
+
+def truncated(cut: Refusal | None) -> Flaw | None:
+    """Why a run whose last row is cut off cannot be used."""
+    return Flaw("truncated", cut.reason) if cut and cut.rule == "cut_row" else None
 
 
 def _line_of_names(

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.readers.base import LoggedRun
+from oilfilm.readers.base import Flaw, LoggedRun
 from oilfilm.units import Conversion
 
 FloatArray = npt.NDArray[np.float64]
@@ -73,7 +73,7 @@ class LogKind(Protocol):
         columns: Sequence[Column],
         keys: Mapping[str, str],
         config: Mapping[str, Any],
-        flaw: str = "",
+        flaw: Flaw | None = None,
     ) -> LoggedRun:
         """A continuous run out of the numbers of a log whose header has no problem.
 
@@ -84,6 +84,6 @@ class LogKind(Protocol):
             columns: As `find_columns` gave them.
             keys: Header keys.
             config: The resolved configuration.
-            flaw: What is wrong with the run as a whole, if anything.
+            flaw: Why the run cannot be used, if so.
         """
         ...

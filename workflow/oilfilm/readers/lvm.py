@@ -13,7 +13,7 @@ import lvm_read
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.readers.base import LoggedRun, Reading, Refusal, damaged_file, refused_file
+from oilfilm.readers.base import Flaw, LoggedRun, Reading, Refusal, damaged_file, refused_file
 from oilfilm.readers.columns import (
     FORMAT_ADVICE,
     LoggedTable,
@@ -22,7 +22,7 @@ from oilfilm.readers.columns import (
     read_table,
     refused_table,
 )
-from oilfilm.readers.layout import cut_row, normalise
+from oilfilm.readers.layout import cut_row, normalise, truncated
 from oilfilm.readers.log_kind import LogKind
 
 FloatArray = npt.NDArray[np.float64]
@@ -149,15 +149,16 @@ def _table(
     return LoggedTable(run_id, keys, names, units, columns_, len(kept), first_row, flaw), cut
 
 
-def _flaw(segment: _Segment, cut: Sequence[Refusal]) -> str:
+def _flaw(segment: _Segment, cut: Sequence[Refusal]) -> Flaw | None:
     """Why a segment counts as truncated, if it does."""
-    if any(refusal.rule == "cut_row" for refusal in cut):
-        return f"truncated: {cut[0].reason}"
+    if cut and cut[0].rule == "cut_row":
+        return truncated(cut[0])
     samples = [int(cell) for cell in segment.header.get("samples", []) if _is_count(cell)]
     announced = max(samples, default=0)
     if announced > len(segment.rows):
-        return f"truncated: the segment announces {announced} samples and holds {len(segment.rows)}"
-    return ""
+        sentence = f"the segment announces {announced} samples and holds {len(segment.rows)}"
+        return Flaw("truncated", sentence)
+    return None
 
 
 def _is_count(text: str) -> bool:

@@ -13,6 +13,7 @@ from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 
 from oilfilm.readers.base import (
+    Flaw,
     LoggedRun,
     Reading,
     Refusal,
@@ -73,7 +74,7 @@ class TdmsReader:
         ) as error:  # the library raises whatever a damaged file makes it stumble over
             return damaged_file("tdms", error)
         if flaw and not groups:
-            return refused_file(0, "damaged_file", flaw, "Copy it again, or repeat the run.")
+            return refused_file(0, "damaged_file", flaw.reason, "Copy it again, or repeat the run.")
         labels = distinct(group.name for group in groups)
         runs: list[LoggedRun] = []
         refusals: list[Refusal] = []
@@ -88,25 +89,26 @@ class TdmsReader:
         return Reading(rows, runs, refusals)
 
 
-def _cut(content: bytes) -> str:
-    """What is wrong with the last segment where it was not written to its end; else empty."""
+def _cut(content: bytes) -> Flaw | None:
+    """What is wrong with the last segment where it was not written to its end."""
     position, number = 0, 0
     while position < len(content):
         number += 1
         lead_in = content[position : position + _LEAD_IN]
         if len(lead_in) < _LEAD_IN or not lead_in.startswith(_TAG):
             # another tag is damage, which the library reports
-            return _in_words(number) if _TAG.startswith(lead_in[:4]) else ""
+            return _truncated(number) if _TAG.startswith(lead_in[:4]) else None
         order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
         (length,) = struct.unpack(f"{order}Q", lead_in[12:20])
         if length == _UNKNOWN_END or position + _LEAD_IN + length > len(content):
-            return _in_words(number)
+            return _truncated(number)
         position += _LEAD_IN + length
-    return ""
+    return None
 
 
-def _in_words(segment: int) -> str:
-    return f"truncated: the file ends within segment {segment}, which was not written to its end"
+def _truncated(segment: int) -> Flaw:
+    sentence = f"the file ends within segment {segment}, which was not written to its end"
+    return Flaw("truncated", sentence)
 
 
 def _groups(content: bytes) -> Iterator[_Group]:
@@ -169,7 +171,7 @@ def _table(
     group: _Group,
     run_id: str,
     first: int,
-    flaw: str,
+    flaw: Flaw | None,
     campaign: Mapping[str, Any],
     kind: LogKind,
 ) -> tuple[LoggedTable, list[Refusal]]:

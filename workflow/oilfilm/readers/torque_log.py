@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from oilfilm.readers.base import LoggedRun, Nominal
+from oilfilm.readers.base import Flaw, LoggedRun, Nominal
 from oilfilm.readers.columns import oil_problem, simulation_problem
 from oilfilm.readers.log_kind import Column, FloatArray, IndexArray, Renamed, Vocabulary
 
@@ -57,7 +57,7 @@ class TorqueLog:
         columns: Sequence[Column],
         keys: Mapping[str, str],
         config: Mapping[str, Any],
-        flaw: str = "",
+        flaw: Flaw | None = None,
     ) -> LoggedRun:
         """See `LogKind.run`."""
         samples = {name: values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}

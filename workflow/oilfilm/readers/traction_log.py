@@ -10,6 +10,7 @@ from oilfilm.physics.rigs import contact_of
 from oilfilm.readers.base import (
     LARGEST_READING,
     SET_POINTS,
+    Flaw,
     LoggedRun,
     Nominal,
     number,
@@ -82,7 +83,7 @@ class TractionLog:
         columns: Sequence[Column],
         keys: Mapping[str, str],
         config: Mapping[str, Any],
-        flaw: str = "",
+        flaw: Flaw | None = None,
     ) -> LoggedRun:
         """See `LogKind.run`."""
         rig_name = _rig_name(keys, config)
@@ -90,7 +91,7 @@ class TractionLog:
         units = {column.quantity: column.to.unit for column in columns}
         log = semantics_of(config["campaign"], rig_name)
         ball, disc = _surface_speeds(values, units, rig, log)
-        if "ball_speed" in values and not flaw:
+        if "ball_speed" in values and flaw is None:
             flaw = _contradiction(values, ball, disc, rows, log, config["logged_twice"])
         samples = samples_of_run(
             row=rows,
@@ -203,8 +204,8 @@ def _contradiction(
     rows: IndexArray,
     log: Semantics,
     limits: Mapping[str, float],
-) -> str:
-    """What a log's own entrainment speed or slip says against its two speeds; empty where nothing.
+) -> Flaw | None:
+    """How a log's own entrainment speed or slip contradicts its two speeds; None where not.
 
     The median row decides: a logged set point jumps before the rig follows.
     """
@@ -225,9 +226,10 @@ def _contradiction(
         known = np.flatnonzero(np.isfinite(apart))
         if len(known) and (median := float(np.median(apart[known]))) > limits[name]:
             worst = known[np.argmax(apart[known])]
-            return (
-                f"columns_disagree: {name} says {logged[worst]:.4g} in row {rows[turning][worst]}, "
-                f"the speeds of ball and disc there {by_speeds[worst]:.4g}; they lie apart by "
-                f"{median:.2g} in the median row, allowed {limits[name]:g}"
+            return Flaw(
+                "columns_disagree",
+                f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but the speeds of "
+                f"ball and disc give {by_speeds[worst]:.4g}; the median difference is "
+                f"{median:.2g}, allowed {limits[name]:g}",
             )
-    return ""
+    return None

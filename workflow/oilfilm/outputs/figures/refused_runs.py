@@ -1,9 +1,11 @@
-"""A page a refused run: its signals, its plateaus, and the place of the trouble."""
+"""One page per refused run: its signals, its plateaus, and the rows concerned."""
 
 import hashlib
 import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,27 +17,96 @@ from matplotlib.transforms import blended_transform_factory
 
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition
-from oilfilm.curation.gates import POINT_GATES
-from oilfilm.curation.signals import SIGNALS, FloatArray, Signals
+from oilfilm.curation.curate import arrays_of, curate
+from oilfilm.curation.plateau_gates import PLATEAU_GATES
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.signals import Signals
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures import style
-from oilfilm.settings.semantics import semantics_of
+from oilfilm.readers.ingest import ingest_logs
 from oilfilm.tables import failed_gates
+from oilfilm.units import FloatArray
 
 _HEIGHT_IN = 7.2
 _LETTERS = 112  # of 7 pt in a line of the page
 _LINES = 4  # of one sentence; the listing has the whole
 _DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
-_SIGNALS = {
-    "traction_force_n": "Traction\nforce (N)",
-    "load_n": "Load (N)",
-    "slide_roll_ratio": "Slide-roll\nratio S (1)",
-    "inlet_temperature_c": "Inlet temp.\n(\N{DEGREE SIGN}C)",
-}
 _PASSING, _FAILING = "#56B4E9", "#E69F00"
 
 
+@dataclass(frozen=True)
+class Judged:
+    """What curation made of the logs of one kind of rig.
+
+    Attributes:
+        kind: The kind of rig.
+        runs: Table of runs with their verdicts.
+        points: Table of plateaus with their verdicts.
+        quarantine: Table of what was refused.
+        samples: The samples of a run, by its name.
+    """
+
+    kind: RigKind
+    runs: pd.DataFrame
+    points: pd.DataFrame
+    quarantine: pd.DataFrame
+    samples: Callable[[str], pd.DataFrame]
+
+
+def judged_torque_logs(
+    logs: Iterable[tuple[str, bytes]], quarantine: pd.DataFrame, config: Mapping[str, Any]
+) -> Judged:
+    """Refused torque logs, read again: their samples are in no table.
+
+    Args:
+        logs: Name and content of each log that the quarantine names.
+        quarantine: What was refused of the torque logs.
+        config: The resolved configuration.
+    """
+    ingested = ingest_logs(logs, config, TORQUE_RIG.logs)
+    samples = ingested.all_samples()
+    share = curate(samples, ingested.runs, config, TORQUE_RIG)
+    return Judged(
+        TORQUE_RIG,
+        share.runs,
+        share.points,
+        quarantine,
+        lambda run_id: samples[samples["run_id"] == run_id],
+    )
+
+
+def draw_pages(
+    rigs: Iterable[Judged], config: Mapping[str, Any], most: int, folder: Path
+) -> pd.DataFrame:
+    """Draw the page of every refused run that gets one; the table `refused_pages`.
+
+    Args:
+        rigs: What curation made of the logs, one kind of rig after the other.
+        config: The resolved configuration.
+        most: Number of pages at most.
+        folder: Where the pages are written.
+    """
+    listings = []
+    for judged in rigs:
+        pages = listing(judged.runs, judged.points, judged.quarantine, most, judged.kind)
+        for entry in tables.rows(pages[pages["page"] != ""]):
+            (run,) = tables.rows(judged.runs[judged.runs["run_id"] == entry["run_id"]])
+            points = judged.points[judged.points["run_id"] == entry["run_id"]]
+            samples = judged.samples(entry["run_id"])
+            page = draw_page(entry, run, samples, points, config, judged.kind)
+            style.save(page, folder / entry["page"])
+            most -= 1
+        listings.append(pages)
+    return pd.concat(listings, ignore_index=True)
+
+
 def listing(
-    runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame, most: int
+    runs: pd.DataFrame,
+    points: pd.DataFrame,
+    quarantine: pd.DataFrame,
+    most: int,
+    kind: RigKind = TRACTION_RIG,
 ) -> pd.DataFrame:
     """Every refused run and whatever gave no run at all, with the page of each run that gets one.
 
@@ -44,54 +115,58 @@ def listing(
 
     Args:
         runs: Table of runs with their verdicts.
-        points: Table of points with their verdicts.
+        points: Table of plateaus with their verdicts.
         quarantine: Table of what was refused.
         most: Number of pages at most.
+        kind: The kind of rig.
     """
     without_run = ~quarantine["run_id"].isin(runs["run_id"])
     # what is said of a file that has runs is no refusal of the file
     of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
-    refused = quarantine[quarantine["stage"].eq("curate") | (without_run & ~of_file)]
-    refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     about = runs.set_index("run_id")
+    # levels that were held too briefly refuse no run
+    of_run = quarantine["stage"].eq("curate") & quarantine["rule"].eq(
+        quarantine["run_id"].map(about["rule"])
+    )
+    refused = quarantine[of_run | (without_run & ~of_file)]
+    refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     samples = refused["run_id"].map(about["samples"]).fillna(0)
     turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
     paged = set(turn.index[:most])
     plateaus = dict(iter(points[points["run_id"].isin(refused["run_id"])].groupby("run_id")))
     rows = []
-    for number, one in enumerate(refused.to_dict("records")):
-        run_id, shown = one["run_id"], number in paged
+    for number, entry in enumerate(tables.rows(refused)):
+        run_id, shown = entry["run_id"], number in paged
         place = ("", 0, 0)
         if shown:
-            of_run = plateaus.get(run_id, points.iloc[:0])
             named = quarantine[
-                (quarantine["run_id"] == run_id) & (quarantine["reason"] == one["reason"])
+                (quarantine["run_id"] == run_id) & (quarantine["reason"] == entry["reason"])
             ]
-            place = _place(named, of_run)
+            place = _place(named, plateaus.get(run_id, points.iloc[:0]))
         rows.append(
             {
                 "run_id": run_id,
-                "file": one["file"],
+                "file": entry["file"],
                 "oil": about.at[run_id, "oil"] if run_id in about.index else "",
-                "page": page_name(run_id) if shown else "",
-                "rule": one["rule"],
+                "page": page_name(run_id, kind.name) if shown else "",
+                "rule": entry["rule"],
                 **dict(zip(("place", "first_row", "last_row"), place, strict=True)),
-                "reason": one["reason"],
-                "advice": one["advice"],
+                "reason": entry["reason"],
+                "advice": entry["advice"],
             }
         )
     return tables.from_rows(rows, "refused_pages")
 
 
-def page_name(run_id: str) -> str:
-    """A file name that is safe on every system, and another one for every run.
+def page_name(run_id: str, rig: str) -> str:
+    """A file name that is safe on every system, and another one for every run of a kind of rig.
 
     Example:
-        >>> page_name("../a b.csv")
-        'a-b-csv-530abcb5b24c48fc.png'
+        >>> page_name("../a b.csv", "traction")
+        'a-b-csv-8d1b61480e6c67c8.png'
     """
     slug = re.sub(r"[^a-z0-9]+", "-", run_id.lower()).strip("-")[:40]
-    digest = hashlib.sha256(run_id.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    digest = hashlib.sha256(f"{rig}:{run_id}".encode("utf-8", "surrogatepass")).hexdigest()[:16]
     return f"{slug or 'run'}-{digest}.png"
 
 
@@ -100,30 +175,31 @@ def draw_page(
     run: Mapping[str, Any],
     samples: pd.DataFrame,
     points: pd.DataFrame,
-    campaign: Mapping[str, Any],
+    config: Mapping[str, Any],
+    kind: RigKind = TRACTION_RIG,
 ) -> Figure:
-    """One page: what is wrong in words, then four signals against time with the place marked.
+    """One page: what is wrong in words, then the signals against time with the rows marked.
 
     Args:
         entry: The run's row of the listing.
         run: Its row of the table of runs.
         samples: Its samples.
-        points: Its points.
-        campaign: The campaign file's values.
+        points: Its plateaus.
+        config: The resolved configuration.
+        kind: The kind of rig.
     """
-    arrays = {name: samples[name].to_numpy() for name in SIGNALS}
-    signals = Signals.of(arrays, semantics_of(campaign, run["rig"]))
+    signals = kind.signals(arrays_of(samples), run["rig"], config)
     head = _head(entry, run)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, _HEIGHT_IN))
     axes = figure.subplots(
-        len(_SIGNALS) + 1,
+        len(kind.drawn) + 1,
         1,
         sharex=False,
-        height_ratios=[0.15 + 0.13 * len(head), *[1.2] * len(_SIGNALS)],
+        height_ratios=[0.15 + 0.13 * len(head), *[1.2] * len(kind.drawn)],
     )
     _write(axes[0], head)
-    for axis, (name, label) in zip(axes[1:], _SIGNALS.items(), strict=True):
-        _draw_signal(axis, signals.time_s, getattr(signals, name), label)
+    for axis, (name, label) in zip(axes[1:], kind.drawn.items(), strict=True):
+        _draw_signal(axis, signals.time_s, signals[name], label)
         _shade_plateaus(axis, signals, points)
         _mark(axis, signals, entry)
         axis.set_xlim(*_span(signals.time_s))
@@ -132,7 +208,7 @@ def draw_page(
     figure.align_ylabels(list(axes[1:]))
     _say_place(axes[1], signals, entry)
     _say_key(figure)
-    style.say_source(figure, campaign)
+    style.say_source(figure, config["campaign"])
     return figure
 
 
@@ -149,7 +225,7 @@ def _place(named: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
 
 def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
     """Points that fail a gate of points, not only because their whole run was refused."""
-    return failed_gates.failed_any(points, (gate.name for gate in POINT_GATES))
+    return failed_gates.failed_any(points, (gate.name for gate in PLATEAU_GATES))
 
 
 def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
@@ -261,7 +337,7 @@ def _say_place(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
     low, high = _span(signals.time_s)
     right = (start + stop) / 2 > (low + high) / 2
     words = {
-        "rows": f"place of the trouble: {_range(entry)}",
+        "rows": f"rows concerned: {_range(entry)}",
         "plateaus": f"failing plateaus: {_range(entry)}",
         "whole run": "concerns the whole run",
     }[entry["place"]]

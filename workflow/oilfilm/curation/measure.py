@@ -1,0 +1,168 @@
+"""From one run's signals to its plateaus: zero, means, standard errors, changes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from oilfilm.curation import statistics
+from oilfilm.curation.gate import Columns, Finding
+from oilfilm.curation.rig_kind import Averaging, Division, RigKind, nothing
+from oilfilm.curation.signals import IndexArray, Signals
+from oilfilm.curation.statistics import BoolArray
+from oilfilm.curation.zero import phase_too_short, zero_reference
+from oilfilm.units import FloatArray
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Plateaus of one run, before the gates.
+
+    Attributes:
+        plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
+            table costs as much as a large one.
+        working: The samples between the phases at rest.
+        flaw: Rule and finding where the run gives no zero.
+        too_short: Levels that give no plateau.
+    """
+
+    plateaus: Columns
+    working: slice
+    flaw: tuple[str, Finding] | None = None
+    too_short: list[Finding] = field(default_factory=list)
+
+
+def measure(
+    signals: Signals, kind: RigKind, rig: str, config: Mapping[str, Any], settled: bool = False
+) -> Measured:
+    """The plateaus of a run, less the zero of its sensor.
+
+    Args:
+        signals: The run.
+        kind: The kind of rig.
+        rig: Name of the rig.
+        config: The resolved configuration.
+        settled: Each row is a settled reading already, the zero removed by the rig.
+    """
+    if settled:
+        return Measured(kind.readings(signals), slice(None))
+    curation, limits = config["curation"], kind.zero_limits(config)
+    spike = curation["spikes"]["threshold"]
+    signals = kind.usable(signals)
+    division = kind.divide(signals, rig, config)
+    usable, flaw = _usable_phases(signals, division, kind, config)
+    starts, stops = _without(division, usable, signals, curation["plateaus"]["min_duration_s"])
+    averages = average(signals, starts, stops, kind, spike, curation["plateaus"]["transient_share"])
+    averages["duration_s"] = (stops - starts) * signals.interval_s
+    if flaw is not None:
+        unknown = nothing(len(starts))
+        plateaus = kind.derive(averages, unknown, unknown)
+        return Measured(plateaus, division.working, ("zero_missing", flaw), division.too_short)
+    zero = zero_reference(signals, kind.sensor.column, division.rest, spike)
+    time_s = averages["time_s"]
+    plateaus = kind.derive(averages, zero.at(time_s), zero.standard_error_at(time_s))
+    drifts = None
+    if abs(zero.drift) > limits.max_drift:
+        sentence = (
+            "the zero of the {sensor} moves by {drift:.3g} {sensor_unit} during the run; allowed "
+            "{allowed:g} {sensor_unit}"
+        )
+        numbers = {"drift": zero.drift, "allowed": limits.max_drift}
+        drifts = "zero_drift", Finding(sentence, numbers=numbers)
+    return Measured(plateaus, division.working, drifts, division.too_short)
+
+
+def _usable_phases(
+    signals: Signals, division: Division, kind: RigKind, config: Mapping[str, Any]
+) -> tuple[list[slice], Finding | None]:
+    """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
+    least_s = kind.zero_limits(config).min_duration_s
+    usable: list[slice] = []
+    for name, part in division.rest.items():
+        problem = phase_too_short(signals, part, name, least_s)
+        problem = problem or kind.phase_problem(signals, part, name, config)
+        if problem is not None:
+            return usable, problem
+        usable.append(part)
+    return usable, None
+
+
+def _without(
+    division: Division, phases: list[slice], signals: Signals, min_duration_s: float
+) -> tuple[IndexArray, IndexArray]:
+    """Starts and stops of the levels less the phases that have served the zero.
+
+    What is left of such a level is a plateau where it is long enough.
+    """
+    starts, stops = division.starts, division.stops
+    for phase in phases:
+        served = (starts < phase.stop) & (stops > phase.start)
+        starts = np.where(served, phase.stop, starts)
+        kept = ~served | ((stops - starts) * signals.interval_s >= min_duration_s)
+        starts, stops = starts[kept], stops[kept]
+    if len(signals) == 0:
+        return starts[:0], stops[:0]
+    # a level cut off before it settled is a plateau of its last row, for the gate to refuse
+    stops = np.maximum(stops, 1)
+    return np.minimum(starts, stops - 1), stops
+
+
+def average(
+    signals: Signals,
+    starts: IndexArray,
+    stops: IndexArray,
+    kind: RigKind,
+    spike: float,
+    transient_share: float,
+) -> Columns:
+    """Means over plateaus, spikes of the sensor left out, with what `Averaging` adds to them.
+
+    Args:
+        signals: The run.
+        starts: First sample of each plateau.
+        stops: The sample past its last one.
+        kind: The kind of rig.
+        spike: Threshold of the spike test, in robust standard deviations.
+        transient_share: The part of a plateau that counts as its beginning.
+    """
+    wanted: Averaging = kind.averaging
+    # many short sums cost more in calls than in numbers: the signals go together
+    values, inside = statistics.cut(
+        np.stack([signals.time_s, *(signals[name] for name in wanted.means)]), starts, stops
+    )
+    index = {name: place for place, name in enumerate(wanted.means, start=1)}
+    wild = statistics.spikes(values[index[kind.sensor.column]], inside, spike)
+    inside &= ~wild
+    time_s, *means = statistics.means(values, inside)
+
+    def of(names: tuple[str, ...]) -> FloatArray:
+        return values[[index[name] for name in names]]
+
+    averages = {
+        "first_row": signals.row[starts],
+        "last_row": signals.row[stops - 1],
+        "n_samples": inside.sum(axis=1),
+        "n_spikes": wild.sum(axis=1),
+        "time_s": time_s,
+    }
+    for ending, names, rows in (
+        ("", wanted.means, means),
+        ("_se", wanted.errors, statistics.standard_errors(of(wanted.errors), inside)),
+        ("_change", wanted.changes, _difference(of(wanted.changes), inside, 1 / 2)),
+        (
+            "_transient",
+            wanted.transients,
+            -_difference(of(wanted.transients), inside, transient_share),
+        ),
+    ):
+        averages |= {f"{name}{ending}": row for name, row in zip(names, rows, strict=True)}
+    return averages
+
+
+def _difference(values: FloatArray, inside: BoolArray, share: float) -> FloatArray:
+    """Mean over what follows the first `share` of each plateau, less the mean over that share."""
+    if len(values) == 0:
+        return np.empty((0, len(inside)))
+    first = statistics.first_part(inside, share)
+    return statistics.means(values, inside & ~first) - statistics.means(values, first)

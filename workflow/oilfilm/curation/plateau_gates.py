@@ -1,0 +1,374 @@
+"""The gates of plateaus, the cause before what follows from it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from oilfilm.curation.gate import BOTH, TORQUE, TRACTION, Judgement, Limits, plateau_gate
+from oilfilm.units import FloatArray, conversion
+
+# What a load may be in although it is labelled N.
+_LOAD_UNITS = ("kgf", "lbf", "gf")
+
+
+@plateau_gate(
+    TRACTION,
+    advice="Such rows carry no traction; nothing to do if the step was not meant to.",
+)
+def traction_missing(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """Force, load or slip has no value."""
+    missing = points[["traction_coefficient", "slide_roll_ratio"]].isna().any(axis=1)
+    return Judgement(missing, "no traction force, load above zero or slip was logged")
+
+
+@plateau_gate(
+    *BOTH, advice="Hold each {level} longer than settle_s + min_duration_s of config.yaml."
+)
+def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """Little is left of a level once it has settled."""
+    duration_s, least_s = points["duration_s"], limits["min_duration_s"]
+    return Judgement(
+        duration_s < least_s,
+        "{shortest_s:.2f} s to {longest_s:.2f} s are left of each plateau once it has settled; "
+        "expected {least_s:g} s or more",
+        {"shortest_s": duration_s.min(), "longest_s": duration_s.max(), "least_s": least_s},
+    )
+
+
+@plateau_gate(
+    TRACTION, advice="Check the load's unit and calibration and the set point in the header."
+)
+def load_off_nominal(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The load is not the one that was set."""
+    load_n, nominal_n = points["load_n"].mean(), points["nominal_load_n"].median()
+    allowed = limits["load_tolerance"]
+    hints = [
+        f"; {load_n / nominal_n:.4f} is the ratio of {unit} to N, so the load may be in {unit}"
+        for unit in _LOAD_UNITS
+        if abs(load_n / nominal_n * conversion(unit, ("N",)).scale - 1) < 2 * allowed
+    ]
+    return Judgement(
+        _off_nominal(points, "load_n", allowed),
+        "the mean load is {load_n:.2f} N, nominal {nominal_n:.2f} N (tolerance {allowed:.0%})"
+        "{hint}",
+        {"load_n": load_n, "nominal_n": nominal_n, "allowed": allowed, "hint": "".join(hints)},
+    )
+
+
+def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Series[bool]":
+    nominal = points[f"nominal_{name}"]
+    return (points[name] - nominal).abs() > tolerance * nominal
+
+
+@plateau_gate(
+    TRACTION,
+    advice="Check the spindle control, the track radii of the rig file and the set point.",
+)
+def speed_off_nominal(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The entrainment speed is not the one that was set."""
+    speed = points["entrainment_speed_m_s"]
+    return Judgement(
+        _off_nominal(points, "entrainment_speed_m_s", limits["speed_tolerance"]),
+        "the entrainment speed is {lowest:.3f} to {highest:.3f} m/s, nominal {nominal:g} m/s "
+        "(tolerance {allowed:.0%})",
+        {
+            "lowest": speed.min(),
+            "highest": speed.max(),
+            "nominal": points["nominal_entrainment_speed_m_s"].median(),
+            "allowed": limits["speed_tolerance"],
+        },
+    )
+
+
+@plateau_gate(TRACTION, advice="Check the temperature control and the set point.")
+def temperature_off_nominal(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The inlet temperature is not the one that was set."""
+    temperature_c = points["inlet_temperature_c"]
+    nominal_c, allowed_c = points["nominal_inlet_temperature_c"], limits["temperature_tolerance_c"]
+    return Judgement(
+        (temperature_c - nominal_c).abs() > allowed_c,
+        "the inlet temperature is {lowest:.1f} to {highest:.1f} degC, nominal {nominal:g} degC "
+        "(tolerance {allowed:g} degC)",
+        {
+            "lowest": temperature_c.min(),
+            "highest": temperature_c.max(),
+            "nominal": nominal_c.median(),
+            "allowed": allowed_c,
+        },
+    )
+
+
+@plateau_gate(
+    TRACTION, advice="Check the spindle speeds: one of them may have slipped for a moment."
+)
+def slip_out_of_range(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The slide-roll ratio is one that no sweep reaches."""
+    slip = points["slide_roll_ratio"]
+    least, most = limits["slide_roll_ratio_min"], limits["slide_roll_ratio_max"]
+    return Judgement(
+        ~slip.between(least, most),
+        "the slide-roll ratio is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
+        {"lowest": slip.min(), "highest": slip.max(), "least": least, "most": most},
+    )
+
+
+@plateau_gate(
+    TRACTION, advice="Check the control of the slip and the planned slips of the campaign file."
+)
+def slip_off_set_point(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The slide-roll ratio is none of the planned ones."""
+    distance = _distance_to_plan(points, limits["planned_slips"])
+    return Judgement(
+        distance > limits["slip_tolerance"],
+        "the slide-roll ratio is up to {distance:.4f} away from every planned one (tolerance "
+        "{allowed:g})",
+        {"distance": distance.max(initial=0), "allowed": limits["slip_tolerance"]},
+    )
+
+
+def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatArray:
+    """Distance of each point's slip from the nearest planned one; 0 where none was planned."""
+    if not planned:
+        return np.zeros(len(points))
+    slip = points["slide_roll_ratio"].to_numpy()
+    return np.abs(slip[:, np.newaxis] - np.array(planned)).min(axis=1)
+
+
+@plateau_gate(TRACTION, advice="Let the rig settle longer, or check its control.")
+def not_steady(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """Slip or traction differs between the two halves of a plateau."""
+    slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
+    most_slip, most_traction = limits["slip_change_max"], limits["traction_change_max"]
+    return Judgement(
+        (slip > most_slip) | (traction > most_traction),
+        "slip and traction change within the plateaus by up to {slip:.4f} and {traction:.4f}; "
+        "allowed {most_slip:g} and {most_traction:g}",
+        {
+            "slip": slip.max(),
+            "traction": traction.max(),
+            "most_slip": most_slip,
+            "most_traction": most_traction,
+        },
+    )
+
+
+@plateau_gate(
+    TRACTION,
+    advice="Let the rig settle longer after each step, or raise settle_s of config.yaml.",
+)
+def transient_not_ended(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The beginning of a plateau differs from the rest of it."""
+    slip, traction = points["slip_transient"].abs(), points["traction_transient"].abs()
+    most_slip, most_traction = limits["slip_transient_max"], limits["traction_transient_max"]
+    return Judgement(
+        (slip > most_slip) | (traction > most_traction),
+        "the first {share:.0%} of the plateaus differ from the rest by up to {slip:.4f} in slip "
+        "and {traction:.4f} in traction; allowed {most_slip:g} and {most_traction:g}",
+        {
+            "share": limits["transient_share"],
+            "slip": slip.max(),
+            "traction": traction.max(),
+            "most_slip": most_slip,
+            "most_traction": most_traction,
+        },
+    )
+
+
+@plateau_gate(TORQUE, advice="Wait until the bearing has warmed through.")
+def torque_drifts(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The torque differs between the two halves of a plateau."""
+    change, torque = points["torque_change_n_m"].abs(), points["torque_n_m"].abs()
+    return Judgement(
+        change > limits["torque_change_max"] * torque,
+        "the torque changes within the plateaus by up to {change:.1%}; allowed {allowed:.1%}",
+        {"change": (change / torque).max(), "allowed": limits["torque_change_max"]},
+    )
+
+
+@plateau_gate(*BOTH, advice="Check the load's control, and hold the load while the {level} steps.")
+def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The load differs between the two halves of a plateau."""
+    change = points["load_change"].abs()
+    return Judgement(
+        change > limits["load_change_max"],
+        "the load changes within the plateaus by up to {change:.1%}; allowed {allowed:.1%}",
+        {"change": change.max(), "allowed": limits["load_change_max"]},
+    )
+
+
+@plateau_gate(*BOTH, advice="Wait until the temperature of the oil is steady.")
+def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The oil's temperature differs between the two halves of a plateau."""
+    change_c = points["temperature_change_c"].abs()
+    return Judgement(
+        change_c > limits["temperature_change_max_c"],
+        "the temperature changes within the plateaus by up to {change_c:.2f} degC; allowed "
+        "{allowed_c:g} degC",
+        {"change_c": change_c.max(), "allowed_c": limits["temperature_change_max_c"]},
+    )
+
+
+@plateau_gate(
+    *BOTH, advice="Look for a loose contact or a disturbance near the cable of the {sensor} sensor."
+)
+def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """Too many readings of a plateau are spikes."""
+    rows = points["n_samples"] + points["n_spikes"]
+    return Judgement(
+        points["n_spikes"] > limits["spike_share_max"] * rows,
+        "up to {spikes} readings of a plateau are spikes; allowed {allowed:.0%} of its rows",
+        {"spikes": points["n_spikes"].max(), "allowed": limits["spike_share_max"]},
+    )
+
+
+@plateau_gate(TRACTION, advice="Check the fringe order of these readings.")
+def film_off_trend(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """A measured film leaves the power law in speed that its run follows.
+
+    The law is the repeated-median line of ln h against ln U, which holds with up to half of the
+    readings wrong (A. F. Siegel, Biometrika 69 (1982) 242).
+    """
+    return Judgement(
+        _off_trend(points, limits["film_trend_factor"]),
+        "the measured film thickness does not follow a power of the entrainment speed within a "
+        "factor of {factor:g}",
+        {"factor": limits["film_trend_factor"]},
+    )
+
+
+def _off_trend(points: pd.DataFrame, factor: float) -> npt.NDArray[np.bool_]:
+    readings = points[
+        (points["measured_film_thickness_um"] > 0) & (points["entrainment_speed_m_s"] > 0)
+    ]
+    off = pd.Series(False, index=points.index)
+    if len(readings) == 0:
+        return off.to_numpy()
+    # imported where needed: it takes a second, and few campaigns measure films
+    from scipy.stats import siegelslopes  # noqa: PLC0415
+
+    for _, of_run in readings.groupby("run_id"):
+        film = np.log(of_run["measured_film_thickness_um"].to_numpy())
+        speed = np.log(of_run["entrainment_speed_m_s"].to_numpy())
+        if np.ptp(speed) > 0:
+            trend = siegelslopes(film, speed)
+            residual = film - trend.intercept - trend.slope * speed
+            off[of_run.index] = np.abs(residual) > np.log(factor)
+    return off.to_numpy()
+
+
+@plateau_gate(TRACTION, advice="Let the force settle after the rig reverses the slip.")
+def force_not_reversed(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The force of one direction of slip had not reversed."""
+    asymmetry, allowed = points["force_asymmetry"], limits["asymmetry_max"]
+    sliding = points["slide_roll_ratio"].abs() > limits["asymmetry_slip_min"]
+    return Judgement(
+        sliding & (asymmetry > allowed),
+        "|TF1 + TF2| is {lowest:.2f} to {highest:.2f} of |TF1| + |TF2|, allowed {allowed:g}: one "
+        "direction of the slip had not reversed",
+        {"lowest": asymmetry.min(), "highest": asymmetry.max(), "allowed": allowed},
+    )
+
+
+@plateau_gate(TRACTION, advice="Check the zero and the calibration of the force sensor.")
+def traction_unphysical(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The traction coefficient is one that no oil has."""
+    mu, least, most = points["traction_coefficient"], limits["traction_min"], limits["traction_max"]
+    return Judgement(
+        (mu < least) | (mu > most),
+        "the traction coefficient is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
+        {"lowest": mu.min(), "highest": mu.max(), "least": least, "most": most},
+    )
+
+
+@plateau_gate(
+    TRACTION,
+    advice="Raise the speed, or lower the temperature or the load: this is mixed lubrication.",
+)
+def thin_film(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The film does not separate the surfaces."""
+    ratio = points["lambda_ratio"]
+    return Judgement(
+        points["film_judgement"] == "below limit",
+        "the lambda ratio is {lowest:.2f} to {highest:.2f}; full film needs more than {limit:g}",
+        {"lowest": ratio.min(), "highest": ratio.max(), "limit": limits["lambda_limit"]},
+    )
+
+
+@plateau_gate(
+    TRACTION,
+    advice="Fill in the rig's geometry, materials and roughness and the oil's properties, or set "
+    "film_unjudged in the campaign file, with a reason.",
+)
+def film_not_judged(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The film cannot be calculated, and the campaign does not accept that."""
+    unknown = points["film_judgement"] == "cannot be judged"
+    return Judgement(
+        unknown & (not limits["accept_unjudged_film"]),
+        "the film thickness cannot be calculated: geometry, material, roughness or oil properties "
+        "are not known",
+    )
+
+
+@plateau_gate(TORQUE, advice="Check the sign and the zero of the torque sensor.")
+def torque_not_positive(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The torque does not resist the motion."""
+    torque = points["torque_n_m"]
+    return Judgement(
+        ~(torque > 0),
+        "the torque is {lowest:.3g} to {highest:.3g} N m; expected more than 0",
+        {"lowest": torque.min(), "highest": torque.max()},
+    )
+
+
+@plateau_gate(
+    TORQUE,
+    advice="Log the speed of the inner ring as positive: its torque is what resists it.",
+)
+def turns_backwards(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """The speed is negative."""
+    speed = points["inner_speed_rpm"]
+    return Judgement(
+        speed < 0,
+        "the speed is {lowest:.0f} to {highest:.0f} rpm; expected more than 0",
+        {"lowest": speed.min(), "highest": speed.max()},
+    )
+
+
+@plateau_gate(
+    TORQUE, advice="Check the load cell: a ball bearing of this kind must be pushed together."
+)
+def unloaded(points: pd.DataFrame, limits: Limits) -> Judgement:
+    """Nothing pushes the bearing together."""
+    load = points["axial_load_n"]
+    return Judgement(
+        ~(load > 0),
+        "the axial load is {lowest:.3g} to {highest:.3g} N; expected more than 0",
+        {"lowest": load.min(), "highest": load.max()},
+    )
+
+
+PLATEAU_GATES = (
+    traction_missing,
+    too_short,
+    load_off_nominal,
+    speed_off_nominal,
+    temperature_off_nominal,
+    slip_out_of_range,
+    slip_off_set_point,
+    not_steady,
+    transient_not_ended,
+    torque_drifts,
+    load_changes,
+    temperature_changes,
+    spiky,
+    film_off_trend,
+    force_not_reversed,
+    traction_unphysical,
+    thin_film,
+    film_not_judged,
+    torque_not_positive,
+    turns_backwards,
+    unloaded,
+)

@@ -1,0 +1,140 @@
+"""A kind of rig as curation sees it: the small part in which traction and torque rigs differ."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.curation.gate import Channel, Columns, Finding, Limits
+from oilfilm.curation.signals import IndexArray, Signals
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.units import FloatArray
+
+
+@dataclass(frozen=True)
+class Division:
+    """Where a run is at rest and where it holds a level, as indices into its signals.
+
+    Attributes:
+        rest: The phases that give the zero, by name, in the order of time.
+        starts: First sample of the settled part of each level.
+        stops: The sample past its last one.
+        working: The samples between the phases at rest.
+        too_short: Levels that ended before they settled and give no plateau.
+    """
+
+    rest: Mapping[str, slice]
+    starts: IndexArray
+    stops: IndexArray
+    working: slice
+    too_short: list[Finding] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Averaging:
+    """What is made of each signal over a plateau, beside its mean.
+
+    Attributes:
+        means: Columns that are averaged.
+        errors: Those with a standard error.
+        changes: Those whose second half is compared with the first.
+        transients: Those whose beginning is compared with the rest.
+    """
+
+    means: tuple[str, ...]
+    errors: tuple[str, ...]
+    changes: tuple[str, ...]
+    transients: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ZeroLimits:
+    """Limits of the zero; the drift in the sensor's unit."""
+
+    min_duration_s: float
+    max_drift: float
+
+
+class RigKind(Protocol):
+    """A kind of rig.
+
+    Attributes:
+        name: As the gates name it.
+        logs: How its logs are read.
+        table: Name of its table of plateaus.
+        sensor: The signal whose zero is removed and whose spikes are left out.
+        load: The signal of the load.
+        averaging: What is made of each signal over a plateau.
+        words: Its words in sentences and advice: sensor, sensor_unit, level, rest.
+        advice: What to do about a refusal by a rule that is no gate.
+        carried: Columns of the table of runs that every plateau carries.
+        keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.
+        drawn: Signals on the page of a refused run, with their labels.
+    """
+
+    name: str
+    logs: LogKind
+    table: str
+    sensor: Channel
+    load: Channel
+    averaging: Averaging
+    words: Mapping[str, str]
+    advice: Mapping[str, str]
+    carried: tuple[str, ...]
+    keeps_refused_runs: bool
+    drawn: Mapping[str, str]
+
+    def signals(self, samples: Columns, rig: str, config: Mapping[str, Any]) -> Signals:
+        """The signals of one run of a rig, in the senses that the gates take them."""
+        ...
+
+    def usable(self, signals: Signals) -> Signals:
+        """The samples from which plateaus can be made."""
+        ...
+
+    def divide(self, signals: Signals, rig: str, config: Mapping[str, Any]) -> Division:
+        """Rest and levels of a run."""
+        ...
+
+    def phase_problem(
+        self, signals: Signals, part: slice, name: str, config: Mapping[str, Any]
+    ) -> Finding | None:
+        """Why a phase that is long enough gives no zero, if so."""
+        ...
+
+    def zero_limits(self, config: Mapping[str, Any]) -> ZeroLimits:
+        """Limits of the zero."""
+        ...
+
+    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+        """Plateaus with the zero removed and what follows from one plateau alone.
+
+        Args:
+            averages: `<column>`, and `<column>_se`, `_change` and `_transient` as `averaging` says.
+            zero: The sensor's zero at each plateau; NaN where there is none.
+            zero_se: Its standard error.
+        """
+        ...
+
+    def readings(self, signals: Signals) -> Columns:
+        """Plateaus of a run whose rows are settled readings already."""
+        ...
+
+    def complete(self, points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+        """Plateaus of all runs with the columns that need rig and oil."""
+        ...
+
+    def limits(self, config: Mapping[str, Any]) -> Limits:
+        """The limits of its gates."""
+        ...
+
+    def repeats(self, config: Mapping[str, Any]) -> tuple[str, ...]:
+        """Rules of `repeats.py` that refuse a run which an earlier one repeats."""
+        ...
+
+
+def nothing(count: int) -> FloatArray:
+    """As many values that are not known."""
+    return np.full(count, np.nan)

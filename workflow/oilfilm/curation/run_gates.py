@@ -1,0 +1,209 @@
+"""The gates of runs: clock, sensors, sign, temperature, the way back."""
+
+import numpy as np
+
+from oilfilm.curation.gate import BOTH, TORQUE, TRACTION, Finding, Limits, Run, run_gate
+from oilfilm.curation.statistics import longest_hold
+from oilfilm.units import FloatArray
+
+
+@run_gate(*BOTH, advice="Check the logger's clock, and whether two logs were joined.")
+def time_disorder(run: Run, limits: Limits) -> Finding | None:
+    """The clock stands still or runs backwards."""
+    time_s, row = run.signals.time_s, run.signals.row
+    backward = np.flatnonzero(np.diff(time_s) <= 0)
+    if len(backward) == 0:
+        return None
+    first = int(backward[0])
+    return Finding(
+        "the time stamp does not increase at {count} rows, first from {before_s:g} s at row "
+        "{first_row} to {after_s:g} s at row {last_row}",
+        int(row[first]),
+        int(row[first + 1]),
+        {"count": len(backward), "before_s": time_s[first], "after_s": time_s[first + 1]},
+    )
+
+
+@run_gate(*BOTH, advice="The logger paused or its clock was set: repeat the run.")
+def clock_jump(run: Run, limits: Limits) -> Finding | None:
+    """The clock jumps ahead."""
+    gaps = np.diff(run.signals.time_s)
+    longest_s = limits["clock_jump_intervals"] * run.signals.interval_s
+    if len(gaps) == 0 or gaps.max() <= longest_s:
+        return None
+    before = int(np.argmax(gaps))
+    return Finding(
+        "{gap_s:g} s pass between row {first_row} and row {last_row}; expected no gap over "
+        "{longest_s:g} s",
+        int(run.signals.row[before]),
+        int(run.signals.row[before + 1]),
+        {"gap_s": gaps[before], "longest_s": longest_s},
+    )
+
+
+@run_gate(TORQUE, advice="Check the speed signal, its unit and its column.")
+def never_turns(run: Run, limits: Limits) -> Finding | None:
+    """The bearing stands still from the first row to the last."""
+    fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
+    if fastest_rpm > limits["standstill_rpm"]:
+        return None
+    return Finding(
+        "the bearing never turns: its highest speed is {fastest_rpm:g} rpm; expected more than "
+        "{limit_rpm:g} rpm",
+        numbers={"fastest_rpm": fastest_rpm, "limit_rpm": limits["standstill_rpm"]},
+    )
+
+
+@run_gate(*BOTH, advice="Check the {sensor} sensor, its cable and amplifier, and repeat the run.")
+def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
+    """The sensor gives exactly the same reading again and again."""
+    values, row = run.of(run.sensor), run.signals.row[run.working]
+    start, stop = longest_hold(values)
+    long_enough = (stop - start) * run.signals.interval_s >= limits["stuck_duration_s"]
+    if not long_enough or stop - start < limits["stuck_samples"]:
+        return None
+    return Finding(
+        "the {sensor} is exactly {value:g} {sensor_unit} from row {first_row} to row {last_row}; "
+        "expected noise within {duration_s:g} s",
+        int(row[start]),
+        int(row[stop - 1]),
+        {"value": values[start], "duration_s": limits["stuck_duration_s"]},
+    )
+
+
+@run_gate(
+    TRACTION,
+    advice="Check the polarity of the force sensor and which body is slowed; the campaign file "
+    "gives both (semantics: traction_sign, slower_body).",
+)
+def swapped_sign(run: Run, limits: Limits) -> Finding | None:
+    """The traction force acts against the slip."""
+    slip = run.plateaus["slide_roll_ratio"]
+    sliding = np.abs(slip) > limits["sign_slip_min"]
+    along = run.plateaus["traction_force_n"][sliding] * np.sign(slip[sliding])
+    median_n = float(np.median(along)) if len(along) else 0.0
+    if not median_n < 0 or (along < 0).mean() < limits["sign_share"]:
+        return None
+    return Finding(
+        "the traction force acts against the slip (median {median_n:.3g} N); expected the slower "
+        "body to be dragged along",
+        numbers={"median_n": median_n},
+    )
+
+
+@run_gate(*BOTH, advice="Choose a wider range of the sensor or its amplifier.")
+def saturated(run: Run, limits: Limits) -> Finding | None:
+    """A sensor is at the end of its range for part of the run."""
+    row = run.signals.row[run.working]
+    for channel in (run.sensor, run.load):
+        values = run.of(channel)
+        for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
+            at_stop = np.flatnonzero(values == extreme)
+            share = len(at_stop) / max(len(values), 1)
+            if (
+                len(at_stop) >= limits["stuck_samples"]
+                and share > limits["saturated_share"]
+                and _piled_up(values, extreme, limits["piled_up_factor"])
+            ):
+                return Finding(
+                    "the {signal} is at its extreme of {extreme:g} {unit} in {share:.1%} of the "
+                    "rows, between row {first_row} and row {last_row}; allowed {allowed:.1%}",
+                    int(row[at_stop[0]]),
+                    int(row[at_stop[-1]]),
+                    {
+                        "signal": channel.name,
+                        "extreme": extreme,
+                        "unit": channel.unit,
+                        "share": share,
+                        "allowed": limits["saturated_share"],
+                    },
+                )
+    return None
+
+
+def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
+    """True where an extreme value occurs more than `factor` times as often as the next one.
+
+    A sensor at its stop gives one value again and again, with noise on one side only. Values that
+    are coarse anyway are not piled up, nor is the load of a dead weight.
+    """
+    levels, counts = np.unique(values, return_counts=True)
+    end, neighbour = (-1, -2) if extreme == levels[-1] else (0, 1)
+    return len(levels) > 1 and bool(counts[end] > factor * counts[neighbour])
+
+
+@run_gate(TRACTION, advice="Let rig and oil warm through before the sweep.")
+def temperature_drift(run: Run, limits: Limits) -> Finding | None:
+    """The inlet temperature differs between the plateaus of one run."""
+    levels = run.plateaus["inlet_temperature_c"]
+    levels = levels[~np.isnan(levels)]
+    allowed_c = limits["temperature_drift_max_c"]
+    if len(levels) == 0 or levels.max() - levels.min() <= allowed_c:
+        return None
+    return Finding(
+        "the inlet temperature goes from {lowest_c:.1f} to {highest_c:.1f} degC within the run; "
+        "allowed {allowed_c:g} degC",
+        numbers={"lowest_c": levels.min(), "highest_c": levels.max(), "allowed_c": allowed_c},
+    )
+
+
+@run_gate(
+    TRACTION,
+    advice="The contact or its temperature changed during the sweep: look at the specimens and "
+    "repeat the run.",
+)
+def branches_differ(run: Run, limits: Limits) -> Finding | None:
+    """The traction coefficients of rising and falling slip do not agree."""
+    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
+    known = ~np.isnan(slip) & ~np.isnan(mu)
+    slip, mu = slip[known], mu[known]
+    turn = _turning_point(slip, limits["branch_points"])
+    if turn is None:
+        return None
+    # np.interp needs rising slips
+    before, after = np.argsort(slip[: turn + 1]), turn + np.argsort(slip[turn:])
+    low = max(slip[before].min(), slip[after].min())
+    high = min(slip[before].max(), slip[after].max())
+    shared = before[(slip[before] >= low) & (slip[before] <= high)]
+    if len(shared) < limits["branch_points"]:
+        return None
+    # the median, because other gates judge single wild points
+    difference = float(
+        np.median(np.abs(mu[shared] - np.interp(slip[shared], slip[after], mu[after])))
+    )
+    if difference <= limits["branch_difference_max"]:
+        return None
+    return Finding(
+        "with rising and falling slip the traction coefficients differ by {difference:.4f} (median "
+        "over {count} points); allowed {allowed:g}",
+        numbers={
+            "difference": difference,
+            "count": len(shared),
+            "allowed": limits["branch_difference_max"],
+        },
+    )
+
+
+def _turning_point(slip: FloatArray, least: int) -> int | None:
+    """Index at which a sweep turns back: its inner extreme; None where it goes one way only.
+
+    Fewer points than `least` on either side of it are no branch.
+    """
+    if len(slip) < 2 * least:
+        return None
+    extremes = np.array([np.argmax(slip), np.argmin(slip)])
+    from_end = np.minimum(extremes, len(slip) - 1 - extremes)
+    turn = int(extremes[np.argmax(from_end)])
+    return turn if from_end.max() >= least else None
+
+
+RUN_GATES = (
+    time_disorder,
+    clock_jump,
+    never_turns,
+    stuck_sensor,
+    swapped_sign,
+    saturated,
+    temperature_drift,
+    branches_differ,
+)

@@ -1,0 +1,191 @@
+"""The torque rig: a bearing of which one ring turns.
+
+A log is one run of one oil at one axial load: the bearing stands still, runs at one speed after
+another, and stands still again. A step is a step of speed, and rest is standstill.
+"""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from oilfilm.curation.gate import TORQUE as NAME
+from oilfilm.curation.gate import Channel, Columns, Finding, Limits
+from oilfilm.curation.plateaus import find_steps, settled_parts
+from oilfilm.curation.rig_kind import Averaging, Division, ZeroLimits
+from oilfilm.curation.signals import IndexArray, Signals
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.torque_log import TORQUE
+from oilfilm.units import FloatArray
+
+_SIGNALS = (
+    "inner_speed_rpm",
+    "axial_load_n",
+    "oil_temperature_c",
+    "outer_ring_temperature_c",
+    "torque_n_m",
+)
+
+
+class TorqueRig:
+    """See `RigKind`."""
+
+    name = NAME
+    logs: LogKind = TORQUE
+    table = "torque_runs"
+    sensor = Channel("torque_n_m", "torque", "N m")
+    load = Channel("axial_load_n", "axial load", "N")
+    averaging = Averaging(
+        means=_SIGNALS,
+        errors=("torque_n_m",),
+        changes=("torque_n_m", "oil_temperature_c", "axial_load_n"),
+    )
+    words: Mapping[str, str] = {
+        "sensor": sensor.name,
+        "sensor_unit": sensor.unit,
+        "level": "speed",
+        "rest": "standstill",
+    }
+    advice: Mapping[str, str] = {
+        "truncated": "Repeat the run: its closing phase of standstill is missing.",
+        "zero_missing": "Let the bearing stand still, loaded, before and after the run.",
+    }
+    carried: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
+    keeps_refused_runs = False
+    drawn: Mapping[str, str] = {
+        "torque_n_m": "Torque (N m)",
+        "axial_load_n": "Axial load\n(N)",
+        "inner_speed_rpm": "Speed (rpm)",
+        "oil_temperature_c": "Oil temp.\n(\N{DEGREE SIGN}C)",
+    }
+
+    def signals(self, samples: Columns, rig: str, config: Mapping[str, Any]) -> Signals:
+        """See `RigKind.signals`."""
+        columns = {name: samples[name] for name in _SIGNALS}
+        return Signals(samples["row"], samples["time_s"], columns)
+
+    def usable(self, signals: Signals) -> Signals:
+        """All of them."""
+        return signals
+
+    def divide(self, signals: Signals, rig: str, config: Mapping[str, Any]) -> Division:
+        """Levels of speed between the first and the last sample at which the bearing turns."""
+        settings = config["torque_logs"]
+        turning = np.abs(signals["inner_speed_rpm"]) > settings["tare"]["max_speed_rpm"]
+        if not turning.any():
+            none = np.array([], dtype=np.int64)
+            return Division({}, none, none, slice(0, len(signals)))
+        first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
+        starts, stops, too_short = _levels(signals, first, last, settings["plateaus"])
+        rest = {"opening": slice(0, first), "closing": slice(last, len(turning))}
+        return Division(rest, starts, stops, slice(first, last), too_short)
+
+    def phase_problem(
+        self, signals: Signals, part: slice, name: str, config: Mapping[str, Any]
+    ) -> Finding | None:
+        """None: `divide` takes nothing for rest that turns."""
+        return None
+
+    def zero_limits(self, config: Mapping[str, Any]) -> ZeroLimits:
+        """See `RigKind.zero_limits`."""
+        tare = config["torque_logs"]["tare"]
+        return ZeroLimits(tare["min_duration_s"], tare["max_drift_n_m"])
+
+    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+        """Torque above the zero, and how steady it is."""
+        load = averages["axial_load_n"]
+        loaded = np.where(load == 0, np.nan, np.abs(load))
+        return {
+            **averages,
+            "tare_n_m": zero,
+            "torque_n_m": averages["torque_n_m"] - zero,
+            "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_se),
+            "torque_change_n_m": averages["torque_n_m_change"],
+            "oil_temperature_change_c": averages["oil_temperature_c_change"],
+            "temperature_change_c": averages["oil_temperature_c_change"],
+            "load_change": averages["axial_load_n_change"] / loaded,
+        }
+
+    def readings(self, signals: Signals) -> Columns:
+        """No torque log is of settled readings."""
+        raise NotImplementedError
+
+    def complete(self, points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+        """The rig of a torque log is its bearing."""
+        return points.rename(columns={"rig": "bearing"})
+
+    def limits(self, config: Mapping[str, Any]) -> Limits:
+        """See `RigKind.limits`."""
+        settings, stuck = config["torque_logs"], config["curation"]["stuck"]
+        return {
+            **settings["gates"],
+            "standstill_rpm": settings["tare"]["max_speed_rpm"],
+            "stuck_duration_s": stuck["duration_s"],
+            "stuck_samples": stuck["samples"],
+            "min_duration_s": settings["plateaus"]["min_duration_s"],
+        }
+
+    def repeats(self, config: Mapping[str, Any]) -> tuple[str, ...]:
+        """Copies alone: a condition may be measured again."""
+        return ("duplicate_log",)
+
+
+TORQUE_RIG = TorqueRig()
+
+
+def _levels(
+    signals: Signals, first: int, last: int, settings: Mapping[str, Any]
+) -> tuple[IndexArray, IndexArray, list[Finding]]:
+    """Starts and stops of settled levels of speed, and the levels that were held too briefly.
+
+    Args:
+        signals: The run.
+        first: Its first sample that turns.
+        last: The sample past the last one.
+        settings: `plateaus` of config's torque_logs.
+    """
+    speed, interval_s = signals["inner_speed_rpm"][first:last], signals.interval_s
+    steps = find_steps(speed, interval_s, settings["min_step_rpm"], settings)
+    starts, stops = settled_parts(len(speed), steps, interval_s, settings)
+    # the first level has had a step to settle from: that out of rest; the last ends in one
+    starts[0] += round(settings["settle_s"] / interval_s)
+    stops[-1] -= round(settings["guard_s"] / interval_s)
+    for level, (start, stop) in enumerate(zip(starts, stops, strict=True)):
+        if stop > start:
+            # a slow ramp goes on beyond what is cut off
+            near = _near_median(speed[start:stop], settings)
+            starts[level] += np.argmax(near)
+            stops[level] -= np.argmax(near[::-1])
+    # a single row gives no standard error
+    settled = stops - starts > 1
+    held = zip(pairwise([0, *steps, len(speed)]), settled, strict=True)
+    unsettled = [edges for edges, long_enough in held if not long_enough]
+    too_short = [
+        _too_short(signals, first + start, first + stop, settings)
+        for start, stop in unsettled
+        # on a ramp hardly any row is near the median one
+        if stop > start and _near_median(speed[start:stop], settings).mean() > 1 / 3
+    ]
+    return first + starts[settled], first + stops[settled], too_short
+
+
+def _near_median(speed: FloatArray, settings: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.abs(speed - np.median(speed)) <= settings["min_step_rpm"])
+
+
+def _too_short(signals: Signals, start: int, stop: int, settings: Mapping[str, Any]) -> Finding:
+    """A level that ended before it settled."""
+    return Finding(
+        "the speed of about {speed_rpm:.0f} rpm was held for {held_s:.1f} s; expected "
+        "{least_s:g} s or more",
+        int(signals.row[start]),
+        int(signals.row[stop - 1]),
+        {
+            "speed_rpm": np.median(signals["inner_speed_rpm"][start:stop]),
+            "held_s": (stop - start) * signals.interval_s,
+            "least_s": settings["settle_s"] + settings["guard_s"] + settings["min_duration_s"],
+        },
+    )

@@ -1,0 +1,234 @@
+"""The traction rig: a ball on a disc.
+
+A step is a step of slip, rest is pure rolling, and mu = F/W is derived, then pressure and film.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from oilfilm.curation.calibration import with_calibration
+from oilfilm.curation.film_state import LEAST_LOAD_N, with_film
+from oilfilm.curation.gate import TRACTION as NAME
+from oilfilm.curation.gate import Channel, Columns, Finding, Limits
+from oilfilm.curation.plateaus import find_steps, settled_parts
+from oilfilm.curation.rig_kind import Averaging, Division, ZeroLimits, nothing
+from oilfilm.curation.signals import Signals
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.traction_log import TRACTION
+from oilfilm.settings.semantics import semantics_of
+from oilfilm.units import FloatArray
+
+# No rig that means to roll slides so much.
+_ABSURD_SLIP = 0.5
+# Phases of pure rolling that a zero procedure needs.
+_PHASES = {
+    "rolling_phases": ("opening", "closing"),
+    "opening_phase": ("opening",),
+    "already_removed": (),
+}
+_LOGGED = (
+    "load_n",
+    "traction_force_1_n",
+    "traction_force_2_n",
+    "inlet_temperature_c",
+    "measured_film_thickness_um",
+)
+
+
+class TractionRig:
+    """See `RigKind`."""
+
+    name = NAME
+    logs: LogKind = TRACTION
+    table = "points"
+    sensor = Channel("traction_force_n", "traction force", "N")
+    load = Channel("load_n", "load", "N")
+    averaging = Averaging(
+        means=(
+            "slide_roll_ratio",
+            "traction_force_n",
+            "load_n",
+            "entrainment_speed_m_s",
+            "inlet_temperature_c",
+        ),
+        errors=("slide_roll_ratio", "traction_force_n", "load_n"),
+        changes=("slide_roll_ratio", "traction_force_n", "load_n", "inlet_temperature_c"),
+        transients=("slide_roll_ratio", "traction_force_n"),
+    )
+    words: Mapping[str, str] = {
+        "sensor": sensor.name,
+        "sensor_unit": sensor.unit,
+        "level": "slip",
+        "rest": "pure rolling",
+    }
+    advice: Mapping[str, str] = {
+        "truncated": "Repeat the run; the disk may have been full or the program killed.",
+        "columns_disagree": "Look at the columns' units, the track radii of the rig file and the "
+        "campaign file's semantics (slide_roll_ratio, slower_body); logged_twice of config.yaml "
+        "says how far they may differ.",
+        "zero_missing": "Begin and end every run with a few seconds of pure rolling.",
+    }
+    carried: tuple[str, ...] = (
+        "oil",
+        "rig",
+        "nominal_load_n",
+        "nominal_entrainment_speed_m_s",
+        "nominal_inlet_temperature_c",
+    )
+    keeps_refused_runs = True
+    drawn: Mapping[str, str] = {
+        "traction_force_n": "Traction\nforce (N)",
+        "load_n": "Load (N)",
+        "slide_roll_ratio": "Slide-roll\nratio S (1)",
+        "inlet_temperature_c": "Inlet temp.\n(\N{DEGREE SIGN}C)",
+    }
+
+    def signals(self, samples: Columns, rig: str, config: Mapping[str, Any]) -> Signals:
+        """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
+        log = semantics_of(config["campaign"], rig)
+        ball, disc = samples["ball_speed_m_s"], samples["disc_speed_m_s"]
+        speed = (ball + disc) / 2
+        sliding = log.direction * (disc - ball)
+        slip = np.divide(sliding, speed, out=nothing(len(speed)), where=speed != 0)
+        columns = {
+            **{name: samples[name] for name in _LOGGED},
+            "traction_force_n": log.traction_sign * log.direction * samples["traction_force_n"],
+            "entrainment_speed_m_s": speed,
+            "slide_roll_ratio": slip,
+        }
+        return Signals(samples["row"], samples["time_s"], columns)
+
+    def usable(self, signals: Signals) -> Signals:
+        """The samples at which the rig turns; at the others S has no value."""
+        return signals.where(np.isfinite(signals["slide_roll_ratio"]))
+
+    def divide(self, signals: Signals, rig: str, config: Mapping[str, Any]) -> Division:
+        """Levels of slip; the first and the last of them are pure rolling."""
+        levels = config["curation"]["plateaus"]
+        interval_s = signals.interval_s
+        steps = find_steps(signals["slide_roll_ratio"], interval_s, levels["min_step"], levels)
+        starts, stops = settled_parts(len(signals), steps, interval_s, levels)
+        # the opening phase gives the zero first; what is left of it is a plateau at no slip
+        zero_rows = round(config["curation"]["zero_reference"]["duration_s"] / interval_s)
+        rest = {"opening": slice(0, 0), "closing": slice(0, 0)}
+        if len(steps):
+            rest["opening"] = slice(0, min(zero_rows, int(stops[0])))
+            rest["closing"] = slice(int(starts[-1]), int(stops[-1]))
+        needed = _PHASES[semantics_of(config["campaign"], rig).zero]
+        phases = {name: rest[name] for name in needed}
+        return Division(phases, starts, stops, slice(None))
+
+    def phase_problem(
+        self, signals: Signals, part: slice, name: str, config: Mapping[str, Any]
+    ) -> Finding | None:
+        """A phase that slides."""
+        slip = float(np.mean(signals["slide_roll_ratio"][part]))
+        limit = config["curation"]["zero_reference"]["max_slide_roll_ratio"]
+        if abs(slip) <= limit:
+            return None
+        hint = "; so large a slip may come from swapped speed columns or wrong track radii"
+        return Finding(
+            "the {phase} phase runs at a slide-roll ratio of {slip:.4f}; expected {rest}, within "
+            "{limit}{hint}",
+            numbers={
+                "phase": name,
+                "slip": slip,
+                "limit": limit,
+                "hint": hint if abs(slip) > _ABSURD_SLIP else "",
+            },
+        )
+
+    def zero_limits(self, config: Mapping[str, Any]) -> ZeroLimits:
+        """See `RigKind.zero_limits`."""
+        zero = config["curation"]["zero_reference"]
+        return ZeroLimits(zero["min_duration_s"], zero["max_drift_n"])
+
+    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+        """Traction force above the zero, mu = F/W and its standard error."""
+        unknown = nothing(len(zero))
+        return _with_traction(
+            averages["traction_force_n"] - zero,
+            np.hypot(averages["traction_force_n_se"], zero_se),
+            averages,
+            force_asymmetry=unknown,
+            measured_film_thickness_um=unknown,
+        )
+
+    def readings(self, signals: Signals) -> Columns:
+        """Rows of a rig that settles itself; it may log the force of either direction of slip."""
+        unknown = nothing(len(signals))
+        first, second = signals["traction_force_1_n"], signals["traction_force_2_n"]
+        both = np.abs(first) + np.abs(second)
+        asymmetry = np.divide(np.abs(first + second), both, out=unknown.copy(), where=both > 0)
+        averaging = self.averaging
+        averages = {
+            "first_row": signals.row,
+            "last_row": signals.row,
+            "n_samples": np.ones(len(signals), dtype=np.int64),
+            "n_spikes": np.zeros(len(signals), dtype=np.int64),
+            "time_s": signals.time_s,
+            "duration_s": unknown,
+            **{name: signals[name] for name in averaging.means},
+            **{f"{name}_se": unknown for name in averaging.errors},
+            **{f"{name}_change": unknown for name in averaging.changes},
+            **{f"{name}_transient": unknown for name in averaging.transients},
+        }
+        return _with_traction(
+            averages["traction_force_n"],
+            unknown,
+            averages,
+            force_asymmetry=asymmetry,
+            measured_film_thickness_um=signals["measured_film_thickness_um"],
+        )
+
+    def complete(self, points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+        """With contact pressure, film, lambda and the calibration of the rig's sensors."""
+        return with_calibration(with_film(points, config), config["rigs"])
+
+    def limits(self, config: Mapping[str, Any]) -> Limits:
+        """See `RigKind.limits`."""
+        curation, campaign = config["curation"], config["campaign"]
+        return {
+            **config["gates"],
+            "stuck_duration_s": curation["stuck"]["duration_s"],
+            "stuck_samples": curation["stuck"]["samples"],
+            "min_duration_s": curation["plateaus"]["min_duration_s"],
+            "transient_share": curation["plateaus"]["transient_share"],
+            "accept_unjudged_film": campaign.get("film_unjudged", {"accept": False})["accept"],
+            "planned_slips": campaign.get("set_points", {}).get("slide_roll_ratio", []),
+        }
+
+    def repeats(self, config: Mapping[str, Any]) -> tuple[str, ...]:
+        """Copies, names given twice, and conditions, unless the campaign declares repeats."""
+        copies = ("duplicate_log", "repeated_label")
+        accepted = config["campaign"].get("repeated_conditions", "refuse") == "accept"
+        return copies if accepted else (*copies, "duplicate_condition")
+
+
+TRACTION_RIG = TractionRig()
+
+
+def _with_traction(
+    force_n: npt.NDArray[Any], force_se_n: FloatArray, averages: Columns, **more: FloatArray
+) -> Columns:
+    load = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
+    mu = force_n / load
+    kept = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
+    return {
+        **{name: averages[name] for name in (*kept, *TRACTION_RIG.averaging.means)},
+        **more,
+        "slide_roll_ratio_se": averages["slide_roll_ratio_se"],
+        "slip_change": averages["slide_roll_ratio_change"],
+        "slip_transient": averages["slide_roll_ratio_transient"],
+        "traction_force_n": force_n,
+        "traction_coefficient": mu,
+        "traction_coefficient_se": np.hypot(force_se_n, mu * averages["load_n_se"]) / load,
+        "traction_change": averages["traction_force_n_change"] / load,
+        "traction_transient": averages["traction_force_n_transient"] / load,
+        "load_change": averages["load_n_change"] / load,
+        "temperature_change_c": averages["inlet_temperature_c_change"],
+    }
