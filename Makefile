@@ -133,8 +133,9 @@ lock: ## renew requirements.lock after a change of pyproject.toml
 		--generate-hashes --no-emit-index-url --python-version 3.11 --constraint requirements.lock \
 		--custom-compile-command "make lock" benchmarks/rivals.in --output-file benchmarks/rivals.lock
 
-schemas: $(READY) ## renew the generated schemas and docs/configuration.md
+schemas: $(READY) ## renew the generated schemas, docs/configuration.md and docs/tables.md
 	$(BIN)/python -m oilfilm.settings.schemas
+	$(BIN)/python -m oilfilm.tables.reference_page
 
 licences: $(READY) ## renew docs/licences.csv after a change of requirements.lock
 	$(BIN)/python tests/lint/licences.py --write

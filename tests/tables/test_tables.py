@@ -114,6 +114,19 @@ def test_repeated_key_is_refused(demo) -> None:
         tables.conform(frame, "runs", "here")
 
 
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(1, 4)), max_size=6))
+def test_key_of_samples_is_refused_where_two_rows_share_it(keys: list[tuple[str, int]]) -> None:
+    frame = pd.DataFrame(
+        {name: [np.nan] * len(keys) for name in tables.columns("samples")}
+        | {"run_id": [run for run, _ in keys], "row": [row for _, row in keys], "time_s": 0.0}
+    )
+    if len(set(keys)) == len(keys):
+        assert len(tables.conform(frame, "samples", "here")) == len(keys)
+    else:
+        with pytest.raises(OilfilmError, match=r"rows repeat run_id \+ row"):
+            tables.conform(frame, "samples", "here")
+
+
 def test_missing_and_unknown_columns_are_named() -> None:
     frame = tables.empty("runs").drop(columns="oil").assign(colour="red")
     with pytest.raises(OilfilmError, match=r"lacks \['oil'\].*unknown \['colour'\]"):

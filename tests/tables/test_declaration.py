@@ -1,0 +1,89 @@
+"""Columns are declared once, with units that a program can read; every table has its key."""
+
+import pint
+import pytest
+
+from oilfilm import tables
+from oilfilm.tables.columns import table, use
+from oilfilm.tables.reference_page import PAGE, page
+
+USED = {column.name: column for model in tables.TABLES.values() for column in model.columns}
+# What the end of a name says to a human; the longest that fits counts.
+ENDINGS = {
+    **{"_s": "s", "_n": "N", "_m_s": "m/s", "_gpa": "GPa", "_um": "um", "_mm": "mm"},
+    **{"_deg": "deg", "_rpm": "rpm", "_mm_rpm": "mm rpm", "_w": "W", "_n_m": "N m"},
+    **{"_c": "degC", "_change_c": "K", "_systematic_c": "K"},
+}
+
+
+def test_every_column_is_declared_and_used() -> None:
+    assert set(USED) == set(tables.COLUMNS)
+    assert all(column.meaning for column in tables.COLUMNS.values())
+
+
+def test_every_number_has_a_unit_of_the_list() -> None:
+    for column in tables.COLUMNS.values():
+        if column.type in ("number", "integer"):
+            assert column.unit in tables.UNITS, column.name
+        else:
+            assert column.unit == "", column.name
+        if column.unit == tables.BY_ROW:
+            assert "unit" in column.caveat, f"{column.name}: its caveat must say which unit"
+
+
+def test_units_are_of_the_quantity_that_the_name_says() -> None:
+    registry = pint.UnitRegistry()
+    for unit in tables.UNITS - {"1", tables.BY_ROW}:
+        registry.parse_units(unit)
+    for column in tables.COLUMNS.values():
+        name = column.name.removesuffix("_se")
+        endings = [ending for ending in ENDINGS if name.endswith(ending)]
+        if column.type == "number" and endings:
+            assert column.unit == ENDINGS[max(endings, key=len)], column.name
+
+
+def test_difference_of_temperatures_is_in_kelvin() -> None:
+    """A value in degC has an offset that a difference lacks: 2 K is not 2 degC."""
+    words = ("difference", "minus", "uncertainty", "standard error", "spread")
+    of_differences = [
+        column
+        for column in tables.COLUMNS.values()
+        if "temperature" in column.name and any(word in column.meaning for word in words)
+    ]
+    assert {column.name for column in of_differences} == {
+        "inlet_temperature_systematic_c",
+        "oil_temperature_change_c",
+    }
+    assert {column.unit for column in of_differences} == {"K"}
+
+
+@pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
+def test_table_has_a_key_or_says_why_not(model: tables.Table) -> None:
+    assert bool(model.key) != bool(model.no_key)
+    assert set(model.key) <= set(model.names)
+    for other, columns in model.references.items():
+        assert tables.TABLES[other].key == columns
+        assert set(columns) <= set(model.names)
+
+
+def test_siblings_have_the_same_unit() -> None:
+    shares = [tables.unit_of(f"share_beyond_{name}") for name in ("slip", "pressure", "speed")]
+    assert shares == ["1", "1", "1"]
+
+
+def test_table_narrows_a_column_and_never_widens_it() -> None:
+    assert use("load_n", required=True).nullable is False
+    assert use("load_n", "mean").meaning == tables.COLUMNS["load_n"].meaning
+    with pytest.raises(ValueError, match="'lambda_ratio' cannot be widened"):
+        use("lambda_ratio", at_most=2 * tables.LARGEST)
+    with pytest.raises(ValueError, match="'stage' cannot be widened"):
+        use("stage", allowed=("ingest", "guess"))
+    with pytest.raises(KeyError, match="colour"):
+        table("t", "A table.", columns="run_id colour")
+    with pytest.raises(ValueError, match=r"'t' has no columns \['load_n'\]"):
+        table("t", "A table.", columns="run_id", uses=(use("load_n", "mean"),))
+
+
+def test_reference_page_is_that_of_the_declaration() -> None:
+    """`make schemas` renews it."""
+    assert PAGE.read_text(encoding="utf-8") == page()
