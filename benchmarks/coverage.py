@@ -34,13 +34,13 @@ NORMAL_95 = 1.959964
 def covered(oil: str, refits: int, number: int) -> FloatArray:
     """1 where a constant's interval covers the truth: a row for the bootstrap, one naive."""
     config = resolve(ROOT / "config", {"campaign": "demo"})
-    campaign = config["campaign"]
+    campaign = config.campaign
     constants = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")[oil]
     truth = to_internal(LAW, constants)
-    conditions = np.array(list(itertools.product(*campaign["matrix"].values())))
+    conditions = np.array(list(itertools.product(*campaign.matrix.model_dump().values())))
     random = generator(config["seed"], "coverage", oil, number)
-    rig = next(iter(config["rigs"].values()))
-    data = simulate_curves(constants, conditions, campaign["twin"], rig, random)
+    rig = next(iter(config.rigs.values()))
+    data = simulate_curves(constants, conditions, campaign.twin, rig, random)
     problem = build_problem(LAW, data, varied_conditions(data.conditions, config["fit"]))
     best = polish(problem, truth)
     lower, upper = np.quantile(curve_bootstrap(problem, best, refits, random), [0.025, 0.975], 0)

@@ -65,11 +65,11 @@ Search = Callable[[Problem, CurveData, int], float]
 @cache
 def task(oil: str, copies: int = 1) -> tuple[Problem, CurveData]:
     """The demonstration's matrix simulated `copies` times over."""
-    conditions = np.array(list(itertools.product(*CONFIG["campaign"]["matrix"].values())))
-    rig = next(iter(CONFIG["rigs"].values()))
+    conditions = np.array(list(itertools.product(*CONFIG.campaign.matrix.model_dump().values())))
+    rig = next(iter(CONFIG.rigs.values()))
     random = generator(CONFIG["seed"], "bench-fit", oil)
     data = simulate_curves(
-        PRINTED[oil], np.tile(conditions, (copies, 1)), CONFIG["campaign"]["twin"], rig, random
+        PRINTED[oil], np.tile(conditions, (copies, 1)), CONFIG.campaign.twin, rig, random
     )
     return build_problem(LAW, data, varied_conditions(data.conditions, CONFIG["fit"])), data
 

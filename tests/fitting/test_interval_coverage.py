@@ -1,7 +1,6 @@
 """The intervals cover the planted truth as often as they say (short; `make bench-coverage`)."""
 
 import itertools
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,26 +12,25 @@ from oilfilm.fitting.problem import build_problem, varied_conditions
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 
 @pytest.fixture(scope="module")
-def conditions(config: dict[str, Any]) -> np.ndarray:
-    return np.array(list(itertools.product(*config["campaign"]["matrix"].values())))
+def conditions(config: Settings) -> np.ndarray:
+    return np.array(list(itertools.product(*config.campaign.matrix.model_dump().values())))
 
 
 def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
-    config: dict[str, Any], conditions: np.ndarray
+    config: Settings, conditions: np.ndarray
 ) -> None:
     truth = to_internal(LAW, printed()["4050"])
-    rig = next(iter(config["rigs"].values()))
+    rig = next(iter(config.rigs.values()))
     inside, naive = [], []
     for number in range(24):
         random = generator(1, "coverage", number)
-        data = simulate_curves(
-            printed()["4050"], conditions, config["campaign"]["twin"], rig, random
-        )
+        data = simulate_curves(printed()["4050"], conditions, config.campaign.twin, rig, random)
         problem = build_problem(LAW, data, varied_conditions(data.conditions, config["fit"]))
         best = polish(problem, truth)
         drawn = curve_bootstrap(problem, best, 200, random)
@@ -46,19 +44,20 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
 
 
 def test_simulated_plateaus_without_errors_are_the_law(
-    config: dict[str, Any], conditions: np.ndarray
+    config: Settings, conditions: np.ndarray
 ) -> None:
-    twin = config["campaign"]["twin"]
-    quiet = {
-        "noise_of_full_scale": 0.0,
-        "control_load": 0.0,
-        "control_speed": 0.0,
-        "control_temperature_c": 0.0,
-        "systematic_load": 0.0,
-        "systematic_temperature_c": 0.0,
-    }
-    rig = next(iter(config["rigs"].values()))
-    data = simulate_curves(printed()["4102"], conditions, twin | quiet, rig, generator(1, "x"))
+    twin = config.campaign.twin.model_copy(
+        update={
+            "noise_of_full_scale": 0.0,
+            "control_load": 0.0,
+            "control_speed": 0.0,
+            "control_temperature_c": 0.0,
+            "systematic_load": 0.0,
+            "systematic_temperature_c": 0.0,
+        }
+    )
+    rig = next(iter(config.rigs.values()))
+    data = simulate_curves(printed()["4102"], conditions, twin, rig, generator(1, "x"))
     levels = data.conditions[data.curve].T
     np.testing.assert_allclose(
         data.mu, traction_coefficient(printed()["4102"], *levels, data.slip), rtol=1e-12, atol=1e-16
@@ -66,19 +65,21 @@ def test_simulated_plateaus_without_errors_are_the_law(
 
 
 def test_a_load_that_reads_high_lowers_mu_and_raises_the_pressure(
-    config: dict[str, Any], conditions: np.ndarray
+    config: Settings, conditions: np.ndarray
 ) -> None:
     """mu = F/W and P ~ W^(1/3): with W read a factor g high, mu P^3 stays what it was."""
-    twin = config["campaign"]["twin"] | {
-        "noise_of_full_scale": 0.0,
-        "control_load": 0.0,
-        "control_speed": 0.0,
-        "control_temperature_c": 0.0,
-        "systematic_temperature_c": 0.0,
-    }
-    rig = next(iter(config["rigs"].values()))
+    twin = config.campaign.twin.model_copy(
+        update={
+            "noise_of_full_scale": 0.0,
+            "control_load": 0.0,
+            "control_speed": 0.0,
+            "control_temperature_c": 0.0,
+            "systematic_temperature_c": 0.0,
+        }
+    )
+    rig = next(iter(config.rigs.values()))
     data = simulate_curves(printed()["4102"], conditions, twin, rig, generator(1, "x"))
     gain = (data.conditions[:, 0] / conditions[:, 0]) ** 3
-    assert np.std(gain) == pytest.approx(twin["systematic_load"], rel=0.3)
+    assert np.std(gain) == pytest.approx(twin.systematic_load, rel=0.3)
     nominal = traction_coefficient(printed()["4102"], *conditions[data.curve].T, data.slip)
     np.testing.assert_allclose(data.mu * gain[data.curve], nominal, rtol=1e-9, atol=1e-15)

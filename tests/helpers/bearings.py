@@ -7,12 +7,14 @@ import pandas as pd
 
 from campaigns import printed
 from oilfilm import tables
-from oilfilm.bearing.geometry import Bearing, bearing_from_config
+from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
-from oilfilm.physics.oils import oil_from_config
-from oilfilm.physics.rigs import contact_of
-from oilfilm.settings.load import load_checked
+from oilfilm.settings.bearing import BearingFile
+from oilfilm.settings.config import Config
+from oilfilm.settings.messages import load
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.rig import Rig
 from oilfilm.studies.load_variables import FittedBasis
 from oilfilm.traction import LAWS
 
@@ -20,8 +22,8 @@ CONFIG = Path(__file__).parents[2] / "config"
 FOLDER = CONFIG / "bearings"
 SHIPPED = ("harris-218", "mainshaft-167", "nasa-35")
 RPM = np.pi / 30  # rad/s
-RIG = contact_of(load_checked(CONFIG / "rigs" / "ball-on-disc-20mm.yaml", "rig"))
-SETTINGS = load_checked(CONFIG / "config.yaml", "config")["bearing"]
+RIG = load(CONFIG / "rigs" / "ball-on-disc-20mm.yaml", Rig).contact()
+SETTINGS = load(CONFIG / "config.yaml", Config).bearing
 TESTED = {
     "max_hertz_pressure_gpa": (1.0, 1.5),
     "entrainment_speed_m_s": (25.0, 40.0),
@@ -30,18 +32,24 @@ TESTED = {
 
 
 def shipped(name: str) -> Bearing:
-    return bearing_from_config(name, load_checked(FOLDER / f"{name}.yaml", "bearing"))
+    return load(FOLDER / f"{name}.yaml", BearingFile).bearing(name)
 
 
 def printed_law(oil: str, basis: str = "stress") -> FittedBasis:
     law = LAWS["deng2026"]
     fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
-    return FittedBasis(fitted, basis, RIG, SETTINGS["law_floor"])
+    return FittedBasis(fitted, basis, RIG, SETTINGS.law_floor)
 
 
 def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -> Lubrication:
-    properties = oil_from_config(load_checked(CONFIG / "oils" / f"{oil}.yaml", "oil"))
-    return Lubrication.of(properties, np.full(points, temperature_c), SETTINGS | changed)
+    properties = load(CONFIG / "oils" / f"{oil}.yaml", OilFile).properties()
+    settings = SETTINGS.model_copy(update=changed)
+    return Lubrication.of(
+        properties,
+        np.full(points, temperature_c),
+        settings.drag_coefficient,
+        settings.oil_volume_fraction,
+    )
 
 
 def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:

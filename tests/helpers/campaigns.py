@@ -1,6 +1,7 @@
 """Campaigns for the tests: carried through the library, or laid out for snakemake."""
 
 import shutil
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,13 @@ from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.readers.ingest import Ingested, ingest
-from oilfilm.settings.reference import printed_constants, printed_values
+from oilfilm.settings.reference import falling_viscosity, printed_constants, printed_values
+from oilfilm.settings.resolved import Settings
+from oilfilm.studies.printed.signs import study_signs
 from oilfilm.traction.laws.deng2026 import DENG2026
 
 ROOT = Path(__file__).parents[2]
+REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 CLAIMS = ROOT / "data/reference/claims.yaml"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 
@@ -37,11 +41,11 @@ class Campaign:
 
 
 def printed() -> dict[str, np.ndarray]:
-    return printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
+    return printed_constants(REFERENCE)
 
 
 def printed_by_name(oil: str) -> dict[str, float]:
-    return printed_values(ROOT / "data/reference/printed_coefficients.yaml", DENG2026, oil)
+    return printed_values(REFERENCE, DENG2026, oil)
 
 
 def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Campaign:
@@ -53,10 +57,18 @@ def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Cam
     )
 
 
-def printed_settings(config: dict[str, Any]) -> dict[str, Any]:
-    """What the rules hand to the study of the printed constants."""
-    limit = config["gates"]["traction_max"]
-    return {**config["printed"], "oils": list(config["oils"]), "traction_max": limit}
+def sign_study(
+    settings: Settings, points: pd.DataFrame, oils: Collection[str] | None = None
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The study of the lost signs as its rule runs it."""
+    return study_signs(
+        printed(),
+        falling_viscosity(REFERENCE),
+        points,
+        settings.oils if oils is None else oils,
+        settings.printed,
+        settings.gates.traction_max,
+    )
 
 
 def lay_out(place: Path) -> None:

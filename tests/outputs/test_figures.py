@@ -10,14 +10,13 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 
-from campaigns import CLAIMS, Campaign, printed, printed_settings
+from campaigns import CLAIMS, Campaign, printed, sign_study
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import load_figure
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
-from oilfilm.studies.printed.signs import study_signs
 from oilfilm.studies.selection import select
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -138,9 +137,7 @@ def test_real_curves_are_called_measured(etm: Campaign) -> None:
 
 
 def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> None:
-    settings = printed_settings(config)
-    studied = study_signs(printed(), list(printed()), tables.empty("points"), settings)
-    signs, sign_verdicts = studied
+    signs, sign_verdicts = sign_study(config, tables.empty("points"))
     results = CampaignTables.in_memory(signs=signs, sign_verdicts=sign_verdicts)
     figure, drawn = draw("signs", results, config)
     tables.conform(drawn, "sign_study", "signs")

@@ -2,7 +2,7 @@
 
 import re
 
-from campaigns import CLAIMS, Campaign, printed, printed_settings
+from campaigns import CLAIMS, Campaign, printed, sign_study
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.outputs.summary import summarise
@@ -10,7 +10,6 @@ from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.extrapolation import extrapolate
 from oilfilm.studies.printed.judge import judge_printed
-from oilfilm.studies.printed.signs import study_signs
 from oilfilm.tables.campaign_tables import CampaignTables
 
 
@@ -27,8 +26,8 @@ def text_of(campaign: Campaign, oil: str) -> str:
             fit.fit_quality,
             campaign.config["same_set_point"]["relative"],
         )
-    points, settings = campaign.curated.points, printed_settings(campaign.config)
-    signs, sign_verdicts = study_signs(printed(), list(printed()), points, settings)
+    points = campaign.curated.points
+    signs, sign_verdicts = sign_study(campaign.config, points)
     basis = printed_evidence(printed(), list(printed()), campaign.config)
     results = CampaignTables.in_memory(
         runs=campaign.curated.runs,
@@ -39,7 +38,13 @@ def text_of(campaign: Campaign, oil: str) -> str:
         coefficients=coefficients,
         fit_quality=quality,
         printed_judged=judge_printed(
-            points, coefficients, quality, printed(), settings, fit.refits
+            points,
+            coefficients,
+            quality,
+            printed(),
+            list(campaign.config.oils),
+            campaign.config.printed,
+            fit.refits,
         ),
         signs=signs,
         sign_verdicts=sign_verdicts,

@@ -12,30 +12,31 @@ from oilfilm.rig_twin.campaign import simulate_campaign
 from oilfilm.rig_twin.plan import planned_runs
 from oilfilm.rig_twin.simulate import slip_programme
 from oilfilm.rig_twin.truth import true_tractions, truth_grid
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 
 
-def test_campaign_has_72_runs_an_oil_and_its_extra_defects(config: dict[str, Any]) -> None:
-    runs = planned_runs(config["campaign"])
+def test_campaign_has_72_runs_an_oil_and_its_extra_defects(config: Settings) -> None:
+    runs = planned_runs(config.campaign)
     assert len(runs) == 3 * 72 + 2
     assert sum(run.defect != "" for run in runs) == 6
     assert len({run.name for run in runs}) == len(runs)
 
 
 def test_fixed_seed_gives_the_same_bytes_and_another_seed_others(
-    config: dict[str, Any], demo: Campaign
+    config: Settings, demo: Campaign
 ) -> None:
     again = next(simulate_campaign(config, printed()))
     assert again[1] == (demo.folder / again[0].name).read_bytes()
-    other = next(simulate_campaign({**config, "seed": 1}, printed()))
+    other = next(simulate_campaign(config.with_changes({"seed": 1}), printed()))
     assert other[1] != again[1]
 
 
 def test_run_does_not_depend_on_which_others_are_simulated(
-    config: dict[str, Any], demo: Campaign
+    config: Settings, demo: Campaign
 ) -> None:
-    campaign = {**config["campaign"], "oils": ["4010"]}
-    run, content, _ = next(simulate_campaign({**config, "campaign": campaign}, printed()))
+    alone = config.with_changes({"campaign": {"oils": ["4010"]}})
+    run, content, _ = next(simulate_campaign(alone, printed()))
     assert content == (demo.folder / run.name).read_bytes()
 
 
@@ -45,10 +46,9 @@ def test_every_log_says_that_it_is_simulated(demo: Campaign) -> None:
 
 
 def test_slip_programme_visits_31_steps_between_two_rolling_phases(
-    config: dict[str, Any],
+    config: Settings,
 ) -> None:
-    twin = config["campaign"]["twin"]
-    time_s, slip = slip_programme(twin)
+    time_s, slip = slip_programme(config.campaign.twin)
     assert len(time_s) == round((2 * 3.0 + 31 * 2.4) * 50)
     assert np.abs(slip[:150]).max() == 0
     assert abs(slip[-1]) < 1e-6
@@ -57,10 +57,10 @@ def test_slip_programme_visits_31_steps_between_two_rolling_phases(
     assert slip.max() > 0.3  # it overshoots
 
 
-def test_twin_without_geometry_is_refused(config: dict[str, Any]) -> None:
-    rigs = resolve(ROOT / "config", {"campaign": "etm-slim"})["rigs"]
+def test_twin_without_geometry_is_refused(config: Settings) -> None:
+    rigs = resolve(ROOT / "config", {"campaign": "etm-slim"}).plain()["rigs"]
     with pytest.raises(OilfilmError, match=r"pcs-etm\.yaml: .*known geometry"):
-        next(simulate_campaign({**config, "rigs": rigs}, printed()))
+        next(simulate_campaign(Settings.of({**config.plain(), "rigs": rigs}), printed()))
 
 
 def test_random_streams_of_different_purposes_differ() -> None:
@@ -73,30 +73,26 @@ def test_random_streams_of_different_purposes_differ() -> None:
     ("change", "words"),
     [
         ({"oils": ["4102", "9999"]}, "no constants are printed for the oil '9999'"),
-        ({"rig": "full_scale"}, "needs the key `full_scale`"),
+        ({"rig": "full_scale"}, "lacks the key `full_scale`"),
     ],
 )
 def test_campaign_that_the_twin_cannot_simulate_is_refused_in_words(
-    config: dict[str, Any], change: dict[str, Any], words: str
+    config: Settings, change: dict[str, Any], words: str
 ) -> None:
-    campaign = {**config["campaign"], "oils": change.get("oils", config["campaign"]["oils"])}
-    ((name, rig),) = config["rigs"].items()
+    plain = config.with_changes({"campaign": {"oils": change.get("oils", ["4102"])}}).plain()
+    ((name, rig),) = plain["rigs"].items()
     rig = {key: value for key, value in rig.items() if key != change.get("rig")}
-    spoiled = {**config, "campaign": campaign, "rigs": {name: rig}}
     with pytest.raises(OilfilmError, match=words):
-        list(simulate_campaign(spoiled, printed()))
+        next(simulate_campaign(Settings.of({**plain, "rigs": {name: rig}}), printed()))
 
 
-def test_thermal_campaign_is_that_of_the_demo_but_for_its_truth(config: dict[str, Any]) -> None:
+def test_thermal_campaign_is_that_of_the_demo_but_for_its_truth(config: Settings) -> None:
     thermal = resolve(ROOT / "config", {"campaign": "thermal"})
-    assert thermal["campaign"]["matrix"] == config["campaign"]["matrix"]
-    twin = thermal["campaign"]["twin"]
-    assert {**twin, "defects": []} == {
-        **config["campaign"]["twin"],
-        "defects": [],
-        "thermal_ehl": twin["thermal_ehl"],
-    }
-    assert thermal["oils"] == config["oils"]
+    assert thermal.campaign.matrix == config.campaign.matrix
+    same = {"defects": [], "thermal_ehl": None}
+    twins = [settings.campaign.twin.model_copy(update=same) for settings in (thermal, config)]
+    assert twins[0] == twins[1]
+    assert thermal.oils == config.oils
 
 
 def test_thermal_truth_needs_no_printed_constants() -> None:
@@ -106,7 +102,7 @@ def test_thermal_truth_needs_no_printed_constants() -> None:
     assert b"nan" not in content
 
 
-def test_printed_truth_is_the_printed_law(config: dict[str, Any]) -> None:
+def test_printed_truth_is_the_printed_law(config: Settings) -> None:
     # reference condition of the law, S = 0.05: (A0 + B0 S) exp(-C0 S) - A0 by hand
     at = (np.array(part) for part in (1.0, 20.0, 20.0, 0.05))
     assert true_tractions(config, printed())["4102"](*at) == pytest.approx(0.020412, abs=5e-7)
@@ -117,8 +113,8 @@ def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil(campaign: 
     config = resolve(ROOT / "config", {"campaign": campaign})
     grid = truth_grid(config, printed())
     wanted = sum(
-        np.prod([len(levels) for levels in figure.values()])
-        for figure in config["extrapolation"].values()
+        np.prod([len(levels) for levels in figure.model_dump().values()])
+        for figure in config.extrapolation.values()
     )
     assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
     assert grid["entrainment_speed_m_s"].max() == 200

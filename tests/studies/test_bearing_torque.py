@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -32,11 +31,15 @@ from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.bearing_sentences import bearing_words
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import load_figure
-from oilfilm.physics.oils import oil_from_config
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
 from oilfilm.settings.bearings import palmgren_torque_n_m
-from oilfilm.settings.load import load_checked, resolve
+from oilfilm.settings.campaign import Matrix
+from oilfilm.settings.messages import load as load_settings
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.reference import PublishedPowerLoss
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.bearing_torque import (
     OilInBearing,
     cage_slip_table,
@@ -53,15 +56,12 @@ from pictures import draw, nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
-def config() -> dict[str, Any]:
-    whole = resolve(ROOT / "config", {})
+def config() -> Settings:
     small = {
         "cage_slip": {"pitch_speed_mm_rpm": [1e6, 2e6], "axial_load_n": [2000, 20000]},
         "size_effect": {"ball_size_factors": [0.25, 1.0, 1.5], "groove_curvatures": [0.51, 0.54]},
     }
-    for key, less in small.items():
-        whole["bearing"][key] |= less
-    return whole
+    return resolve(ROOT / "config", {}).with_changes({"bearing": small})
 
 
 def plateaus(torque_n_m: np.ndarray, speed_rpm: np.ndarray, se: float = 0.01) -> pd.DataFrame:
@@ -122,13 +122,14 @@ def test_inversion_finds_the_traction_that_was_planted(config):
 def test_doubt_of_the_inversion_is_what_a_torque_wrong_by_it_would_give(config):
     speed, se = np.array([9000.0]), 0.02
     calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
-    torque = config["campaign"]["torque"] | {"calibration": calibration}
+    exact = dict.fromkeys(("rolling", "hysteresis", "drag", "pocket", "land"), 0.0)
     # the calibration's offset alone, so that its doubt is known: 3/2 of the random one
-    alone = {
-        **config,
-        "campaign": config["campaign"] | {"torque": torque},
-        "bearing": config["bearing"] | {"term_uncertainty": {}},
-    }
+    alone = config.with_changes(
+        {
+            "campaign": {"torque": {"calibration": calibration}},
+            "bearing": {"term_uncertainty": exact},
+        }
+    )
     first, moved = (
         torque_table(plateaus(np.array([value]), speed, se), *printed_fits(), alone)[1].iloc[0]
         for value in (7.0, 7.0 + se)
@@ -184,10 +185,10 @@ def test_an_oil_without_a_fit_is_left_out(config):
     assert cage_slip_table(unfitted, quality, config).empty
 
 
-def fitted_to(traction: Callable[..., np.ndarray], matrix: dict[str, list[float]]) -> np.ndarray:
+def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray:
     """Constants of Eqs 7-9 nearest to a traction over the traction rig's matrix, free of noise."""
     law = LAWS["deng2026"]
-    conditions = np.array(list(itertools.product(*matrix.values())), dtype=float)
+    conditions = np.array(list(itertools.product(*matrix.model_dump().values())), dtype=float)
     slip = np.linspace(0, 0.3, 16)
     curve = np.repeat(np.arange(len(conditions)), len(slip))
     at = Observations(law.design(conditions), curve, np.tile(slip, len(conditions)))
@@ -204,14 +205,13 @@ def fitted_to(traction: Callable[..., np.ndarray], matrix: dict[str, list[float]
 
 def test_torque_of_local_physics_is_met_nearest_by_the_stress_basis():
     # truth: thermal EHL at every place of the ellipse; law: fitted to that film on the traction rig
-    config = resolve(ROOT / "config", {"campaign": "thermal"})
-    config["campaign"]["oils"] = ["4050"]
     matrix = {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
-    config["campaign"]["torque"]["matrix"] |= matrix
+    campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
+    config = resolve(ROOT / "config", {"campaign": "thermal"}).with_changes({"campaign": campaign})
     traction = true_tractions(config, printed())["4050"]
     coefficients, quality = printed_fits()
     of_oil = coefficients["oil"] == "4050"
-    coefficients.loc[of_oil, "value"] = fitted_to(traction, config["campaign"]["matrix"])
+    coefficients.loc[of_oil, "value"] = fitted_to(traction, config.campaign.matrix)
     logs = list(simulate_torque(config, printed()))
     curated = check_logs([(plan.name, content) for plan, content, _ in logs], config, TORQUE_RIG)
     runs, refused = curated.points, curated.quarantine
@@ -274,7 +274,7 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config):
 def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, name):
     fits = printed_fits()
     runs = plateaus(np.array([5.0, 6.5]), np.array([6000.0, 9000.0]))
-    published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
+    published = load_settings(ROOT / "data/reference/power_loss.yaml", PublishedPowerLoss)
     slip = cage_slip_table(*fits, config)
     results = CampaignTables.in_memory(
         torque=torque_table(runs, *fits, config)[0],
@@ -291,7 +291,7 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
 
 
 def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config):
-    published = load_checked(ROOT / "data/reference/power_loss.yaml", "power_loss")
+    published = load_settings(ROOT / "data/reference/power_loss.yaml", PublishedPowerLoss)
     table = power_loss_table(published, *printed_fits(), config)
     figure, _ = draw("power-loss", CampaignTables.in_memory(power_loss=table), config)
     (axis,) = figure.axes
@@ -367,7 +367,7 @@ def test_a_law_on_load_of_its_own_stands_beside_the_bases(config):
 
 def test_groups_of_a_law_are_those_of_the_bearings_contact():
     # W/(E' R^2), eta0 U/(E' R), eta0 beta U^2/k with the contact's own Rx and E'
-    oil = oil_from_config(load_checked(ROOT / "config/oils/4050.yaml", "oil"))
+    oil = load_settings(ROOT / "config/oils/4050.yaml", OilFile).properties()
     law = laws_for(oil, RIG)["wang-deng-groups"]
     fitted = FittedLaw(law, Coefficients.bare(law, WANG_DENG))
     radius, modulus = np.array([0.004, 0.012]), 2.5e11
@@ -428,13 +428,10 @@ def test_the_summary_tells_of_logs_errors_and_advice(config):
     assert nothing[1] == "  torque logs 0 read of 0; plateaus 0 accepted of 0"
 
 
-def small(config: dict[str, Any]) -> dict[str, Any]:
+def small(config: Settings) -> Settings:
     """The campaign with three torque logs of one oil."""
-    campaign = config["campaign"]
-    matrix = campaign["torque"]["matrix"] | {"oil_temperature_c": [70]}
-    torque = campaign["torque"] | {"matrix": matrix}
-    oils = [oil for oil in campaign["oils"] if oil == "4050"]
-    return {**config, "campaign": {**campaign, "oils": oils, "torque": torque}}
+    torque = {"matrix": {"oil_temperature_c": [70]}}
+    return config.with_changes({"campaign": {"oils": ["4050"], "torque": torque}})
 
 
 def test_bearing_without_contact_angle_has_no_outside_opinion_by_palmgren() -> None:

@@ -1,5 +1,6 @@
 """The printed constants judged: statements by hand, planted signs, distances in closed form."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import ROOT, printed, printed_settings
+from campaigns import ROOT, printed, sign_study
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.reference import falling_viscosity, printed_constants
+from oilfilm.settings.reference import falling_viscosity
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.printed import statements
 from oilfilm.studies.printed.judge import judge_printed, largest_difference, squared_errors
-from oilfilm.studies.printed.signs import study_signs, verdict
-from oilfilm.studies.printed.statements import BETWEEN_OILS, LAW, STATEMENTS, Surface
+from oilfilm.studies.printed.signs import verdict
+from oilfilm.studies.printed.statements import BETWEEN_OILS, LAW, STATEMENTS, Limits, Surface
 from oilfilm.traction.law import CONDITIONS, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -35,7 +37,7 @@ MIRRORED = BOX | {
     "entrainment_speed_m_s": [10.0, 40.0],
     "inlet_temperature_c": [10.0, 40.0],
 }
-LIMITS = {"traction_max": 0.15, "linear_r2_min": 0.95, "decline_max": 0.2}
+LIMITS = Limits(traction_max=0.15, linear_r2_min=0.95, decline_max=0.2)
 SLIPS = [0.05, 0.1, 0.15, 0.2]
 exponents = st.lists(st.floats(-3, 3), min_size=9, max_size=9)
 
@@ -55,10 +57,9 @@ def score(name: str, of: Surface) -> float:
 
 
 @pytest.fixture(scope="module")
-def studied(config: dict[str, Any]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    settings = printed_settings(config)
+def studied(config: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     points = tables.empty("points")
-    return study_signs(printed(), falling_viscosity(REFERENCE), points, settings)
+    return sign_study(config, points)
 
 
 # ---------------------------------------------------------------- statements
@@ -117,8 +118,8 @@ def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
     assert curve.peak_slip.flat[0] == pytest.approx(1 / 30 + 0.02)
     assert curve.peak.flat[0] == pytest.approx(0.02673, abs=1e-5)
     slight = STATEMENTS["declines_slightly"].score
-    assert slight(curve, {"decline_max": 0.26})[0] == 1
-    assert slight(curve, {"decline_max": 0.24})[0] == 0
+    assert slight(curve, replace(LIMITS, decline_max=0.26))[0] == 1
+    assert slight(curve, replace(LIMITS, decline_max=0.24))[0] == 0
 
 
 def test_4010_is_not_linear_in_stress() -> None:
@@ -262,13 +263,11 @@ def test_effect_of_a_tiny_exponent_is_bounded_by_its_power(
 def test_verdicts_at_their_limits(
     margin: float, weakest: float, effect: float, expected: str
 ) -> None:
-    limits = {"near_best": 0.5, "no_effect_max": 0.02}
-    assert verdict(margin, weakest, effect, limits) == expected
+    assert verdict(margin, weakest, effect, near_best=0.5, no_effect_max=0.02) == expected
 
 
-def test_oils_of_the_campaign_only_are_listed(config: dict[str, Any]) -> None:
-    settings = printed_settings(config) | {"oils": ["unrecorded-oil"]}
-    for table in study_signs(printed(), OILS, tables.empty("points"), settings):
+def test_oils_of_the_campaign_only_are_listed(config: Settings) -> None:
+    for table in sign_study(config, tables.empty("points"), ["unrecorded-oil"]):
         assert table.empty
 
 
@@ -297,10 +296,10 @@ def points_of(truth: np.ndarray, oil: str = "4102") -> pd.DataFrame:
     return pd.concat(rows, ignore_index=True)
 
 
-def test_points_of_planted_signs_give_them_back(config: dict[str, Any]) -> None:
+def test_points_of_planted_signs_give_them_back(config: Settings) -> None:
     planted = printed()["4102"].copy()
     planted[[3, 6, 9]] *= -1  # A3, B2, C1
-    sets, verdicts = study_signs(printed(), OILS, points_of(planted), printed_settings(config))
+    sets, verdicts = sign_study(config, points_of(planted))
     best = sets.loc[sets["sse"].idxmin()]
     assert (best["oil"], best["signs"]) == ("4102", "+-++" + "+--" + "+-")
     assert best["sse"] == pytest.approx(0, abs=1e-20)
@@ -327,14 +326,14 @@ def quality_of(sse: float, oil: str = "4102") -> pd.DataFrame:
     return pd.DataFrame({"oil": [oil], "law": [LAW.name], "sse": [sse]})
 
 
-def test_distances_are_in_standard_errors_with_the_systematic_part(config: dict[str, Any]) -> None:
+def test_distances_are_in_standard_errors_with_the_systematic_part(config: Settings) -> None:
     of_paper = printed()["4102"]
     errors = np.abs(of_paper) * 0.01
     fitted = fit_of(of_paper + 3 * errors, errors)
     # 3-4-5: twice the random error joined by an equal multiple of a systematic one
     fitted.loc[4, "systematic_standard_error"] = np.sqrt(3.0) * errors[4]
     row = judge_printed(
-        points_of(of_paper), fitted, quality_of(1e-6), printed(), printed_settings(config)
+        points_of(of_paper), fitted, quality_of(1e-6), printed(), list(config.oils), config.printed
     ).iloc[0]
     assert row["a0_distance"] == pytest.approx(3)
     assert row["c3_distance"] == pytest.approx(3)
@@ -353,7 +352,7 @@ def refits_of(constants: np.ndarray, steps: np.ndarray) -> pd.DataFrame:
     return pd.concat(rows).assign(oil="4102", law=LAW.name, cause="curves drawn again")
 
 
-def test_joint_distance_counts_each_constant_in_its_own_spread(config: dict[str, Any]) -> None:
+def test_joint_distance_counts_each_constant_in_its_own_spread(config: Settings) -> None:
     """24 refits, two of them off by s: variance 2 s^2 / 23; all constants off by 3 such errors."""
     spread = np.linspace(0.01, 0.05, 12)
     off = 3 * spread * np.sqrt(2 / 23)
@@ -364,14 +363,15 @@ def test_joint_distance_counts_each_constant_in_its_own_spread(config: dict[str,
         fit_of(fitted, np.ones(12)),
         quality_of(1.0),
         printed(),
-        printed_settings(config),
+        list(config.oils),
+        config.printed,
         refits_of(fitted, np.diag(spread)),
     ).iloc[0]
     assert row["joint_distance"] == pytest.approx(3 * np.sqrt(12))
 
 
 def test_errors_that_go_together_shorten_the_joint_distance_along_their_direction(
-    config: dict[str, Any],
+    config: Settings,
 ) -> None:
     """A1 and A2 refit at (1, 1) and (0.5, -0.5): off by (1, 1) is sqrt(23/2) errors away."""
     steps = np.eye(12)
@@ -382,14 +382,16 @@ def test_errors_that_go_together_shorten_the_joint_distance_along_their_directio
     fitted[1:3] += 1.0
     judge = (points_of(of_paper), fit_of(fitted, np.ones(12)), quality_of(1.0), printed())
     refits = refits_of(fitted, steps)
-    row = judge_printed(*judge, printed_settings(config), refits).iloc[0]
+    row = judge_printed(*judge, list(config.oils), config.printed, refits).iloc[0]
     assert row["joint_distance"] == pytest.approx(np.sqrt(23 / 2))
     # fewer refits than constants leave directions of which nothing is known
     few = refits[refits["refit"] < 5]
-    assert np.isnan(judge_printed(*judge, printed_settings(config), few).iloc[0]["joint_distance"])
+    assert np.isnan(
+        judge_printed(*judge, list(config.oils), config.printed, few).iloc[0]["joint_distance"]
+    )
 
 
-def test_printed_errors_are_those_of_the_difference_in_mu(config: dict[str, Any]) -> None:
+def test_printed_errors_are_those_of_the_difference_in_mu(config: Settings) -> None:
     """Points of the printed law shifted by 1e-4: their SSE is n 1e-8."""
     points = points_of(printed()["4102"])
     points["traction_coefficient"] += 1e-4
@@ -398,7 +400,8 @@ def test_printed_errors_are_those_of_the_difference_in_mu(config: dict[str, Any]
         fit_of(printed()["4102"], np.ones(12)),
         quality_of(96e-8),
         printed(),
-        printed_settings(config),
+        list(config.oils),
+        config.printed,
     ).iloc[0]
     assert row["printed_sse"] == pytest.approx(192e-8)
     assert np.isnan(row["joint_distance"])
@@ -416,24 +419,30 @@ def test_largest_difference_lies_where_the_plateaus_part() -> None:
     assert found["slide_roll_ratio"] > 0
 
 
-def test_fit_without_all_constants_is_judged_by_its_errors_alone(config: dict[str, Any]) -> None:
+def test_fit_without_all_constants_is_judged_by_its_errors_alone(config: Settings) -> None:
     fitted = fit_of(np.full(12, np.nan), np.full(12, np.nan))
     row = judge_printed(
-        points_of(printed()["4102"]), fitted, quality_of(1e-6), printed(), printed_settings(config)
+        points_of(printed()["4102"]),
+        fitted,
+        quality_of(1e-6),
+        printed(),
+        list(config.oils),
+        config.printed,
     ).iloc[0]
     assert row["printed_sse"] == pytest.approx(0, abs=1e-25)
     assert row[[f"{name.lower()}_distance" for name in NAMES]].isna().all()
     assert np.isnan(row["tested_difference"])
 
 
-def test_oils_without_printed_constants_or_fit_have_no_row(config: dict[str, Any]) -> None:
-    settings = printed_settings(config) | {"oils": ["unrecorded-oil", "4050"]}
+def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
+    oils = ["unrecorded-oil", "4050"]
     judged = judge_printed(
         tables.empty("points"),
         tables.empty("coefficients"),
         tables.empty("fit_quality"),
         printed(),
-        settings,
+        oils,
+        config.printed,
     )
     assert judged.empty
 
@@ -450,6 +459,5 @@ def test_order_that_forgets_an_oil_is_refused(tmp_path: Path) -> None:
     text = REFERENCE.read_text(encoding="utf-8")
     wrong = tmp_path / "printed.yaml"
     wrong.write_text(text.replace('["4102", "4050", "4010"]', '["4102", "4050"]'), encoding="utf-8")
-    assert set(printed_constants(wrong)) == set(OILS)
     with pytest.raises(OilfilmError, match="names 4102, 4050, `oils` has 4102, 4050, 4010"):
         falling_viscosity(wrong)

@@ -88,6 +88,6 @@ rule bearing_maps:
 # The tables of the bearing, of campaigns that have torque logs.
 TORQUE = (
     [*rules.torque_runs.output, *rules.torque.output, *rules.bearing_maps.output]
-    if "torque" in CAMPAIGN
+    if CAMPAIGN.torque is not None
     else []
 )

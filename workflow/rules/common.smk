@@ -6,7 +6,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
 from oilfilm.figure_catalogue import families
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import lock_run, clear_leftovers
 from oilfilm.digests import code_digest, file_digest
@@ -15,24 +15,24 @@ from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 
 try:
-    CONFIG = resolve(Path("config"), config)
-    CAMPAIGN = CONFIG["campaign"]
-    RAW = Path("data/raw", CAMPAIGN["name"])
-    SIMULATED = "twin" in CAMPAIGN
+    SETTINGS = resolve(Path("config"), config)
+    CAMPAIGN = SETTINGS.campaign
+    RAW = Path("data/raw", CAMPAIGN.name)
+    SIMULATED = CAMPAIGN.twin is not None
     if SIMULATED:
         FILES = [run.name for run in planned_runs(CAMPAIGN)]
         refuse_strangers(RAW, FILES)
-        refuse_altered(RAW, Path("results", CAMPAIGN["name"], "twin/logs.sha256"))
+        refuse_altered(RAW, Path("results", CAMPAIGN.name, "twin/logs.sha256"))
     else:
         FILES = raw_files(RAW)
-    TORQUE_RAW = Path("data/raw", f"{CAMPAIGN['name']}-torque")
-    TORQUE_SIMULATED = "twin" in CAMPAIGN.get("torque", {})
+    TORQUE_RAW = Path("data/raw", f"{CAMPAIGN.name}-torque")
+    TORQUE_SIMULATED = CAMPAIGN.torque is not None and CAMPAIGN.torque.twin is not None
     TORQUE_FILES = []
     if TORQUE_SIMULATED:
         TORQUE_FILES = [run.name for run in planned_torque_runs(CAMPAIGN)]
         refuse_strangers(TORQUE_RAW, TORQUE_FILES)
-        refuse_altered(TORQUE_RAW, Path("results", CAMPAIGN["name"], "twin/torque_logs.sha256"))
-    elif "torque" in CAMPAIGN:
+        refuse_altered(TORQUE_RAW, Path("results", CAMPAIGN.name, "twin/torque_logs.sha256"))
+    elif CAMPAIGN.torque is not None:
         TORQUE_FILES = raw_files(TORQUE_RAW)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
@@ -43,7 +43,7 @@ PACKAGES = file_digest(Path(workflow.basedir, "requirements.lock"))[:8]
 RECORDS = Path(".snakemake")
 if workflow.is_main_process:
     twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
-    clear_leftovers(RECORDS, [Path("results", CAMPAIGN["name"]), *twins])
+    clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
 
 # Taken now: what ran is what lay here when the run began.
 TREE = code_tree_digest(Path(workflow.basedir))
@@ -51,20 +51,23 @@ TREE = code_tree_digest(Path(workflow.basedir))
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
 
-OILS = list(CONFIG["oils"])
+# The parts of the settings that a rule depends on.
+part = SETTINGS.part
+
+OILS = list(SETTINGS.oils)
 # What the twin's truth is computed from, beside the campaign file.
-TRUTH = ["rigs", "oils"] if "thermal_ehl" in CAMPAIGN.get("twin", {}) else ["rigs"]
-SHARDS = sorted({shard_of(file, CONFIG["shards"]) for file in FILES})
+TRUTH = ["rigs", "oils"] if SIMULATED and CAMPAIGN.twin.thermal_ehl else ["rigs"]
+SHARDS = sorted({shard_of(file, SETTINGS.shards) for file in FILES})
 
 
 pathvars:
     raw=RAW.as_posix(),
     torque_raw=TORQUE_RAW.as_posix(),
-    tables=f"results/{CAMPAIGN['name']}/tables",
-    parts=f"results/{CAMPAIGN['name']}/parts",
-    figures=f"results/{CAMPAIGN['name']}/figures",
-    logs=f"results/{CAMPAIGN['name']}/logs",
-    results=f"results/{CAMPAIGN['name']}",
+    tables=f"results/{CAMPAIGN.name}/tables",
+    parts=f"results/{CAMPAIGN.name}/parts",
+    figures=f"results/{CAMPAIGN.name}/figures",
+    logs=f"results/{CAMPAIGN.name}/logs",
+    results=f"results/{CAMPAIGN.name}",
 
 
 wildcard_constraints:
@@ -72,17 +75,10 @@ wildcard_constraints:
     oil="|".join(OILS),
 
 
-def part(*keys, campaign=()):
-    """The parts of the configuration and of the campaign file that a rule depends on."""
-    chosen = {key: CONFIG[key] for key in sorted(keys)}
-    of_campaign = sorted(key for key in ("name", "data", *campaign) if key in CAMPAIGN)
-    return {"campaign": {key: CAMPAIGN[key] for key in of_campaign}, **chosen}
-
-
 def finished(*names):
     """Files of finished tables by name; no file of a table that this campaign does not have."""
     lacking = set()
-    if "torque" not in CAMPAIGN:
+    if CAMPAIGN.torque is None:
         lacking |= {"torque_runs", "torque_quarantine", "torque", "torque_inversion", "slip_advice"}
     if not SIMULATED:
         lacking |= {"extrapolation"}
@@ -91,7 +87,7 @@ def finished(*names):
 
 def caption_file(*place):
     """Caption of a figure or table; its whole path, or Snakemake would look beside the rule."""
-    return Path("results", CAMPAIGN["name"], "captions", *place).resolve().as_posix() + ".rst"
+    return Path("results", CAMPAIGN.name, "captions", *place).resolve().as_posix() + ".rst"
 
 
 def code(script, *modules):
@@ -101,7 +97,7 @@ def code(script, *modules):
 
 
 def files_of_shard(wildcards):
-    return [file for file in FILES if shard_of(file, CONFIG["shards"]) == int(wildcards.shard)]
+    return [file for file in FILES if shard_of(file, SETTINGS.shards) == int(wildcards.shard)]
 
 
 # Asked once a run: a release names the logs that its run has asked for, not what they became since.
@@ -146,6 +142,6 @@ def logs_of_jobs(wildcards):
 
 
 def print_summary():
-    summary = Path("results", CAMPAIGN["name"], "summary.txt")
+    summary = Path("results", CAMPAIGN.name, "summary.txt")
     if summary.is_file():
         print(summary.read_text(encoding="utf-8"))

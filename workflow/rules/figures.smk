@@ -36,7 +36,7 @@ def settings_of_figures(figures):
 
 # What each figure needs is declared above its function (oilfilm/outputs/figures). One job draws a
 # family of figures, because imports take longer than drawing.
-for family, of_family in families(CAMPAIGN["figures"]).items():
+for family, of_family in families(CAMPAIGN.figures).items():
 
     rule:
         name:
@@ -58,5 +58,5 @@ rule figures:
     "All figures that the campaign lists, as PNG and SVG, and exactly what each shows."
     input:
         expand(
-            "<figures>/{figure}.{kind}", figure=CAMPAIGN["figures"], kind=("png", "svg", "parquet")
+            "<figures>/{figure}.{kind}", figure=CAMPAIGN.figures, kind=("png", "svg", "parquet")
         ),

@@ -39,7 +39,7 @@ rule captions:
     "What figures and tables show, for Snakemake's own report (`snakemake --report`)."
     output:
         campaign="<results>/captions/campaign.rst",
-        figures=expand("<results>/captions/figures/{figure}.rst", figure=CAMPAIGN["figures"]),
+        figures=expand("<results>/captions/figures/{figure}.rst", figure=CAMPAIGN.figures),
         tables=expand(
             "<results>/captions/tables/{table}.rst",
             table=[Path(path).stem for path in TABLE_FILES],

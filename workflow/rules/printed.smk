@@ -12,7 +12,8 @@ rule printed:
         "<logs>/printed.log",
     params:
         code=code("printed.py"),
-        config={**part(), "oils": OILS, **CONFIG["printed"]},
+        oils=OILS,
+        config=part("printed"),
     script:
         "../scripts/printed.py"
 
@@ -29,11 +30,8 @@ rule signs:
         "<logs>/signs.log",
     params:
         code=code("signs.py"),
-        config={
-            **part(),
-            "oils": OILS,
-            **CONFIG["printed"],
-            "traction_max": CONFIG["gates"]["traction_max"],
-        },
+        oils=OILS,
+        traction_max=SETTINGS.gates.traction_max,
+        config=part("printed"),
     script:
         "../scripts/signs.py"

@@ -32,14 +32,12 @@ rule refused:
     params:
         code=code("refused.py"),
         files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
-        config={
-            **part(
-                "oils",
-                "curation",
-                "torque_logs",
-                campaign=("film_unjudged", "semantics", "semantics_of_rig", "torque"),
-            ),
-            "refused_pages_max": CONFIG["figures"]["refused_pages_max"],
-        },
+        pages_max=SETTINGS.figures.refused_pages_max,
+        config=part(
+            "oils",
+            "curation",
+            "torque_logs",
+            campaign=("film_unjudged", "semantics", "semantics_of_rig", "torque"),
+        ),
     script:
         "../scripts/refused.py"

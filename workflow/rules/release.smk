@@ -9,8 +9,8 @@ rule release:
     params:
         code=code("release.py"),
         tree=TREE,
-        resolved=CONFIG,
-        releases=f"results/releases/{CAMPAIGN['name']}",
+        resolved=SETTINGS.plain(),
+        releases=f"results/releases/{CAMPAIGN.name}",
         raw=raw_with_digests,
         logs=logs_of_jobs,
         config=part(),

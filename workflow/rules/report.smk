@@ -23,8 +23,8 @@ rule report:
             "slip_advice",
         ),
         refused_pages=rules.refused.output.pages,
-        png=expand("<figures>/{figure}.png", figure=CAMPAIGN["figures"]),
-        svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN["figures"]),
+        png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
+        svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN.figures),
     output:
         page="<results>/report.html",
     log:
@@ -33,6 +33,6 @@ rule report:
         code=code("report.py"),
         # no digest of Python's modules covers these
         page=[file_digest(PAGE.with_suffix(end)) for end in (".html.jinja", ".css", ".js")],
-        config=CONFIG,
+        config=SETTINGS.plain(),
     script:
         "../scripts/report.py"

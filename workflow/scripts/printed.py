@@ -5,6 +5,7 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.printed.judge import judge_printed
 
 with job(snakemake) as provenance:
@@ -14,7 +15,8 @@ with job(snakemake) as provenance:
         coefficients=tables.read("coefficients", Path(found.coefficients)),
         quality=tables.read("fit_quality", Path(found.quality)),
         printed=printed_constants(Path(found.printed)),
-        config=snakemake.params.config,
+        oils=snakemake.params.oils,
+        settings=Settings.of(snakemake.params.config).printed,
         refits=tables.read("refits", Path(found.refits)),
     )
     tables.write(judged, "printed_judged", Path(snakemake.output.judged), provenance)

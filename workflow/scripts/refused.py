@@ -24,5 +24,5 @@ with job(snakemake) as provenance:
         named = {name: digests[name] for name in digests if name in set(refused["file"])}
         rigs.append(judged_torque_logs(unchanged_logs(folder, named), refused, config))
     with atomic_folder(Path(snakemake.output.pages)) as folder:
-        pages = draw_pages(rigs, config, config["refused_pages_max"], folder)
+        pages = draw_pages(rigs, config, snakemake.params.pages_max, folder)
         tables.write(pages, "refused_pages", folder / "index.parquet", provenance)

@@ -5,6 +5,7 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.run.job import job
 from oilfilm.settings.reference import falling_viscosity, printed_constants
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.printed.signs import study_signs
 
 with job(snakemake) as provenance:
@@ -12,7 +13,12 @@ with job(snakemake) as provenance:
     printed = Path(found.printed)
     points = tables.read("points", Path(found.points))
     signs, verdicts = study_signs(
-        printed_constants(printed), falling_viscosity(printed), points, snakemake.params.config
+        printed_constants(printed),
+        falling_viscosity(printed),
+        points,
+        snakemake.params.oils,
+        Settings.of(snakemake.params.config).printed,
+        snakemake.params.traction_max,
     )
     tables.write(signs, "signs", Path(made.signs), provenance)
     tables.write(verdicts, "sign_verdicts", Path(made.verdicts), provenance)

@@ -4,18 +4,19 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.bearing_torque import torque_table
 
 with job(snakemake) as provenance:
-    found = snakemake.input
+    inputs = snakemake.input
     torque, inversion = torque_table(
-        tables.read("torque_runs", Path(found.runs)),
-        tables.read("coefficients", Path(found.coefficients)),
-        tables.read("fit_quality", Path(found.quality)),
-        snakemake.params.config,
+        tables.read("torque_runs", Path(inputs.runs)),
+        tables.read("coefficients", Path(inputs.coefficients)),
+        tables.read("fit_quality", Path(inputs.quality)),
+        Settings.of(snakemake.params.config),
         (
-            tables.read("law_coefficients", Path(found.law_coefficients)),
-            tables.read("law_fit_quality", Path(found.law_quality)),
+            tables.read("law_coefficients", Path(inputs.law_coefficients)),
+            tables.read("law_fit_quality", Path(inputs.law_quality)),
         ),
     )
     tables.write(torque, "torque", Path(snakemake.output.torque), provenance)

@@ -6,8 +6,9 @@ from oilfilm import tables
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.resolved import Settings
 
 with job(snakemake) as provenance:
     constants = printed_constants(Path(snakemake.input.printed))
-    grid = truth_grid(snakemake.params.config, constants)
+    grid = truth_grid(Settings.of(snakemake.params.config), constants)
     tables.write(grid, "truth_grid", Path(snakemake.output.grid), provenance)

@@ -3,9 +3,7 @@
 Each formula stands alone; `friction` puts them together. SI units, arrays that broadcast.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 
@@ -45,9 +43,13 @@ class Lubrication:
 
     @classmethod
     def of(
-        cls, oil: Oil, inlet_temperature_c: FloatArray, settings: Mapping[str, Any]
+        cls,
+        oil: Oil,
+        inlet_temperature_c: FloatArray,
+        drag_coefficient: float,
+        oil_volume_fraction: float,
     ) -> "Lubrication":
-        """An oil at each point's temperature; `settings` are config's `bearing`."""
+        """An oil at each point's temperature, in a bearing with this drag."""
         return cls(
             inlet_temperature_c,
             oil.dynamic_viscosity_pa_s(inlet_temperature_c),
@@ -56,8 +58,8 @@ class Lubrication:
             oil.pressure_viscosity_coefficient_1_pa(inlet_temperature_c),
             oil.temperature_viscosity_coefficient_1_k(inlet_temperature_c),
             oil.thermal_conductivity_w_mk(inlet_temperature_c),
-            settings["drag_coefficient"],
-            settings["oil_volume_fraction"],
+            drag_coefficient,
+            oil_volume_fraction,
         )
 
     def at(self, which: IntArray) -> "Lubrication":

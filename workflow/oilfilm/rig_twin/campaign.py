@@ -3,16 +3,17 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import PlannedRun, planned_runs
 from oilfilm.rig_twin.simulate import simulate_log
 from oilfilm.rig_twin.truth import known_contact, true_tractions
+from oilfilm.settings.base import present
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
 
 def simulate_campaign(
-    config: Mapping[str, Any], constants: Mapping[str, FloatArray]
+    settings: Settings, constants: Mapping[str, FloatArray]
 ) -> Iterator[tuple[PlannedRun, bytes, dict[str, Any]]]:
     """Each planned run with the bytes of its log and its row of the truth table.
 
@@ -20,16 +21,12 @@ def simulate_campaign(
     The random numbers of a run depend on the seed and the run's name alone, so that a run is the
     same whichever others are simulated with it.
     """
-    campaign = config["campaign"]
-    tractions, contact = true_tractions(config, constants), known_contact(config)
-    ((name, rig),) = config["rigs"].items()
-    if "full_scale" not in rig:
-        raise OilfilmError(
-            f"config/rigs/{name}.yaml: the rig twin needs the key `full_scale`. Add it."
-        )
-    for run in planned_runs(campaign):
-        random = generator(config["seed"], "rig twin", run.name)
-        content, truth = simulate_log(
-            run, tractions[run.oil], contact, campaign["twin"], rig, random
-        )
+    tractions, contact = true_tractions(settings, constants), known_contact(settings)
+    ((name, rig),) = settings.rigs.items()
+    for key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
+        present(getattr(rig, key), key, f"config/rigs/{name}.yaml")
+    twin = present(settings.campaign.twin, "twin", "the campaign")
+    for run in planned_runs(settings.campaign):
+        random = generator(settings.seed, "rig twin", run.name)
+        content, truth = simulate_log(run, tractions[run.oil], contact, twin, rig, random)
         yield run, content, truth

@@ -1,9 +1,10 @@
-"""Which runs a simulated campaign has. Standard library only: the Snakefile asks for the names."""
+"""Which runs a simulated campaign has. The Snakefile reads their names."""
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+
+from oilfilm.settings.base import present
+from oilfilm.settings.campaign import Campaign
 
 # Planted defect -> the gate or rule that must catch it.
 GATES = {
@@ -42,28 +43,29 @@ def _digits(level: float, width: int) -> str:
     return f"{level:0{width}.0f}" if level == round(level) else f"{level:g}"
 
 
-def planned_runs(campaign: Mapping[str, Any]) -> list[PlannedRun]:
+def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     """Runs of a campaign file with `matrix` and `twin`, in the order of their names.
 
     A defect at a condition of the matrix replaces that run; a duplicate, and a defect at another
     condition, is one run more.
     """
-    levels = campaign["matrix"]
+    matrix = present(campaign.matrix, "matrix", "the campaign")
+    twin = present(campaign.twin, "twin", "the campaign")
     runs = {
         run.name: run
         for run in (
-            PlannedRun(oil, float(pressure), float(speed), float(temperature))
+            PlannedRun(oil, pressure, speed, temperature)
             for oil, pressure, speed, temperature in itertools.product(
-                campaign["oils"],
-                levels["max_hertz_pressure_gpa"],
-                levels["entrainment_speed_m_s"],
-                levels["inlet_temperature_c"],
+                campaign.oils,
+                matrix.max_hertz_pressure_gpa,
+                matrix.entrainment_speed_m_s,
+                matrix.inlet_temperature_c,
             )
         )
     }
-    for defect in campaign["twin"]["defects"]:
-        pressure, speed, temperature = map(float, defect["condition"])
-        run = PlannedRun(defect["oil"], pressure, speed, temperature, defect["kind"])
+    for defect in twin.defects:
+        pressure, speed, temperature = defect.condition
+        run = PlannedRun(defect.oil, pressure, speed, temperature, defect.kind)
         runs[run.name] = run
     return [runs[name] for name in sorted(runs)]
 
@@ -84,19 +86,21 @@ class PlannedTorqueRun:
         return f"{self.oil}_F{load}_T{temperature}.csv"
 
 
-def planned_torque_runs(campaign: Mapping[str, Any]) -> list[PlannedTorqueRun]:
+def planned_torque_runs(campaign: Campaign) -> list[PlannedTorqueRun]:
     """Torque logs of a campaign file with `torque` and its `twin`, in the order of their names."""
-    torque = campaign["torque"]
+    torque = present(campaign.torque, "torque", "the campaign")
+    matrix = present(torque.matrix, "matrix", "the campaign's `torque`")
+    twin = present(torque.twin, "twin", "the campaign's `torque`")
     defects = {
-        (one["oil"], float(one["axial_load_n"]), float(one["oil_temperature_c"])): one["kind"]
-        for one in torque["twin"]["defects"]
+        (defect.oil, defect.axial_load_n, defect.oil_temperature_c): defect.kind
+        for defect in twin.defects
     }
     runs = [
         PlannedTorqueRun(*condition, defects.get(condition, ""))
         for condition in itertools.product(
-            campaign["oils"],
-            map(float, torque["matrix"]["axial_load_n"]),
-            map(float, torque["matrix"]["oil_temperature_c"]),
+            campaign.oils,
+            matrix.axial_load_n,
+            matrix.oil_temperature_c,
         )
     ]
     return sorted(runs, key=lambda run: run.name)

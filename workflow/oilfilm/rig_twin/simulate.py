@@ -20,6 +20,9 @@ from oilfilm.physics.contact import load_for_max_hertz_pressure, max_hertz_press
 from oilfilm.physics.rigs import Contact
 from oilfilm.rig_twin.plan import GATES, PlannedRun
 from oilfilm.rig_twin.truth import Traction
+from oilfilm.settings.base import present
+from oilfilm.settings.campaign import Twin
+from oilfilm.settings.rig import Rig
 from oilfilm.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
 
 _NEWTON_PER_KGF = 9.80665
@@ -55,8 +58,8 @@ def simulate_log(
     run: PlannedRun,
     traction: Traction,
     contact: Contact,
-    twin: Mapping[str, Any],
-    rig: Mapping[str, Any],
+    twin: Twin,
+    rig: Rig,
     random: np.random.Generator,
 ) -> tuple[bytes, dict[str, Any]]:
     """One simulated log as bytes of the csv format, and its row of the truth table.
@@ -66,7 +69,7 @@ def simulate_log(
         traction: What is true for the run's oil.
         contact: The rig's contact.
         twin: The campaign file's `twin`.
-        rig: The rig file's values.
+        rig: The rig.
         random: Source of every random number of this run.
     """
     true = _true_run(run, traction, twin, contact, random)
@@ -86,16 +89,16 @@ def simulate_log(
     return content, truth
 
 
-def slip_programme(twin: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
     """Time and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
-    rate = twin["sampling_rate_hz"]
-    rolling = np.zeros(round(twin["baseline_s"] * rate))
-    steps = np.linspace(0, twin["slip_max"], twin["slip_steps"])
-    target = np.concatenate([rolling, np.repeat(steps, round(twin["step_s"] * rate)), rolling])
+    rate = twin.sampling_rate_hz
+    rolling = np.zeros(round(twin.baseline_s * rate))
+    steps = np.linspace(0, twin.slip_max, twin.slip_steps)
+    target = np.concatenate([rolling, np.repeat(steps, round(twin.step_s * rate)), rolling])
     time_s = np.arange(len(target)) / rate
     # a damped second-order answer to each change of the set point
-    decay = np.exp(-time_s / twin["response_s"])
-    answer = decay * np.cos(time_s / twin["response_s"])
+    decay = np.exp(-time_s / twin.response_s)
+    answer = decay * np.cos(time_s / twin.response_s)
     changes = np.diff(target, prepend=0.0)
     still_to_go = np.convolve(changes, answer)[: len(target)]
     return time_s, target - still_to_go
@@ -104,7 +107,7 @@ def slip_programme(twin: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
 def _true_run(
     run: PlannedRun,
     traction: Traction,
-    twin: Mapping[str, Any],
+    twin: Twin,
     contact: Contact,
     random: np.random.Generator,
 ) -> TrueRun:
@@ -113,14 +116,12 @@ def _true_run(
         run.max_hertz_pressure_gpa * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
     )
     load_error, speed_error, temperature_error = random.standard_normal(3)
-    load_n = nominal_load_n * (
-        1 + twin["control_load"] * load_error + _wander(time_s, twin, random)
-    )
+    load_n = nominal_load_n * (1 + twin.control_load * load_error + _wander(time_s, twin, random))
     speed_m_s = run.entrainment_speed_m_s * (
-        1 + twin["control_speed"] * speed_error + _wander(time_s, twin, random)
+        1 + twin.control_speed * speed_error + _wander(time_s, twin, random)
     )
     temperature_c = np.full_like(
-        time_s, run.inlet_temperature_c + twin["control_temperature_c"] * temperature_error
+        time_s, run.inlet_temperature_c + twin.control_temperature_c * temperature_error
     )
     pressure_gpa = (
         max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa) / PA_PER_GPA
@@ -133,28 +134,29 @@ def _true_run(
 def _logged(
     run: PlannedRun,
     true: TrueRun,
-    twin: Mapping[str, Any],
-    rig: Mapping[str, Any],
+    twin: Twin,
+    rig: Rig,
     random: np.random.Generator,
 ) -> dict[str, FloatArray]:
     """What the sensors make of it, planted defects included."""
+    full_scale = present(rig.full_scale, "full_scale", "the rig")
     load_gain, temperature_error, zero, drift = random.standard_normal(4)
 
     def noise(sensor: str) -> FloatArray:
-        spread = twin["noise_of_full_scale"] * rig["full_scale"][sensor]
+        spread = twin.noise_of_full_scale * float(getattr(full_scale, sensor))
         return spread * random.standard_normal(len(true.time_s))
 
     share = true.time_s / true.time_s[-1]
-    force_n = true.traction_force_n + twin["zero_offset_n"] * zero
-    force_n = force_n + twin["zero_drift_n"] * drift * share + noise("traction_force_n")
-    wild = random.choice(len(force_n), twin["spikes"], replace=False)
-    force_n[wild] += twin["spike_n"] * random.choice([-1.0, 1.0], twin["spikes"])
-    load_n = true.load_n * (1 + twin["systematic_load"] * load_gain) + noise("load_n")
+    force_n = true.traction_force_n + twin.zero_offset_n * zero
+    force_n = force_n + twin.zero_drift_n * drift * share + noise("traction_force_n")
+    wild = random.choice(len(force_n), twin.spikes, replace=False)
+    force_n[wild] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
+    load_n = true.load_n * (1 + twin.systematic_load * load_gain) + noise("load_n")
     half_slip = true.slide_roll_ratio / 2
     ball_m_s = true.entrainment_speed_m_s * (1 - half_slip) + noise("surface_speed_m_s")
     disc_m_s = true.entrainment_speed_m_s * (1 + half_slip) + noise("surface_speed_m_s")
     temperature_c = true.inlet_temperature_c + noise("temperature_c")
-    temperature_c = temperature_c + twin["systematic_temperature_c"] * temperature_error
+    temperature_c = temperature_c + twin.systematic_temperature_c * temperature_error
     if run.defect == "swapped_sign":
         force_n = -force_n
     if run.defect == "wrong_units":
@@ -166,17 +168,21 @@ def _logged(
         "time_s": true.time_s,
         "load_n": load_n,
         "traction_force_n": force_n,
-        "ball_speed_rpm": surface_speed_to_rpm(ball_m_s, rig["ball_track_radius_m"]),
-        "disc_speed_rpm": surface_speed_to_rpm(disc_m_s, rig["disc_track_radius_m"]),
+        "ball_speed_rpm": surface_speed_to_rpm(
+            ball_m_s, present(rig.ball_track_radius_m, "ball_track_radius_m", "the rig")
+        ),
+        "disc_speed_rpm": surface_speed_to_rpm(
+            disc_m_s, present(rig.disc_track_radius_m, "disc_track_radius_m", "the rig")
+        ),
         "inlet_temperature_c": temperature_c,
     }
 
 
-def _wander(time_s: FloatArray, twin: Mapping[str, Any], random: np.random.Generator) -> FloatArray:
+def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
     """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
     memory = np.exp(-(time_s[1] - time_s[0]) / 1.0)
     pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
-    return twin["wander"] * np.asarray(lfilter([1.0], [1.0, -memory], pushes))
+    return twin.wander * np.asarray(lfilter([1.0], [1.0, -memory], pushes))
 
 
 def _header(run: PlannedRun) -> str:

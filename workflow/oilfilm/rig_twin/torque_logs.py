@@ -7,18 +7,20 @@ import numpy as np
 
 from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.friction import HEATS, friction_equilibrium
-from oilfilm.bearing.geometry import Bearing, bearing_from_config
+from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.physics.thermal_traction import ThermalEhl
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.local_traction import LocalTraction, calibrated, misfit
 from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
 from oilfilm.rig_twin.simulate import cut, log_table
 from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
+from oilfilm.settings.base import present
+from oilfilm.settings.campaign import TorqueTwin
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import RAD_S_PER_RPM, FloatArray
 
 # Finer than the grid of the model that the logs are compared with.
@@ -26,32 +28,34 @@ _QUADRATURE = (24, 6)
 
 
 def simulate_torque(
-    config: Mapping[str, Any], constants: Mapping[str, FloatArray]
+    settings: Settings, constants: Mapping[str, FloatArray]
 ) -> Iterator[tuple[PlannedTorqueRun, bytes, list[dict[str, Any]]]]:
     """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
 
     The truth behind an oil is `LocalTraction`, with the constants of the campaign's own thermal
     truth. Where its traction logs are made from a law instead, they are sought so that the traction
     rig would show that law as nearly as such physics can. Drag and rolling resistance are those of
-    config's `bearing`: the comparison is about traction.
+    `settings.bearing`: the comparison is about traction.
 
     Args:
-        config: The resolved configuration.
+        settings: The settings.
         constants: The printed constants of each oil.
     """
-    campaign = config["campaign"]
-    name = campaign["torque"]["bearing"]
-    bearing = bearing_from_config(name, config["bearings"][name])
-    rig, laws = known_contact(config), true_tractions(config, constants)
-    plans = planned_torque_runs(campaign)
+    bearing, twin = settings.tested_bearing(), _torque_twin(settings)
+    rig, laws = known_contact(settings), true_tractions(settings, constants)
+    plans = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(plan.oil for plan in plans):
         of_oil = [plan for plan in plans if plan.oil == oil]
-        about = oil_from_config(config["oils"][oil])
-        for plan, truth in zip(
-            of_oil, _truth(bearing, of_oil, about, laws[oil], rig, config), strict=True
-        ):
-            random = generator(config["seed"], "torque twin", plan.name)
-            yield plan, _log(plan, truth, campaign["torque"]["twin"], random), truth
+        properties = settings.known_oil(oil)
+        truths = _truth(bearing, of_oil, properties, laws[oil], rig, settings)
+        for plan, truth in zip(of_oil, truths, strict=True):
+            random = generator(settings.seed, "torque twin", plan.name)
+            yield plan, _log(plan, truth, twin, random), truth
+
+
+def _torque_twin(settings: Settings) -> TorqueTwin:
+    torque = present(settings.campaign.torque, "torque", "the campaign")
+    return present(torque.twin, "twin", "the campaign's `torque`")
 
 
 def _truth(
@@ -60,37 +64,40 @@ def _truth(
     oil: Oil,
     law: Traction,
     rig: Contact,
-    config: Mapping[str, Any],
+    settings: Settings,
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, a row a speed."""
-    twin = config["campaign"]["torque"]["twin"]
-    speeds = config["campaign"]["torque"]["matrix"]["inner_speed_rpm"]
+    twin = _torque_twin(settings)
+    torque_logs = present(settings.campaign.torque, "torque", "the campaign")
+    speeds = present(torque_logs.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
     errors = np.array(
-        [
-            generator(config["seed"], "torque control", plan.name).standard_normal(2)
-            for plan in plans
-        ]
+        [generator(settings.seed, "torque control", plan.name).standard_normal(2) for plan in plans]
     )
     load = np.array([plan.axial_load_n for plan in plans])
-    load = load * (1 + twin["control_load"] * errors[:, 0])
+    load = load * (1 + twin.control_load * errors[:, 0])
     temperature = np.array([plan.oil_temperature_c for plan in plans])
-    temperature = temperature + twin["control_temperature_c"] * errors[:, 1]
+    temperature = temperature + twin.control_temperature_c * errors[:, 1]
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
     loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
 
-    thermal = config["campaign"]["twin"].get("thermal_ehl")
-    constants = ThermalEhl(**thermal) if thermal else calibrated(oil, law, rig)
+    thermal = present(settings.campaign.twin, "twin", "the campaign").thermal_ehl
+    constants = calibrated(oil, law, rig) if thermal is None else thermal.constants()
     film = LocalTraction(oil, constants, grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis])
     found = friction_equilibrium(
         bearing,
         OperatingPoints.axial(loads, speed * RAD_S_PER_RPM),
-        Lubrication.of(oil, temperatures, config["bearing"]),
+        Lubrication.of(
+            oil,
+            temperatures,
+            settings.bearing.drag_coefficient,
+            settings.bearing.oil_volume_fraction,
+        ),
         film,
         _QUADRATURE,
     )
     if not found.equilibrium.solution.converged.all():
         raise OilfilmError(
-            f"campaign {config['campaign']['name']!r}, torque.matrix: at some of its points the "
+            f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
             "simulated bearing comes to no steady motion. Ask for more load or less speed."
         )
     left = misfit(oil, constants, law, rig)
@@ -116,12 +123,12 @@ def _truth(
 def _log(
     plan: PlannedTorqueRun,
     truth: list[dict[str, Any]],
-    twin: Mapping[str, Any],
+    twin: TorqueTwin,
     random: np.random.Generator,
 ) -> bytes:
     """What the rig's logger writes of a run, its planted defect included."""
-    rate = twin["sampling_rate_hz"]
-    rest, step = round(twin["rest_s"] * rate), round(twin["step_s"] * rate)
+    rate = twin.sampling_rate_hz
+    rest, step = round(twin.rest_s * rate), round(twin.step_s * rate)
 
     def programme(name: str) -> FloatArray:
         levels = np.repeat([row[name] for row in truth], step)
@@ -130,7 +137,7 @@ def _log(
     target, torque = programme("inner_speed_rpm"), programme("torque_n_m")
     time_s = np.arange(len(target)) / rate
     share = time_s / time_s[-1]
-    answer = np.exp(-np.arange(step) / rate / twin["response_s"])
+    answer = np.exp(-np.arange(step) / rate / twin.response_s)
     speed, torque = (
         signal - np.convolve(np.diff(signal, prepend=0.0), answer)[: len(signal)]
         for signal in (target, torque)
@@ -138,7 +145,7 @@ def _log(
     resting = target == 0
     speed[resting] = np.where(np.abs(speed[resting]) < 1, 0.0, speed[resting])
     gain, zero, drift = random.standard_normal(3)
-    drift_n_m = twin["tare_drift_n_m"] * drift
+    drift_n_m = twin.tare_drift_n_m * drift
     if plan.defect == "tare_drift":
         drift_n_m = 0.2
     if plan.defect == "warming":
@@ -146,8 +153,8 @@ def _log(
         torque = torque * (
             1 + 0.3 * np.exp(-((np.arange(len(torque)) - rest) % step) / (0.5 * step))
         )
-    torque = torque * (1 + twin["systematic_torque"] * gain)
-    torque = torque + twin["tare_n_m"] * zero + drift_n_m * share
+    torque = torque * (1 + twin.systematic_torque * gain)
+    torque = torque + twin.tare_n_m * zero + drift_n_m * share
 
     def noise(spread: float) -> FloatArray:
         return spread * random.standard_normal(len(time_s))
@@ -156,12 +163,12 @@ def _log(
     turning = ~resting
     columns = {
         "time_s": time_s,
-        "axial_load_n": load + noise(twin["load_noise_n"]),
-        "inner_speed_rpm": speed + np.where(turning, noise(twin["speed_noise_rpm"]), 0.0),
-        "oil_temperature_c": temperature + noise(twin["temperature_noise_c"]),
+        "axial_load_n": load + noise(twin.load_noise_n),
+        "inner_speed_rpm": speed + np.where(turning, noise(twin.speed_noise_rpm), 0.0),
+        "oil_temperature_c": temperature + noise(twin.temperature_noise_c),
         # for the record alone: no model here is told of it
-        "outer_ring_temperature_c": temperature + 2 * torque + noise(twin["temperature_noise_c"]),
-        "torque_n_m": torque + noise(twin["torque_noise_n_m"]),
+        "outer_ring_temperature_c": temperature + 2 * torque + noise(twin.temperature_noise_c),
+        "torque_n_m": torque + noise(twin.torque_noise_n_m),
     }
     header = (
         "# simulated: yes - written by the oilfilm torque-rig twin, not a measurement\n"

@@ -10,6 +10,8 @@ from typing import Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
+from oilfilm.errors import OilfilmError
+
 T = TypeVar("T")
 
 
@@ -38,6 +40,17 @@ def key(meaning: str, *, unit: str | None = None, default: Any = _Required, **li
     if default is not _Required:
         declared["default"] = default
     return Field(**declared)
+
+
+def present(value: T | None, key: str, owner: str) -> T:
+    """A value that may be left out, where it is needed.
+
+    Raises:
+        OilfilmError: It was left out.
+    """
+    if value is None:
+        raise OilfilmError(f"{owner} lacks the key `{key}`, which is needed here. Add it.")
+    return value
 
 
 def unexpected(expected: str) -> PydanticCustomError:

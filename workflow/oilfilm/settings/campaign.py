@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from oilfilm.figure_catalogue import figures
+from oilfilm.physics import thermal_traction
 from oilfilm.settings.base import (
     DurationS,
     ForceErrorN,
@@ -213,6 +214,10 @@ class ThermalEhl(Group):
     solid_volumetric_heat_j_m3k: float = key(
         "Density times specific heat of ball and disc.", unit="J/(m3 K)", ge=1e5, le=1e8
     )
+
+    def constants(self) -> thermal_traction.ThermalEhl:
+        """The same for the formulas."""
+        return thermal_traction.ThermalEhl(**self.model_dump())
 
 
 SamplingRateHz = Annotated[float, Field(gt=0, le=1e6, json_schema_extra={"unit": "Hz"})]

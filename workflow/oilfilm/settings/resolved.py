@@ -5,8 +5,11 @@ from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import PrivateAttr
 
+from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.base import Group, key
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
+from oilfilm.settings.base import Group, key, present
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import Campaign, Dataset
 from oilfilm.settings.config import ConfigKeys
@@ -77,7 +80,9 @@ class Settings(ConfigKeys, _PartOf):
         Raises:
             OilfilmError: A value is not as its model declares it.
         """
-        values = plain.plain() if isinstance(plain, Settings) else dict(plain)
+        if isinstance(plain, cls):
+            return plain
+        values = {**plain}
         settings = super().of(values)
         settings._plain = values
         return settings
@@ -103,6 +108,34 @@ class Settings(ConfigKeys, _PartOf):
             "campaign": {name: whole_campaign[name] for name in listed},
             **{name: self._plain[name] for name in sorted(keys)},
         }
+
+    def properties_of(self, oil: str) -> Oil | None:
+        """An oil with its property formulas; None where its properties are not known."""
+        known = self.oils[oil]
+        return None if known is None else known.properties()
+
+    def known_oil(self, oil: str) -> Oil:
+        """An oil with its property formulas.
+
+        Raises:
+            OilfilmError: Its properties are not known.
+        """
+        known = self.properties_of(oil)
+        if known is None:
+            raise OilfilmError(
+                f"config/oils/{oil}.yaml: the properties of {oil!r} are needed here."
+            )
+        return known
+
+    def common_contact(self) -> Contact | None:
+        """The contact of all the campaign's rigs; None where unknown or not the same for all."""
+        contacts = {rig.contact() for rig in self.rigs.values()}
+        return contacts.pop() if len(contacts) == 1 else None
+
+    def tested_bearing(self) -> Bearing:
+        """The bearing of the campaign's torque logs."""
+        name = present(self.campaign.torque, "torque", "the campaign").bearing
+        return self.bearings[name].bearing(name)
 
     def with_changes(self, changes: Mapping[str, Any]) -> Self:
         """The settings with some keys changed, for a trial: `{"fit": {"bootstrap": 20}}`."""

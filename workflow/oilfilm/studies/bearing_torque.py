@@ -2,21 +2,24 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.bearing.ellipse import Conditions, TractionBasis
-from oilfilm.bearing.geometry import Bearing, bearing_from_config
+from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.physics.oils import Oil, oil_from_config
-from oilfilm.physics.rigs import Contact, contact_of
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
+from oilfilm.settings.base import present
 from oilfilm.settings.bearings import palmgren_torque_n_m, skf_torque_n_m
+from oilfilm.settings.config import BearingSettings
+from oilfilm.settings.reference import PublishedPowerLoss
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.studies.load_variables import BASES, LOAD_LAWS, FittedBasis
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
@@ -38,7 +41,7 @@ class OilInBearing:
         laws: Fitted law by basis; each of `BASES` has the campaign's own.
         rig: Contact of the traction rig.
         tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
-        settings: Config's `bearing`.
+        settings: The settings' `bearing`.
     """
 
     name: str
@@ -46,7 +49,7 @@ class OilInBearing:
     laws: Mapping[str, FittedLaw]
     rig: Contact
     tested: Mapping[str, tuple[float, float]]
-    settings: Mapping[str, Any]
+    settings: BearingSettings
 
     @classmethod
     def of(
@@ -54,29 +57,27 @@ class OilInBearing:
         name: str,
         coefficients: pd.DataFrame,
         quality: pd.DataFrame,
-        config: Mapping[str, Any],
+        settings: Settings,
         others: OtherFits = None,
     ) -> "OilInBearing | None":
         """The oil; None where its law, its properties or its rig are not known."""
         # by load a law means the ball of its rig: of several, one and the same
-        rigs = {contact_of(rig) for rig in config["rigs"].values()}
-        rig = rigs.pop() if len(rigs) == 1 else None
+        rig, oil = settings.common_contact(), settings.properties_of(name)
         fitted = FittedLaw.of(coefficients, name, quality=quality)
-        about = config["oils"][name]
-        if rig is None or about is None or np.isnan(fitted.coefficients.constants).any():
+        if rig is None or oil is None or np.isnan(fitted.coefficients.constants).any():
             return None
         laws = dict.fromkeys(BASES, fitted)
         if others is not None:
-            laws |= _load_laws(name, *others, config)
+            laws |= _load_laws(name, *others, settings)
         row = quality[(quality["oil"] == name) & (quality["law"] == fitted.law.name)].iloc[0]
         tested = {
             of: (float(row[f"tested_min_{of}"]), float(row[f"tested_max_{of}"])) for of in _TESTED
         }
-        return cls(name, oil_from_config(about), laws, rig, tested, config["bearing"])
+        return cls(name, oil, laws, rig, tested, settings.bearing)
 
     def basis(self, basis: str) -> FittedBasis:
         """The fitted law on a basis."""
-        return FittedBasis(self.laws[basis], basis, self.rig, self.settings["law_floor"])
+        return FittedBasis(self.laws[basis], basis, self.rig, self.settings.law_floor.model_dump())
 
     def run(
         self,
@@ -88,15 +89,20 @@ class OilInBearing:
     ) -> pd.DataFrame:
         """Friction at operating points, columns as of the tables of bearing friction."""
         points = OperatingPoints.axial(axial_load_n, speed_rpm * RAD_S_PER_RPM)
-        lubrication = Lubrication.of(self.oil, inlet_temperature_c, self.settings)
+        lubrication = Lubrication.of(
+            self.oil,
+            inlet_temperature_c,
+            self.settings.drag_coefficient,
+            self.settings.oil_volume_fraction,
+        )
         return _without_failures(torque_terms(bearing, points, lubrication, law, self.tested))
 
 
 def _load_laws(
-    oil: str, coefficients: pd.DataFrame, quality: pd.DataFrame, config: Mapping[str, Any]
+    oil: str, coefficients: pd.DataFrame, quality: pd.DataFrame, settings: Settings
 ) -> dict[str, FittedLaw]:
     """The laws on load that were fitted to an oil's points as well, by name."""
-    known = laws_of(oil, config)
+    known = laws_of(oil, settings)
     fitted = set(coefficients.loc[coefficients["oil"] == oil, "law"]) & set(known)
     laws = {
         name: FittedLaw.of(coefficients, oil, quality=quality, law=known[name])
@@ -144,7 +150,7 @@ def torque_table(
     runs: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
     others: OtherFits = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measured plateaus against every basis, and the traction that each plateau has by inversion.
@@ -153,23 +159,22 @@ def torque_table(
         runs: Table of torque runs; refused plateaus are left out.
         coefficients: Table of coefficients.
         quality: Table of fit quality.
-        config: The resolved configuration.
+        settings: The settings.
         others: Fits of further laws; those on load are compared as well.
 
     Returns:
         The tables `torque` and `torque_inversion`.
     """
-    name = config["campaign"]["torque"]["bearing"]
-    bearing = bearing_from_config(name, config["bearings"][name])
+    bearing = settings.tested_bearing()
     accepted = runs[runs["accepted"]]
     torque: list[pd.DataFrame] = []
     inversion: list[pd.DataFrame] = []
-    for known in _known_oils(coefficients, quality, config, others):
+    for known in _known_oils(coefficients, quality, settings, others):
         rows = accepted[accepted["oil"] == known.name].reset_index(drop=True)
         if len(rows):
             of_basis = {basis: _torque(bearing, rows, known, basis) for basis in known.laws}
             torque += of_basis.values()
-            inversion.append(_inversion(bearing, rows, known, of_basis["stress"], config))
+            inversion.append(_inversion(bearing, rows, known, of_basis["stress"], settings))
     return _table(torque, "torque"), _table(inversion, "torque_inversion")
 
 
@@ -185,7 +190,7 @@ def _torque(bearing: Bearing, rows: pd.DataFrame, known: OilInBearing, basis: st
     load, speed, temperature = _conditions(rows)
     terms = known.run(bearing, load, speed, temperature, known.basis(basis))
     viscosity = known.oil.kinematic_viscosity_m2_s(temperature)
-    palmgren = known.settings["palmgren"]
+    palmgren = known.settings.palmgren
     return terms.assign(
         run_id=rows["run_id"],
         first_row=rows["first_row"],
@@ -204,8 +209,8 @@ def _torque(bearing: Bearing, rows: pd.DataFrame, known: OilInBearing, basis: st
             viscosity,
             bearing.pitch_diameter_m,
             bearing.contact_angle_rad,
-            palmgren["f0"],
-            palmgren["f1"],
+            palmgren.f0,
+            palmgren.f1,
         ),
         skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, bearing.pitch_diameter_m),
     )
@@ -231,7 +236,7 @@ def _inversion(
     rows: pd.DataFrame,
     known: OilInBearing,
     by_law: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
 ) -> pd.DataFrame:
     """Traction that gives the measured torque, all of it scaled alike; the other terms stay.
 
@@ -257,7 +262,7 @@ def _inversion(
         slope = np.where(rise != 0, span / rise, np.inf)
         value = found - above[place, each] * slope
         random = np.abs(slope) * rows["torque_n_m_se"].to_numpy()
-        systematic = np.abs(slope) * _systematic_n_m(rows, by_law, config)
+        systematic = np.abs(slope) * _systematic_n_m(rows, by_law, settings)
     whole = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
     doubt = np.where(whole, np.hypot(random, systematic), np.nan)
     verdict = np.where(whole, np.where(doubt < value, "determined", "undetermined"), "no solution")
@@ -279,28 +284,26 @@ def _inversion(
     )
 
 
-def _systematic_n_m(
-    rows: pd.DataFrame, by_law: pd.DataFrame, config: Mapping[str, Any]
-) -> FloatArray:
+def _systematic_n_m(rows: pd.DataFrame, by_law: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the traction's part in the torque, calibration and other terms."""
-    calibration = config["campaign"]["torque"]["calibration"]
+    calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
     parts = [
-        calibration["torque_n_m"] + 0 * rows["torque_n_m"],
-        calibration["torque_relative"] * rows["torque_n_m"],
+        calibration.torque_n_m + 0 * rows["torque_n_m"],
+        calibration.torque_relative * rows["torque_n_m"],
         *(
             relative * by_law[f"{term}_torque_n_m"]
-            for term, relative in config["bearing"]["term_uncertainty"].items()
+            for term, relative in settings.bearing.term_uncertainty
         ),
     ]
     return np.sqrt(np.sum(np.square(np.array(parts, dtype=float)), axis=0))
 
 
 def cage_slip_table(
-    coefficients: pd.DataFrame, quality: pd.DataFrame, config: Mapping[str, Any]
+    coefficients: pd.DataFrame, quality: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
-    """Cage slip of each oil over speed and axial load, by config's `bearing.cage_slip`."""
+    """Cage slip of each oil over speed and axial load, by `bearing.cage_slip`."""
     return _table(
-        (_cage_slip(known, config) for known in _known_oils(coefficients, quality, config)),
+        (_cage_slip(known, settings) for known in _known_oils(coefficients, quality, settings)),
         "cage_slip",
     )
 
@@ -308,32 +311,27 @@ def cage_slip_table(
 def _known_oils(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
     others: OtherFits = None,
 ) -> Iterator[OilInBearing]:
-    for oil in config["oils"]:
-        known = OilInBearing.of(oil, coefficients, quality, config, others)
+    for oil in settings.oils:
+        known = OilInBearing.of(oil, coefficients, quality, settings, others)
         if known is not None:
             yield known
 
 
-def _cage_slip(known: OilInBearing, config: Mapping[str, Any]) -> pd.DataFrame:
-    name, asked = config["campaign"]["torque"]["bearing"], config["bearing"]["cage_slip"]
-    bearing = bearing_from_config(name, config["bearings"][name])
+def _cage_slip(known: OilInBearing, settings: Settings) -> pd.DataFrame:
+    bearing, cage_slip = settings.tested_bearing(), settings.bearing.cage_slip
     pitch_speed, load = (
         grid.ravel()
-        for grid in np.meshgrid(
-            np.array(asked["pitch_speed_mm_rpm"], dtype=float),
-            np.array(asked["axial_load_n"], dtype=float),
-            indexing="ij",
-        )
+        for grid in np.meshgrid(cage_slip.pitch_speed_mm_rpm, cage_slip.axial_load_n, indexing="ij")
     )
     speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
-    temperature = np.full(len(speed), float(asked["inlet_temperature_c"]))
+    temperature = np.full(len(speed), cage_slip.inlet_temperature_c)
     terms = known.run(bearing, load, speed, temperature, known.basis("stress"))
     return terms.assign(
         oil=known.name,
-        bearing=name,
+        bearing=bearing.name,
         pitch_speed_mm_rpm=pitch_speed,
         inner_speed_rpm=speed,
         axial_load_n=load,
@@ -344,33 +342,32 @@ def _cage_slip(known: OilInBearing, config: Mapping[str, Any]) -> pd.DataFrame:
 def size_effect_table(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
     others: OtherFits = None,
 ) -> pd.DataFrame:
-    """Every basis on balls of other sizes and closer grooves, by config's `bearing.size_effect`."""
+    """Every basis on balls of other sizes and closer grooves, by `bearing.size_effect`."""
     return _table(
         (
             part
-            for known in _known_oils(coefficients, quality, config, others)
-            for part in _size_effect(known, config)
+            for known in _known_oils(coefficients, quality, settings, others)
+            for part in _size_effect(known, settings)
         ),
         "size_effect",
     )
 
 
-def _size_effect(known: OilInBearing, config: Mapping[str, Any]) -> Iterator[pd.DataFrame]:
-    name, asked = config["campaign"]["torque"]["bearing"], config["bearing"]["size_effect"]
-    bearing = bearing_from_config(name, config["bearings"][name])
+def _size_effect(known: OilInBearing, settings: Settings) -> Iterator[pd.DataFrame]:
+    bearing, asked = settings.tested_bearing(), settings.bearing.size_effect
     varied = [
-        ("ball size", _scaled(bearing, factor), factor) for factor in asked["ball_size_factors"]
+        ("ball size", _scaled(bearing, factor), factor) for factor in asked.ball_size_factors
     ] + [
         ("conformity", replace(bearing, groove_curvature=(groove, groove)), 1.0)
-        for groove in asked["groove_curvatures"]
+        for groove in asked.groove_curvatures
     ]
     for what, changed, factor in varied:
-        load = np.array([asked["axial_load_n"] * factor**2])
-        speed = np.array([asked["inner_speed_rpm"] / factor])
-        temperature = np.array([float(asked["inlet_temperature_c"])])
+        load = np.array([asked.axial_load_n * factor**2])
+        speed = np.array([asked.inner_speed_rpm / factor])
+        temperature = np.array([asked.inlet_temperature_c])
         of_basis = {
             basis: known.run(changed, load, speed, temperature, known.basis(basis))
             for basis in known.laws
@@ -379,7 +376,7 @@ def _size_effect(known: OilInBearing, config: Mapping[str, Any]) -> Iterator[pd.
         for basis, terms in of_basis.items():
             yield terms.assign(
                 oil=known.name,
-                bearing=name,
+                bearing=bearing.name,
                 varied=what,
                 ball_diameter_mm=changed.ball_diameter_m * MM_PER_M,
                 groove_curvature=changed.groove_curvature[0],
@@ -408,10 +405,10 @@ def _scaled(bearing: Bearing, factor: float) -> Bearing:
 
 
 def power_loss_table(
-    published: Mapping[str, Any],
+    published: PublishedPowerLoss,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
 ) -> pd.DataFrame:
     """Published power loss of a bearing beside the calculated one.
 
@@ -419,17 +416,17 @@ def power_loss_table(
         published: Content of data/reference/power_loss.yaml.
         coefficients: Table of coefficients.
         quality: Table of fit quality.
-        config: The resolved configuration.
+        settings: The settings.
     """
-    of_name = {one.name: one for one in _known_oils(coefficients, quality, config)}
-    name = published["bearing"]
-    if published["oil"] not in of_name or name not in config["bearings"]:
+    of_name = {one.name: one for one in _known_oils(coefficients, quality, settings)}
+    name = published.bearing
+    if published.oil not in of_name or name not in settings.bearings:
         return tables.empty("power_loss")
-    known = of_name[published["oil"]]
-    bearing = bearing_from_config(name, config["bearings"][name])
-    speed, power = np.array(published["rows"], dtype=float).T
-    load = np.full(len(speed), float(published["axial_load_n"]))
-    temperature = np.full(len(speed), float(published["inlet_temperature_c"]))
+    known = of_name[published.oil]
+    bearing = settings.bearings[name].bearing(name)
+    speed, power = np.array(published.rows).T
+    load = np.full(len(speed), published.axial_load_n)
+    temperature = np.full(len(speed), published.inlet_temperature_c)
     terms = known.run(bearing, load, speed, temperature, known.basis("stress"))
     about = terms.assign(
         bearing=name,

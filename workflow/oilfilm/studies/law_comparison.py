@@ -18,8 +18,7 @@ from oilfilm.fitting.cross_validation import (
 from oilfilm.fitting.fit import OilFit, fit_law
 from oilfilm.fitting.problem import curve_data
 from oilfilm.fitting.solution import Solution
-from oilfilm.physics.oils import oil_from_config
-from oilfilm.physics.rigs import contact_of
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import FloatArray, Law
 
@@ -68,7 +67,7 @@ def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> C
     settings = config["compare"]
     of_oil = points[points["oil"] == oil]
     fit_settings = {**config["fit"], "bootstrap": settings["bootstrap"]}
-    laws = laws_of(oil, config)
+    laws = laws_of(oil, Settings.of(config))
     fits = {
         name: fit_law(of_oil, oil, laws[name], fit_settings, config["seed"])
         for name in settings["laws"]
@@ -91,19 +90,14 @@ def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> C
     )
 
 
-def laws_of(oil: str, config: Mapping[str, Any]) -> dict[str, Law]:
+def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
     """Every law that can be had for an oil of a campaign, by name.
 
     Args:
         oil: Its name.
-        config: The resolved configuration: `oils` and `rigs` of it.
+        settings: The settings, with `oils` and `rigs`.
     """
-    properties = config["oils"][oil]
-    contacts = {contact_of(rig) for rig in config["rigs"].values()}
-    return laws_for(
-        None if properties is None else oil_from_config(properties),
-        contacts.pop() if len(contacts) == 1 else None,
-    )
+    return laws_for(settings.properties_of(oil), settings.common_contact())
 
 
 def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import register
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -92,7 +93,7 @@ def _draw_starts(
 
 def _starts(results: CampaignTables, oil: str, law_name: str, config: Mapping[str, Any]) -> Any:
     """mu at no slip, condition by condition in the order of rising temperature."""
-    known = laws_of(oil, config)
+    known = laws_of(oil, Settings.of(config))
     fits = results.law_coefficients
     if not ((fits["oil"] == oil) & (fits["law"] == law_name)).any():
         return np.empty(0)

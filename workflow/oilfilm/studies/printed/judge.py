@@ -1,7 +1,6 @@
 """The printed constants beside a campaign's own fit: errors, distances, differences in mu."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -9,6 +8,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
+from oilfilm.settings.config import PrintedSettings
 from oilfilm.studies.printed.statements import LAW, grid_levels
 from oilfilm.traction.law import CONDITIONS, FloatArray, Observations, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -23,7 +23,8 @@ def judge_printed(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     printed: Mapping[str, FloatArray],
-    config: Mapping[str, Any],
+    oils: Iterable[str],
+    settings: PrintedSettings,
     refits: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """One row an oil that has printed constants.
@@ -33,7 +34,8 @@ def judge_printed(
         coefficients: Table of fitted constants.
         quality: Table of the fits' quality.
         printed: The twelve printed constants of each oil.
-        config: `oils`, `boxes`, `levels`.
+        oils: The campaign's oils.
+        settings: Boxes of conditions and levels of the grid.
         refits: Table of refits, which gives the fitted constants' covariance; without it there is
             no joint distance.
 
@@ -41,8 +43,8 @@ def judge_printed(
         The table `printed_judged`. What cannot be judged is null: nothing where no point was
         accepted, only the errors where the conditions cannot give all twelve constants.
     """
-    rows = []
-    for oil in [oil for oil in config["oils"] if oil in printed]:
+    boxes, rows = settings.boxes.model_dump(), []
+    for oil in [oil for oil in oils if oil in printed]:
         if _of(quality, oil).empty:  # fitted with another law, whose constants are others
             continue
         fitted = _of(coefficients, oil).set_index("constant").reindex(_NAMES)
@@ -70,7 +72,7 @@ def judge_printed(
                     f"{box}_{name}": value
                     for box in ("tested", "extrapolated")
                     for name, value in largest_difference(
-                        values, printed[oil], config["boxes"][box], config["levels"]
+                        values, printed[oil], boxes[box], settings.levels
                     ).items()
                 },
             }

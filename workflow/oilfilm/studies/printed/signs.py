@@ -6,18 +6,20 @@ among those that have the other one, whatever the other eight signs are.
 """
 
 import itertools
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.settings.config import Boxes, PrintedSettings, SignSettings
 from oilfilm.studies.printed.judge import squared_errors
 from oilfilm.studies.printed.statements import (
     BETWEEN_OILS,
     LAW,
     STATEMENTS,
+    Limits,
     Surface,
     hot_convergence,
     viscosity_order,
@@ -30,10 +32,12 @@ from oilfilm.traction.law import (
     to_internal,
 )
 
+Slips = Literal["curve", "figures"]
+
 _EXPONENTS = [place for place, one in enumerate(LAW.constants) if one.condition is not None]
 EXPONENT_NAMES = [LAW.constants[place].name for place in _EXPONENTS]
 _SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # a row a set
-_RANKED_BY = "curve"  # the slips whose totals count; the others may only lower a verdict
+_RANKED_BY: Slips = "curve"  # the slips whose totals count; the others may only lower a verdict
 _WEIGHTS = {name: statement.weight for name, statement in STATEMENTS.items()} | dict.fromkeys(
     BETWEEN_OILS, 1.0
 )
@@ -43,7 +47,9 @@ def study_signs(
     printed: Mapping[str, FloatArray],
     falling_viscosity: Sequence[str],
     points: pd.DataFrame,
-    config: Mapping[str, Any],
+    oils: Collection[str],
+    settings: PrintedSettings,
+    traction_max: float,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Score every sign set of every oil, and judge every sign in use.
 
@@ -51,22 +57,27 @@ def study_signs(
         printed: The twelve constants of each oil, with the signs in use.
         falling_viscosity: The oils, the most viscous first.
         points: Table of points of the campaign, for the sum of squared errors of each set.
-        config: `oils` (whose rows are given), `boxes`, `signs`, `traction_max`.
+        oils: The oils whose rows are given.
+        settings: Boxes of conditions, slide-roll ratios and limits.
+        traction_max: Largest believable mu.
 
     Returns:
         The tables `signs` and `sign_verdicts`.
     """
-    slips = config["signs"]["slide_roll_ratio"]
-    by_slips = {one: _scores(printed, falling_viscosity, one, config) for one in slips}
+    limits = Limits(traction_max, settings.signs.linear_r2_min, settings.signs.decline_max)
+    by_slips = {
+        slips: _scores(printed, falling_viscosity, slips, settings, limits)
+        for slips in ("curve", "figures")
+    }
     sets, verdicts = [], []
-    for oil in [oil for oil in falling_viscosity if oil in config["oils"]]:
+    for oil in [oil for oil in falling_viscosity if oil in oils]:
         internal = _candidates(printed[oil])
         errors = squared_errors(points[points["oil"] == oil], _as_printed(internal))
         in_use = (np.where(printed[oil][_EXPONENTS] < 0, -1, 1) == _SETS).all(axis=1)
         of_oil = {one: scores[oil] for one, scores in by_slips.items()}
-        sets.append(_set_rows(oil, of_oil, errors, in_use, config["signs"]))
-        effects = _effects(internal[:, in_use], config)
-        verdicts.append(_verdict_rows(oil, of_oil, errors, in_use, effects, config["signs"]))
+        sets.append(_set_rows(oil, of_oil, errors, in_use, settings.signs))
+        effects = _effects(internal[:, in_use], settings)
+        verdicts.append(_verdict_rows(oil, of_oil, errors, in_use, effects, settings.signs))
     if not sets:
         return tables.empty("signs"), tables.empty("sign_verdicts")
     return (
@@ -90,24 +101,24 @@ def _as_printed(internal: FloatArray) -> FloatArray:
 def _scores(
     printed: Mapping[str, FloatArray],
     falling_viscosity: Sequence[str],
-    slips: str,
-    config: Mapping[str, Any],
+    slips: Slips,
+    settings: PrintedSettings,
+    limits: Limits,
 ) -> dict[str, dict[str, FloatArray]]:
     """Oil -> statement -> share of its box where it holds, for each sign set."""
     scores: dict[str, dict[str, FloatArray]] = {}
     surfaces: dict[str, Surface] = {}
     best: dict[str, Surface] = {}
-    limits = {**config["signs"], "traction_max": config["traction_max"]}
     for oil in falling_viscosity:
         internal = _candidates(printed[oil])
-        boxes = {box: _surface(box, slips, internal, config) for box in config["boxes"]}
+        boxes = {box: _surface(box, slips, internal, settings) for box in Boxes.model_fields}
         scores[oil] = {
             name: statement.score(boxes[statement.box], limits)
             for name, statement in STATEMENTS.items()
         }
         winner = int(np.argmax(_total(scores[oil])))
         surfaces[oil] = boxes["extrapolated"]
-        best[oil] = _surface("extrapolated", slips, internal[:, [winner]], config)
+        best[oil] = _surface("extrapolated", slips, internal[:, [winner]], settings)
     # the others as their own statements choose them: the signs in use must not vouch for each other
     for place, oil in enumerate(falling_viscosity):
         before = [best[other] for other in falling_viscosity[:place]]
@@ -117,12 +128,11 @@ def _scores(
     return scores
 
 
-def _surface(box: str, slips: str, internal: FloatArray, config: Mapping[str, Any]) -> Surface:
-    settings = config["signs"]
-    slip = settings["slide_roll_ratio"]
-    return Surface.over(
-        config["boxes"][box], settings["levels"], slip[slips], slip["figures"], internal
-    )
+def _surface(box: str, slips: Slips, internal: FloatArray, settings: PrintedSettings) -> Surface:
+    levels: dict[str, list[float]] = getattr(settings.boxes, box).model_dump()
+    ratios = settings.signs.slide_roll_ratio
+    chosen = ratios.curve if slips == "curve" else ratios.figures
+    return Surface.over(levels, settings.signs.levels, chosen, ratios.figures, internal)
 
 
 def _total(scores: Mapping[str, FloatArray], without: str = "") -> FloatArray:
@@ -131,12 +141,12 @@ def _total(scores: Mapping[str, FloatArray], without: str = "") -> FloatArray:
     return np.nansum(weighted, axis=0)
 
 
-def _effects(in_use: FloatArray, config: Mapping[str, Any]) -> FloatArray:
+def _effects(in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
     """Largest change of mu over the tested box if one sign alone is turned, over the largest mu."""
     turned = np.tile(in_use, (1, 1 + len(_EXPONENTS)))
     for column, place in enumerate(_EXPONENTS, start=1):
         turned[place, column] *= -1
-    mu = _surface("tested", _RANKED_BY, turned, config).mu.reshape(-1, turned.shape[1])
+    mu = _surface("tested", _RANKED_BY, turned, settings).mu.reshape(-1, turned.shape[1])
     return np.abs(mu[:, 1:] - mu[:, :1]).max(axis=0) / mu[:, 0].max()
 
 
@@ -145,7 +155,7 @@ def _set_rows(
     by_slips: Mapping[str, Mapping[str, FloatArray]],
     errors: FloatArray,
     in_use: BoolArray,
-    limits: Mapping[str, Any],
+    limits: SignSettings,
 ) -> pd.DataFrame:
     total = _total(by_slips[_RANKED_BY])
     rows = pd.DataFrame(
@@ -156,7 +166,7 @@ def _set_rows(
             "rank": _ranks(total),
             "rank_at_figures": _ranks(_total(by_slips["figures"])),
             "total": total,
-            "near_best": total > total.max() - limits["near_best"],
+            "near_best": total > total.max() - limits.near_best,
             **by_slips[_RANKED_BY],
             "sse": errors,
         }
@@ -175,10 +185,10 @@ def _verdict_rows(
     errors: FloatArray,
     in_use: BoolArray,
     effects: FloatArray,
-    limits: Mapping[str, Any],
+    limits: SignSettings,
 ) -> pd.DataFrame:
     total = _total(by_slips[_RANKED_BY])
-    near = total > total.max() - limits["near_best"]
+    near = total > total.max() - limits.near_best
     signs = _SETS[in_use][0]
     rows = []
     for place, constant in enumerate(EXPONENT_NAMES):
@@ -203,7 +213,13 @@ def _verdict_rows(
                 "effect": effects[place],
                 "least_sse": errors[has].min(),
                 "least_sse_turned": errors[~has].min(),
-                "verdict": verdict(margin, without[weakest], effects[place], limits),
+                "verdict": verdict(
+                    margin,
+                    without[weakest],
+                    effects[place],
+                    limits.near_best,
+                    limits.no_effect_max,
+                ),
             }
         )
     return pd.DataFrame(rows)
@@ -213,7 +229,9 @@ def _margin(total: FloatArray, has: BoolArray) -> float:
     return float(total[has].max() - total[~has].max())
 
 
-def verdict(margin: float, weakest: float, effect: float, limits: Mapping[str, Any]) -> str:
+def verdict(
+    margin: float, weakest: float, effect: float, near_best: float, no_effect_max: float
+) -> str:
     """How sure a sign in use is.
 
     Without effect: turning it alone moves mu by `no_effect_max` of its largest value at most.
@@ -226,18 +244,19 @@ def verdict(margin: float, weakest: float, effect: float, limits: Mapping[str, A
         margin: In statements (see the module).
         weakest: The smallest margin with any one statement left out, at either slips.
         effect: Largest change of mu over its largest value.
-        limits: `near_best` in statements, `no_effect_max`.
+        near_best: Statements behind the best that still count as near it.
+        no_effect_max: Largest effect that counts as none.
 
     Examples:
-        >>> verdict(1.6, 0.8, 0.3, {"near_best": 0.5, "no_effect_max": 0.01})
+        >>> verdict(1.6, 0.8, 0.3, near_best=0.5, no_effect_max=0.01)
         'settled'
-        >>> verdict(1.6, 0.8, 0.003, {"near_best": 0.5, "no_effect_max": 0.01})
+        >>> verdict(1.6, 0.8, 0.003, near_best=0.5, no_effect_max=0.01)
         'without effect'
     """
-    if effect <= limits["no_effect_max"]:
+    if effect <= no_effect_max:
         return "without effect"
-    if weakest >= limits["near_best"]:
+    if weakest >= near_best:
         return "settled"
-    if margin >= limits["near_best"]:
+    if margin >= near_best:
         return "probable"
-    return "against" if margin <= -limits["near_best"] else "open"
+    return "against" if margin <= -near_best else "open"

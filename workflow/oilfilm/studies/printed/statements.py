@@ -10,7 +10,6 @@ Arrays have the axes P, U, T, (S,) sign sets, so that all sign sets are scored a
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +19,21 @@ from oilfilm.traction.law import CONDITIONS, FloatArray
 
 LAW = LAWS["deng2026"]  # whose constants are printed
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)  # axes
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What counts as believable, linear and slight.
+
+    Attributes:
+        traction_max: Largest believable mu.
+        linear_r2_min: R2 of a straight line that counts as linear.
+        decline_max: Share of the peak that a slight decline may lose.
+    """
+
+    traction_max: float
+    linear_r2_min: float
+    decline_max: float
 
 
 @dataclass(frozen=True)
@@ -111,95 +125,95 @@ class Statement:
             statement follows only by the physics that the sentence names.
     """
 
-    score: Callable[[Surface, Mapping[str, Any]], FloatArray]
+    score: Callable[[Surface, Limits], FloatArray]
     box: str = "extrapolated"
     weight: float = 1.0
 
 
-def physical(surface: Surface, limits: Mapping[str, Any]) -> FloatArray:
+def physical(surface: Surface, limits: Limits) -> FloatArray:
     """mu >= 0 by the signs of A, B and C; the peak stays below the largest believable mu."""
-    return _share((surface.mu.min(axis=SLIP) >= 0) & (surface.peak <= limits["traction_max"]))
+    return _share((surface.mu.min(axis=SLIP) >= 0) & (surface.peak <= limits.traction_max))
 
 
-def rises_with_stress(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def rises_with_stress(surface: Surface, _: Limits) -> FloatArray:
     """Mu is larger at the next level of P."""
     return _share(np.diff(surface.mu, axis=STRESS) > 0)
 
 
-def linear_in_stress(surface: Surface, limits: Mapping[str, Any]) -> FloatArray:
+def linear_in_stress(surface: Surface, limits: Limits) -> FloatArray:
     """mu(P) rises along a straight line, but for `1 - linear_r2_min` of its variance."""
     stress = surface.stress - surface.stress.mean()
     mu = surface.mu - surface.mu.mean(axis=STRESS, keepdims=True)
     covariance = np.tensordot(stress, mu, axes=1)
     r2 = covariance**2 / ((stress**2).sum() * (mu**2).sum(axis=STRESS))
-    return _share((r2 >= limits["linear_r2_min"]) & (covariance > 0))
+    return _share((r2 >= limits.linear_r2_min) & (covariance > 0))
 
 
-def falls_with_speed(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def falls_with_speed(surface: Surface, _: Limits) -> FloatArray:
     """Mu is smaller at the next level of U."""
     return _share(np.diff(surface.mu, axis=SPEED) < 0)
 
 
-def levels_off_with_speed(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def levels_off_with_speed(surface: Surface, _: Limits) -> FloatArray:
     """Mu changes less over the last third of the speeds than it falls over the first."""
     return _share(_flattens(surface.mu, SPEED))
 
 
-def falls_with_temperature(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def falls_with_temperature(surface: Surface, _: Limits) -> FloatArray:
     """Mu is smaller at the next level of T."""
     return _share(np.diff(surface.mu, axis=TEMPERATURE) < 0)
 
 
-def levels_off_with_temperature(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def levels_off_with_temperature(surface: Surface, _: Limits) -> FloatArray:
     """The same of temperature: of 20 to 140 degC the thirds are 20-60 and 100-140."""
     return _share(_flattens(surface.mu, TEMPERATURE))
 
 
-def start_falls_with_temperature(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def start_falls_with_temperature(surface: Surface, _: Limits) -> FloatArray:
     """The slope at zero slip, where the oil is Newtonian, is smaller at the next level of T."""
     return _share(np.diff(surface.slope, axis=TEMPERATURE) < 0)
 
 
-def rises_with_slip(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def rises_with_slip(surface: Surface, _: Limits) -> FloatArray:
     """Mu is larger at the high slip than at the low one."""
     return _share(surface.at(surface.high_slip) > surface.at(surface.low_slip))
 
 
-def declines_slightly(surface: Surface, limits: Mapping[str, Any]) -> FloatArray:
+def declines_slightly(surface: Surface, limits: Limits) -> FloatArray:
     """The peak lies within the slips, and at their end mu has lost `decline_max` of it at most."""
     end = surface.at(surface.largest_slip)
-    slight = end >= (1 - limits["decline_max"]) * surface.peak
+    slight = end >= (1 - limits.decline_max) * surface.peak
     return _share((surface.peak_slip < surface.largest_slip) & slight)
 
 
-def earlier_plateau_with_stress(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def earlier_plateau_with_stress(surface: Surface, _: Limits) -> FloatArray:
     """The linear range ends at smaller slip at the next level of P."""
     return _share(np.diff(surface.knee, axis=STRESS) < 0)
 
 
-def earlier_plateau_with_speed(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def earlier_plateau_with_speed(surface: Surface, _: Limits) -> FloatArray:
     """The same at the next level of U: one reading of the sentence."""
     return _share(np.diff(surface.knee, axis=SPEED) < 0)
 
 
-def earlier_plateau_with_temperature(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def earlier_plateau_with_temperature(surface: Surface, _: Limits) -> FloatArray:
     """The same at the next level of T: the other reading."""
     return _share(np.diff(surface.knee, axis=TEMPERATURE) < 0)
 
 
-def slip_raises_stress_effect(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def slip_raises_stress_effect(surface: Surface, _: Limits) -> FloatArray:
     """Over the range of P mu gains more at the high slip than it changes at the low one."""
     low, high = surface.at(surface.low_slip), surface.at(surface.high_slip)
     return _share(high[-1] - high[0] > np.abs(low[-1] - low[0]))
 
 
-def speed_mutes_stress_effect(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def speed_mutes_stress_effect(surface: Surface, _: Limits) -> FloatArray:
     """Over the range of P mu gains more at the lowest speed than it changes at the highest."""
     gain = surface.mu[-1] - surface.mu[0]
     return _share(gain[0] > np.abs(gain[-1]))
 
 
-def speed_mutes_temperature_effect(surface: Surface, _: Mapping[str, Any]) -> FloatArray:
+def speed_mutes_temperature_effect(surface: Surface, _: Limits) -> FloatArray:
     """Over the range of T mu loses more at the lowest speed than it changes at the highest."""
     loss = surface.mu[:, :, 0] - surface.mu[:, :, -1]
     return _share(loss[:, 0] > np.abs(loss[:, -1]))
