@@ -38,7 +38,7 @@ def shipped(name: str) -> Bearing:
 def printed_law(oil: str, basis: str = "stress") -> FittedBasis:
     law = LAWS["deng2026"]
     fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
-    return FittedBasis(fitted, basis, RIG, SETTINGS.law_floor)
+    return FittedBasis(fitted, basis, RIG, SETTINGS.law_floor.model_dump())
 
 
 def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -> Lubrication:
