@@ -11,6 +11,7 @@ import pandas as pd
 from campaigns import ROOT, Campaign
 from oilfilm import tables
 from oilfilm.releases.release import FinishedRun, make_release
+from oilfilm.settings.resolved import Settings
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(64))
 
@@ -57,7 +58,7 @@ def made(
     single = [path for path in others if path.parts[2] not in {"exports", "logs"}]
     return FinishedRun(
         root=root,
-        config=config,
+        settings=Settings.of(config),
         results=results,
         files=[*files, sample, *single, results / "exports"],
         raw={
@@ -70,7 +71,7 @@ def made(
 
 def released(run: FinishedRun) -> Path:
     """The release of a run in its own project."""
-    name = run.config["campaign"]["name"]
+    name = run.settings.campaign.name
     folder, _ = make_release(run, run.root / "results/releases" / name)
     return folder
 

@@ -30,12 +30,14 @@ from oilfilm.releases.messages import comparison_text
 from oilfilm.releases.page import page
 from oilfilm.releases.pin import pin
 from oilfilm.releases.stored_release import StoredRelease
-from oilfilm.settings.load import as_yaml
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from releases import PNG, made, project, released, tables_of
 
 OILS = ("4102", "4050")
 CONFIG = ["--config", str(ROOT / "config")]
+DRIFT = resolve(ROOT / "config", {"campaign": "demo"}).drift
 Change = Callable[[str, bytes], bytes]
 
 
@@ -110,9 +112,7 @@ def test_load_cell_one_percent_off_is_named(
     assert f"Raw logs ({of_oil} of 4102): {of_oil}\n" in text
     assert "data/raw/demo/4102_P1.00_U25_T025.csv  changed" in text
     assert "4050" not in text
-    comparison = compare(
-        StoredRelease.open(place), StoredRelease.open(miscalibrated), demo.config["drift"]
-    )
+    comparison = compare(StoredRelease.open(place), StoredRelease.open(miscalibrated), DRIFT)
     assert {row[0] for row in comparison.inputs.rows} == {"4102"}
     assert not comparison.config.rows
     assert not comparison.code.rows
@@ -181,12 +181,12 @@ def make(demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path) -> Mak
     return release
 
 
-def comparison_of(before: Path, after: Path, demo: Campaign) -> Comparison:
-    return compare(StoredRelease.open(before), StoredRelease.open(after), demo.config["drift"])
+def comparison_of(before: Path, after: Path) -> Comparison:
+    return compare(StoredRelease.open(before), StoredRelease.open(after), DRIFT)
 
 
 def test_point_and_constant_that_change_their_verdict_are_named(
-    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
+    make: Make, frames: dict[str, pd.DataFrame]
 ) -> None:
     points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
     one = points.index[points["accepted"]][0]
@@ -194,7 +194,7 @@ def test_point_and_constant_that_change_their_verdict_are_named(
     coefficients.loc[3, "verdict"] = "sign unknown"
     after = make(points=points, coefficients=coefficients)
     row = points.loc[one]
-    assert comparison_of(make(), after, demo).verdicts.rows == [
+    assert comparison_of(make(), after).verdicts.rows == [
         ("points", f"{row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
         ("coefficients", "4102, deng2026, A3", "known", "sign unknown"),
     ]
@@ -202,16 +202,16 @@ def test_point_and_constant_that_change_their_verdict_are_named(
 
 def test_changed_setting_is_named_with_its_key(make: Make, demo: Campaign) -> None:
     config = {**demo.config, "gates": {**demo.config["gates"], "lambda_limit": 2.5}}
-    comparison = comparison_of(make(), make(config), demo)
+    comparison = comparison_of(make(), make(config))
     assert comparison.config.rows == [("gates.lambda_limit", "3.0", "2.5")]
 
 
-def test_changed_package_is_named(make: Make, demo: Campaign) -> None:
+def test_changed_package_is_named(make: Make) -> None:
     after = make()
     environment = read_manifest(after)[0].made_from["environment"]
     packages = {**environment["packages"], "numpy": "99.0"}
     alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
-    ((what, _, new),) = comparison_of(make(), after, demo).environment.rows
+    ((what, _, new),) = comparison_of(make(), after).environment.rows
     assert (what, new) == ("numpy", "99.0")
 
 
@@ -231,45 +231,43 @@ def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not
     assert "elsewhere" in capsys.readouterr().err
 
 
-def test_lost_fit_is_stopped(make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]) -> None:
+def test_lost_fit_is_stopped(make: Make, frames: dict[str, pd.DataFrame]) -> None:
     fits = ("coefficients", "fit_quality", "refits")
     after = make(**{name: frames[name].query("oil != '4050'") for name in fits})
-    rows = drift_table(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    rows = drift_table(comparison_of(make(), after), DRIFT).rows
     assert {row[0] for row in rows} == {"4050"}
     assert "4050 is fitted in one release only" in str(rows)
 
 
-def test_release_without_any_fit_is_stopped(
-    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
-) -> None:
+def test_release_without_any_fit_is_stopped(make: Make, frames: dict[str, pd.DataFrame]) -> None:
     fits = ("coefficients", "fit_quality", "refits")
     after = make(**{name: frames[name].iloc[:0] for name in fits})
-    rows = drift_table(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    rows = drift_table(comparison_of(make(), after), DRIFT).rows
     assert {row[0] for row in rows} == set(OILS)
 
 
 def test_constant_that_is_no_longer_known_is_stopped(
-    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame]
+    make: Make, frames: dict[str, pd.DataFrame]
 ) -> None:
     coefficients = frames["coefficients"].copy()
     lost = coefficients.index[(coefficients["oil"] == "4050") & (coefficients["constant"] == "C3")]
     coefficients.loc[lost, "value"] = np.nan
     after = make(coefficients=coefficients)
-    rows = drift_table(comparison_of(make(), after, demo), demo.config["drift"]).rows
+    rows = drift_table(comparison_of(make(), after), DRIFT).rows
     assert ("4050", "C3", "inf standard errors") in {(row[0], row[1], row[4]) for row in rows}
 
 
 @pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
 def test_gate_closes_at_its_limit(
-    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
+    make: Make, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
 ) -> None:
     """mu is A + B S times an exponential that C decides: A and B by 1 % move mu by 1 %."""
     coefficients = frames["coefficients"].copy()
     heads = (coefficients["oil"] == "4102") & coefficients["constant"].isin(["A0", "B0"])
     coefficients.loc[heads, "value"] *= scale
     # so that mu alone decides
-    drift = {**demo.config["drift"], "standard_errors": 1e9}
-    comparison = comparison_of(make(), make(coefficients=coefficients), demo)
+    drift = DRIFT.model_copy(update={"standard_errors": 1e9})
+    comparison = comparison_of(make(), make(coefficients=coefficients))
     (moving,) = [one for one in comparison.traction if one.oil == "4102"]
     assert moving.relative.change == pytest.approx(scale - 1, rel=1e-9)
     assert bool(drift_table(comparison, drift).rows) == stopped
@@ -362,15 +360,15 @@ def test_figures_stand_side_by_side(
         (run.root / run.results / f"figures/{name}.png").write_bytes(content)
     extra = run.results / "figures/fig03.png"
     after = released(replace(run, files=[*run.files, extra]))
-    comparison = comparison_of(make(), after, demo)
-    text = page(comparison, drift_table(comparison, demo.config["drift"]))
+    comparison = comparison_of(make(), after)
+    text = page(comparison, drift_table(comparison, DRIFT))
     # what is no PNG is not embedded
     assert text.count("data:image/png;base64,") == 2
     assert "onload" not in text
     assert "<p>no such figure</p>" in text
     assert "<p>no PNG</p>" in text
     kept = comparison_of(pin(make(), tmp_path / "pinned"), after, demo)
-    text = page(kept, drift_table(kept, demo.config["drift"]))
+    text = page(kept, drift_table(kept, DRIFT))
     assert text.count("data:image/png;base64,") == 1
     assert "<p>not kept in the pin</p>" in text
 
@@ -404,13 +402,12 @@ def test_settings_that_no_encoding_holds_make_a_page(
     assert "half a letter: \\ud800" in capsys.readouterr().out
 
 
-def test_hostile_names_are_text(place: Path, demo: Campaign) -> None:
+def test_hostile_names_are_text(place: Path) -> None:
     opened = StoredRelease.open(place)
-    before = compare(opened, opened, demo.config["drift"])
+    before = compare(opened, opened, DRIFT)
     extreme = Extreme(1.0, 0.1, 0.2, HOSTILE)
     comparison = replace(before, traction=[Traction(HOSTILE, extreme, extreme)])
-    drift = demo.config["drift"]
-    text = page(comparison, drift_table(comparison, drift))
+    text = page(comparison, drift_table(comparison, DRIFT))
     assert "<script" not in text
     assert "&lt;script&gt;" in text
     assert "\x1b" not in comparison_text(comparison)

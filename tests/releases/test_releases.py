@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from html import escape
 from pathlib import Path
@@ -39,6 +39,8 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
 from oilfilm.settings.load import resolve, unresolve
 from releases import made, project, released
+
+Change = Callable[[making.FinishedRun], making.FinishedRun]
 
 RAW = {"a.csv": b"load_n\n1\n", "b.csv": b"load_n\n2\n"}
 TIMED = {"2026-06-01 12:30.csv": b"load_n\n1\n"}
@@ -131,7 +133,7 @@ def test_release_names_no_place_and_no_clock(run: making.FinishedRun) -> None:
             text = path.read_bytes().decode("utf-8", errors="replace")
             assert str(run.root) not in text, path
             dates = set(re.findall(r"\b20\d\d-\d\d-\d\dT?", text))
-            assert dates <= {run.config["release"]["date"]}, path
+            assert dates <= {run.settings.release.date}, path
 
 
 def test_files_of_a_release_are_read_only_and_latest_leads_to_it(place: Path) -> None:
@@ -173,23 +175,39 @@ def test_release_of_logs_named_by_the_time_of_day_is_read_again(
     ]
 
 
-def change_raw(run: making.FinishedRun) -> None:
+def change_raw(run: making.FinishedRun) -> making.FinishedRun:
     """A log changes, and the run has read it, as the tables say; it was not asked for by digest."""
     changed = {**RAW, "a.csv": b"load_n\n1.01\n"}
     folder = run.root / "data/raw/demo"
     about = {"campaign": "demo", "data": "simulated", "rule": "test"}
     path = run.root / run.results / "tables/runs.parquet"
     tables.write(runs_of(changed, folder), "runs", path, about)
+    return run
 
 
-CHANGES = {
+def write(path: str, text: str) -> Change:
+    """A file of the project gets another content."""
+
+    def change(run: making.FinishedRun) -> making.FinishedRun:
+        (run.root / path).write_text(text, encoding="utf-8")
+        return run
+
+    return change
+
+
+def set_keys(**changes: Any) -> Change:
+    """Settings change."""
+    return lambda run: replace(run, settings=run.settings.with_changes(changes))
+
+
+CHANGES: dict[str, Change] = {
     "raw log": change_raw,
-    "code": lambda run: (run.root / "workflow/fit.py").write_text("answer = 43\n"),
-    "new module": lambda run: (run.root / "workflow/new.py").write_text(""),
-    "reference data": lambda run: (run.root / "data/reference/claims.yaml").write_text("x: 1\n"),
-    "lock": lambda run: (run.root / "requirements.lock").write_text("numpy==1\n"),
-    "tag": lambda run: run.config["release"].update(tag="v2"),
-    "setting": lambda run: run.config["gates"].update(lambda_limit=2.9),
+    "code": write("workflow/fit.py", "answer = 43\n"),
+    "new module": write("workflow/new.py", ""),
+    "reference data": write("data/reference/claims.yaml", "x: 1\n"),
+    "lock": write("requirements.lock", "numpy==1\n"),
+    "tag": set_keys(release={"tag": "v2"}),
+    "setting": set_keys(gates={"lambda_limit": 2.9}),
 }
 
 
@@ -197,11 +215,9 @@ CHANGES = {
 def test_anything_that_a_release_is_made_from_changes_its_version(
     run: making.FinishedRun, change: str
 ) -> None:
-    config = json.loads(json.dumps(run.config))
-    run = making.FinishedRun(**{**vars(run), "config": config, "raw": dict.fromkeys(run.raw, "")})
+    run = replace(run, raw=dict.fromkeys(run.raw, ""))
     before = released(run)
-    CHANGES[change](run)
-    after = released(run)
+    after = released(CHANGES[change](run))
     assert after.name != before.name
     assert verify(before) == verify(after) == []
     assert (before.parent / "latest").readlink() == Path(after.name)

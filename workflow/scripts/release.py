@@ -6,6 +6,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 
 with job(snakemake):
     params, releases = snakemake.params, Path(snakemake.params.releases)
@@ -13,7 +14,7 @@ with job(snakemake):
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
     finished = FinishedRun(
         root=Path(),
-        config=params.resolved,
+        settings=Settings.of(params.resolved),
         results=releases.parents[1] / releases.name,
         files=[Path(path) for path in snakemake.input],
         raw=params.raw,

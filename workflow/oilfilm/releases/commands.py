@@ -13,7 +13,9 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.rebuild import rebuild
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.verify import verify
-from oilfilm.settings.load import load_checked, resolve
+from oilfilm.settings.config import Config, DriftSettings
+from oilfilm.settings.messages import load
+from oilfilm.settings.resolve import resolve
 
 
 def add_commands(commands: Any) -> None:
@@ -91,19 +93,16 @@ def _diff(options: argparse.Namespace) -> int:
     return int(bool(too_far.rows))
 
 
-def _drift(folder: Path, campaign: str, gate: bool) -> dict[str, Any]:
+def _drift(folder: Path, campaign: str, gate: bool) -> DriftSettings:
     """Settings `drift` of the campaign, or of config.yaml where the campaign is not configured.
 
     Raises:
         OilfilmError: The configuration has a mistake, or the gate needs a campaign that it lacks.
     """
-    known = (folder / "campaigns" / f"{campaign}.yaml").is_file()
-    settings = (
-        resolve(folder, {"campaign": campaign})
-        if known or gate
-        else load_checked(folder / "config.yaml", "config")
-    )
-    return dict(settings["drift"])
+    if gate or (folder / "campaigns" / f"{campaign}.yaml").is_file():
+        return resolve(folder, {"campaign": campaign}).drift
+    config: Config = load(folder / "config.yaml", Config)
+    return config.drift
 
 
 def _pin(options: argparse.Namespace) -> int:

@@ -13,6 +13,7 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.settings.config import DriftSettings
 from oilfilm.tables import unit_of
 from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
@@ -106,7 +107,7 @@ class Comparison:
         ]
 
 
-def compare(before: StoredRelease, after: StoredRelease, drift: Mapping[str, Any]) -> Comparison:
+def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> Comparison:
     """Compare two releases, or a pin with a release.
 
     Tables that a pin does not keep are not compared.
@@ -289,9 +290,7 @@ def _constants(before: StoredRelease, after: StoredRelease) -> list[Constant]:
     ]
 
 
-def _tractions(
-    before: StoredRelease, after: StoredRelease, drift: Mapping[str, Any]
-) -> list[Traction]:
+def _tractions(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> list[Traction]:
     old, new = _fits(before), _fits(after)
     return [
         _traction(oil, old.get(oil), new.get(oil), drift) for oil in sorted(old.keys() | new.keys())
@@ -314,15 +313,15 @@ def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
 
 
 def _traction(
-    oil: str, before: FittedLaw | None, after: FittedLaw | None, drift: Mapping[str, Any]
+    oil: str, before: FittedLaw | None, after: FittedLaw | None, drift: DriftSettings
 ) -> Traction:
     if before is None or after is None:
         return _incomparable(oil, f"{oil} is fitted in one release only")
     if before.law.conditions != after.law.conditions:
         return _incomparable(oil, f"laws {before.law.name} and {after.law.name}")
     *box, (_, slip_max) = before.coefficients.box
-    slips = [slip for slip in drift["slide_roll_ratio"] if not slip > slip_max]
-    axes = [_levels(low, high, drift["levels"]) for low, high in box]
+    slips = [slip for slip in drift.slide_roll_ratio if not slip > slip_max]
+    axes = [_levels(low, high, drift.levels) for low, high in box]
     axes.append(np.array(slips or [slip_max]))
     conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     try:

@@ -21,6 +21,7 @@ from oilfilm.releases.manifest import (
     canonical,
     version_of,
 )
+from oilfilm.settings.resolved import Settings
 
 CRATE = "ro-crate-metadata.json"
 _WORKFLOW = f"{CODE}/Snakefile"
@@ -47,24 +48,22 @@ _MEDIA_TYPES = {
 }
 
 
-def run_crate(
-    config: Mapping[str, Any], made_from: Mapping[str, Any], files: Sequence[FileRecord]
-) -> str:
+def run_crate(settings: Settings, made_from: Mapping[str, Any], files: Sequence[FileRecord]) -> str:
     """The text of `ro-crate-metadata.json`.
 
     Args:
-        config: As resolved.
+        settings: All settings of the run.
         made_from: What the manifest says the release was made from.
         files: The files of the release, without the crate itself.
     """
     crate = ROCrate(version=_RO_CRATE)
     crate.metadata.extra_contexts.append(_CONTEXT)
-    about, campaign = config["dataset"], config["campaign"]
-    crate.name = about.get("title", f"Traction campaign {campaign['name']}")
-    crate.description = f"{campaign['description']} ({campaign['data']} data)"
-    crate.license = about.get("licence", "not stated")
+    dataset, campaign = settings.dataset, settings.campaign
+    crate.name = dataset.title or f"Traction campaign {campaign.name}"
+    crate.description = f"{campaign.description} ({campaign.data} data)"
+    crate.license = dataset.licence or "not stated"
     # from the configuration; the library would write down the time of day
-    crate.datePublished = config["release"]["date"]
+    crate.datePublished = settings.release.date
     crate.root_dataset["version"] = version_of(made_from)
     crate.root_dataset["conformsTo"] = [_profile(crate, *each) for each in _PROFILES.items()]
     crate.metadata["conformsTo"] = [
@@ -81,7 +80,7 @@ def run_crate(
         crate,
         "#run",
         "CreateAction",
-        name=f"Run of the campaign {campaign['name']}",
+        name=f"Run of the campaign {campaign.name}",
         description="From raw logs to tables, fits, figures and exports, by snakemake.",
         instrument=workflow,
         object=[made[CONFIG], *logs],

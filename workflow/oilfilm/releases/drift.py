@@ -1,19 +1,17 @@
 """The drift gate: which constants and traction changed by more than the configured limits."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from oilfilm.releases.compare import Comparison, Section
+from oilfilm.settings.config import DriftSettings
 
 
-def drift_table(comparison: Comparison, drift: Mapping[str, Any]) -> Section:
+def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
     """Every change beyond its limit; no rows where there is none.
 
     Args:
         comparison: The reference release compared with a newer constant.
         drift: `drift` of the configuration.
     """
-    errors, limit = drift["standard_errors"], drift["traction"]
+    errors, limit = drift.standard_errors, drift.traction
     rows = [
         (
             constant.oil,

@@ -13,7 +13,8 @@ from oilfilm.releases.manifest import CODE, FileRecord, printable
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.tree import code_files
-from oilfilm.settings.load import unresolve
+from oilfilm.settings.resolve import unresolve
+from oilfilm.settings.resolved import Settings
 
 # What a run needs beside its code. The configuration comes from the release.
 _OTHER_FILES = ("requirements.lock", "pyproject.toml", "profiles/default/config.yaml")
@@ -50,11 +51,13 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
     for path in (*code_files(root), *_OTHER_FILES):
         _copy(root / path, folder / path)
     try:
-        texts, simulated = unresolve(config), _made_by_twin(config)
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
+        settings = Settings.of(config)
+        texts = unresolve(settings)
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(
-            f"{stored.folder}: config.yaml is no resolved configuration ({error!r})."
+            f"{stored.folder}: config.yaml is no resolved configuration ({error})."
         ) from error
+    simulated = _simulated_folders(settings)
     for path, text in texts.items():
         target = folder / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -62,7 +65,7 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
     campaign = stored.manifest.made_from["campaign"]
     for record in stored.manifest.raw:
         # the rig twin writes these logs again
-        if simulated.get(record.path.split("/")[2]):
+        if record.path.split("/")[2] in simulated:
             continue
         source = root / record.path
         if not source.is_file() or FileRecord.of(root, record.path) != record:
@@ -74,11 +77,12 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
         _copy(source, folder / record.path)
 
 
-def _made_by_twin(config: dict[str, Any]) -> dict[str, bool]:
-    """Whether a folder of raw logs is written by a twin."""
-    campaign = config["campaign"]
-    name = campaign["name"]
-    return {name: "twin" in campaign, f"{name}-torque": "twin" in campaign.get("torque", {})}
+def _simulated_folders(settings: Settings) -> set[str]:
+    """Folders of raw logs that a rig twin writes."""
+    campaign = settings.campaign
+    torque_twin = campaign.torque and campaign.torque.twin
+    twins = {campaign.name: campaign.twin, f"{campaign.name}-torque": torque_twin}
+    return {name for name, twin in twins.items() if twin}
 
 
 def _copy(source: Path, target: Path) -> None:

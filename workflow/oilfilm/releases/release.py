@@ -32,8 +32,8 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.tree import code_files, code_tree_digest, environment
 from oilfilm.releases.verify import verify
-from oilfilm.settings.load import as_yaml
 from oilfilm.settings.resolved import Settings
+from oilfilm.settings.yaml_file import as_yaml
 
 REPORT = "report.html"
 LOG = "log.txt"
@@ -46,7 +46,7 @@ class FinishedRun:
 
     Attributes:
         root: Top folder of the project; all other paths start there.
-        config: As resolved.
+        settings: All settings of the run.
         results: Folder of the campaign's results.
         files: Output files and folders below it, all up to date.
         raw: Paths of the raw logs with the sha256 that each had when the run read it; empty for
@@ -55,7 +55,7 @@ class FinishedRun:
     """
 
     root: Path
-    config: Mapping[str, Any]
+    settings: Settings
     results: Path
     files: Sequence[Path]
     raw: Mapping[str, str]
@@ -104,11 +104,11 @@ def _made_from(run: FinishedRun) -> dict[str, Any]:
     raw = records_of(run.root, list(run.raw))
     _refuse_changed(raw, run)
     return {
-        "campaign": run.config["campaign"]["name"],
-        "data": run.config["campaign"]["data"],
-        "tag": run.config["release"]["tag"],
+        "campaign": run.settings.campaign.name,
+        "data": run.settings.campaign.data,
+        "tag": run.settings.release.tag,
         "schema_version": tables.SCHEMA_VERSION,
-        "config": sha256_of(as_yaml(run.config)),
+        "config": sha256_of(as_yaml(run.settings.plain())),
         "code": code_tree_digest(run.root),
         "lock": FileRecord.of(run.root, LOCK).sha256,
         "environment": environment(run.root),
@@ -127,15 +127,15 @@ def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> 
     for path in code_files(root):
         _copy(root / path, temporary / CODE / path)
     _copy(root / LOCK, temporary / LOCK)
-    _write(temporary / CONFIG, as_yaml(run.config))
+    _write(temporary / CONFIG, as_yaml(run.settings.plain()))
     _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
     _write(temporary / LOG, _log_summary(run))
     if REPORT in paths:
         page = (temporary / REPORT).read_bytes().decode("utf-8")
         _write(temporary / REPORT, with_release(page, version_of(made_from)))
-    _describe(temporary / "tables", run.config)
+    _describe(temporary / "tables", run.settings)
     inside = records_of(temporary, files_below(temporary))
-    _write(temporary / CRATE, run_crate(run.config, made_from, inside))
+    _write(temporary / CRATE, run_crate(run.settings, made_from, inside))
     files = records_of(temporary, files_below(temporary))
     manifest = Manifest(made_from, files, records_of(results, samples))
     _write(temporary / MANIFEST, manifest.text())
@@ -162,7 +162,7 @@ def _refuse_changed(raw: Sequence[FileRecord], run: FinishedRun) -> None:
         path = run.results / "tables" / f"{name}.parquet"
         return tables.read(name, run.root / path) if path in run.files else None
 
-    read = logs_read(run.config["campaign"]["name"], table, {record.path for record in raw})
+    read = logs_read(run.settings.campaign.name, table, {record.path for record in raw})
     for record in raw:
         # a log that could not be read at all has no row in any table
         before = {run.raw[record.path]}
@@ -190,10 +190,10 @@ def _log_summary(run: FinishedRun) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _describe(folder: Path, config: Mapping[str, Any]) -> None:
+def _describe(folder: Path, settings: Settings) -> None:
     """Describe the tables that the release contains."""
     files = [table_file(path, folder) for path in sorted(folder.glob("*.parquet"))]
-    _write(folder / "datapackage.json", data_package(Settings.of(config), files))
+    _write(folder / "datapackage.json", data_package(settings, files))
 
 
 def _copy(source: Path, target: Path) -> None:
