@@ -129,8 +129,10 @@ def test_moments_on_all_bodies_cancel():
     bearing = shipped("mainshaft-167")
     points = OperatingPoints.axial(20000.0, np.array([3000.0, 12000.0]) * RPM)
     found = friction_equilibrium(bearing, points, lubrication("4102", 70, 2), printed_law("4102"))
-    rings = found.places * found.balance.ring_moment_n_m.sum(axis=(1, 2))
-    oil = found.places * (found.balance.drag_n * found.balance.contacts.orbit_radius_m).sum(axis=1)
+    rings = found.balls_per_row * found.balance.ring_moment_n_m.sum(axis=(1, 2))
+    oil = found.balls_per_row * (found.balance.drag_n * found.balance.contacts.orbit_radius_m).sum(
+        axis=1
+    )
     np.testing.assert_allclose(rings, -oil, rtol=1e-6)
     terms = torque_terms(bearing, points, lubrication("4102", 70, 2), printed_law("4102"), TESTED)
     np.testing.assert_allclose(terms["torque_n_m"] - terms["outer_ring_torque_n_m"], oil, rtol=1e-6)

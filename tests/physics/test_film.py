@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from campaigns import ROOT
 from oilfilm.physics.contact import (
     ellipticity,
     load_for_max_hertz_pressure,
@@ -15,13 +16,20 @@ from oilfilm.physics.contact import (
     reduced_radius,
 )
 from oilfilm.physics.film import (
+    FilmDefinition,
+    InletOil,
     central_film_thickness,
+    contact_film,
+    film_thickness,
     lambda_ratio,
     minimum_film_thickness,
     thermal_loading_parameter,
     thermal_reduction_factor,
 )
+from oilfilm.physics.oils import oil_from_config
+from oilfilm.physics.rigs import Contact
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
+from oilfilm.settings.load import load_checked
 
 M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)
 LOAD_N = load_for_max_hertz_pressure(1.5e9, 0.010, M50)
@@ -111,22 +119,42 @@ def test_worst_corner_of_the_rig_has_the_printed_film() -> None:
 
 
 def test_worst_corner_of_the_rig_runs_at_the_printed_lambda() -> None:
-    # docs/physics.md: lambda 3.9 with Rq 0.0215 um, printed to 0.05; thermally reduced, pure
-    # rolling
-    loading = thermal_loading_parameter(
-        entrainment_speed_m_s=25.0,
-        dynamic_viscosity_pa_s=2.09e-3,
-        temperature_viscosity_coefficient_1_k=0.0145,
-        thermal_conductivity_w_mk=0.1333,  # between 0.13395 at 367 K and 0.13265 at 422 K
-    )
-    factor = thermal_reduction_factor(
+    # docs/physics.md: lambda 3.9 with Rq 0.0215 um, printed to 0.05; thermally reduced, S = 0
+    conductivity = 0.1333  # between 0.13395 at 367 K and 0.13265 at 422 K
+    oil = InletOil(*map(np.asarray, (2.09e-3, 0.681e-8, 0.0145, conductivity)))
+    film_m = film_thickness(
+        oil,
+        thickness="minimum",
+        load_n=LOAD_N,
         max_hertz_pressure_pa=1.5e9,
-        reduced_modulus_pa=M50,
+        entrainment_speed_m_s=25.0,
         slide_roll_ratio=0.0,
-        thermal_loading=loading,
+        radius_x_m=0.010,
+        reduced_modulus_pa=M50,
     )
-    film_m = factor * minimum_film_thickness(**WORST_CORNER)
     assert lambda_ratio(film_m, RIG_ROUGHNESS_M) == pytest.approx(3.9, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("definition", "film_um"),
+    [
+        (FilmDefinition(), 0.211 * 0.766),
+        (FilmDefinition(thickness="central"), 0.360 * 0.766),
+        (FilmDefinition(thermal_reduction=False), 0.211),
+    ],
+)
+def test_film_of_an_oil_in_the_rig_is_that_of_check_1(
+    definition: FilmDefinition, film_um: float
+) -> None:
+    # docs/physics.md, check 1 [C], printed to 0.0005 um; at S = 0.3
+    contact = Contact(0.010, float(M50), float(RIG_ROUGHNESS_M), 0.0172e-6)
+    oil = oil_from_config(load_checked(ROOT / "config/oils/4050.yaml", "oil"))
+    at = {"load_n": 142.0, "entrainment_speed_m_s": 25.0, "slide_roll_ratio": 0.3}
+    temperatures = np.array([100.0, 1000.0])  # no oil is liquid at the second
+    film = contact_film(oil, contact, definition, inlet_temperature_c=temperatures, **at)
+    assert film.thickness_m[0] * 1e6 == pytest.approx(film_um, rel=0.005)
+    assert film.lambda_ratio[0] == pytest.approx(film_um / 0.0215, rel=0.01)
+    assert np.isnan(film.thickness_m[1])
 
 
 @given(factors)

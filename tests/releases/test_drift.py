@@ -367,7 +367,7 @@ def test_figures_stand_side_by_side(
     assert "onload" not in text
     assert "<p>no such figure</p>" in text
     assert "<p>no PNG</p>" in text
-    kept = comparison_of(pin(make(), tmp_path / "pinned"), after, demo)
+    kept = comparison_of(pin(make(), tmp_path / "pinned"), after)
     text = page(kept, drift_table(kept, DRIFT))
     assert text.count("data:image/png;base64,") == 1
     assert "<p>not kept in the pin</p>" in text

@@ -105,7 +105,7 @@ def _measured(value: float, unit: str, target: str) -> float:
     """A value of one unit in another."""
     registry = _registry()
     quantity = registry.Quantity(value, unit)
-    turns, counts = ("radian" in str(registry.get_root_units(one)[1]) for one in (target, unit))
+    turns, counts = ("radian" in str(registry.get_root_units(name)[1]) for name in (target, unit))
     # of a spindle, a plain frequency counts revolutions; pint would take it for radians
     if turns and not counts:
         quantity = quantity * registry.revolution

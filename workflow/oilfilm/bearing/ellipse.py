@@ -1,8 +1,8 @@
 """Sliding and traction inside the contact ellipse of a ball and a race.
 
-At each place of the ellipse the surfaces slide because the ball spins against the race, because
-their distance from the ball's axis changes across the groove, and because the whole contact slips.
-A traction law says how strongly the film resists; Hertz's pressure says how much each place counts.
+The surfaces slide for three reasons: the ball spins against the race, the distance from the ball's
+axis changes across the groove, and the contact as a whole slips. A traction law gives the local
+traction coefficient; Hertz's pressure gives the weight of each quadrature node.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from oilfilm.units import PA_PER_GPA, FloatArray
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a traction law is told of contacts, beside the slip; all of one shape.
+    """Operating conditions of contacts on which a traction law depends, beside the slip.
 
     Attributes:
         load_n: Q.
@@ -39,7 +39,7 @@ class Conditions:
 
 
 class TractionBasis(Protocol):
-    """A traction law as a bearing asks it."""
+    """A traction law as a function of the conditions and the slip of contacts."""
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """mu, of the shape of `slide_roll_ratio` (0 or more), whose last axis `at` has as 1."""
@@ -48,7 +48,7 @@ class TractionBasis(Protocol):
 
 @dataclass(frozen=True)
 class Grid:
-    """Places of the unit ellipse and the share of the load that each bears; shapes (places,).
+    """Quadrature nodes of the unit ellipse and their shares of the load; shapes (nodes,).
 
     Attributes:
         along: In the rolling direction, in semi-axes.
@@ -86,17 +86,17 @@ def grid(across: int, along: int) -> Grid:
 
 @dataclass(frozen=True)
 class Sliding:
-    """Sliding of the race over the ball; shapes (..., 2 contacts) or (..., 2 contacts, places).
+    """Sliding of the race over the ball; shapes (..., 2 contacts) or (..., 2 contacts, nodes).
 
     Attributes:
-        across_m_s: Speed across the rolling direction at each place.
-        along_m_s: Speed along t at each place.
+        across_m_s: Speed across the rolling direction at each node.
+        along_m_s: Speed along t at each node.
         entrainment_speed_m_s: Mean surface speed in the contact's middle.
         middle_m: From the ball's centre to the contact's middle, along the normal.
-        height_m: The same to each place.
-        across_m: From the normal to each place, across the rolling direction.
+        height_m: The same to each node.
+        across_m: From the normal to each node, across the rolling direction.
         along_m: The same along t.
-        race_radius_m: From the bearing's axis to each place.
+        race_radius_m: From the bearing's axis to each node.
     """
 
     across_m_s: FloatArray
@@ -114,7 +114,7 @@ def sliding(
 ) -> Sliding:
     """Sliding speeds in both ellipses of each ball, from rigid-body motion.
 
-    In a frame that travels with the ball, with the place p = z n + y (t x n) + x t:
+    In a frame that travels with the ball, with the point p = z n + y (t x n) + x t:
 
         along t:          W (r_b + n_r z + n_x y) - w_n y + w_y z
         across, along t x n:                (w_n - W n_x) x - w_t z
@@ -127,7 +127,7 @@ def sliding(
         contacts: Of the balls.
         motion: Of the balls.
         race_speed_rad_s: Of both races about the bearing's axis, shape (..., 2).
-        rule: Places of the ellipse.
+        rule: Quadrature nodes of the ellipse.
 
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
     """
@@ -163,15 +163,15 @@ def sliding(
 
 @dataclass(frozen=True)
 class Traction:
-    """What traction does in each contact; shapes (..., 2 contacts) unless said otherwise.
+    """Forces, moments and heat of traction; shapes (..., 2 contacts) unless stated otherwise.
 
     Attributes:
         force_n: On the ball, along t x n and t: shape (..., 2 parts, 2 contacts).
         moment_n_m: On the ball about its centre, about n, t x n and t: (..., 3, 2 contacts).
         race_moment_n_m: On the race about the bearing's axis.
         heat_w: Force times sliding, summed over the ellipse.
-        slide_roll_ratio: At each place, shape (..., 2 contacts, places).
-        coefficient: mu at each place.
+        slide_roll_ratio: At each node, shape (..., 2 contacts, nodes).
+        coefficient: mu at each node.
     """
 
     force_n: FloatArray
@@ -185,7 +185,7 @@ class Traction:
 def conditions(
     bearing: Bearing, contacts: Contacts, slip: Sliding, inlet_temperature_c: FloatArray
 ) -> Conditions:
-    """What the law is told of each contact, with one more axis for the places.
+    """Conditions of each contact, with one more axis for the nodes.
 
     Args:
         bearing: The bearing.

@@ -51,7 +51,7 @@ from oilfilm.bearing.resistance import (
 from oilfilm.bearing.solver import Equations, IntArray, follow
 from oilfilm.units import FloatArray
 
-# Places of the ellipse across and along the rolling direction.
+# Nodes of the ellipse across and along the rolling direction.
 QUADRATURE = (16, 4)
 # Scale of the speeds of a bearing at rest.
 _SLOWEST_RAD_S = 1e-3
@@ -79,7 +79,7 @@ class Balance:
     Attributes:
         contacts: Normal contacts.
         motion: Of the balls.
-        at: What the traction law was told.
+        at: Conditions of the contacts.
         traction: Of the film in the ellipses.
         resistance: Of rolling.
         drag_n: Of the oil along t, against the orbit.
@@ -131,12 +131,11 @@ def balance(
         ring_speed_rad_s: Of inner and outer ring, shape (points, 2).
         lubrication: The oil at each point.
         law: The traction law.
-        rule: Places of the ellipse.
+        rule: Quadrature nodes of the ellipse.
         share: Of everything that resists or turns the balls beside traction.
     """
     slip = sliding(bearing, contacts, motion, ring_speed_rad_s[:, np.newaxis], rule)
-    temperature = lubrication.inlet_temperature_c[:, np.newaxis, np.newaxis]
-    at = conditions(bearing, contacts, slip, temperature)
+    at = conditions(bearing, contacts, slip, lubrication.inlet_temperature_c[:, None, None])
     film = traction(contacts, slip, at, law, rule)
     roll = _resistance(bearing, contacts, motion, ring_speed_rad_s, lubrication, share)
     normal, orbit = contacts.normal, contacts.orbit_radius_m
@@ -298,12 +297,12 @@ class FrictionEquilibrium:
     Attributes:
         balance: All that acts on the balls of each point.
         equilibrium: Loads, motion and the solver's account.
-        places: Number of balls that each row of balls stands for.
+        balls_per_row: Number of balls that each row of the arrays represents.
     """
 
     balance: Balance
     equilibrium: Equilibrium
-    places: float
+    balls_per_row: float
 
 
 def widest_contact(bearing: Bearing, contacts: Contacts) -> FloatArray:
@@ -327,7 +326,7 @@ def friction_equilibrium(
         points: Loads and speeds.
         lubrication: The oil at each point.
         law: The traction law.
-        quadrature: Places of the ellipse, across and along the rolling direction.
+        quadrature: Nodes of the ellipse, across and along the rolling direction.
         tolerance: Largest residual, over the load of a ball (moments: times its radius).
         max_iterations: Jacobians after which a point is given up.
 

@@ -1,4 +1,4 @@
-"""What a ball bearing is: its sizes, materials and cage, and the Hertz contacts of its races.
+"""A ball bearing: sizes, materials, cage, and the Hertz contacts of its races.
 
 Two contacts a ball, always in the order inner race, outer race. Lengths are in m.
 """
@@ -132,11 +132,11 @@ class Bearing:
             Shape (3, ..., 2): K in N/m^1.5 of Q = K delta^1.5; semi-axis along the rolling
             direction and across it, in m under 1 N, both growing with the cube root of the load.
         """
-        place = 2 * cosine - 1
-        powers = self._hertz_polynomials[(slice(None), slice(None), *(None,) * (place.ndim - 1))]
+        argument = 2 * cosine - 1
+        powers = self._hertz_polynomials[(slice(None), slice(None), *(None,) * (argument.ndim - 1))]
         value = powers[-1]
         for coefficient in powers[-2::-1]:
-            value = value * place + coefficient
+            value = value * argument + coefficient
         return value
 
     @cached_property

@@ -20,7 +20,7 @@ from oilfilm.units import FloatArray
 
 Control = Literal["outer", "inner"]
 
-# Axial load of a ball from which the search for its place starts where it bears less.
+# Axial load of a ball from which the search for its position starts where it bears less.
 _LIGHTEST_N = 1e-3
 # Into how many parts that search divides the angle, how often: to hundred-thousandths of a radian,
 # near enough for Newton's method.
@@ -58,7 +58,7 @@ class OperatingPoints:
 
     @property
     def only_axial(self) -> bool:
-        """True where all balls of every point share one fate."""
+        """True where the load is axial at every point, so that all balls are alike."""
         return not (self.radial_load_n.any() or self.moment_n_m.any())
 
     def loads(self) -> FloatArray:
@@ -71,7 +71,7 @@ class OperatingPoints:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Normal contacts of balls; shapes (..., 2) of contacts unless said otherwise.
+    """Normal contacts of balls; shapes (..., 2) of contacts unless stated otherwise.
 
     Attributes:
         normal: From the ball into the race, shape (..., 2 components, 2 contacts).
@@ -117,7 +117,7 @@ class Motion:
 class Equilibrium:
     """Where a bearing's rings and balls come to rest, or travel steadily.
 
-    Balls of a point share one row where the load is axial; else there is a row a ball.
+    Balls of a point share one row where the load is axial; otherwise each ball has its own row.
 
     Attributes:
         contacts: Shapes (points, balls, ...).
@@ -206,17 +206,17 @@ def rolling_motion(
     side = np.array([-1.0, 1.0])
     sine, cosine = side * contacts.normal[..., 0, :], side * contacts.normal[..., 1, :]
     race = contacts.orbit_radius_m[..., np.newaxis] + side * radius * cosine
-    place = 1 if control == "outer" else 0
+    controlling = 1 if control == "outer" else 0
     # the ball's axis, of length `size`, and its height above both races
-    along = cosine[..., place] + side[place] * radius / contacts.orbit_radius_m
-    size = np.hypot(along, sine[..., place])
-    lever = cosine * along[..., np.newaxis] + sine * sine[..., place, np.newaxis]
+    along = cosine[..., controlling] + side[controlling] * radius / contacts.orbit_radius_m
+    size = np.hypot(along, sine[..., controlling])
+    lever = cosine * along[..., np.newaxis] + sine * sine[..., controlling, np.newaxis]
     reach = race * size[..., np.newaxis] / lever
     inner, outer = reach[..., 0], reach[..., 1]
     orbit = (inner_speed_rad_s * inner + outer_speed_rad_s * outer) / (inner + outer)
     turning = (orbit - outer_speed_rad_s) * outer / (radius * size)
     spin = np.zeros((*turning.shape, 3))
-    spin[..., 0], spin[..., 1] = -turning * along, turning * sine[..., place]
+    spin[..., 0], spin[..., 1] = -turning * along, turning * sine[..., controlling]
     return Motion(orbit, spin)
 
 
@@ -307,7 +307,7 @@ def raceway_control(
     """Equilibrium of balls and inner ring, the balls moving as `rolling_motion` says.
 
     The controlling race alone supplies the gyroscopic moment, by friction across the rolling
-    direction; neither its size nor the moments about other axes are asked for.
+    direction. Its size is not checked, nor are the moments about other axes.
 
     Args:
         bearing: The bearing.
@@ -326,7 +326,7 @@ def raceway_control(
     loads = points.loads()
     force, length, lever = scales(bearing, points)
     force = np.maximum(force, np.finfo(float).tiny)
-    place = 1 if control == "outer" else 0
+    controlling = 1 if control == "outer" else 0
     grip_1_m = 2 * gyroscopic_sign / bearing.ball_diameter_m
     sideways = np.arange(loads.shape[1]) > 0
 
@@ -347,8 +347,8 @@ def raceway_control(
             momentum = bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
             grip = share * grip_1_m * momentum * motion.spin_rad_s[..., 1]
             on_ball = -contacts.load_n[..., np.newaxis, :] * contacts.normal
-            on_ball[..., 0, place] -= grip * contacts.normal[..., 1, place]
-            on_ball[..., 1, place] += grip * contacts.normal[..., 0, place]
+            on_ball[..., 0, controlling] -= grip * contacts.normal[..., 1, controlling]
+            on_ball[..., 1, controlling] += grip * contacts.normal[..., 0, controlling]
             residual = on_ball.sum(axis=-1)
             residual[..., 1] += centrifugal_force_n(bearing, contacts, motion)
             on_ring = np.zeros((*residual.shape[:-1], 3))

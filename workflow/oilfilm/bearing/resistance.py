@@ -1,6 +1,6 @@
-"""What resists the motion of balls and cage beside the traction of the film.
+"""Forces and moments that resist balls and cage, beside the traction of the film.
 
-Each formula stands alone; `friction` puts them together. SI units, arrays that broadcast.
+One function per formula; `friction` combines them. SI units, arrays that broadcast.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -17,7 +17,7 @@ from oilfilm.units import FloatArray
 
 @dataclass(frozen=True)
 class Lubrication:
-    """The oil at its inlet temperature, one value a point, and how much of it the balls meet.
+    """The oil at its inlet temperature, one value per point, and its share of the volume.
 
     Attributes:
         inlet_temperature_c: In degC.
@@ -137,9 +137,9 @@ def rolling_force_n(
     elastic = 7.5826 * unit * k**0.4055 * u**0.75
     # 1/(1 + M/6.6) with M ~ U^-0.75, written so that a resting contact has a value
     thick = u**0.75
-    whole = np.asarray(thick + 0.5549 * k**-0.6029 * w / 6.6)
+    total = np.asarray(thick + 0.5549 * k**-0.6029 * w / 6.6)
     # nothing resists where there is neither load nor speed
-    share = np.divide(thick, whole, out=np.zeros_like(whole), where=whole > 0)
+    share = np.divide(thick, total, out=np.zeros_like(total), where=total > 0)
     return np.asarray((rigid - elastic) * share + elastic)
 
 

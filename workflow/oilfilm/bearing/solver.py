@@ -1,7 +1,7 @@
-"""Newton's method for many bearings at once, each of many balls that meet in one ring and cage.
+"""Newton's method for many bearings at once.
 
-Every ball has unknowns of its own, the bearing has a few that all balls share, and no ball knows
-of another: the Jacobian has the shape of an arrow and is solved ball by ball.
+Every ball has unknowns of its own, and the bearing has a few that all balls share. Balls depend on
+each other through these only, so the Jacobian has the shape of an arrow and is solved ball by ball.
 """
 
 from collections.abc import Callable
@@ -162,7 +162,7 @@ def follow(
     shared_scale: FloatArray,
     tolerance: float,
     max_iterations: int,
-    place: FloatArray,
+    position: FloatArray,
 ) -> Solution:
     """`solve`, and where that fails again from elsewhere.
 
@@ -177,9 +177,11 @@ def follow(
         shared_scale: As for `solve`.
         tolerance: As for `solve`.
         max_iterations: As for `solve`, for each search.
-        place: Where each point lies among the others, shape (points, any).
+        position: Coordinates in which near points have similar solutions, shape (points, any).
     """
-    found = solve(equations(1.0), own, shared, own_scale, shared_scale, tolerance, max_iterations)
+    solution = solve(
+        equations(1.0), own, shared, own_scale, shared_scale, tolerance, max_iterations
+    )
 
     def again(
         which: IntArray, own: FloatArray, shared: FloatArray, share: float = 1.0
@@ -200,30 +202,30 @@ def follow(
             tolerance,
             max_iterations,
         )
-        found.iterations[which] += end.iterations
+        solution.iterations[which] += end.iterations
         if share == 1:
-            found.own[which], found.shared[which] = end.own, end.shared
-            found.residual[which], found.converged[which] = end.residual, end.converged
+            solution.own[which], solution.shared[which] = end.own, end.shared
+            solution.residual[which], solution.converged[which] = end.residual, end.converged
         return end.own, end.shared
 
-    failed = np.flatnonzero(~found.converged)
+    failed = np.flatnonzero(~solution.converged)
     if len(failed):
         here = own[failed], shared[failed]
         for share in _SHARES:
             here = again(failed, *here, share)
     for _ in range(_ROUNDS):
-        failed, solved = np.flatnonzero(~found.converged), np.flatnonzero(found.converged)
+        failed, solved = np.flatnonzero(~solution.converged), np.flatnonzero(solution.converged)
         if len(failed) == 0 or len(solved) == 0:
             break
-        away = np.square(place[failed, np.newaxis] - place[solved]).sum(axis=-1)
+        away = np.square(position[failed, np.newaxis] - position[solved]).sum(axis=-1)
         nearest = solved[away.argmin(axis=1)]
-        relative = found.own[nearest] / own_scale[nearest, np.newaxis]
+        relative = solution.own[nearest] / own_scale[nearest, np.newaxis]
         again(
             failed,
             relative * own_scale[failed, np.newaxis],
-            found.shared[nearest] / shared_scale[nearest] * shared_scale[failed],
+            solution.shared[nearest] / shared_scale[nearest] * shared_scale[failed],
         )
-    return found
+    return solution
 
 
 class _State(NamedTuple):
@@ -266,15 +268,15 @@ def _chosen(better: BoolArray, new: _Parts, old: _Parts) -> _Parts:
         return new
     return type(new)(
         *(
-            np.where(better.reshape(-1, *(1,) * (one.ndim - 1)), one, other)
-            for one, other in zip(new, old, strict=True)
+            np.where(better.reshape(-1, *(1,) * (new_part.ndim - 1)), new_part, old_part)
+            for new_part, old_part in zip(new, old, strict=True)
         )
     )
 
 
 def _chosen_rows(parts: _Parts, which: BoolArray) -> _Parts:
     """The parts of some points."""
-    return parts if which.all() else type(parts)(*(one[which] for one in parts))
+    return parts if which.all() else type(parts)(*(part[which] for part in parts))
 
 
 def _linearised(
@@ -286,7 +288,7 @@ def _linearised(
 ) -> tuple[_Jacobian, _State]:
     """Jacobian by forward differences and the residuals, all of it in one call.
 
-    Balls do not know of each other: one unknown of all balls is moved at a time.
+    Balls are independent: one unknown of all balls is changed at a time.
     """
     n_own, n_shared = own.shape[-1], shared.shape[-1]
     owns = np.repeat(own[np.newaxis], 1 + n_own + n_shared, axis=0)
@@ -296,17 +298,17 @@ def _linearised(
     for unknown in range(n_shared):
         shareds[1 + n_own + unknown, :, unknown] += _DIFFERENCE * scales[1][:, unknown]
     of_balls, parts, rest = equations(owns, shareds, which)
-    whole = parts.sum(axis=-2) + rest
+    of_bearing = parts.sum(axis=-2) + rest
     minus = np.moveaxis((of_balls[0] - of_balls[1:]) / _DIFFERENCE, 0, -1)
     minus_parts = np.moveaxis((parts[0] - parts[1:]) / _DIFFERENCE, 0, -1)
-    minus_whole = np.moveaxis((whole[0] - whole[1:]) / _DIFFERENCE, 0, -1)
+    minus_bearing = np.moveaxis((of_bearing[0] - of_bearing[1:]) / _DIFFERENCE, 0, -1)
     jacobian = _Jacobian(
         minus[..., :n_own],
         minus[..., n_own:],
         minus_parts[..., :n_own],
-        minus_whole[..., n_own:],
+        minus_bearing[..., n_own:],
     )
-    return jacobian, _state(own, shared, of_balls[0], whole[0])
+    return jacobian, _state(own, shared, of_balls[0], of_bearing[0])
 
 
 def _step(

@@ -47,7 +47,7 @@ def torque_terms(
         quadrature: Places of the ellipse, across and along the rolling direction.
     """
     equilibrium = friction_equilibrium(bearing, points, lubrication, law, quadrature)
-    balance, balls = equilibrium.balance, equilibrium.places
+    balance, balls = equilibrium.balance, equilibrium.balls_per_row
     speed = np.where(points.inner_speed_rad_s == 0, np.inf, points.inner_speed_rad_s)
     slidings = _heat_by_sliding(bearing, points, equilibrium, quadrature)
     heats = {name: balance.heat_w[..., part] for part, name in enumerate(HEATS)} | slidings
@@ -195,14 +195,14 @@ def _beyond(values: FloatArray, tested: tuple[float, float]) -> FloatArray:
 def _mean(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Weighted mean of each point; 0 where nothing weighs."""
     over = tuple(range(1, values.ndim))
-    whole = np.broadcast_to(weights, values.shape).sum(axis=over)
+    total = np.broadcast_to(weights, values.shape).sum(axis=over)
     mean = np.divide(
-        (values * weights).sum(axis=over), whole, out=np.zeros(len(values)), where=whole > 0
+        (values * weights).sum(axis=over), total, out=np.zeros(len(values)), where=total > 0
     )
-    # rounding must not make a share of what is whole
+    # rounding must not move a mean outside its values
     return np.clip(mean, values.min(axis=over), values.max(axis=over))
 
 
-def _relative(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(one - other)/one, 0 where both are."""
-    return np.divide(one - other, one, out=np.zeros_like(one), where=one != 0)
+def _relative(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(first - second)/first; 0 where `first` is 0."""
+    return np.divide(first - second, first, out=np.zeros_like(first), where=first != 0)

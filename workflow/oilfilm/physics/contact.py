@@ -17,14 +17,14 @@ Floats = FloatArray | float
 
 @dataclass(frozen=True)
 class EllipticalContact:
-    """What `elliptical_contact` returns; x is the rolling direction, y lies across it.
+    """Result of `elliptical_contact`; x is the rolling direction, y is across it.
 
     Attributes:
         semi_axis_x_m: Half the contact's length along x, in m.
         semi_axis_y_m: Half its width along y, in m.
         ellipticity: semi_axis_y_m / semi_axis_x_m.
         max_hertz_pressure_pa: Pressure in the centre, in Pa.
-        approach_m: By how much distant points of the two bodies come closer, in m.
+        approach_m: Approach of distant points of the two bodies, in m.
     """
 
     semi_axis_x_m: FloatArray
@@ -198,11 +198,11 @@ def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
     log_ratio = np.log(np.divide(radius_y_m, radius_x_m))
     # |ln k| stays below |ln(Ry/Rx)|; the 1 keeps rounding from deciding the signs where both vanish
     bound = np.abs(log_ratio) + 1
-    # imported where needed: it takes half a second, and a ball on a flat does without
+    # imported here: it takes half a second, and a ball on a flat does not need it
     from scipy.optimize import elementwise  # noqa: PLC0415
 
-    found = elementwise.find_root(_ellipticity_error, (-bound, bound), args=(log_ratio,))
-    return np.exp(found.x)
+    root = elementwise.find_root(_ellipticity_error, (-bound, bound), args=(log_ratio,))
+    return np.exp(root.x)
 
 
 def _ellipticity_error(log_k: FloatArray, log_ratio: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """Properties of oils against temperature, at ambient pressure.
 
-The formulas stand here, their numbers with units and sources in config/oils. Temperatures of the
-methods are in degC, floats or arrays; results are in SI units and of the same shape.
+The formulas are here; their numbers, with units and sources, are in config/oils. Methods take
+temperatures in degC, floats or arrays. Results are in SI units and have the same shape.
 """
 
 from abc import ABC, abstractmethod
@@ -51,15 +51,15 @@ class PiecewiseLinear:
 
 @dataclass(frozen=True, kw_only=True)
 class Oil(ABC):
-    """An oil: what it is and its properties.
+    """An oil and its properties.
 
     Attributes:
         id: Short name, as in config/oils.
         name: Full name.
         display_name: Name in figures and tables.
         nominal_kinematic_viscosity_100c_cst: Grade of the oil, in cSt (mm2/s) at 100 degC.
-        stand_in: True where the properties are another oil's, for want of its own.
-        note: What the reader must know of where the properties come from.
+        stand_in: True where the properties are those of a similar oil.
+        note: A remark on the source of the properties.
         source: Source of the properties.
         relative_uncertainty: Half-width of a property's uncertainty, relative, by property name.
         density: In kg/m3.

@@ -11,7 +11,7 @@ from oilfilm.units import M_PER_UM
 
 @dataclass(frozen=True)
 class Contact:
-    """What the contact of a ball on a flat disc is made of.
+    """Contact of a ball on a flat disc: geometry, materials and roughness.
 
     Attributes:
         radius_m: Reduced radius, the ball's own, in m.

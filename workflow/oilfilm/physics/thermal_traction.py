@@ -1,9 +1,8 @@
 """Traction of an oil film by thermal elastohydrodynamics: shear thinning, limiting stress, heat.
 
-What a traction law fits, computed from the oil's properties instead: the rig twin can take it for
-its truth, and laws can borrow its stresses. One mean pressure, film thickness and temperature
-stand for the whole contact. All quantities are in SI units, temperatures in degC; arguments are
-floats or arrays that broadcast against each other.
+Traction computed from the properties of an oil instead of a fit. The rig twin can use it as truth,
+and laws use its stresses. The contact has one mean pressure, film thickness and temperature.
+All quantities are in SI units, temperatures in degC. Arguments are floats or arrays that broadcast.
 
 Volumes and pages of the references are not checked against print; the tests hold each formula
 against its own limits and against conduction solved numerically.
@@ -28,7 +27,7 @@ _CIRCULAR_SOURCE = 8 * np.sqrt(2) / (3 * np.pi**1.5) * beta(1 / 2, 7 / 4)
 
 @dataclass(frozen=True, kw_only=True)
 class ThermalEhl:
-    """Constants of the computation that are in no oil's file.
+    """Constants that belong to no oil file.
 
     Attributes:
         eyring_stress_pa: tau_E, above which the film thins under shear, in Pa.
@@ -49,7 +48,7 @@ class ThermalEhl:
 
 @dataclass(frozen=True)
 class SlidingFilm:
-    """What `thermal_ehl_traction` returns, each attribute of the arguments' broadcast shape.
+    """Result of `thermal_ehl_traction`; each attribute has the arguments' broadcast shape.
 
     Attributes:
         traction_coefficient: mu, mean shear stress over mean pressure.
@@ -312,7 +311,7 @@ def thermal_ehl_traction(
         h     = phi_T h_c
 
     The stress falls with the temperature and the temperature rises with the stress, so that there
-    is exactly one pair of both. It is found by bracketing, without iteration that could swing.
+    is exactly one solution. A bracketing root search finds it.
 
     Args:
         oil: The oil; its viscosity and pressure-viscosity coefficient are taken at the mean

@@ -101,8 +101,8 @@ def _truth(
             "simulated bearing comes to no steady motion. Ask for more load or less speed."
         )
     left = misfit(oil, constants, law, rig)
-    torque = -found.places * found.balance.ring_moment_n_m[..., 0].sum(axis=1)
-    heat = found.places * found.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
+    torque = -found.balls_per_row * found.balance.ring_moment_n_m[..., 0].sum(axis=1)
+    heat = found.balls_per_row * found.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
     rows = [
         {
             "run_id": plan.name,

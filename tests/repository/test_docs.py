@@ -1,0 +1,56 @@
+"""What the docs name exists."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "tests/README.md"]
+# Folders that a run or a user fills.
+NOT_TRACKED = ("results/", "data/raw/", "figures/", "tables/", ".venv", "config/campaigns/june")
+
+
+def named_paths(text: str) -> set[str]:
+    """Paths in backticks and targets of links."""
+    code = re.findall(r"`([\w.-]+(?:/[\w.-]+)+/?)`", text)
+    return set(code) | {link.split("#")[0] for link in re.findall(r"\]\(([^):]+)\)", text)}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_paths_that_a_page_names_exist(page: Path):
+    places = (ROOT, page.parent, ROOT / "workflow/oilfilm")
+    paths = {path for path in named_paths(page.read_text("utf-8")) if path}
+    missing = [
+        path
+        for path in sorted(paths)
+        if not path.startswith(NOT_TRACKED)
+        if not any((place / path).exists() for place in places)
+    ]
+    assert not missing
+
+
+def test_make_targets_that_contributing_names_exist():
+    targets = re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"))
+    named = re.findall(r"`make ([a-z]+)`", (ROOT / "CONTRIBUTING.md").read_text("utf-8"))
+    assert named
+    assert not set(named) - {*targets, "help"}
+
+
+def test_no_file_cites_a_page_outside_the_repository():
+    cited = re.compile(r"(?<![\w/])(physics|tools|paper)\.md|paper/README|shared/(?!real/pcs)")
+    files = [*(ROOT / "workflow").rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *PAGES]
+    lines = [
+        f"{file.relative_to(ROOT)}: {line.strip()}"
+        for file in files
+        if file != Path(__file__)
+        for line in file.read_text("utf-8").splitlines()
+        if cited.search(
+            re.sub(
+                r"docs/physics\.md|\[physics\.md\]\(physics\.md\)|\"docs\" / \"physics\.md\"",
+                "",
+                line,
+            )
+        )
+    ]
+    assert not lines
