@@ -13,6 +13,8 @@ from oilfilm.releases.manifest import CODE, FileRecord, printable
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.tree import code_files
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import unresolve
 from oilfilm.settings.resolved import Settings
 
@@ -52,6 +54,7 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
         _copy(root / path, folder / path)
     try:
         settings = Settings.of(config)
+        check(config["campaign"], Campaign, lambda steps: "campaign")
         texts = unresolve(settings)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(
