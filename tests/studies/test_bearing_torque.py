@@ -377,7 +377,8 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
         return np.broadcast_to(values, (2,))[:, np.newaxis].astype(float)
 
     at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
-    mu = FittedBasis(fitted, "stress", RIG, SETTINGS.law_floor.model_dump())(at, np.full((2, 1), 0.02))
+    basis = FittedBasis(fitted, "stress", RIG, SETTINGS.law_floor.model_dump())
+    mu = basis(at, np.full((2, 1), 0.02))
     eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
     groups = (
         load / (modulus * radius**2) / 1e-6,

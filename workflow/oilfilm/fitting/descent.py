@@ -67,13 +67,16 @@ def descend(
     held = np.zeros(starts.shape, dtype=bool) if held is None else held
     ends, sse = _descend_all(problem, starts, weights, held, tolerance)
     low, high = problem.limits.T
-    while (rows := (outside := ~held * problem.beyond(ends)).any(axis=1)).any():
+    while True:
+        outside = ~held * problem.beyond(ends)
+        rows = outside.any(axis=1)
+        if not rows.any():
+            return ends, sse
         held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
         inside = np.where(outside > 0, np.clip(ends, low, high), ends)
         ends[rows], sse[rows] = _descend_all(
             problem, inside[rows], weights[rows], held[rows], tolerance
         )
-    return ends, sse
 
 
 def _descend_all(

@@ -231,8 +231,10 @@ def _codec(content: bytes) -> str | None:
 def _unknown(content: bytes) -> Reading:
     known = ", ".join(reader.name for reader in READERS)
     seen = content[:40].decode("utf-8", "backslashreplace")
-    archive = content.startswith(b"PK")
-    hint = "; an Excel workbook or a zip archive: export it as csv, or unpack it" * archive
+    is_archive = content.startswith(b"PK")
+    hint = (
+        "; an Excel workbook or a zip archive: export it as csv, or unpack it" if is_archive else ""
+    )
     found = f"no reader knows this content, which begins {seen!r}{hint}"
     return refused_file(
         0,

@@ -68,7 +68,7 @@ def selection_map(
     _label(figure, axes[0], axes[-len(slips) :], table)
     _say_key(figure, oils, table)
     stand_ins = any(oil is not None and oil["stand_in"] for oil in config["oils"].values())
-    films = ", of STAND-IN oils" * stand_ins
+    films = ", of STAND-IN oils" if stand_ins else ""
     style.say_key(figure, f"Constants: {basis}. Film: of the traction rig's contact{films}")
     style.say_source(figure, config["campaign"])
     return figure, tables.conform(

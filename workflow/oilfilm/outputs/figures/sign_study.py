@@ -57,7 +57,7 @@ def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figu
             panel = string.ascii_letters[row * len(oils) + column]
             part = draw(axes[row, column], of_oil, colour)
             drawn.append(part.assign(panel=panel, oil=oil))
-            axes[row, column].set_title(f"({panel})" + f" {oil}" * (row == 0))
+            axes[row, column].set_title(f"({panel}) {oil}" if row == 0 else f"({panel})")
     _label(axes[:, 0], axes[-1])
     style.say_key(
         figure,

@@ -226,10 +226,12 @@ def _sentence(finding: Finding, evidence: Evidence) -> str:
     where = [
         form.format(worst[name]) for name, form in _SYMBOLS.items() if not np.isnan(worst[name])
     ]
-    place = ", ".join([worst["oil"]] * bool(worst["oil"]) + where)
+    if worst["oil"]:
+        where.insert(0, worst["oil"])
+    condition = ", ".join(where)
     head = "Worst" if finding.share < 1 else "Nearest to failing"
     value = f"{head}: {finding.quantity} is {worst['value']:{finding.form}}"
-    words.append(value + f" at {place}" * bool(place))
+    words.append(f"{value} at {condition}" if condition else value)
     lines = [f"{part}." for part in words] + list(finding.remarks)
     lines += [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
     return " ".join(lines)
