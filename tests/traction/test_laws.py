@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 import pytest
 
@@ -18,9 +19,11 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
 from oilfilm.randomness import generator
 from oilfilm.settings.load import resolve
-from oilfilm.traction import LAW_NAMES, LAWS, laws_for
-from oilfilm.traction.law import CONDITIONS, Law, bounds, to_constants
+from oilfilm.traction import LAW_NAMES, LAWS, expression, laws_for
+from oilfilm.traction.law import CONDITIONS, FloatArray, Law, bounds, to_constants
 from oilfilm.traction.laws.wang_deng import wang_deng_groups
+
+ComplexArray = npt.NDArray[np.complex128]
 
 
 def problem_of(law: Law, points: pd.DataFrame) -> Problem:
@@ -38,6 +41,39 @@ def test_gradient_is_that_of_finite_differences(law: Law) -> None:
         central = (ends[0] - ends[1]) / 2e-5
         # the error of a central difference is of second order in the step
         np.testing.assert_allclose(jacobian[:, place], central, rtol=1e-6, atol=1e-10)
+
+
+def by_hand(law: Law, sizes: FloatArray) -> ComplexArray:
+    """mu by the law's own text, evaluated by Python with complex numbers: nothing of oilfilm."""
+    known: dict[str, Any] = {
+        **{name: getattr(np, name) for name in ("exp", "expm1", "log", "log1p", "sqrt", "tanh")},
+        "asinh": np.arcsinh,
+        "abs": lambda value: np.where(value.real < 0, -value, value),
+        "S": SLIP.astype(complex),
+    }
+    for coefficient, size in zip(law.coefficients, sizes, strict=True):
+        known[coefficient.name] = coefficient.sign * size
+    for name, text in law.parts:
+        known[name] = eval(text, known)
+    return np.asarray(eval(law.equation, known))
+
+
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_values_and_slopes_are_those_of_the_text(law: Law) -> None:
+    """By the complex step d mu/d ln x = Im mu(x (1 + i h))/h, without any difference taken."""
+    sizes = law.sizes(internal_of(law), law.design(MATRIX[list(law.conditions)].to_numpy()))
+    for row in (0, 20, 47):
+        mu, slopes = law.value_and_slopes(sizes[:, row], SLIP)
+        np.testing.assert_allclose(mu, by_hand(law, sizes[:, row]).real, rtol=0, atol=4e-17)
+        for place, slope in enumerate(slopes):
+            step = np.where(np.arange(len(sizes)) == place, 1 + 1e-30j, 1)
+            expected = by_hand(law, sizes[:, row] * step).imag / 1e-30
+            np.testing.assert_allclose(slope, expected, rtol=0, atol=2e-16)
+
+
+def test_equation_with_an_unknown_name_is_told() -> None:
+    with pytest.raises(ValueError, match="found 'cos\\(S\\)'; expected numbers, S"):
+        expression.parse("1 - cos(S)", {"S": expression.name("S")})
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)

@@ -44,7 +44,7 @@ def campaign_with(law: str) -> dict[str, object]:
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20}
     campaign["torque"]["matrix"] = {
         "axial_load_n": [20000],
-        "inner_speed_rpm": [3000, 6000],
+        "inner_speed_rpm": [6000, 12000],
         "oil_temperature_c": [70],
     }
     campaign["settings"] = {
@@ -99,3 +99,28 @@ def test_every_law_goes_through_the_whole_workflow(project: Path, law: str) -> N
     printed = coefficients[coefficients["printed_value"].notna()]
     # the paper prints constants of its own law only
     assert set(printed["oil"]) == ({"4102"} if law == "deng2026" else set())
+
+
+SEVENTH = '''"""A straight start and a level, as a hyperbola: a law that only this test knows."""
+
+from oilfilm.traction.law import Coefficient, Law
+
+HYPERBOLA = Law(
+    name="hyperbola",
+    source="a test",
+    equation="A*S/(S + K)",
+    coefficients=(Coefficient("A", +1, 1e-4, 1.0), Coefficient("K", +1, 1e-4, 1.0)),
+)
+'''
+
+
+def test_a_seventh_law_is_a_file_and_a_line(project: Path) -> None:
+    laws = project / "workflow/oilfilm/traction/laws"
+    (laws / "hyperbola.py").write_text(SEVENTH, encoding="utf-8")
+    with (laws / "__init__.py").open("a", encoding="utf-8") as registry:
+        registry.write("from oilfilm.traction.laws.hyperbola import HYPERBOLA as HYPERBOLA\n")
+    told = run(project, "hyperbola")
+    assert "Traceback" not in told
+    refuse_gaps(project, "hyperbola")
+    header = project / "results/laws/exports/own/traction_own.h"
+    assert "const double mu = A * S / (S + K);" in header.read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
-"""What is generated from the models: JSON schemas for editors, and the reference page of all keys.
+"""What is generated: JSON schemas for editors, the reference page of all keys, the page of laws.
 
-`make schemas` renews both; a test fails where they are out of date.
+`make schemas` renews them; a test fails where they are out of date.
 """
 
 import json
@@ -21,6 +21,8 @@ from oilfilm.settings.oil import (
 )
 from oilfilm.settings.rig import Rig
 from oilfilm.settings.yaml_file import dotted, read_yaml
+from oilfilm.traction import LAWS
+from oilfilm.traction.typeset import laws_page
 
 _ROOT = Path(__file__).parents[3]
 _SCHEMAS: dict[str, Any] = {
@@ -57,7 +59,11 @@ def generated_files() -> dict[str, str]:
         f"workflow/schemas/{name}.schema.json": schema_text(model)
         for name, model in _SCHEMAS.items()
     }
-    return {**schemas, "docs/configuration.md": reference_page()}
+    return {
+        **schemas,
+        "docs/configuration.md": reference_page(),
+        "docs/laws.md": laws_page(LAWS.values()),
+    }
 
 
 def schema_text(model: Any) -> str:

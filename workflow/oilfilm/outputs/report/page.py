@@ -100,7 +100,7 @@ def page(
     context = {
         **_tables(results, config),
         **_explorer(results, config),
-        "config": config,
+        "config": dict(config),
         "provenance": provenance,
         "configuration": as_yaml(config),
         "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
@@ -22,6 +23,7 @@ from oilfilm.outputs.report.contents import (
 )
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
+from oilfilm.traction.typeset import mathml
 
 
 @dataclass(frozen=True)
@@ -124,10 +126,10 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
     )
 
 
-def equations(results: CampaignTables) -> list[tuple[str, str]]:
-    """Equation and source of each fitted law."""
+def equations(results: CampaignTables) -> list[tuple[Markup, str]]:
+    """Equation, as MathML, and source of each fitted law."""
     laws = (LAWS[name] for name in dict.fromkeys(results.coefficients["law"]))
-    return [(law.equation, law.source) for law in laws]
+    return [(Markup(mathml(law)), law.source) for law in laws]  # noqa: S704  (our own text)
 
 
 _REFUSED = [

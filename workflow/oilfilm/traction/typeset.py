@@ -1,0 +1,160 @@
+"""A law's equation as mathematics: MathML for the report, LaTeX for the documentation."""
+
+from collections.abc import Iterable
+
+from oilfilm.traction.expression import Form, Language, Node
+from oilfilm.traction.law import QUANTITIES, Law
+
+LATEX = Language(
+    {
+        "*": Form(r"{}\,{}", 2, (2, 3)),
+        "/": Form(r"\frac{{{}}}{{{}}}", 3, (0, 0)),
+        "**": Form("{}^{{{}}}", 4, (5, 0)),
+        "exp": Form(r"\mathrm{{e}}^{{{}}}", 4, (0,)),
+        "expm1": Form(r"\mathrm{{e}}^{{{}}} - 1", 1, (0,)),
+        "log1p": Form(r"\ln\left(1 + {}\right)", 5, (1,)),
+        "log": Form(r"\ln\left({}\right)"),
+        "sqrt": Form(r"\sqrt{{{}}}"),
+        "tanh": Form(r"\tanh\left({}\right)"),
+        "asinh": Form(r"\operatorname{{arsinh}}\left({}\right)"),
+        "abs": Form(r"\left|{}\right|"),
+    },
+    numeral="{:g}".format,
+    identifier=lambda name: rf"\{name}" if name == "mu" else name,
+    brackets=r"\left({}\right)",
+)
+
+
+def _operator(text: str) -> str:
+    return f"<mo>{text}</mo>"
+
+
+def _function(name: str) -> Form:
+    return Form(f"<mi>{name}</mi><mo>&#8289;</mo><mrow><mo>(</mo>{{}}<mo>)</mo></mrow>")
+
+
+MATHML = Language(
+    {
+        "+": Form(f"{{}}{_operator('+')}{{}}", 1, (1, 2)),
+        "-": Form(f"{{}}{_operator('&#8722;')}{{}}", 1, (1, 2)),
+        "negative": Form(f"{_operator('&#8722;')}{{}}", 1, (2,)),
+        "*": Form(f"{{}}{_operator('&#8290;')}{{}}", 2, (2, 3)),
+        "/": Form("<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>", 3, (0, 0)),
+        "**": Form("<msup><mrow>{}</mrow><mrow>{}</mrow></msup>", 4, (5, 0)),
+        "exp": Form("<msup><mi>e</mi><mrow>{}</mrow></msup>", 4, (0,)),
+        "expm1": Form(
+            f"<msup><mi>e</mi><mrow>{{}}</mrow></msup>{_operator('&#8722;')}<mn>1</mn>", 1, (0,)
+        ),
+        "sqrt": Form("<msqrt>{}</msqrt>"),
+        "abs": Form("<mrow><mo>|</mo>{}<mo>|</mo></mrow>"),
+        "log": _function("ln"),
+        "log1p": Form("<mi>ln</mi><mo>(</mo><mn>1</mn><mo>+</mo>{}<mo>)</mo>", 5, (1,)),
+        "tanh": _function("tanh"),
+        "asinh": _function("arsinh"),
+    },
+    numeral="<mn>{:g}</mn>".format,
+    identifier=lambda name: "<mi>&#956;</mi>" if name == "mu" else f"<mi>{name}</mi>",
+    brackets="<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
+)
+
+
+def latex(law: Law) -> list[str]:
+    """The equation, its parts and its power laws, one LaTeX formula each."""
+    equations = [
+        rf"{LATEX.identifier(name)} = {LATEX.write(value)}" for name, value in _equations(law)
+    ]
+    for coefficient, factors in _power_laws(law):
+        powers = "".join(
+            rf" \left(\frac{{{symbol}}}{{\text{{{reference}}}}}\right)^{{{exponent}}}"
+            for symbol, reference, exponent in factors
+        )
+        equations.append(f"{coefficient} = {coefficient}_0{powers}")
+    return equations
+
+
+def mathml(law: Law) -> str:
+    """The same as MathML, one `math` element per formula; made of our own text only."""
+    formulas = [
+        f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
+        for name, value in _equations(law)
+    ]
+    for coefficient, factors in _power_laws(law):
+        powers = "".join(
+            f"<msup><mrow><mo>(</mo><mfrac><mi>{symbol}</mi><mtext>{reference}</mtext></mfrac>"
+            f"<mo>)</mo></mrow><mtext>{exponent}</mtext></msup>"
+            for symbol, reference, exponent in factors
+        )
+        head = f"<mi>{coefficient}</mi><mo>=</mo><msub><mi>{coefficient}</mi><mn>0</mn></msub>"
+        formulas.append(head + powers)
+    return " ".join(f'<math display="block"><mrow>{text}</mrow></math>' for text in formulas)
+
+
+def laws_page(laws: Iterable[Law]) -> str:
+    """The page of all laws in the documentation, in Markdown."""
+    return _PAGE_BEGINS + "".join(map(_section, laws))
+
+
+_PAGE_BEGINS = """\
+# Traction laws
+
+Generated from the laws in `workflow/oilfilm/traction/laws` by `make schemas`; do not edit.
+S is the slide-roll ratio. A coefficient X without a formula of its own is
+X0 times powers of the operating conditions; the fit gives X0 and the exponents X1, X2, X3.
+The sign of X0 is part of the law.
+"""
+
+
+def _section(law: Law) -> str:
+    formulas = "\n\n".join(f"$${formula}$$" for formula in latex(law))
+    rows = "\n".join(
+        f"| {coefficient.name} | {'+' if coefficient.sign > 0 else '-'} | "
+        f"{coefficient.smallest:g} to {coefficient.largest:g} |"
+        for coefficient in law.coefficients
+    )
+    groups = "; ".join(
+        f"{QUANTITIES[group].symbol}: {QUANTITIES[group].meaning}" for group in law.groups
+    )
+    return f"""
+## {law.name}
+
+{formulas}
+
+{groups}. Source: {law.source}.
+
+| coefficient | sign | size of X0 in the search |
+| --- | --- | --- |
+{rows}
+"""
+
+
+def _equations(law: Law) -> list[tuple[str, Node]]:
+    """mu first, then the parts of its equation."""
+    return law.definitions()[::-1]
+
+
+def _power_laws(law: Law) -> list[tuple[str, list[tuple[str, str, str]]]]:
+    """X for all coefficients, then those whose exponents the law gives.
+
+    Each with its factors: symbol, reference with its unit, exponent.
+    """
+    fitted = [f"X{number}" for number in range(1, len(law.groups) + 1)]
+    known = [
+        (coefficient.name, [f"{exponent:g}" for exponent in coefficient.exponents])
+        for coefficient in law.coefficients
+        if coefficient.exponents is not None
+    ]
+    references = [
+        (QUANTITIES[group].symbol, f"{reference:g} {QUANTITIES[group].unit}".removesuffix(" 1"))
+        for group, reference in zip(law.groups, law.reference, strict=True)
+    ]
+    return [
+        (
+            name,
+            [
+                (symbol, reference, exponent)
+                for (symbol, reference), exponent in zip(references, exponents, strict=True)
+                if exponent != "0"
+            ],
+        )
+        for name, exponents in [("X", fitted), *known]
+    ]
