@@ -28,4 +28,4 @@ def draw(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Any:
         reference: load_checked(ROOT / f"data/reference/{reference}.yaml", reference)
         for reference in registered.declaration.references
     }
-    return registered.draw(results, config, **references)
+    return registered.draw(results, config, references)

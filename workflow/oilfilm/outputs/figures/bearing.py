@@ -10,15 +10,14 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from oilfilm import tables
 from oilfilm.bearing.friction import HEATS
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.advice_map import advice_handles, cell_edges, draw_advice
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.units import RAD_S_PER_RPM
 
@@ -48,7 +47,7 @@ _BASES: dict[str, tuple[str, Any, str]] = {
     requires="torque",
     draws="torque_drawn",
 )
-def fig06(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig06(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Measured torque and each basis against speed, an oil a column; relative errors below."""
     settings = config["figures"]["fig06"]
     asked, within = settings["inlet_temperature_c"], settings["same_within"]
@@ -72,8 +71,8 @@ def fig06(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     for axis in axes[1]:
         axis.set_xlabel("Speed of the inner ring (1000 rpm)")
     if not rows:
-        _say_nothing(axes[0, 0], "No torque was measured at this temperature.")
-        return _finish(figure, config), tables.empty("torque_drawn")
+        style.say_in_panel(axes[0, 0], "No torque was measured at this temperature.")
+        return figure, []
     axes[0, 0].legend(
         handles=_load_handles(loads),
         loc="upper left",
@@ -85,9 +84,7 @@ def fig06(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     style.say_key(
         figure, "Points above: measured; bars: 95 %, random errors alone. Lines: the law."
     )
-    return _finish(figure, config), tables.conform(
-        pd.concat(rows, ignore_index=True), "torque_drawn", "fig06"
-    )
+    return figure, rows
 
 
 def _basis_handles() -> list[Line2D]:
@@ -166,7 +163,6 @@ def _drawn(rows: pd.DataFrame, panel: str, series: str, load: float) -> pd.DataF
 
 
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
-_FIELD = 0.45  # share of an oil's colour in the field of the advice
 
 
 @register(
@@ -174,8 +170,8 @@ _FIELD = 0.45  # share of an oil's colour in the field of the advice
     title="Cage slip and choice of oil",
     caption="Cage slip (%) at friction equilibrium against pitch diameter times speed (million "
     "mm rpm) and axial load (kN), one panel per oil; line: limit of the paper. Last panel: colour "
-    "of the oil that the rules of the paper advise; symbols: oil with the least slip, where it is "
-    "another.",
+    "of the oil that the rules of the paper advise; symbols: best oil by calculated slip, where it "
+    "is another.",
     category="Bearing",
     family="bearing",
     tables=("cage_slip", "slip_advice"),
@@ -183,20 +179,20 @@ _FIELD = 0.45  # share of an oil's colour in the field of the advice
     requires="torque",
     draws="cage_slip_map",
 )
-def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
     table, advice = results.cage_slip, results.slip_advice
     every = list(config["oils"])
     oils = [oil for oil in every if (table["oil"] == oil).any()]
     if not oils:
-        figure, axes = style.panels(1, 1, style.SINGLE_COLUMN_IN, 1.0)
-        _say_nothing(axes[0], "No oil has a law that a bearing could use.")
-        return _finish(figure, config), tables.empty("cage_slip_map")
+        return style.sentences("No oil has a law that a bearing could use."), []
     count = len(oils) + (not advice.empty)
     columns = min(count, 2)
     rows = -(-count // columns)
     width = style.DOUBLE_COLUMN_IN if columns > 1 else style.SINGLE_COLUMN_IN
     figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.4)
+    axes[0].set_yscale("log")
+    axes[0].yaxis.set_major_formatter("{x:g}")
     drawn = []
     for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
         of_oil = table[table["oil"] == oil]
@@ -205,14 +201,15 @@ def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figur
         drawn.append(of_oil.assign(panel=letter, advised_oil="", best_oil="", judgement=""))
     if not advice.empty:
         letter, axis = string.ascii_letters[len(oils)], axes[len(oils)]
-        _draw_advice(axis, advice, every)
+        in_units = advice.assign(**_in_units_of_axes(advice))
+        draw_advice(axis, in_units, every, "speed", "load", 3.5)
         axis.set_title(f"({letter}) advice by slip")
         drawn.append(advice.assign(panel=letter, oil="", cage_slip=np.nan))
-        _say_advice(figure, every, advice)
+        figure.legend(
+            handles=advice_handles(advice, every, "slip"), loc="outside lower left", ncols=4
+        )
     for axis in axes[count:]:
         axis.set_axis_off()
-    axes[0].set_yscale("log")
-    axes[0].yaxis.set_major_formatter("{x:g}")
     bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
     bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
     for axis in axes[max(count - columns, 0) :]:
@@ -225,75 +222,25 @@ def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figur
         f"Friction equilibrium, {table['bearing'].iloc[0]}, {temperature:g} \N{DEGREE SIGN}C; "
         f"line: slip of {limit:g}.",
     )
-    together = pd.concat(drawn, ignore_index=True)[tables.columns("cage_slip_map")]
-    return _finish(figure, config), tables.conform(together, "cage_slip_map", "map of cage slip")
+    return figure, drawn
+
+
+def _in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
+    """Speed in million mm rpm and load in kN."""
+    return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load": rows["axial_load_n"] / 1e3}
 
 
 def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
-    grid = of_oil.pivot(index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip")
-    speed, load = grid.columns.to_numpy() / 1e6, grid.index.to_numpy() / 1e3
+    in_units = of_oil.assign(**_in_units_of_axes(of_oil))
+    grid = in_units.pivot(index="load", columns="speed", values="cage_slip")
+    speed, load = grid.columns.to_numpy(), grid.index.to_numpy()
     slip = np.ma.masked_invalid(grid.to_numpy())
     norm = BoundaryNorm(_SLIP_LEVELS, 256)
-    filled = axis.pcolormesh(*_cells(speed, load), slip, cmap="cividis_r", norm=norm)
+    edges = cell_edges(speed, axis.get_xscale()), cell_edges(load, axis.get_yscale())
+    filled = axis.pcolormesh(*edges, slip, cmap="cividis_r", norm=norm)
     axis.contour(speed, load, slip, [limit], colors="black", linewidths=1.1)
     axis.grid(False)
     return filled
-
-
-def _draw_advice(axis: Axes, advice: pd.DataFrame, oils: list[str]) -> None:
-    """Fields in the colour of the oil that the rules advise, symbols of the one that slip does."""
-    field = advice.pivot(index="axial_load_n", columns="pitch_speed_mm_rpm", values="advised_oil")
-    speed, load = field.columns.to_numpy() / 1e6, field.index.to_numpy() / 1e3
-    # white is for places where no oil is advised
-    fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
-    places = field.map(lambda oil: oils.index(oil) + 1 if oil else 0).to_numpy()
-    colours = ListedColormap([(1.0, 1.0, 1.0), *fields])
-    axis.pcolormesh(*_cells(speed, load), places, cmap=colours, vmin=-0.5, vmax=len(oils) + 0.5)
-    for oil in oils:
-        apart = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
-        _draw_places(axis, apart, style.oil_marker(oil, oils), style.oil_colour(oil, oils))
-    _draw_places(axis, advice[advice["judgement"] == "no film"], "x", style.GREY)
-    axis.grid(False)
-
-
-def _draw_places(axis: Axes, rows: pd.DataFrame, marker: str, colour: str) -> None:
-    axis.plot(
-        rows["pitch_speed_mm_rpm"] / 1e6,
-        rows["axial_load_n"] / 1e3,
-        marker,
-        color=colour,
-        markersize=3.5,
-    )
-
-
-def _say_advice(figure: Figure, oils: list[str], advice: pd.DataFrame) -> None:
-    shown = [oil for oil in oils if oil in {*advice["advised_oil"], *advice["best_oil"]}]
-    handles: list[Any] = []
-    for oil in shown:
-        colour, symbol = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
-        handles += [
-            Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
-            _symbol(symbol, colour, f"slip speaks for {oil}"),
-        ]
-    handles.append(_symbol("x", style.GREY, "film too thin"))
-    figure.legend(handles=handles, loc="outside lower left", ncols=4)
-
-
-def _symbol(marker: str, colour: str, label: str) -> Line2D:
-    return Line2D([], [], linestyle="", marker=marker, color=colour, label=label)
-
-
-def _cells(
-    speed: np.ndarray[Any, Any], load: np.ndarray[Any, Any]
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Edges of cells around speeds, and around loads in equal ratios."""
-    return _edges(speed), np.exp(_edges(np.log(load)))
-
-
-def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Edges of cells around rising centres."""
-    middles = (centres[1:] + centres[:-1]) / 2
-    return np.concatenate([[2 * centres[0] - middles[0]], middles, [2 * centres[-1] - middles[-1]]])
 
 
 @register(
@@ -309,7 +256,7 @@ def _edges(centres: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     requires="torque",
     draws="size_effect",
 )
-def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Traction torque of the load bases against the stress basis, by ball size and conformity."""
     drawn = results.size_effect["load_variable"].isin(["load", "dimensionless_load"])
     table = results.size_effect[drawn].reset_index(drop=True)
@@ -342,12 +289,12 @@ def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Fig
         axis.set_title(f"({letter}) {varied} at the same {held}")
     axes[0].set_ylabel("Traction torque above that\nof the law on stress (%)")
     if table.empty:
-        _say_nothing(axes[0], "No oil has a law that a bearing could use.")
+        style.say_in_panel(axes[0], "No oil has a law that a bearing could use.")
     else:
         axes[0].legend(loc="upper left")
         handles = _basis_handles()[1:]
         axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
-    return _finish(figure, config), table
+    return figure, [table]
 
 
 @register(
@@ -362,15 +309,17 @@ def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Fig
     requires="torque",
     draws="power_loss",
 )
-def power_loss(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def power_loss(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Calculated power loss term by term beside a published one: plausibility alone."""
     table = results.power_loss
     figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)
     axis.set_xlabel("Speed of the inner ring (1000 rpm)")
     axis.set_ylabel("Power loss (W)")
     if table.empty:
-        _say_nothing(axis, "The published test's oil is not fitted,\nor its bearing not described.")
-        return _finish(figure, config), table
+        style.say_in_panel(
+            axis, "The published test's oil is not fitted,\nor its bearing not described."
+        )
+        return figure, []
     turning = table["inner_speed_rpm"] * RAD_S_PER_RPM
     watts = [table[f"{term}_torque_n_m"] * turning for term in HEATS]
     speed = table["inner_speed_rpm"] / 1e3
@@ -387,13 +336,4 @@ def power_loss(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figu
         table.index[0], ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
     axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
-    return _finish(figure, config), table
-
-
-def _say_nothing(axis: Axes, words: str) -> None:
-    axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=7)
-
-
-def _finish(figure: Figure, config: Mapping[str, Any]) -> Figure:
-    style.say_source(figure, config["campaign"])
-    return figure
+    return figure, [table]

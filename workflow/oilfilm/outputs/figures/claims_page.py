@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.studies.audit.audit import percent
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -53,7 +53,7 @@ _WORST = (
     tables=("claims",),
     draws="claims_page",
 )
-def claims_page(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def claims_page(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Each claim in words, a bar a basis for the share of cases where it holds, the worst case."""
     table = results.claims
     drawn = table[["claim", "statement", "basis", "verdict", "share", "share_tested_box"]].assign(
@@ -82,8 +82,7 @@ def claims_page(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Fig
         for line, basis in enumerate(_BASES):
             _draw_line(axis, row + 0.28 + 0.46 * line, basis, of_claim.loc[basis])
     _say_key(figure)
-    style.say_source(figure, config["campaign"])
-    return figure, drawn.reset_index(drop=True)
+    return figure, [drawn]
 
 
 def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None:

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.17
@@ -28,7 +27,7 @@ _ROW_IN = 0.17
     settings=("oils",),
     draws="coefficient_table",
 )
-def eqs11_13(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def eqs11_13(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Each oil's constants: fitted with standard error, and printed."""
     table = results.coefficients
     drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]]
@@ -56,8 +55,7 @@ def eqs11_13(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure
     if shown["printed_value"].notna().any():
         note += ". Printed: Deng et al. 2026, signs reconstructed"
     axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color=style.GREY)
-    style.say_source(figure, config["campaign"])
-    return figure, drawn.reset_index(drop=True)
+    return figure, [drawn]
 
 
 def _draw_oil(

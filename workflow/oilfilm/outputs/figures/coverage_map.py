@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _OILS_ABREAST = 3
@@ -43,13 +42,13 @@ _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
     settings=("oils",),
     draws="coverage_map",
 )
-def coverage_map(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def coverage_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """A column of panels an oil, a row a temperature; cells of pressure (or load) and speed."""
     cells = _cells(results.coverage)
     oils = [oil for oil in config["oils"] if (cells["oil"] == oil).any()]
     words = _why_no_map(cells, oils)
     if words:
-        return _in_words(words, cells, config), tables.empty("coverage_map")
+        return _in_words(words, cells), []
     blocks = [oils[at : at + _OILS_ABREAST] for at in range(0, len(oils), _OILS_ABREAST)]
     grid = [(block, level) for block in blocks for level in _temperatures(cells, block)]
     speeds, forces = _levels(cells, [_SPEED]), _levels(cells, [_PRESSURE, _LOAD])
@@ -78,10 +77,7 @@ def coverage_map(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Fi
             drawn.append(here.assign(panel=str(row * abreast + place + 1)))
     _label(axes, abreast, speeds, forces)
     _say_key(figure, cells, columns=2 if width_in == style.SINGLE_COLUMN_IN else 4)
-    style.say_source(figure, config["campaign"])
-    return figure, tables.conform(
-        pd.concat(drawn)[tables.columns("coverage_map")], "coverage_map", "coverage map"
-    )
+    return figure, drawn
 
 
 def _cells(coverage: pd.DataFrame) -> pd.DataFrame:
@@ -113,18 +109,13 @@ def _why_no_map(cells: pd.DataFrame, oils: Sequence[str]) -> str:
     return ""
 
 
-def _in_words(words: str, cells: pd.DataFrame, config: Mapping[str, Any]) -> Figure:
+def _in_words(words: str, cells: pd.DataFrame) -> Figure:
     per_oil = cells.groupby("oil")[["runs_accepted", "runs"]].sum()
     counts = [
         f"{style.plain(str(oil))}: {row['runs_accepted']} of {row['runs']} runs accepted"
         for oil, row in per_oil.iterrows()
     ]
-    lines = [*words.split("\n"), "", *counts]
-    figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 0.14 * len(lines))
-    axis.set_axis_off()
-    axis.text(0, 1, "\n".join(lines), va="top", fontsize=7, linespacing=1.3, parse_math=False)
-    style.say_source(figure, config["campaign"])
-    return figure
+    return style.sentences("\n".join([words, "", *counts]))
 
 
 def _numbers(cells: pd.DataFrame) -> list[str]:

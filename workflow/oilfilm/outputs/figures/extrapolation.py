@@ -12,9 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.studies.extrapolation import relative_rms
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -24,18 +23,6 @@ _ABSCISSAE = {
     "fig08": "entrainment_speed_m_s",
     "fig09": "max_hertz_pressure_gpa",
     "fig10": "inlet_temperature_c",
-}
-_LABELS = {
-    "slide_roll_ratio": "Slide-roll ratio S (1)",
-    "entrainment_speed_m_s": "Entrainment speed U (m/s)",
-    "max_hertz_pressure_gpa": "Maximum Hertz pressure P (GPa)",
-    "inlet_temperature_c": "Inlet temperature T (\N{DEGREE SIGN}C)",
-}
-_LEVELS = {
-    "max_hertz_pressure_gpa": "P = {:g} GPa",
-    "entrainment_speed_m_s": "U = {:g} m/s",
-    "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
-    "slide_roll_ratio": "S = {:g}",
 }
 _ROW_IN = 0.24
 
@@ -52,9 +39,7 @@ _ROW_IN = 0.24
     requires="twin",
     draws="extrapolation_panels",
 )
-def extrapolation(
-    results: CampaignTables, config: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
+def extrapolation(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
     compared, choice = results.extrapolation, config["figures"]["extrapolation"]
     laws, oils = list(dict.fromkeys(compared["law"])), list(config["oils"])
@@ -72,7 +57,7 @@ def extrapolation(
         cut, levels = _cut(of_figure, abscissa, choice)
         panel = string.ascii_letters[place]
         axis.set_title(f"({panel}) {levels}")
-        axis.set_xlabel(_LABELS[abscissa])
+        axis.set_xlabel(style.CONDITION_LABELS[abscissa])
         drawn += _draw_cut(axis, panel, cut.sort_values(abscissa), abscissa, colour, laws)
         if place % 2 == 0:
             axis.set_ylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)")
@@ -83,9 +68,8 @@ def extrapolation(
     axis = figure.add_subplot(grid[2, :])
     drawn += _draw_errors(axis, string.ascii_letters[len(_ABSCISSAE)], compared, laws, oils)
     _say_key(figure, choice["oil"], colour, laws)
-    style.say_source(figure, config["campaign"])
     style.say_key(figure, "It decides nothing about the real oils.")
-    return figure, tables.conform(pd.concat(drawn), "extrapolation_panels", "figure extrapolation")
+    return figure, drawn
 
 
 def _cut(
@@ -96,7 +80,7 @@ def _cut(
     A condition that the figure has at one level is at that level, the others are chosen.
     """
     words = []
-    for name, phrase in _LEVELS.items():
+    for name, phrase in style.LEVEL_PHRASES.items():
         if name != abscissa:
             found = of_figure[name].unique()
             level = found[0] if len(found) == 1 else choice[name]
@@ -111,7 +95,7 @@ def _draw_cut(
     """The truth, each law, and a tint where no test reaches."""
     if cut.empty:
         words = "no such condition\n(config: figures, extrapolation)"
-        axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
+        style.say_in_panel(axis, words)
         return
     axis.set_facecolor(style.EXTRAPOLATED)
     tested = cut.loc[cut["beyond"] == "", abscissa]
@@ -176,18 +160,7 @@ def _draw_errors(
     axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     axis.set_title(f"({panel}) Rms error over Figs 7-10, open: tested box; filled: beyond it")
     axis.set_xlabel("Rms error over rms of true \N{GREEK SMALL LETTER MU}")
-    handles = [
-        Line2D(
-            [],
-            [],
-            color=style.oil_colour(oil, oils),
-            marker=style.oil_marker(oil, oils),
-            markersize=4,
-            linewidth=0.8,
-            label=oil,
-        )
-        for oil in oils
-    ]
+    handles = style.oil_handles(oils, markersize=4, linewidth=0.8)
     axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 

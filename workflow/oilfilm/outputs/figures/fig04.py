@@ -14,7 +14,7 @@ from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -43,7 +43,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     settings=("oils", "rigs"),
     draws="law_panels",
 )
-def fig04(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig04(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
     compared, oils = results.comparison.dropna(subset="rmse"), list(config["oils"])
     laws = list(dict.fromkeys(compared["law"]))
@@ -53,8 +53,7 @@ def fig04(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     above, below = figure.subplots(2, 1, height_ratios=heights)
     drawn = [*_draw_starts(above, results, config, starting), *_draw_errors(below, compared, oils)]
     if not drawn:
-        words = "no law could be fitted"
-        above.text(0.5, 0.5, words, ha="center", va="center", transform=above.transAxes)
+        style.say_in_panel(above, "no law could be fitted")
     above.set_title(
         "(a) Traction without slip at the tested conditions, cold to hot; other laws: 0"
     )
@@ -65,10 +64,8 @@ def fig04(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     )
     below.set_xlabel("Rms error over rms of measured \N{GREEK SMALL LETTER MU}")
     _say_key(figure, oils)
-    style.say_source(figure, config["campaign"])
     style.say_key(figure, "Wang-Deng laws: groups and readings are ours")
-    whole = pd.concat(drawn, ignore_index=True) if drawn else tables.empty("law_panels")
-    return figure, tables.conform(whole, "law_panels", "figure fig04")
+    return figure, drawn
 
 
 def _draw_starts(
@@ -130,16 +127,6 @@ def _draw_errors(axis: Axes, compared: pd.DataFrame, oils: Sequence[str]) -> Ite
 
 
 def _say_key(figure: Figure, oils: Sequence[str]) -> None:
-    handles = [
-        Line2D(
-            [],
-            [],
-            color=style.oil_colour(oil, oils),
-            marker=style.oil_marker(oil, oils),
-            linewidth=0.8,
-            label=oil,
-        )
-        for oil in oils
-    ]
+    handles = style.oil_handles(oils, linewidth=0.8)
     handles += [Line2D([], [], color="black", label=kind, **look) for kind, look in _KINDS.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=6)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _COLOURS = "PuOr"  # from orange by white to purple, told apart by every kind of colour vision
@@ -33,19 +33,13 @@ _BENT = 0.05  # ... by this at least, in naive standard errors
     settings=("oils",),
     draws="identifiability",
 )
-def identifiability(
-    results: CampaignTables, config: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
+def identifiability(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """A column an oil: correlations of each pair of constants, and the profile of each constant."""
     fitted = set(results.profiles["oil"])
     oils = [oil for oil in config["oils"] if oil in fitted]
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.6 if oils else 0.6))
-    style.say_source(figure, config["campaign"])
     if not oils:
-        axis = figure.subplots()
-        axis.set_axis_off()
-        axis.text(0, 0.5, "no oil has a fit with profiles", va="center", fontsize=7)
-        return figure, tables.empty("identifiability")
+        return style.sentences("No oil has a fit with profiles."), []
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.6))
     axes = figure.subplots(2, len(oils), squeeze=False)
     drawn = []
     image: Any = None
@@ -65,11 +59,7 @@ def identifiability(
     axes[1, 0].set_ylabel("Signed root of the rise\nof the squared error (1)")
     axes[1, len(oils) // 2].set_xlabel("Distance from the fit in naive standard errors (1)")
     style.say_key(figure, "Below: a line a constant, those that bend most are named")
-    return figure, tables.conform(
-        pd.concat(drawn)[tables.columns("identifiability")],
-        "identifiability",
-        "figure identifiability",
-    )
+    return figure, drawn
 
 
 def _draw_correlations(

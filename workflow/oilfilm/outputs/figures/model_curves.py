@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from oilfilm import tables
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.studies.extrapolation import is_beyond
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -24,12 +23,6 @@ from oilfilm.units import FloatArray
 
 _STEPS = 121  # along the abscissa
 _SYMBOLS = 4  # along a curve
-_PHRASES = {
-    "max_hertz_pressure_gpa": "P = {:g} GPa",
-    "entrainment_speed_m_s": "U = {:g} m/s",
-    "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
-    "slide_roll_ratio": "S = {:g}",
-}
 
 
 @dataclass(frozen=True)
@@ -39,20 +32,18 @@ class Cuts:
     Attributes:
         abscissa: Condition along the abscissa.
         by: Condition that tells the curves of one panel apart; the others tell panels apart.
-        label: Of the abscissa.
     """
 
     abscissa: str
     by: str
-    label: str
 
 
 _TEMPERATURE, _SLIP = "inlet_temperature_c", "slide_roll_ratio"
 CUTS = {
-    "fig07": Cuts(_SLIP, _TEMPERATURE, "Slide-roll ratio S (1)"),
-    "fig08": Cuts("entrainment_speed_m_s", _TEMPERATURE, "Entrainment speed U (m/s)"),
-    "fig09": Cuts("max_hertz_pressure_gpa", _TEMPERATURE, "Maximum Hertz pressure P (GPa)"),
-    "fig10": Cuts(_TEMPERATURE, _SLIP, "Inlet temperature T (\N{DEGREE SIGN}C)"),
+    "fig07": Cuts(_SLIP, _TEMPERATURE),
+    "fig08": Cuts("entrainment_speed_m_s", _TEMPERATURE),
+    "fig09": Cuts("max_hertz_pressure_gpa", _TEMPERATURE),
+    "fig10": Cuts(_TEMPERATURE, _SLIP),
 }
 
 
@@ -70,7 +61,7 @@ CUTS = {
     settings=("oils", "extrapolation", "same_set_point"),
     draws="model_curves",
 )
-def fig07(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig07(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against slip, a panel a pressure."""
     return _figure("fig07", results, config)
 
@@ -89,7 +80,7 @@ def fig07(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     settings=("oils", "extrapolation", "same_set_point"),
     draws="model_curves",
 )
-def fig08(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig08(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against entrainment speed, a panel a slip."""
     return _figure("fig08", results, config)
 
@@ -109,7 +100,7 @@ def fig08(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     settings=("oils", "extrapolation", "same_set_point"),
     draws="model_curves",
 )
-def fig09(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig09(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against pressure, a panel a speed and slip."""
     return _figure("fig09", results, config)
 
@@ -128,17 +119,15 @@ def fig09(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     settings=("oils", "extrapolation", "same_set_point"),
     draws="model_curves",
 )
-def fig10(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig10(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against temperature, a panel a pressure and speed."""
     return _figure("fig10", results, config)
 
 
-def _figure(
-    name: str, results: CampaignTables, config: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
+def _figure(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
     cuts, levels = CUTS[name], config["extrapolation"][name]
-    apart = [axis for axis in _PHRASES if axis not in (cuts.abscissa, cuts.by)]
+    apart = [axis for axis in style.LEVEL_PHRASES if axis not in (cuts.abscissa, cuts.by)]
     places = [
         dict(zip(apart, at, strict=True))
         for at in itertools.product(*(levels[axis] for axis in apart))
@@ -151,7 +140,9 @@ def _figure(
     laws = {oil: found for oil in oils if (found := _laws(results, oil))}
     drawn = []
     for letter, axis, place in zip(string.ascii_lowercase, axes, places, strict=False):
-        words = ", ".join(_PHRASES[axis_name].format(level) for axis_name, level in place.items())
+        words = ", ".join(
+            style.LEVEL_PHRASES[axis_name].format(level) for axis_name, level in place.items()
+        )
         axis.set_title(f"({letter}) {words}")
         curves = _curves(laws, cuts, levels, place, config["same_set_point"]["relative"])
         if not curves.empty:
@@ -161,19 +152,15 @@ def _figure(
         axis.set_visible(False)
     for axis in axes[max(len(places) - 2, 0) : len(places)]:
         # not of the figure as a whole, which would lie on the key
-        axis.set_xlabel(cuts.label)
+        axis.set_xlabel(style.CONDITION_LABELS[cuts.abscissa])
         axis.tick_params(labelbottom=True)
     figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
     if drawn:
         _say_key(figure, cuts, levels[cuts.by], laws, oils)
     else:
         words = "no oil has a fitted law\nof pressure, speed and temperature"
-        axes[0].text(0.5, 0.5, words, ha="center", va="center", transform=axes[0].transAxes)
-    style.say_source(figure, config["campaign"])
-    whole = pd.concat(drawn) if drawn else tables.empty("model_curves")
-    return figure, tables.conform(
-        whole[tables.columns("model_curves")], "model_curves", f"figure {name}"
-    )
+        style.say_in_panel(axes[0], words)
+    return figure, drawn
 
 
 def _laws(results: CampaignTables, oil: str) -> dict[str, FittedLaw]:
@@ -294,10 +281,11 @@ def _say_key(
     handles: list[Any] = [
         Line2D([], [], color=style.oil_colour(oil, oils), label=f"{oil}, refit") for oil in laws
     ]
+    phrase = style.LEVEL_PHRASES[cuts.by]
     handles += [
         Line2D(
             [], [], color=style.GREY, linewidth=0.6, markerfacecolor="white",
-            marker=style.MARKERS[place % len(style.MARKERS)], label=_PHRASES[cuts.by].format(level),
+            marker=style.MARKERS[place % len(style.MARKERS)], label=phrase.format(level),
         )
         for place, level in enumerate(levels)
     ]  # fmt: skip

@@ -1,6 +1,6 @@
 """How a figure registers itself, and how it is found by its name."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -14,9 +14,10 @@ from oilfilm.figure_catalogue import FigureDeclaration, figures
 from oilfilm.outputs.figures import style
 from oilfilm.tables.campaign_tables import CampaignTables
 
-# From the campaign's tables and settings, and reference files by name, to the figure and to a table
-# of exactly what it draws.
-Draw = Callable[..., tuple[Figure, pd.DataFrame]]
+# From the campaign's tables and settings, and reference files by name, to the figure and to what it
+# draws: parts of one table.
+Drawing = tuple[Figure, Sequence[pd.DataFrame]]
+Draw = Callable[..., Drawing]
 
 
 @dataclass(frozen=True)
@@ -25,13 +26,26 @@ class RegisteredFigure:
 
     Attributes:
         declaration: Its name, captions and inputs.
-        draw: From tables, settings and references to the figure and what it draws.
+        function: The function that draws it.
         table: Name of the model of the table of what it draws.
     """
 
     declaration: FigureDeclaration
-    draw: Draw
+    function: Draw
     table: str
+
+    def draw(
+        self, results: CampaignTables, config: Mapping[str, Any], references: Mapping[str, Any]
+    ) -> tuple[Figure, pd.DataFrame]:
+        """The figure, which says where its data are from, and the table of what it draws."""
+        shown = {name: references[name] for name in self.declaration.references}
+        drawing, parts = self.function(results, config, **shown)
+        if self.declaration.shows_data:
+            style.say_source(drawing, config["campaign"])
+        if not parts:
+            return drawing, tables.empty(self.table)
+        drawn = pd.concat(parts, ignore_index=True)[tables.columns(self.table)]
+        return drawing, tables.conform(drawn, self.table, f"figure {self.declaration.name}")
 
 
 _REGISTERED: dict[str, RegisteredFigure] = {}
@@ -40,9 +54,12 @@ _REGISTERED: dict[str, RegisteredFigure] = {}
 def register(*, name: str, draws: str, **declared: Any) -> Callable[[Draw], Draw]:
     """Declare the figure that a function draws.
 
+    The function returns the figure and the parts of the table of what it draws, none where there is
+    nothing to draw.
+
     Args:
         name: Name of the figure.
-        draws: Model of the table of what it draws.
+        draws: Model of that table.
         declared: The other attributes of `FigureDeclaration`, as literals: they are read from the
             source as well.
     """
@@ -83,7 +100,6 @@ def draw_figures(
     """
     for png, svg, table in files:
         registered = load_figure(Path(png).stem)
-        shown = {name: references[name] for name in registered.declaration.references}
-        drawing, drawn = registered.draw(results, config, **shown)
+        drawing, drawn = registered.draw(results, config, references)
         tables.write(drawn, registered.table, Path(table), provenance)
         style.save(drawing, Path(png), Path(svg))

@@ -10,10 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _LABELS = {
@@ -39,7 +38,7 @@ _MILLI = 1e3
     settings=("oils",),
     draws="residuals_drawn",
 )
-def residuals(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def residuals(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """A row of panels an oil, a column a condition; points, and mean and scatter at each level."""
     oils = list(config["oils"])
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.45 * len(oils) + 0.6))
@@ -54,7 +53,7 @@ def residuals(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figur
             axis.set_title(f"({panel})")
             if points is None or points[condition].isna().all():
                 words = "not known" if points is not None else "no fit"
-                axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
+                style.say_in_panel(axis, words)
                 continue
             about = {"panel": panel, "oil": oil, "condition": condition}
             colour = style.oil_colour(oil, oils)
@@ -63,11 +62,7 @@ def residuals(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figur
         axis.set_xlabel(label)
     _say_key(figure)
     style.say_key(figure, f"{_DELTA}: measured minus fitted")
-    style.say_source(figure, config["campaign"])
-    whole = pd.concat(drawn) if drawn else tables.empty("residuals_drawn")
-    return figure, tables.conform(
-        whole[tables.columns("residuals_drawn")], "residuals_drawn", "figure residuals"
-    )
+    return figure, drawn
 
 
 def _residuals(results: CampaignTables, oil: str) -> pd.DataFrame | None:

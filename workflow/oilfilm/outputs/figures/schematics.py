@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # What a part is -> its colour, and in words.
@@ -54,7 +54,7 @@ def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str =
     shows_data=False,
     draws="schematic",
 )
-def fig01(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig01(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """The traction rig from the side, and the contact seen along the ball's axis."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 3.9))
     axes = figure.subplots(1, 2, width_ratios=(116, 70))
@@ -63,7 +63,7 @@ def fig01(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     axes[0].set_title("(a) Rig from the side")
     axes[1].set_title("(b) Contact, along the ball's axis")
     _say_key(figure, ("fixed", "turning", "sensor", "drive", "oil"))
-    return figure, drawn
+    return figure, [drawn]
 
 
 _RIG: tuple[_Mark, ...] = (
@@ -158,13 +158,13 @@ def _head(rig: Mapping[str, Any]) -> list[_Mark]:
     shows_data=False,
     draws="schematic",
 )
-def fig05(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig05(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """The torque rig in a section along its shaft."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.6))
     axis = figure.subplots()
     drawn = _draw({"a": axis}, _TORQUE_RIG)
     _say_key(figure, ("fixed", "turning", "sensor", "drive", "oil"))
-    return figure, drawn
+    return figure, [drawn]
 
 
 _TORQUE_RIG: tuple[_Mark, ...] = (

@@ -4,31 +4,26 @@ import string
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
-from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.advice_map import advice_handles, draw_advice
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.units import FloatArray
 
 _SPEED, _PRESSURE = "entrainment_speed_m_s", "max_hertz_pressure_gpa"
 _PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
-_FIELD = 0.45  # share of an oil's colour in the field that a rule gives it
 
 
 @register(
     name="selection",
     title="Choice of oil",
     caption="Colour of the oil that the rules of the paper advise, against entrainment speed (m/s) "
-    "and maximum Hertz pressure (GPa); symbols: oil that traction and film prefer, where it is "
+    "and maximum Hertz pressure (GPa); symbols: best oil by traction and film, where it is "
     "another.",
     category="Claims",
     family="claims",
@@ -36,16 +31,16 @@ _FIELD = 0.45  # share of an oil's colour in the field that a rule gives it
     settings=("oils", "printed"),
     draws="selection_map",
 )
-def selection_map(
-    results: CampaignTables, config: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
-    """A row of panels a temperature, a column a slip; cells of speed and stress.
+def selection_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+    """One row of panels per temperature, one column per slip; cells of speed and pressure.
 
     The refit is drawn, the printed constants where the campaign has no fit of these oils.
     """
     table = results.selection
     if table.empty:
-        return _in_words(config), tables.empty("selection_map")
+        return style.sentences(
+            "The oils of selection.rules have no law or no film here: no map."
+        ), []
     basis = table["basis"].iloc[0]
     table = table[table["basis"] == basis]
     oils = list(config["oils"])
@@ -59,72 +54,21 @@ def selection_map(
         here = table[(table[_PANEL[0]] == temperature) & (table[_PANEL[1]] == slip)]
         panel = string.ascii_lowercase[number]
         axis.set_title(f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, S = {slip:g}", fontsize=7)
-        _draw(axis, here, oils)
+        axis.set(xscale="log", yscale="log")
+        draw_advice(axis, here, oils, _SPEED, _PRESSURE, 2.2)
         box = config["printed"]["boxes"]["tested"]
         at = zip(_PANEL, (temperature, slip), strict=True)
         if all(box[name][0] <= level <= box[name][1] for name, level in at):
             _draw_tested(axis, box)
         drawn.append(here.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
-    _say_key(figure, oils, table)
+    tested = Rectangle((0, 0), 1, 1, fill=False, edgecolor="black", label="tested by the paper")
+    handles = [*advice_handles(table, oils, "traction"), tested]
+    figure.legend(handles=handles, loc="outside lower left", ncols=(len(handles) + 1) // 2)
     stand_ins = any(oil is not None and oil["stand_in"] for oil in config["oils"].values())
     films = ", of STAND-IN oils" if stand_ins else ""
     style.say_key(figure, f"Constants: {basis}. Film: of the traction rig's contact{films}")
-    style.say_source(figure, config["campaign"])
-    return figure, tables.conform(
-        pd.concat(drawn)[tables.columns("selection_map")], "selection_map", "map of oils"
-    )
-
-
-def _in_words(config: Mapping[str, Any]) -> Figure:
-    figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 0.5)
-    axis.set_axis_off()
-    axis.text(
-        0,
-        1,
-        "The oils of selection.rules have no law or no film here: no map.",
-        va="top",
-        fontsize=7,
-    )
-    style.say_source(figure, config["campaign"])
-    return figure
-
-
-def _draw(axis: Axes, here: pd.DataFrame, oils: Sequence[str]) -> None:
-    """Fields in the colour of the advised oil, symbols of the oil that the numbers prefer."""
-    field = here.pivot(index=_PRESSURE, columns=_SPEED, values="advised_oil")
-    # white is for places where no oil is advised
-    fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
-    places = field.map(lambda oil: oils.index(oil) + 1 if oil else 0)
-    axis.pcolormesh(
-        _edges(field.columns.to_numpy()),
-        _edges(field.index.to_numpy()),
-        places.to_numpy(),
-        cmap=ListedColormap([(1.0, 1.0, 1.0), *fields]),
-        vmin=-0.5,
-        vmax=len(oils) + 0.5,
-        rasterized=True,
-    )
-    for oil in oils:
-        apart = here[(here["best_oil"] == oil) & (here["judgement"] != "agree")]
-        axis.plot(
-            apart[_SPEED],
-            apart[_PRESSURE],
-            style.oil_marker(oil, oils),
-            color=style.oil_colour(oil, oils),
-            markersize=2.2,
-            linestyle="",
-        )
-    none = here[here["judgement"] == "no film"]
-    axis.plot(none[_SPEED], none[_PRESSURE], "x", color="#555555", markersize=3, linestyle="")
-    axis.set(xscale="log", yscale="log")
-    axis.grid(False)
-
-
-def _edges(levels: FloatArray) -> FloatArray:
-    """Edges of cells around rising levels of equal ratio."""
-    ratio = np.sqrt(levels[1] / levels[0])
-    return np.append(levels / ratio, levels[-1] * ratio)
+    return figure, drawn
 
 
 def _draw_tested(axis: Axes, box: Mapping[str, Sequence[float]]) -> None:
@@ -149,31 +93,3 @@ def _label(figure: Figure, axis: Axes, bottom: Sequence[Axes], table: pd.DataFra
     # not of the figure as a whole, which would lie on the key
     bottom[len(bottom) // 2].set_xlabel("Entrainment speed U (m/s)")
     figure.supylabel("Maximum Hertz pressure P (GPa)", fontsize=8)
-
-
-def _say_key(figure: Figure, oils: Sequence[str], table: pd.DataFrame) -> None:
-    shown = [oil for oil in oils if oil in {*table["advised_oil"], *table["best_oil"]}]
-    fields: list[Any] = [
-        Patch(
-            facecolor=style.tint(style.oil_colour(oil, oils), _FIELD), label=f"rules advise {oil}"
-        )
-        for oil in shown
-    ]
-    symbols: list[Any] = [
-        Line2D(
-            [], [], linestyle="", marker=style.oil_marker(oil, oils),
-            color=style.oil_colour(oil, oils), markersize=3.5, label=f"numbers prefer {oil}",
-        )
-        for oil in shown
-    ]  # fmt: skip
-    symbols.append(
-        Rectangle((0, 0), 1, 1, fill=False, edgecolor="black", label="tested by the paper")
-    )
-    fields.append(
-        Line2D(
-            [], [], linestyle="", marker="x", color="#555555", markersize=4,
-            label="no film known to be enough",
-        )
-    )  # fmt: skip
-    pairs = [handle for pair in zip(fields, symbols, strict=True) for handle in pair]
-    figure.legend(handles=pairs, loc="outside lower left", ncols=len(pairs) // 2)

@@ -8,9 +8,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _HEIGHTS_IN = (1.4, 2.7, 1.75)
@@ -33,16 +32,12 @@ _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "
     shows_data=False,
     draws="sign_study",
 )
-def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
-    """A column an oil: totals by rank, statements of the set in use, margin of each sign."""
+def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+    """One column per oil: totals by rank, statements of the set in use, margin of each sign."""
     oils = [oil for oil in config["oils"] if (results.signs["oil"] == oil).any()]
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, sum(_HEIGHTS_IN)))
     if not oils:
-        axis = figure.subplots()
-        axis.set_axis_off()
-        words = "no oil of this campaign\nhas printed constants"
-        axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
-        return figure, tables.empty("sign_study")
+        return style.sentences("No oil of this campaign has printed constants."), []
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, sum(_HEIGHTS_IN)))
     axes = figure.subplots(
         3, len(oils), sharex="row", sharey="row", squeeze=False, height_ratios=_HEIGHTS_IN
     )
@@ -65,7 +60,7 @@ def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figu
         "ring set in use.\nBottom: bars with every statement, ticks without the one that counts "
         "most (at either slips).",
     )
-    return figure, tables.conform(pd.concat(drawn), "sign_study", "sign study")
+    return figure, drawn
 
 
 def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.physics.oils import Oil, oil_from_config
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -93,7 +92,7 @@ _OF_TORQUE_TEST = (
 )
 def tab01(
     results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
     for oil, known in config["oils"].items():
@@ -128,7 +127,7 @@ def _source_of(oil: Oil | None) -> str:
 )
 def tab02(
     results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Levels of the test matrix; without one, those that the logs were set to."""
     campaign = config["campaign"]
     source = "campaign file, matrix" if "matrix" in campaign else "set points of the logs"
@@ -152,9 +151,7 @@ def tab02(
         kept = measured["run_id"].isin(accepted).sum()
         words = f"{kept} accepted of {len(measured)} runs"
         rows.append(_row("this campaign", f"curves of {oil}", "", words, "tables runs and points"))
-    figure, drawn = _table("Test matrix", rows, [f"Levels: {source}."], paper_tables["tab02"])
-    style.say_source(figure, campaign)
-    return figure, drawn
+    return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables["tab02"])
 
 
 @register(
@@ -173,7 +170,7 @@ def tab02(
 )
 def tab03(
     results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Parameters of the campaign's bearing and the levels of its test."""
     campaign = config["campaign"]
     name = campaign["torque"]["bearing"]
@@ -234,7 +231,7 @@ def _table(
     rows: list[dict[str, Any]],
     notes: list[str],
     of_paper: Mapping[str, Any],
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """The rows as a table with a column a thing; beside them what the paper still says."""
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, told in of_paper.items():
@@ -263,7 +260,7 @@ def _table(
         0, height_in, "\n".join(small), va="bottom", fontsize=6, color=style.GREY,
         linespacing=1.15, parse_math=False, in_layout=False,
     )  # fmt: skip
-    return figure, drawn
+    return figure, [drawn]
 
 
 def _draw_cells(

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
+from matplotlib.lines import Line2D
 
 from oilfilm.atomic_write import atomic_file
 from oilfilm.outputs import colours
@@ -31,6 +32,19 @@ LINES: dict[str, Any] = {
 }
 GREY = "#555555"  # of words and keys that belong to no oil
 EXTRAPOLATED = colours.EXTRAPOLATED
+# Name of each condition on an axis, and one level of it in a title.
+CONDITION_LABELS = {
+    "max_hertz_pressure_gpa": "Maximum Hertz pressure P (GPa)",
+    "entrainment_speed_m_s": "Entrainment speed U (m/s)",
+    "inlet_temperature_c": "Inlet temperature T (\N{DEGREE SIGN}C)",
+    "slide_roll_ratio": "Slide-roll ratio S (1)",
+}
+LEVEL_PHRASES = {
+    "max_hertz_pressure_gpa": "P = {:g} GPa",
+    "entrainment_speed_m_s": "U = {:g} m/s",
+    "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
+    "slide_roll_ratio": "S = {:g}",
+}
 _SMALL_PRINT: dict[str, Any] = {"va": "top", "fontsize": 6, "color": GREY}
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
@@ -98,6 +112,27 @@ def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[
     figure = Figure(figsize=(width_in, height_in))
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     return figure, list(axes.flat)
+
+
+def say_in_panel(axis: Axes, sentence: str, **look: Any) -> None:
+    """Say in the middle of a panel why it is empty."""
+    axis.text(0.5, 0.5, sentence, ha="center", va="center", transform=axis.transAxes, **look)
+
+
+def sentences(lines: str, width_in: float = SINGLE_COLUMN_IN) -> Figure:
+    """A figure of text: why there is nothing to draw."""
+    figure, (axis,) = panels(1, 1, width_in, 0.14 * (lines.count("\n") + 1))
+    axis.set_axis_off()
+    axis.text(0, 1, lines, va="top", fontsize=7, linespacing=1.3, parse_math=False)
+    return figure
+
+
+def oil_handles(oils: Sequence[str], **look: Any) -> list[Line2D]:
+    """Entries of a legend that tell oils apart by colour and symbol."""
+    return [
+        Line2D([], [], color=oil_colour(oil, oils), marker=oil_marker(oil, oils), label=oil, **look)
+        for oil in oils
+    ]
 
 
 def label_traction_axes(figure: Figure) -> None:

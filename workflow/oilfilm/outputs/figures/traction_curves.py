@@ -11,14 +11,14 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import register
+from oilfilm.outputs.figures.registry import Drawing, register
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
+_NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
 
 
@@ -56,7 +56,7 @@ class _Condition:
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
     draws="curves",
 )
-def fig02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
     results = results.replace(runs=with_levels(results.runs, config))
     choice = config["figures"]["fig02"]
@@ -99,15 +99,14 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
                 choice[fixed]
             )
             axis = axes[2 * row + column]
-            rows.append(_draw_panel(axis, panel, title, series))
-    drawn = _together(rows)
-    if drawn.empty:
-        _say_nothing_is_there(axes)
+            rows += _draw_panel(axis, panel, title, series)
+    if not rows:
+        style.say_in_panel(axes[0], _NO_POINT)
     else:
         for axis in axes[:2]:
             axis.legend(loc="upper left", ncols=2, handletextpad=0.2, columnspacing=0.8)
         _leave_room_for_legend(axes)
-    return _finish(figure, config), drawn
+    return _finish(figure), rows
 
 
 @register(
@@ -122,7 +121,7 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
     draws="curves",
 )
-def fig03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def fig03(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """All oils at one temperature, mu against slip, a panel a pressure."""
     results = results.replace(runs=with_levels(results.runs, config))
     choice = config["figures"]["fig03"]
@@ -149,16 +148,15 @@ def fig03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
         ]
         panel = string.ascii_letters[number]
         title = f"({panel}) P = {pressure:g} GPa"
-        rows.append(_draw_panel(axis, panel, title, series))
-    drawn = _together(rows)
-    if drawn.empty:
-        _say_nothing_is_there(axes)
+        rows += _draw_panel(axis, panel, title, series)
+    if not rows:
+        style.say_in_panel(axes[0], _NO_POINT)
     else:
         axes[0].legend(
             loc="upper left", title=_fixed_words(choice), title_fontsize=7, alignment="left"
         )
         _leave_room_for_legend(axes)
-    return _finish(figure, config), drawn
+    return _finish(figure), rows
 
 
 @register(
@@ -172,7 +170,7 @@ def fig03(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, p
     settings=("oils",),
     draws="curves",
 )
-def curves(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, pd.DataFrame]:
+def curves(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Every accepted point of every oil, and the fit at each of its conditions."""
     oils = list(config["oils"])
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
@@ -183,7 +181,7 @@ def curves(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, 
         panel = string.ascii_letters[number]
         axis.set_title(f"({panel}) {oil}")
         if of_oil.empty:
-            _say_nothing_is_there([axis])
+            style.say_in_panel(axis, _NO_POINT)
             continue
         law = FittedLaw.of(results.coefficients, oil)
         conditions = list(_conditions(results, of_oil, law.law.conditions))
@@ -191,8 +189,8 @@ def curves(results: CampaignTables, config: Mapping[str, Any]) -> tuple[Figure, 
         rows += draw(axis, panel, oil, style.oil_colour(oil, oils), conditions, law)
         axis.legend(loc="best", fontsize=6)
     bars = "bars: 95 % (random part); " if any(len(axis.containers) for axis in axes) else ""
-    _finish(figure, config, f"points: plateau means; {bars}lines: fit")
-    return figure, _together(rows)
+    _finish(figure, f"points: plateau means; {bars}lines: fit")
+    return figure, rows
 
 
 # More conditions than this in one panel cannot be told apart by shade and symbol.
@@ -277,7 +275,9 @@ def _conditions(
         yield _Condition(name, group[list(asked)].mean(), group)
 
 
-def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -> pd.DataFrame:
+def _draw_panel(
+    axis: Axes, panel: str, title: str, series: Iterable[_Series]
+) -> list[pd.DataFrame]:
     """Draw the series of one panel and return exactly what was drawn."""
     rows = []
     for one in series:
@@ -290,7 +290,7 @@ def _draw_panel(axis: Axes, panel: str, title: str, series: Iterable[_Series]) -
         _draw_points(axis, measured, one.colour, one.marker, one.label)
         rows += [measured, line]
     axis.set_title(title)
-    return pd.concat(rows) if rows else pd.DataFrame()
+    return rows
 
 
 def _draw_points(axis: Axes, measured: pd.DataFrame, colour: Any, marker: str, label: str) -> None:
@@ -355,23 +355,10 @@ def _leave_room_for_legend(axes: list[Axes]) -> None:
     axes[0].set_xlim(left=-0.005)
 
 
-def _together(rows: list[pd.DataFrame]) -> pd.DataFrame:
-    """All that was drawn, as one table; the empty table where there was nothing to draw."""
-    drawn = pd.concat(rows, ignore_index=True) if rows else pd.DataFrame()
-    return tables.empty("curves") if drawn.empty else drawn
-
-
-def _say_nothing_is_there(axes: list[Axes]) -> None:
-    words = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
-    axes[0].text(0.5, 0.5, words, ha="center", va="center", transform=axes[0].transAxes)
-
-
 def _finish(
     figure: Figure,
-    config: Mapping[str, Any],
     key: str = "symbols: plateau means, 95 % interval (random part); lines: fit",
 ) -> Figure:
     style.label_traction_axes(figure)
-    style.say_source(figure, config["campaign"])
     style.say_key(figure, key)
     return figure

@@ -222,19 +222,23 @@ def _sentence(finding: Finding, evidence: Evidence) -> str:
     if finding.parts:
         parts = (f"{part} {percent(share)}" for part, share in finding.parts.items())
         words.append(", ".join(parts))
-    worst = finding.worst
-    where = [
-        form.format(worst[name]) for name, form in _SYMBOLS.items() if not np.isnan(worst[name])
-    ]
-    if worst["oil"]:
-        where.insert(0, worst["oil"])
-    condition = ", ".join(where)
-    head = "Worst" if finding.share < 1 else "Nearest to failing"
-    value = f"{head}: {finding.quantity} is {worst['value']:{finding.form}}"
-    words.append(f"{value} at {condition}" if condition else value)
+    words.append(_worst(finding))
     lines = [f"{part}." for part in words] + list(finding.remarks)
     lines += [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
     return " ".join(lines)
+
+
+def _worst(finding: Finding) -> str:
+    """The worst case: its value, its oil and its conditions."""
+    worst = finding.worst
+    conditions = [
+        form.format(worst[name]) for name, form in _SYMBOLS.items() if not np.isnan(worst[name])
+    ]
+    if worst["oil"]:
+        conditions.insert(0, worst["oil"])
+    head = "Worst" if finding.share < 1 else "Nearest to failing"
+    sentence = f"{head}: {finding.quantity} is {worst['value']:{finding.form}}"
+    return f"{sentence} at {', '.join(conditions)}" if conditions else sentence
 
 
 def percent(share: float) -> str:

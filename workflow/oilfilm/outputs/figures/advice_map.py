@@ -1,0 +1,81 @@
+"""A map of the oil that the rules of the paper advise, and of the best oil where it is another."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from oilfilm.outputs.figures import style
+from oilfilm.units import FloatArray
+
+_FIELD = 0.45  # share of an oil's colour in its field
+
+
+def draw_advice(
+    axis: Axes, advice: pd.DataFrame, oils: list[str], x: str, y: str, markersize: float
+) -> None:
+    """Draw fields in the colour of the advised oil, and symbols of the best oil.
+
+    Args:
+        axis: Panel; its scales are set already.
+        advice: Columns x, y, `advised_oil`, `best_oil` and `judgement`, one row per cell.
+        oils: Oils of the campaign, which fix the colours.
+        x: Column along the abscissa.
+        y: Column along the ordinate.
+        markersize: Of the symbols, in points.
+    """
+    field = advice.pivot(index=y, columns=x, values="advised_oil")
+    # white: no oil is advised
+    fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
+    axis.pcolormesh(
+        cell_edges(field.columns.to_numpy(), axis.get_xscale()),
+        cell_edges(field.index.to_numpy(), axis.get_yscale()),
+        field.map(lambda oil: oils.index(oil) + 1 if oil else 0).to_numpy(),
+        cmap=ListedColormap([(1.0, 1.0, 1.0), *fields]),
+        vmin=-0.5,
+        vmax=len(oils) + 0.5,
+        rasterized=True,
+    )
+    for oil in oils:
+        other = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
+        colour, marker = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
+        axis.plot(other[x], other[y], marker, color=colour, markersize=markersize)
+    no_film = advice[advice["judgement"] == "no film"]
+    axis.plot(no_film[x], no_film[y], "x", color=style.GREY, markersize=markersize)
+    axis.grid(False)
+
+
+def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any]:
+    """Entries of the legend: a field and a symbol per oil, and the symbol of no film.
+
+    Args:
+        advice: As in `draw_advice`.
+        oils: As in `draw_advice`.
+        best: By what the best oil is chosen.
+    """
+    handles: list[Any] = []
+    for oil in oils:
+        if oil in {*advice["advised_oil"], *advice["best_oil"]}:
+            colour, marker = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
+            handles += [
+                Patch(facecolor=style.tint(colour, _FIELD), label=f"advised by the paper: {oil}"),
+                _symbol(marker, colour, f"best by {best}: {oil}"),
+            ]
+    return [*handles, _symbol("x", style.GREY, "no oil with enough film")]
+
+
+def _symbol(marker: str, colour: str, label: str) -> Line2D:
+    return Line2D([], [], linestyle="", marker=marker, color=colour, markersize=3.5, label=label)
+
+
+def cell_edges(centres: FloatArray, scale: str) -> FloatArray:
+    """Edges of cells around rising centres, half way along a linear or logarithmic scale."""
+    levels = np.log(centres) if scale == "log" else centres
+    middles = (levels[1:] + levels[:-1]) / 2
+    first, last = 2 * levels[0] - middles[0], 2 * levels[-1] - middles[-1]
+    edges = np.concatenate([[first], middles, [last]])
+    return np.exp(edges) if scale == "log" else edges
