@@ -62,10 +62,10 @@ def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any
         if oil in {*advice["advised_oil"], *advice["best_oil"]}:
             colour, marker = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
             handles += [
-                Patch(facecolor=style.tint(colour, _FIELD), label=f"advised by the paper: {oil}"),
+                Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
                 _symbol(marker, colour, f"best by {best}: {oil}"),
             ]
-    return [*handles, _symbol("x", style.GREY, "no oil with enough film")]
+    return [*handles, _symbol("x", style.GREY, "no film thick enough")]
 
 
 def _symbol(marker: str, colour: str, label: str) -> Line2D:
