@@ -14,7 +14,7 @@ from oilfilm.tables.store import TABLES, read, write
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}
 # Tables that a campaign without torque logs, or with measured data, has not.
 _NOT_IN_EVERY_CAMPAIGN = {
-    *bearing.TABLES,
+    *(table.name for table in bearing.TABLES),
     "torque_quarantine",
     "extrapolation",
     "extrapolation_errors",

@@ -13,15 +13,23 @@ import pyarrow.parquet as parquet
 
 from oilfilm.atomic_write import atomic_file
 from oilfilm.errors import OilfilmError
-from oilfilm.tables import bearing, drawn, fits, paper, rig
+from oilfilm.tables import bearing, fits, paper, rig
 from oilfilm.tables.declaration import Column, Table, by_name
 
 SCHEMA_VERSION = 7
 
-# Every table by name, in the order in which they are described.
-TABLES: Mapping[str, Table] = by_name(
-    (*rig.TABLES, *fits.TABLES, *paper.TABLES, *bearing.TABLES, *drawn.TABLES)
-)
+# Every table by name, in the order in which they are described; figures add what they draw.
+TABLES: dict[str, Table] = by_name((*rig.TABLES, *fits.TABLES, *paper.TABLES, *bearing.TABLES))
+
+
+def declare(table: Table) -> None:
+    """Add a table that is declared where it is used.
+
+    Raises:
+        ValueError: There is another table of this name.
+    """
+    if TABLES.setdefault(table.name, table) != table:
+        raise ValueError(f"two tables have the name {table.name!r}")
 
 
 def columns(table: str) -> list[str]:

@@ -17,8 +17,9 @@ from matplotlib.lines import Line2D
 from oilfilm.bearing.friction import HEATS
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.advice_map import advice_handles, cell_edges, draw_advice
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 from oilfilm.units import RAD_S_PER_RPM
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
@@ -33,6 +34,23 @@ _BASES: dict[str, tuple[str, Any, str]] = {
 }
 
 
+_TORQUE_DRAWN = drawn_table(
+    "torque_drawn",
+    "Drawn in a figure of torque against speed.",
+    columns="""
+        panel series oil axial_load_n inner_speed_rpm torque_n_m torque_n_m_se
+        relative_error""",
+    uses=(
+        use("series", "measured, or the load variable of the law"),
+        use("axial_load_n", "mean of the set of points"),
+        use("inner_speed_rpm", "abscissa"),
+        use("torque_n_m", "ordinate of the panels of torque"),
+        use("torque_n_m_se", "the bar drawn is 1.96 times as long to either side"),
+        use("relative_error", "ordinate of the panels of error"),
+    ),
+)
+
+
 @register(
     name="fig06",
     paper="Fig. 6",
@@ -45,7 +63,7 @@ _BASES: dict[str, tuple[str, Any, str]] = {
     tables=("torque",),
     settings=("oils", "figures"),
     requires="torque",
-    draws="torque_drawn",
+    draws=_TORQUE_DRAWN,
 )
 def fig06(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Measured torque and each basis against speed, an oil a column; relative errors below."""
@@ -165,6 +183,23 @@ def _drawn(rows: pd.DataFrame, panel: str, series: str, load: float) -> pd.DataF
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 
 
+_CAGE_SLIP_MAP = drawn_table(
+    "cage_slip_map",
+    "Drawn in the map of cage slip: one row per cell.",
+    columns="""
+        panel oil pitch_speed_mm_rpm axial_load_n cage_slip advised_oil best_oil judgement""",
+    uses=(
+        use("oil", "of the panel; empty in the last one, which shows the advice"),
+        use("pitch_speed_mm_rpm", "abscissa"),
+        use("axial_load_n", "ordinate"),
+        use("cage_slip", "colour of the cell, and the line at the limit"),
+        use("advised_oil", "colour of the cell of the last panel"),
+        use("best_oil", "symbol, drawn where the judgement is not agree"),
+        use("judgement", "as in slip_advice"),
+    ),
+)
+
+
 @register(
     name="cage-slip",
     title="Cage slip and choice of oil",
@@ -177,7 +212,7 @@ _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
     tables=("cage_slip", "slip_advice"),
     settings=("oils", "bearing", "selection"),
     requires="torque",
-    draws="cage_slip_map",
+    draws=_CAGE_SLIP_MAP,
 )
 def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""

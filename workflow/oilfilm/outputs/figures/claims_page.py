@@ -14,9 +14,10 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.studies.audit.audit import percent
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 _BASES = ("refit", "printed")
 _ROW_IN = 0.40
@@ -43,6 +44,22 @@ _WORST = (
 )
 
 
+_CLAIMS_PAGE = drawn_table(
+    "claims_page",
+    "Drawn on the page of claims: one row per claim and basis.",
+    columns="""
+        claim statement basis verdict share share_tested_box words""",
+    uses=(
+        use("basis", "first line refit, second printed"),
+        use("verdict", "colour and symbol"),
+        use("share", "length of the bar"),
+        use("share_tested_box", "position of the tick"),
+        use("words", "to the right of the bar"),
+    ),
+    key=("claim", "basis"),
+)
+
+
 @register(
     name="claims",
     title="Claims of the paper",
@@ -51,7 +68,7 @@ _WORST = (
     category="Claims",
     family="claims",
     tables=("claims",),
-    draws="claims_page",
+    draws=_CLAIMS_PAGE,
 )
 def claims_page(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Each claim in words, a bar a basis for the share of cases where it holds, the worst case."""

@@ -8,10 +8,19 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.17
+
+
+_COEFFICIENT_TABLE = drawn_table(
+    "coefficient_table",
+    "Drawn in the table of constants: fitted and printed constants (Eqs 11-13).",
+    columns="""
+        oil constant value standard_error printed_value""",
+    key=("oil", "constant"),
+)
 
 
 @register(
@@ -25,7 +34,7 @@ _ROW_IN = 0.17
     family="law",
     tables=("coefficients",),
     settings=("oils",),
-    draws="coefficient_table",
+    draws=_COEFFICIENT_TABLE,
 )
 def eqs11_13(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Each oil's constants: fitted with standard error, and printed."""

@@ -11,8 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 _OILS_ABREAST = 3
 _CELL_HEIGHT_IN = 0.24
@@ -30,6 +31,25 @@ _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
+_COVERAGE_MAP = drawn_table(
+    "coverage_map",
+    "Drawn in the coverage map: one row per cell, all rigs together.",
+    columns="""
+        panel oil nominal_inlet_temperature_c nominal_entrainment_speed_m_s
+        nominal_max_hertz_pressure_gpa nominal_load_n runs_accepted runs state planned""",
+    uses=(
+        use("nominal_inlet_temperature_c", "of the panel"),
+        use("nominal_entrainment_speed_m_s", "abscissa"),
+        use("nominal_max_hertz_pressure_gpa", "ordinate"),
+        use("nominal_load_n", "ordinate without pressure"),
+        use("runs_accepted", "first number of the cell"),
+        use("runs", "second number of the cell: all runs"),
+        use("state", "symbol and colour of the cell"),
+        use("planned", "false: drawn with a broken edge, if there is a matrix"),
+    ),
+)
+
+
 @register(
     name="coverage",
     title="Coverage of the test matrix",
@@ -40,7 +60,7 @@ _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
     family="data",
     tables=("coverage",),
     settings=("oils",),
-    draws="coverage_map",
+    draws=_COVERAGE_MAP,
 )
 def coverage_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """A column of panels an oil, a row a temperature; cells of pressure (or load) and speed."""

@@ -13,9 +13,10 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.studies.extrapolation import relative_rms
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 # Abscissa of each figure of the paper.
 _ABSCISSAE = {
@@ -25,6 +26,24 @@ _ABSCISSAE = {
     "fig10": "inlet_temperature_c",
 }
 _ROW_IN = 0.24
+
+
+_EXTRAPOLATION_PANELS = drawn_table(
+    "extrapolation_panels",
+    "Drawn in the figure of the extrapolation.",
+    columns="""
+        panel kind law oil x y""",
+    uses=(
+        use(
+            "kind",
+            "what the ordinate is: true mu, fitted mu, or a law's relative rms error",
+            allowed=("true", "fit", "error"),
+        ),
+        use("law", "empty for the truth"),
+        use("x", "S; U in m/s; P in GPa; T in degC; relative rms error in the tested box"),
+        use("y", "mu, or relative rms error beyond the box"),
+    ),
+)
 
 
 @register(
@@ -37,7 +56,7 @@ _ROW_IN = 0.24
     tables=("extrapolation",),
     settings=("oils", "figures"),
     requires="twin",
-    draws="extrapolation_panels",
+    draws=_EXTRAPOLATION_PANELS,
 )
 def extrapolation(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""

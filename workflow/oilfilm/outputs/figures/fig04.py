@@ -14,10 +14,11 @@ from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import curve_data
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 _ROW_IN = 0.34
 _ENDS = ("pressure", "speed", "temperature")
@@ -28,6 +29,22 @@ _KINDS: dict[str, dict[str, Any]] = {
     "curve left out": _LOOK | {"marker": "o"},
     "end level left out": _LOOK | {"marker": "|", "markersize": 7, "markeredgewidth": 1.4},
 }
+
+
+_LAW_PANELS = drawn_table(
+    "law_panels",
+    "Drawn in the figure of the laws' weaknesses (Fig. 4).",
+    columns="""
+        panel law oil kind x y""",
+    uses=(
+        use(
+            "kind",
+            "zero slip: mu at zero slip at a tested condition; the others: error of a law over mu",
+            allowed=("zero slip", "fitted curves", "curve left out", "end level left out"),
+        ),
+        use("y", "of errors: position of the row", required=True),
+    ),
+)
 
 
 @register(
@@ -41,7 +58,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     family="law",
     tables=("points", "comparison", "law_coefficients"),
     settings=("oils", "rigs"),
-    draws="law_panels",
+    draws=_LAW_PANELS,
 )
 def fig04(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""

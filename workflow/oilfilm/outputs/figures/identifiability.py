@@ -11,13 +11,27 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 _COLOURS = "PuOr"  # from orange by white to purple, told apart by every kind of colour vision
 _REACH = 4.5  # naive standard errors to either side
 _NAMED = 2  # profiles that bend most ...
 _BENT = 0.05  # ... by this at least, in naive standard errors
+
+
+_IDENTIFIABILITY = drawn_table(
+    "identifiability",
+    "Drawn in the figure of identifiability: one row per square or vertex.",
+    columns="""
+        panel oil kind constant other x value""",
+    uses=(
+        use("kind", "square or vertex of a line", allowed=("correlation", "profile")),
+        use("x", "of a profile: distance in standard errors"),
+        use("value", "colour of a square, ordinate of a profile"),
+    ),
+)
 
 
 @register(
@@ -31,7 +45,7 @@ _BENT = 0.05  # ... by this at least, in naive standard errors
     family="law",
     tables=("coefficients", "correlations", "profiles"),
     settings=("oils",),
-    draws="identifiability",
+    draws=_IDENTIFIABILITY,
 )
 def identifiability(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """A column an oil: correlations of each pair of constants, and the profile of each constant."""

@@ -15,11 +15,12 @@ from matplotlib.patches import Patch
 
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.studies.extrapolation import is_beyond
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
-from oilfilm.units import FloatArray
+from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
 _STEPS = 121  # along the abscissa
 _SYMBOLS = 4  # along a curve
@@ -47,6 +48,31 @@ CUTS = {
 }
 
 
+_MODEL_CURVES = drawn_table(
+    "model_curves",
+    "Drawn in a figure of the law's curves (Figs 7-10): one row per vertex of a line.",
+    columns="""
+        panel oil series max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c
+        slide_roll_ratio traction_coefficient traction_coefficient_lower
+        traction_coefficient_upper extrapolated""",
+    uses=(
+        use("oil", "colour of the line"),
+        use(
+            "series",
+            "refit: full line in its interval; printed: thin dashed line",
+            allowed=("refit", "printed"),
+        ),
+        use("max_hertz_pressure_gpa", required=True),
+        use("entrainment_speed_m_s", required=True, at_least=0),
+        use("inlet_temperature_c", required=True, at_least=ABSOLUTE_ZERO_C),
+        use("slide_roll_ratio", required=True, at_least=0),
+        use("traction_coefficient", "ordinate", required=True),
+        use("traction_coefficient_lower", "lower edge of the band, none where null"),
+        use("traction_coefficient_upper", "upper edge of the band"),
+    ),
+)
+
+
 @register(
     name="fig07",
     paper="Fig. 7",
@@ -59,7 +85,7 @@ CUTS = {
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
-    draws="model_curves",
+    draws=_MODEL_CURVES,
 )
 def fig07(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against slip, a panel a pressure."""
@@ -78,7 +104,7 @@ def fig07(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
-    draws="model_curves",
+    draws=_MODEL_CURVES,
 )
 def fig08(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against entrainment speed, a panel a slip."""
@@ -98,7 +124,7 @@ def fig08(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
-    draws="model_curves",
+    draws=_MODEL_CURVES,
 )
 def fig09(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against pressure, a panel a speed and slip."""
@@ -117,7 +143,7 @@ def fig09(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
-    draws="model_curves",
+    draws=_MODEL_CURVES,
 )
 def fig10(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """mu against temperature, a panel a pressure and speed."""

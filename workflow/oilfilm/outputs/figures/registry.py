@@ -13,6 +13,8 @@ from oilfilm import tables
 from oilfilm.figure_catalogue import FigureDeclaration, figures
 from oilfilm.outputs.figures import style
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import table
+from oilfilm.tables.declaration import Column
 
 # From the campaign's tables and settings, and reference files by name, to the figure and to what it
 # draws: parts of one table.
@@ -46,6 +48,22 @@ class RegisteredFigure:
             return drawing, tables.empty(self.table)
         drawn = pd.concat(parts, ignore_index=True)[tables.columns(self.table)]
         return drawing, tables.conform(drawn, self.table, f"figure {self.declaration.name}")
+
+
+def drawn_table(
+    name: str,
+    description: str,
+    *,
+    columns: str,
+    uses: Sequence[Column] = (),
+    key: Sequence[str] = (),
+) -> str:
+    """Declare the table of what a figure draws; the arguments are those of `columns.table`."""
+    no_key = "" if key else "Rows are in the order of drawing; two marks may be the same."
+    tables.declare(
+        table(name, description, columns=columns, uses=uses, key=tuple(key), no_key=no_key)
+    )
+    return name
 
 
 _REGISTERED: dict[str, RegisteredFigure] = {}
@@ -98,8 +116,8 @@ def draw_figures(
         references: Content of reference files by name.
         provenance: As `tables.write`.
     """
-    for png, svg, table in files:
+    for png, svg, drawn_file in files:
         registered = load_figure(Path(png).stem)
         drawing, drawn = registered.draw(results, config, references)
-        tables.write(drawn, registered.table, Path(table), provenance)
+        tables.write(drawn, registered.table, Path(drawn_file), provenance)
         style.save(drawing, Path(png), Path(svg))

@@ -12,8 +12,9 @@ from matplotlib.lines import Line2D
 
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 _LABELS = {
     "max_hertz_pressure_gpa": "P (GPa)",
@@ -26,6 +27,18 @@ _GROUPS = 15  # of equally many points, where no set points tell levels apart
 _MILLI = 1e3
 
 
+_RESIDUALS_DRAWN = drawn_table(
+    "residuals_drawn",
+    "Drawn in the figure of residuals: one row per point or mean.",
+    columns="""
+        panel oil condition kind x y spread""",
+    uses=(
+        use("kind", "a plateau, or the mean of a level", allowed=("point", "mean")),
+        use("y", "measured minus fitted mu, in thousandths", required=True),
+    ),
+)
+
+
 @register(
     name="residuals",
     title="Residuals of the fit",
@@ -36,7 +49,7 @@ _MILLI = 1e3
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils",),
-    draws="residuals_drawn",
+    draws=_RESIDUALS_DRAWN,
 )
 def residuals(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """A row of panels an oil, a column a condition; points, and mean and scatter at each level."""

@@ -10,8 +10,9 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from oilfilm import tables
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 # What a part is -> its colour, and in words.
 _KINDS: dict[str, tuple[Any, str]] = {
@@ -41,6 +42,21 @@ def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str =
     return (panel, "arrow", kind, x, y, to_x, to_y, "")
 
 
+_SCHEMATIC = drawn_table(
+    "schematic",
+    "Drawn in the schematic of a rig: one row per mark, later ones above.",
+    columns="""
+        panel mark kind x y to_x to_y words""",
+    uses=(
+        use("kind", "material or action, which gives the colour; empty where there is none"),
+        use("x", "start, in units of the drawing", required=True),
+        use("y", "start, in units of the drawing", required=True),
+        use("to_x", "in units of the drawing"),
+        use("to_y", "in units of the drawing"),
+    ),
+)
+
+
 @register(
     name="fig01",
     paper="Fig. 1",
@@ -52,7 +68,7 @@ def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str =
     family="configured",
     settings=("rigs",),
     shows_data=False,
-    draws="schematic",
+    draws=_SCHEMATIC,
 )
 def fig01(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """The traction rig from the side, and the contact seen along the ball's axis."""
@@ -156,7 +172,7 @@ def _head(rig: Mapping[str, Any]) -> list[_Mark]:
     category="Paper",
     family="configured",
     shows_data=False,
-    draws="schematic",
+    draws=_SCHEMATIC,
 )
 def fig05(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """The torque rig in a section along its shaft."""

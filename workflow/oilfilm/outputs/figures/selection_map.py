@@ -12,11 +12,30 @@ from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.advice_map import advice_handles, draw_advice
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 _SPEED, _PRESSURE = "entrainment_speed_m_s", "max_hertz_pressure_gpa"
 _PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
+
+
+_SELECTION_MAP = drawn_table(
+    "selection_map",
+    "Drawn in the map of oils: one row per cell.",
+    columns="""
+        panel basis inlet_temperature_c slide_roll_ratio entrainment_speed_m_s
+        max_hertz_pressure_gpa advised_oil best_oil judgement""",
+    uses=(
+        use("inlet_temperature_c", "of the panel", required=True),
+        use("slide_roll_ratio", "of the panel", required=True),
+        use("entrainment_speed_m_s", "abscissa", required=True, at_least=0),
+        use("max_hertz_pressure_gpa", "ordinate", required=True),
+        use("advised_oil", "colour of the cell; white where empty"),
+        use("best_oil", "symbol, drawn where the judgement is not agree"),
+        use("judgement", "as in selection"),
+    ),
+)
 
 
 @register(
@@ -29,7 +48,7 @@ _PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
     family="claims",
     tables=("selection",),
     settings=("oils", "printed"),
-    draws="selection_map",
+    draws=_SELECTION_MAP,
 )
 def selection_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """One row of panels per temperature, one column per slip; cells of speed and pressure.

@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 
 _HEIGHTS_IN = (1.4, 2.7, 1.75)
 _GREY = "#777777"
@@ -18,6 +19,21 @@ _MINUS = "\N{MINUS SIGN}"
 _ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
 # Columns of the table of signs that are no statement.
 _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
+
+
+_SIGN_STUDY = drawn_table(
+    "sign_study",
+    "Drawn in the figure of the sign study.",
+    columns="""
+        panel oil series words x value weakest_margin""",
+    uses=(
+        use("series", "all sets, set in use, best set, or margin and its verdict"),
+        use("words", "signs, statement, or exponent with its sign"),
+        use("x", "rank of a total"),
+        use("value", "total, share or margin", required=True),
+        use("weakest_margin", "tick on the bar of a margin"),
+    ),
+)
 
 
 @register(
@@ -30,7 +46,7 @@ _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "
     tables=("signs", "sign_verdicts"),
     settings=("oils",),
     shows_data=False,
-    draws="sign_study",
+    draws=_SIGN_STUDY,
 )
 def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """One column per oil: totals by rank, statements of the set in use, margin of each sign."""

@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.physics.oils import Oil, oil_from_config
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
 
 _PAPER = "in the paper's text"
@@ -76,6 +77,18 @@ _OF_TORQUE_TEST = (
 )
 
 
+_STATED_VALUES = drawn_table(
+    "stated_values",
+    "Drawn in the tables of oils, test matrix and bearing: one row per cell (Tables 1-3).",
+    columns="""
+        thing quantity unit words value source""",
+    uses=(
+        use("words", "text of the cell; * marks what is assumed"),
+        use("value", "null where there is only text"),
+    ),
+)
+
+
 @register(
     name="tab01",
     paper="Table 1",
@@ -88,7 +101,7 @@ _OF_TORQUE_TEST = (
     settings=("oils",),
     references=("paper_tables",),
     shows_data=False,
-    draws="stated_values",
+    draws=_STATED_VALUES,
 )
 def tab01(
     results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
@@ -123,7 +136,7 @@ def _source_of(oil: Oil | None) -> str:
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
     references=("paper_tables",),
-    draws="stated_values",
+    draws=_STATED_VALUES,
 )
 def tab02(
     results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
@@ -166,7 +179,7 @@ def tab02(
     references=("paper_tables",),
     shows_data=False,
     requires="torque",
-    draws="stated_values",
+    draws=_STATED_VALUES,
 )
 def tab03(
     results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]

@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from oilfilm.curation.coverage import with_levels
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import Drawing, register
+from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
 
 _NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
@@ -43,6 +44,23 @@ class _Condition:
     points: pd.DataFrame
 
 
+_CURVES = drawn_table(
+    "curves",
+    "Drawn in a figure of mu against slip.",
+    columns="""
+        panel series kind oil slide_roll_ratio traction_coefficient traction_coefficient_se""",
+    uses=(
+        use("kind", "measured: points; fit: line", allowed=("measured", "fit")),
+        use("slide_roll_ratio", "abscissa", required=True),
+        use("traction_coefficient", "ordinate", required=True),
+        use(
+            "traction_coefficient_se",
+            "the bar drawn is 1.96 times as long to either side; none where null",
+        ),
+    ),
+)
+
+
 @register(
     name="fig02",
     paper="Fig. 2",
@@ -54,7 +72,7 @@ class _Condition:
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
-    draws="curves",
+    draws=_CURVES,
 )
 def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
@@ -119,7 +137,7 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
-    draws="curves",
+    draws=_CURVES,
 )
 def fig03(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """All oils at one temperature, mu against slip, a panel a pressure."""
@@ -168,7 +186,7 @@ def fig03(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils",),
-    draws="curves",
+    draws=_CURVES,
 )
 def curves(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     """Every accepted point of every oil, and the fit at each of its conditions."""
