@@ -137,7 +137,7 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
     for name, table in found.tables().items():
         tables.conform(table, name, name)
     results = CampaignTables.in_memory(
-        refused,
+        points=refused,
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,
     )
@@ -152,7 +152,7 @@ def test_fig04_draws_what_the_table_says(quick: dict[str, Any]) -> None:
     points = points_of(truth, NOISE)
     found = compare_laws(points, "4050", config)
     results = CampaignTables.in_memory(
-        points,
+        points=points,
         comparison=found.comparison,
         law_coefficients=found.law_coefficients,
     )
