@@ -135,7 +135,7 @@ lock: ## renew requirements.lock after a change of pyproject.toml
 
 schemas: $(READY) ## renew the generated schemas, docs/configuration.md and docs/tables.md
 	$(BIN)/python -m oilfilm.settings.schemas
-	$(BIN)/python -m oilfilm.tables.reference_page
+	$(BIN)/python -m oilfilm.outputs.tables_page
 
 licences: $(READY) ## renew docs/licences.csv after a change of requirements.lock
 	$(BIN)/python tests/lint/licences.py --write

@@ -4,9 +4,12 @@ import pint
 import pytest
 
 from oilfilm import tables
+from oilfilm.outputs.figures.registry import drawn_tables
+from oilfilm.outputs.tables_page import PAGE, page
 from oilfilm.tables.columns import table, use
-from oilfilm.tables.reference_page import PAGE, page
 
+# with those of the figures, which declare what they draw
+drawn_tables()
 USED = {column.name: column for model in tables.TABLES.values() for column in model.columns}
 # What the end of a name says to a human; the longest that fits counts.
 ENDINGS = {

@@ -14,7 +14,7 @@ from oilfilm.figure_catalogue import FigureDeclaration, figures
 from oilfilm.outputs.figures import style
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import table
-from oilfilm.tables.declaration import Column
+from oilfilm.tables.declaration import Column, Table
 
 # From the campaign's tables and settings, and reference files by name, to the figure and to what it
 # draws: parts of one table.
@@ -50,6 +50,9 @@ class RegisteredFigure:
         return drawing, tables.conform(drawn, self.table, f"figure {self.declaration.name}")
 
 
+_DRAWN: dict[str, Table] = {}
+
+
 def drawn_table(
     name: str,
     description: str,
@@ -60,10 +63,17 @@ def drawn_table(
 ) -> str:
     """Declare the table of what a figure draws; the arguments are those of `columns.table`."""
     no_key = "" if key else "Rows are in the order of drawing; two marks may be the same."
-    tables.declare(
-        table(name, description, columns=columns, uses=uses, key=tuple(key), no_key=no_key)
-    )
+    declared = table(name, description, columns=columns, uses=uses, key=tuple(key), no_key=no_key)
+    tables.declare(declared)
+    _DRAWN[name] = declared
     return name
+
+
+def drawn_tables() -> list[Table]:
+    """Tables of what the figures draw, in the order of their names; imports every figure."""
+    for name in figures():
+        load_figure(name)
+    return [_DRAWN[name] for name in sorted(_DRAWN)]
 
 
 _REGISTERED: dict[str, RegisteredFigure] = {}
