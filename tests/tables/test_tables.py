@@ -53,7 +53,7 @@ def test_bytes_do_not_depend_on_when_they_are_written(
 
 
 @pytest.mark.parametrize(
-    ("column", "value", "words"),
+    ("column", "value", "expected"),
     [
         ("load_n", np.inf, ["'load_n'", "normal load", "inf"]),
         ("film_judgement", "thick", ["'film_judgement'", "thick"]),
@@ -63,14 +63,14 @@ def test_bytes_do_not_depend_on_when_they_are_written(
     ],
 )
 def test_forbidden_value_is_told_with_column_and_meaning(
-    demo, column: str, value: object, words: list[str]
+    demo, column: str, value: object, expected: list[str]
 ) -> None:
     frame = demo.curated.points.head(3).astype(object)
     frame.loc[1, column] = value
     with pytest.raises(OilfilmError) as mistake:
         tables.conform(frame, "points", "here")
-    for word in words:
-        assert word.lower() in str(mistake.value).lower()
+    for text in expected:
+        assert text.lower() in str(mistake.value).lower()
 
 
 NUMBERS = st.floats() | st.sampled_from([-tables.LARGEST, tables.LARGEST, 2 * tables.LARGEST])
@@ -78,13 +78,13 @@ NUMBERS = st.floats() | st.sampled_from([-tables.LARGEST, tables.LARGEST, 2 * ta
 
 FLOATS = [("points", "time_s"), ("points", "lambda_ratio"), ("runs", "nominal_load_n")]
 COUNTS = [("points", "n_samples"), ("points", "first_row")]
-WORDS = ["continuous", "step", "", None]
+TEXTS = ["continuous", "step", "", None]
 
 
 @given(
     st.tuples(st.sampled_from(FLOATS), NUMBERS)
     | st.tuples(st.sampled_from(COUNTS), st.integers(-2, 2))
-    | st.tuples(st.just(("runs", "log_kind")), st.sampled_from(WORDS))
+    | st.tuples(st.just(("runs", "log_kind")), st.sampled_from(TEXTS))
 )
 def test_short_cut_past_pandera_lets_nothing_pass_that_pandera_refuses(
     demo, changed: tuple[tuple[str, str], object]
@@ -167,9 +167,9 @@ def test_no_flipped_bit_is_read_as_another_number(quarantine: pd.DataFrame, tmp_
     # the footer, which has no check of its own, begins this far from the end
     footer = int.from_bytes(content[-8:-4], "little") + 8
     refused = 0
-    for place in range(4, len(content) - footer, 3):
+    for offset in range(4, len(content) - footer, 3):
         damaged = bytearray(content)
-        damaged[place] ^= 1 << place % 8
+        damaged[offset] ^= 1 << offset % 8
         path.write_bytes(damaged)
         try:
             assert tables.read("quarantine", path).equals(as_written)

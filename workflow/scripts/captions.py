@@ -8,10 +8,10 @@ from oilfilm.run.job import job
 
 with job(snakemake):
     campaign = snakemake.params.config["campaign"]
-    made = snakemake.output
-    texts = {made.campaign: campaign_caption(campaign)}
-    texts |= {path: figure_caption(Path(path).stem, campaign) for path in made.figures}
-    for path in made.tables:
+    outputs = snakemake.output
+    texts = {outputs.campaign: campaign_caption(campaign)}
+    texts |= {path: figure_caption(Path(path).stem, campaign) for path in outputs.figures}
+    for path in outputs.tables:
         table = Path(path).stem
         texts[path] = table_caption(snakemake.params.models.get(table, table), campaign)
     for path, text in texts.items():

@@ -15,7 +15,7 @@ def figure_caption(figure: str, campaign: Mapping[str, Any]) -> str:
 
 
 def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
-    """What a row of a table is, where the data are from, and each column's unit and meaning."""
+    """What one row of a table is, the origin of the data, each column's unit and meaning."""
     model = tables.TABLES[table]
     lines = [_plain(f"{model.about}\n\n{provenance(campaign)}.\n")]
     for column in model.columns:
@@ -25,17 +25,17 @@ def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
 
 
 def campaign_caption(campaign: Mapping[str, Any]) -> str:
-    """What a campaign is, for the first page."""
+    """Description of a campaign, for the first page."""
     # on one line nothing of it can be a directive, which Snakemake's report would obey
     about = " ".join(f"Campaign {campaign['name']}: {campaign['description']}.".split())
     return f"{_plain(about)}\n\n{_plain(provenance(campaign))}.\n"
 
 
-def _plain(words: str) -> str:
-    r"""Words in which nothing is markup, neither of reStructuredText nor of Jinja.
+def _plain(text: str) -> str:
+    r"""The text without markup, neither of reStructuredText nor of Jinja.
 
     Examples:
         >>> print(_plain("|S| of run_ *x*"))
         \|S\| of run\_ \*x\*
     """
-    return re.sub(r"([\\*_`|])", r"\\\1", words).replace("{", "(").replace("}", ")")
+    return re.sub(r"([\\*_`|])", r"\\\1", text).replace("{", "(").replace("}", ")")

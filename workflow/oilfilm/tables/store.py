@@ -1,4 +1,4 @@
-"""Tables checked, written whole or not at all, and read."""
+"""Tables: checked, written completely or not at all, and read."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -50,17 +50,17 @@ def _empty(table: str) -> pd.DataFrame:
 
 
 def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
-    """A table from one mapping a row; no rows give the empty table."""
+    """A table from one mapping per row; no rows give the empty table."""
     return conform(pd.DataFrame(rows), table, "new rows") if rows else empty(table)
 
 
 def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """The rows of a table, a dictionary each."""
+    """The rows of a table, one dictionary per row."""
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
 def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
-    """The frame with the table's columns in order and its types, every check passed.
+    """The frame with the columns of the table in order and of their types, after every check.
 
     Columns are checked one at a time: a whole frame of samples at once takes three times the
     memory. Pandera checks only columns that do not plainly obey their declaration, because it
@@ -122,7 +122,7 @@ def _plainly_obeys(values: pd.Series, column: Column) -> bool:
 
 
 def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, Any]) -> None:
-    """Check a table and write it whole or not at all, with units and provenance in the footer.
+    """Check a table and write it completely or not at all, with units and provenance in its footer.
 
     Args:
         frame: The rows.
@@ -163,7 +163,7 @@ _ENCODINGS = {"int64": "DELTA_BINARY_PACKED", "double": "BYTE_STREAM_SPLIT"}
 
 
 def read(table: str, *paths: Path) -> pd.DataFrame:
-    """Read a table, whole, in several files or in none (then empty), and check it again.
+    """Read a table from one file, from several or from none (then empty), and check it again.
 
     Raises:
         OilfilmError: A file is missing or damaged, holds another table or another schema
@@ -173,8 +173,8 @@ def read(table: str, *paths: Path) -> pd.DataFrame:
         return empty(table)
     parts = [_read_part(table, path) for path in paths]
     where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
-    whole = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]
-    return conform(whole.to_pandas(), table, where)
+    content = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]
+    return conform(content.to_pandas(), table, where)
 
 
 def _read_part(table: str, path: Path) -> arrow.Table:
@@ -183,18 +183,20 @@ def _read_part(table: str, path: Path) -> arrow.Table:
 
 
 def refuse_damaged(path: Path) -> None:
-    """See that every page of a file is as it was written.
+    """Check that every page of a file is as it was written.
 
     Raises:
-        OilfilmError: One is not, or the file is missing.
+        OilfilmError: A page is damaged, or the file is missing.
     """
     _content(path)
 
 
-def _content(path: Path, **asked: Any) -> arrow.Table:
-    """What a file holds, each page checked; not as part of a set, whose folder adds a column."""
+def _content(path: Path, filters: list[tuple[str, str, str]] | None = None) -> arrow.Table:
+    """The content of a file, each page checked, without columns from the folder's name."""
     try:
-        return parquet.read_table(path, partitioning=None, page_checksum_verification=True, **asked)
+        return parquet.read_table(
+            path, partitioning=None, page_checksum_verification=True, filters=filters
+        )
     except (OSError, arrow.ArrowException) as error:
         raise _damaged(path, error) from error
 
@@ -206,7 +208,7 @@ def _damaged(path: Path, error: Exception) -> OilfilmError:
 
 
 def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
-    """Only the rows of one run, from the files among which they are.
+    """The rows of one run, from the files that may hold them.
 
     Raises:
         OilfilmError: As `read`.
@@ -242,13 +244,13 @@ def read_footer(path: Path) -> dict[str, Any]:
     except (OSError, arrow.ArrowException) as error:
         raise _damaged(path, error) from error
     if b"oilfilm" not in metadata:
-        raise OilfilmError(f"{path}: is Parquet, but not a table of oilfilm.")
+        raise OilfilmError(f"{path}: it is Parquet, but not a table of oilfilm.")
     try:
         footer = json.loads(metadata[b"oilfilm"])
     except (ValueError, RecursionError) as error:
         raise _damaged(path, error) from error
     if not isinstance(footer, dict):
-        raise OilfilmError(f"{path}: is Parquet, but not a table of oilfilm.")
+        raise OilfilmError(f"{path}: it is Parquet, but not a table of oilfilm.")
     return footer
 
 
