@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from bearings import FOLDER, SHIPPED, shipped
-from oilfilm.bearing.geometry import bearing_from_config
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import elliptical_contact
-from oilfilm.settings.load import load_checked, resolve
+from oilfilm.settings.bearing import BallMaterial, BearingFile
+from oilfilm.settings.messages import first_mistake, load
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import merge
+from oilfilm.settings.yaml_file import read_yaml
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, "template"])
@@ -24,10 +27,10 @@ def test_contacts_under_unit_load_are_exactly_hertz(name):
 
 
 def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
-    config = load_checked(FOLDER / "harris-218.yaml", "bearing")
-    ceramic = {"youngs_modulus_pa": 310e9, "poisson_ratio": 0.26, "density_kg_m3": 3200}
+    config = load(FOLDER / "harris-218.yaml", BearingFile)
+    ceramic = BallMaterial(youngs_modulus_pa=310e9, poisson_ratio=0.26, density_kg_m3=3200)
     steel, hybrid = (
-        bearing_from_config("one", config | {"ball": ball}) for ball in (config["ball"], ceramic)
+        config.model_copy(update={"ball": ball}).bearing("218") for ball in (config.ball, ceramic)
     )
     assert hybrid.reduced_modulus_pa > steel.reduced_modulus_pa
     assert hybrid.ball_mass_kg / steel.ball_mass_kg == pytest.approx(3200 / 7833)
@@ -44,13 +47,10 @@ def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
     ],
 )
 def test_impossible_geometry_is_refused_by_name(changes, key, words):
-    config = load_checked(FOLDER / "harris-218.yaml", "bearing")
-    changed = config | changes
-    changed["cage"] = config["cage"] | changes.get("cage", {})
-    with pytest.raises(OilfilmError) as caught:
-        bearing_from_config("mine", changed)
-    assert f"config/bearings/mine.yaml, `{key}`" in str(caught.value)
-    assert words in str(caught.value)
+    changed = merge(read_yaml(FOLDER / "harris-218.yaml").values, changes)
+    mistake = first_mistake(changed, BearingFile)
+    assert mistake.startswith(f"`{key}`: found")
+    assert words in mistake
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_a_wrong_line_is_refused_with_its_place(tmp_path, line, change, words):
     path = tmp_path / "mine.yaml"
     path.write_text(text.replace(line, change), encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"mine\.yaml, line \d+") as caught:
-        load_checked(path, "bearing")
+        load(path, BearingFile)
     assert words in str(caught.value)
 
 

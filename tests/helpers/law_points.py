@@ -5,16 +5,17 @@ import pandas as pd
 
 from campaigns import ROOT, printed
 from oilfilm.physics.contact import load_for_max_hertz_pressure
-from oilfilm.physics.oils import oil_from_config
-from oilfilm.physics.rigs import Contact, contact_of
+from oilfilm.physics.rigs import Contact
 from oilfilm.randomness import generator
-from oilfilm.settings.load import load_checked
+from oilfilm.settings.messages import load
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.rig import Rig
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import FloatArray, Law, Observations
 from oilfilm.units import PA_PER_GPA
 
-OIL = oil_from_config(load_checked(ROOT / "config/oils/4050.yaml", "oil"))
-_RIG = contact_of(load_checked(ROOT / "config/rigs/ball-on-disc-20mm.yaml", "rig"))
+OIL = load(ROOT / "config/oils/4050.yaml", OilFile).properties()
+_RIG = load(ROOT / "config/rigs/ball-on-disc-20mm.yaml", Rig).contact()
 assert _RIG is not None
 CONTACT: Contact = _RIG
 EVERY_LAW = laws_for(OIL, CONTACT)

@@ -1,6 +1,5 @@
 """Oil properties against the evaluated tables of docs/physics.md and against each other."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +11,14 @@ from hypothesis import strategies as st
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import load_for_max_hertz_pressure, reduced_modulus
 from oilfilm.physics.film import minimum_film_thickness
-from oilfilm.physics.oils import Oil, PiecewiseLinear, oil_from_config
-from oilfilm.settings.load import load_checked
+from oilfilm.physics.oils import Oil, PiecewiseLinear
+from oilfilm.settings.messages import first_mistake, load
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.yaml_file import read_yaml
 
 FOLDER = Path(__file__).parents[2] / "config" / "oils"
 OILS = {
-    name: oil_from_config(load_checked(FOLDER / f"{name}.yaml", "oil"))
-    for name in ("4010", "4050", "4102")
+    name: load(FOLDER / f"{name}.yaml", OilFile).properties() for name in ("4010", "4050", "4102")
 }
 
 any_oil = st.sampled_from(sorted(OILS)).map(OILS.__getitem__)
@@ -214,16 +214,15 @@ def test_table_is_continued_beyond_both_ends() -> None:
 
 
 def test_rows_of_a_table_may_come_in_any_order() -> None:
-    config = load_checked(FOLDER / "4010.yaml", "oil")
-    turned = config | {"density_kg_m3": config["density_kg_m3"][::-1]}
-    assert oil_from_config(turned) == oil_from_config(config)
+    oil = load(FOLDER / "4010.yaml", OilFile)
+    turned = oil.model_copy(update={"density_kg_m3": oil.density_kg_m3[::-1]})
+    assert turned.properties() == oil.properties()
 
 
 def test_unknown_model_is_refused_with_the_allowed_ones() -> None:
-    config = load_checked(FOLDER / "4010.yaml", "oil") | {"model": "walther"}
-    allowed = "adore-mil-l-7808, adore-mil-l-23699, astm-d341"
-    with pytest.raises(ValueError, match=re.escape(f"'walther'; expected one of {allowed}")):
-        oil_from_config(config)
+    values = read_yaml(FOLDER / "4010.yaml").values | {"model": "walther"}
+    allowed = "'adore-mil-l-7808', 'adore-mil-l-23699', 'astm-d341'"
+    assert first_mistake(values, OilFile) == f"`model`: found 'walther', expected one of {allowed}."
 
 
 def test_misspelt_coefficient_is_refused_with_a_suggestion(tmp_path: Path) -> None:
@@ -231,12 +230,12 @@ def test_misspelt_coefficient_is_refused_with_a_suggestion(tmp_path: Path) -> No
     path = tmp_path / "4102.yaml"
     path.write_text(text.replace("  viscosity_slope:", "  viscosity_slop:"), encoding="utf-8")
     with pytest.raises(OilfilmError, match="Did you mean 'viscosity_slope'"):
-        load_checked(path, "oil")
+        load(path, OilFile)
 
 
 def test_coefficients_of_another_model_are_refused(tmp_path: Path) -> None:
-    config = load_checked(FOLDER / "4102.yaml", "oil") | {"model": "adore-mil-l-7808"}
+    config = read_yaml(FOLDER / "4102.yaml").values | {"model": "adore-mil-l-7808"}
     path = tmp_path / "4102.yaml"
     path.write_text(yaml.safe_dump(config), encoding="utf-8")
     with pytest.raises(OilfilmError, match="coefficients"):
-        load_checked(path, "oil")
+        load(path, OilFile)

@@ -10,7 +10,6 @@ from scipy.integrate import quad
 
 from campaigns import ROOT
 from oilfilm.physics.contact import contact_radius, load_for_max_hertz_pressure, reduced_modulus
-from oilfilm.physics.oils import oil_from_config
 from oilfilm.physics.thermal_traction import (
     SlidingFilm,
     ThermalEhl,
@@ -23,10 +22,11 @@ from oilfilm.physics.thermal_traction import (
     limiting_stress,
     thermal_ehl_traction,
 )
-from oilfilm.settings.load import load_checked
+from oilfilm.settings.messages import load
+from oilfilm.settings.oil import OilFile
 
 OILS = {
-    name: oil_from_config(load_checked(ROOT / "config/oils" / f"{name}.yaml", "oil"))
+    name: load(ROOT / "config/oils" / f"{name}.yaml", OilFile).properties()
     for name in ("4010", "4050", "4102")
 }
 STEEL = {"solid_conductivity_w_mk": 46.0, "solid_volumetric_heat_j_m3k": 3.6e6}

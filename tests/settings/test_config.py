@@ -1,5 +1,6 @@
 """Configuration: every mistake is told with file, line, key, what was found and expected."""
 
+import math
 import shutil
 from pathlib import Path
 
@@ -8,8 +9,12 @@ import pytest
 import yaml
 
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.oils import oil_from_config
-from oilfilm.settings.load import load_checked, load_yaml, merge, resolve
+from oilfilm.settings.config import Config
+from oilfilm.settings.messages import load
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings, merge
+from oilfilm.settings.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,25 +29,24 @@ def test_every_shipped_campaign_resolves() -> None:
     names = [path.stem for path in (ROOT / "config/campaigns").glob("*.yaml")]
     assert {"demo", "etm-slim", "template"} <= set(names)
     for name in names:
-        assert resolve(ROOT / "config", {"campaign": name})["campaign"]["name"] == name
+        assert resolve(ROOT / "config", {"campaign": name}).campaign.name == name
 
 
-def test_the_paper_matrix_has_72_conditions(config: dict) -> None:
-    levels = config["campaign"]["matrix"].values()
-    product = 1
-    for values in levels:
-        product *= len(values)
-    assert product == 72  # curves an oil, Deng et al. 2026, section 2.4
+def test_the_paper_matrix_has_72_conditions(config: Settings) -> None:
+    levels = config.campaign.matrix.model_dump().values()
+    assert (
+        math.prod(len(values) for values in levels) == 72
+    )  # curves an oil, Deng et al. 2026, section 2.4
 
 
 def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(folder: Path) -> None:
-    path = folder / "campaigns/etm-slim.yaml"
-    default = load_yaml(folder / "config.yaml")["gates"]["temperature_tolerance_c"]
-    of_campaign = resolve(folder, {"campaign": "etm-slim"})["gates"]["temperature_tolerance_c"]
-    given = resolve(folder, {"campaign": "etm-slim", "gates": {"temperature_tolerance_c": 9.0}})[
-        "gates"
-    ]["temperature_tolerance_c"]
-    assert (default, of_campaign, given) == (2.0, 2.5, 9.0), path
+    default = read_yaml(folder / "config.yaml").values["gates"]["temperature_tolerance_c"]
+    of_campaign = resolve(folder, {"campaign": "etm-slim"})
+    gates = {"temperature_tolerance_c": 9.0}
+    given = resolve(folder, {"campaign": "etm-slim", "gates": gates})
+    assert default == 2.0
+    assert of_campaign.gates.temperature_tolerance_c == 2.5
+    assert given.gates.temperature_tolerance_c == 9.0
 
 
 @pytest.mark.parametrize(
@@ -105,7 +109,7 @@ def test_mistake_names_the_line_of_the_key(folder: Path) -> None:
     lines[number] = "  lambda_limit: three"
     path.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(OilfilmError, match=rf"line {number + 1}: `gates.lambda_limit`.*'three'"):
-        load_checked(path, "config")
+        load(path, Config)
 
 
 def test_wrong_value_on_the_command_line_is_refused(folder: Path) -> None:
@@ -116,7 +120,7 @@ def test_wrong_value_on_the_command_line_is_refused(folder: Path) -> None:
 def test_numbers_inside_groups_of_the_command_line_are_numbers(folder: Path) -> None:
     # snakemake --config "gates={'load_tolerance': 0.05}" hands over the text '0.05'
     resolved = resolve(folder, {"gates": {"load_tolerance": "0.05"}})
-    assert resolved["gates"]["load_tolerance"] == 0.05
+    assert resolved.gates.load_tolerance == 0.05
     with pytest.raises(OilfilmError, match="found 'much', expected a number"):
         resolve(folder, {"gates": {"load_tolerance": "much"}})
 
@@ -157,10 +161,10 @@ def test_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bad.yaml"
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(OilfilmError, match="cannot be read as UTF-8"):
-        load_yaml(path)
+        read_yaml(path)
     path.write_text("just words", encoding="utf-8")
     with pytest.raises(OilfilmError, match="found no keys"):
-        load_yaml(path)
+        read_yaml(path)
 
 
 def test_merge_goes_group_by_group() -> None:
@@ -171,17 +175,17 @@ def test_merge_goes_group_by_group() -> None:
 
 
 def test_every_key_of_the_settings_may_stand_in_a_campaign(folder: Path) -> None:
-    settings = load_yaml(folder / "config.yaml")
+    settings = read_yaml(folder / "config.yaml").values
     del settings["campaign"]
     path = folder / "campaigns" / "etm-slim.yaml"
-    campaign = {**load_yaml(path), "settings": settings}
+    campaign = {**read_yaml(path).values, "settings": settings}
     path.write_text(yaml.safe_dump(campaign), encoding="utf-8")
     resolved = resolve(folder, {"campaign": "etm-slim"})
-    assert {key: resolved[key] for key in settings} == settings
+    assert {key: resolved.plain()[key] for key in settings} == settings
 
 
 def test_template_of_an_oil_is_a_good_oil_file() -> None:
-    oil = oil_from_config(load_checked(ROOT / "config/oils/template.yaml", "oil"))
+    oil = load(ROOT / "config/oils/template.yaml", OilFile).properties()
     # the template says 5 cSt and 920 kg/m3 at 100 degC
     assert oil.dynamic_viscosity_pa_s(np.array([100.0])) == pytest.approx(5e-6 * 920, rel=0.02)
 

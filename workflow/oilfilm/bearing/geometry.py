@@ -3,18 +3,13 @@
 Two contacts a ball, always in the order inner race, outer race. Lengths are in m.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from oilfilm.bearing.possible import impossible
-from oilfilm.errors import OilfilmError
-from oilfilm.physics.contact import elliptical_contact, reduced_modulus
-from oilfilm.physics.roughness import combined_roughness, rq_from_ra
-from oilfilm.units import M_PER_UM, FloatArray
+from oilfilm.physics.contact import elliptical_contact
+from oilfilm.units import FloatArray
 
 # Hertz's solution is interpolated in the cosine of the contact angle by polynomials of this
 # degree: each power brings a factor of at least 2 dm/D, so that rounding is all that is left.
@@ -152,53 +147,3 @@ class Bearing:
         )
         powers = np.linalg.solve(np.vander(nodes, increasing=True), values.reshape(len(nodes), -1))
         return powers.reshape(values.shape)
-
-
-def bearing_from_config(name: str, config: Mapping[str, Any]) -> Bearing:
-    """The bearing that a file of config/bearings describes.
-
-    Args:
-        name: Its name, for messages.
-        config: Content of the file, as `workflow/schemas/bearing.schema.json` has it.
-
-    Raises:
-        OilfilmError: The geometry is impossible; the message names the key.
-
-    Examples:
-        The mass of a 218's ball, 22.23 mm of steel, by hand 7833 pi 0.02223^3/6:
-
-        >>> from pathlib import Path
-        >>> from oilfilm.settings.load import load_checked
-        >>> file = Path(__file__).parents[3] / "config" / "bearings" / "harris-218.yaml"
-        >>> bearing = bearing_from_config("harris-218", load_checked(file, "bearing"))
-        >>> print(f"{bearing.ball_mass_kg * 1e3:.2f} g")
-        45.06 g
-    """
-    for key, complaint in impossible(config):
-        raise OilfilmError(f"config/bearings/{name}.yaml, `{key}`: {complaint}")
-    ball, ring, cage = config["ball"], config["ring"], config["cage"]
-    modulus_pa = reduced_modulus(
-        ball["youngs_modulus_pa"],
-        ball["poisson_ratio"],
-        ring["youngs_modulus_pa"],
-        ring["poisson_ratio"],
-    )
-    rq_m = [rq_from_ra(config[f"{body}_roughness_ra_um"] * M_PER_UM) for body in ("ball", "race")]
-    return Bearing(
-        name=name,
-        ball_diameter_m=config["ball_diameter_m"],
-        pitch_diameter_m=config["pitch_diameter_m"],
-        ball_count=config["ball_count"],
-        contact_angle_rad=float(np.radians(config["contact_angle_deg"])),
-        groove_curvature=(config["inner_groove_curvature"], config["outer_groove_curvature"]),
-        reduced_modulus_pa=float(modulus_pa),
-        ball_density_kg_m3=ball["density_kg_m3"],
-        roughness_rq_m=float(combined_roughness(*rq_m)),
-        cage=Cage(
-            guided_by_outer=cage["guidance"] == "outer",
-            land_diameter_m=cage["land_diameter_m"],
-            land_width_m=cage["land_width_m"],
-            land_clearance_m=cage["land_clearance_m"],
-            pocket_friction_coefficient=cage["pocket_friction_coefficient"],
-        ),
-    )

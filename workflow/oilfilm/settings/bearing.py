@@ -113,7 +113,17 @@ class BearingFile(Group):
             )
 
     def bearing(self, name: str) -> Bearing:
-        """The bearing for mechanics; `name` is its file's name."""
+        """The bearing for mechanics; `name` is its file's name.
+
+        Examples:
+            The mass of a 218's ball, 22.23 mm of steel, by hand 7833 pi 0.02223^3/6:
+
+            >>> from pathlib import Path
+            >>> from oilfilm.settings.messages import load
+            >>> file = Path(__file__).parents[3] / "config/bearings/harris-218.yaml"
+            >>> print(f"{load(file, BearingFile).bearing('218').ball_mass_kg * 1e3:.2f} g")
+            45.06 g
+        """
         modulus_pa = reduced_modulus(
             self.ball.youngs_modulus_pa,
             self.ball.poisson_ratio,
