@@ -16,9 +16,8 @@ import pyarrow as arrow
 from nptdms import RootObject
 
 import formats
-from campaigns import ROOT, printed
+from campaigns import ROOT, printed, rig_contact
 from oilfilm.physics.contact import load_for_max_hertz_pressure
-from oilfilm.physics.rigs import contact_of
 from oilfilm.settings.load import resolve
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -50,9 +49,7 @@ def good(
     """A run that every gate accepts: slip in steps, with a little noise on every sensor."""
     random = np.random.default_rng(7)
     slip = np.repeat(phases, round(seconds * RATE_HZ))
-    rig = CONFIG["rigs"]["ball-on-disc-20mm"]
-    contact = contact_of(rig)
-    assert contact is not None
+    rig, contact = CONFIG["rigs"]["ball-on-disc-20mm"], rig_contact()
     load = load_for_max_hertz_pressure(1.25e9, contact.radius_m, contact.reduced_modulus_pa)
     mu = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, slip)
 

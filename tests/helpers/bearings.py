@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from campaigns import printed
+from campaigns import oil_of, printed, rig_contact
 from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.resistance import Lubrication
@@ -13,8 +13,6 @@ from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
-from oilfilm.settings.oil import OilFile
-from oilfilm.settings.rig import Rig
 from oilfilm.studies.load_variables import FittedBasis
 from oilfilm.traction import LAWS
 
@@ -22,7 +20,7 @@ CONFIG = Path(__file__).parents[2] / "config"
 FOLDER = CONFIG / "bearings"
 SHIPPED = ("harris-218", "mainshaft-167", "nasa-35")
 RPM = np.pi / 30  # rad/s
-RIG = load(CONFIG / "rigs" / "ball-on-disc-20mm.yaml", Rig).contact()
+RIG = rig_contact()
 SETTINGS = load(CONFIG / "config.yaml", Config).bearing
 TESTED = {
     "max_hertz_pressure_gpa": (1.0, 1.5),
@@ -42,10 +40,9 @@ def printed_law(oil: str, basis: str = "stress") -> FittedBasis:
 
 
 def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -> Lubrication:
-    properties = load(CONFIG / "oils" / f"{oil}.yaml", OilFile).properties()
     settings = SETTINGS.model_copy(update=changed)
     return Lubrication.of(
-        properties,
+        oil_of(oil),
         np.full(points, temperature_c),
         settings.drag_coefficient,
         settings.oil_volume_fraction,

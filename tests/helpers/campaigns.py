@@ -13,9 +13,14 @@ import yaml
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.fitting.fit import OilFit, fit_oil
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
 from oilfilm.readers.ingest import Ingested, ingest
+from oilfilm.settings.messages import load
+from oilfilm.settings.oil import OilFile
 from oilfilm.settings.reference import falling_viscosity, printed_constants, printed_values
 from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
 from oilfilm.studies.printed.signs import study_signs
 from oilfilm.traction.laws.deng2026 import DENG2026
 
@@ -38,6 +43,18 @@ class Campaign:
     def fit(self, oil: str, **settings: Any) -> OilFit:
         config = {**self.config, "fit": {**self.config["fit"], **settings}}
         return fit_oil(self.curated.points, oil, config, printed_by_name(oil))
+
+
+def oil_of(name: str) -> Oil:
+    """An oil of config/oils."""
+    return load(ROOT / f"config/oils/{name}.yaml", OilFile).properties()
+
+
+def rig_contact() -> Contact:
+    """The contact of the rig of the paper."""
+    contact = load(ROOT / "config/rigs/ball-on-disc-20mm.yaml", Rig).contact()
+    assert contact is not None
+    return contact
 
 
 def printed() -> dict[str, np.ndarray]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import ROOT
+from campaigns import oil_of
 from oilfilm.physics.contact import (
     ellipticity,
     load_for_max_hertz_pressure,
@@ -26,10 +26,8 @@ from oilfilm.physics.film import (
     thermal_loading_parameter,
     thermal_reduction_factor,
 )
-from oilfilm.physics.oils import oil_from_config
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
-from oilfilm.settings.load import load_checked
 
 M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)
 LOAD_N = load_for_max_hertz_pressure(1.5e9, 0.010, M50)
@@ -148,10 +146,9 @@ def test_film_of_an_oil_in_the_rig_is_that_of_check_1(
 ) -> None:
     # docs/physics.md, check 1 [C], printed to 0.0005 um; at S = 0.3
     contact = Contact(0.010, float(M50), float(RIG_ROUGHNESS_M), 0.0172e-6)
-    oil = oil_from_config(load_checked(ROOT / "config/oils/4050.yaml", "oil"))
     at = {"load_n": 142.0, "entrainment_speed_m_s": 25.0, "slide_roll_ratio": 0.3}
     temperatures = np.array([100.0, 1000.0])  # no oil is liquid at the second
-    film = contact_film(oil, contact, definition, inlet_temperature_c=temperatures, **at)
+    film = contact_film(oil_of("4050"), contact, definition, inlet_temperature_c=temperatures, **at)
     assert film.thickness_m[0] * 1e6 == pytest.approx(film_um, rel=0.005)
     assert film.lambda_ratio[0] == pytest.approx(film_um / 0.0215, rel=0.01)
     assert np.isnan(film.thickness_m[1])
