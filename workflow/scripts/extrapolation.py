@@ -4,19 +4,21 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import extrapolate, extrapolation_errors
 from oilfilm.studies.law_comparison import laws_of
 
 with job(snakemake) as provenance:
-    found, made, config = snakemake.input, snakemake.output, snakemake.params.config
+    inputs, outputs = snakemake.input, snakemake.output
+    settings = Settings.of(snakemake.params.config)
     compared = extrapolate(
-        tables.read("truth_grid", Path(found.truth)),
-        tables.read("law_coefficients", Path(found.coefficients)),
-        tables.read("law_refits", Path(found.refits)),
-        tables.read("law_fit_quality", Path(found.quality)),
-        config["same_set_point"]["relative"],
-        {oil: laws_of(oil, config) for oil in config["oils"]},
+        tables.read("truth_grid", Path(inputs.truth)),
+        tables.read("law_coefficients", Path(inputs.coefficients)),
+        tables.read("law_refits", Path(inputs.refits)),
+        tables.read("law_fit_quality", Path(inputs.quality)),
+        settings.same_set_point.relative,
+        {oil: laws_of(oil, settings) for oil in settings.oils},
     )
-    tables.write(compared, "extrapolation", Path(made.compared), provenance)
+    tables.write(compared, "extrapolation", Path(outputs.compared), provenance)
     errors = extrapolation_errors(compared)
-    tables.write(errors, "extrapolation_errors", Path(made.errors), provenance)
+    tables.write(errors, "extrapolation_errors", Path(outputs.errors), provenance)
