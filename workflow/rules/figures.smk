@@ -57,6 +57,4 @@ for family, of_family in families(CAMPAIGN.figures).items():
 rule figures:
     "All figures that the campaign lists, as PNG and SVG, and exactly what each shows."
     input:
-        expand(
-            "<figures>/{figure}.{kind}", figure=CAMPAIGN.figures, kind=("png", "svg", "parquet")
-        ),
+        expand("<figures>/{figure}.{kind}", figure=CAMPAIGN.figures, kind=("png", "svg", "parquet")),
