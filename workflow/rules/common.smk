@@ -90,6 +90,42 @@ def caption_file(*place):
     return Path("results", CAMPAIGN.name, "captions", *place).resolve().as_posix() + ".rst"
 
 
+def files_of_figures(figures):
+    """Files of figures, each PNG with its caption in Snakemake's report."""
+    return {
+        "png": [
+            in_report(
+                f"<figures>/{figure.name}.png",
+                caption=caption_file("figures", figure.name),
+                category=figure.category,
+                labels={"figure": figure.paper or figure.title},
+            )
+            for figure in figures
+        ],
+        "svg": [f"<figures>/{figure.name}.svg" for figure in figures],
+        "drawn": [f"<figures>/{figure.name}.parquet" for figure in figures],
+    }
+
+
+def inputs_of_figures(figures):
+    """Finished tables and reference files that figures are drawn from."""
+    references = sorted({name for figure in figures for name in figure.references})
+    return {
+        **finished(*sorted({name for figure in figures for name in figure.tables})),
+        **{name: f"data/reference/{name}.yaml" for name in references},
+    }
+
+
+def settings_of_figures(figures):
+    """Settings that figures depend on; each says whether the film thickness was judged."""
+    keys = {key for figure in figures for key in figure.settings}
+    of_campaign = {key for key in keys if key.startswith("campaign.")}
+    return part(
+        *(keys - of_campaign),
+        campaign=("film_unjudged", *(key.removeprefix("campaign.") for key in of_campaign)),
+    )
+
+
 def code(script, *modules):
     """Digest of a script, of every module behind it and of the packages: changed code reruns."""
     script = Path(workflow.basedir, "workflow/scripts", script)
