@@ -41,7 +41,7 @@ def covered(oil: str, refits: int, number: int) -> FloatArray:
     random = generator(config["seed"], "coverage", oil, number)
     rig = next(iter(config.rigs.values()))
     data = simulate_curves(constants, conditions, campaign.twin, rig, random)
-    problem = build_problem(LAW, data, varied_conditions(data.conditions, config["fit"]))
+    problem = build_problem(LAW, data, varied_conditions(data.conditions, config.fit))
     best = polish(problem, truth)
     lower, upper = np.quantile(curve_bootstrap(problem, best, refits, random), [0.025, 0.975], 0)
     naive = NORMAL_95 * np.sqrt(np.diag(naive_covariance(problem, best)))

@@ -59,7 +59,7 @@ def make(folder: Path) -> None:
             (raw / run.name).write_bytes(content)
     campaign = carry_through(config, raw, sorted(path.name for path in raw.iterdir()))
     made = {"points": campaign.curated.points, "runs": campaign.curated.runs}
-    made |= fit_oil(campaign.curated.points, OIL, config).tables
+    made |= fit_oil(campaign.curated.points, OIL, config.fit, config.seed).tables
     made |= compare_laws(campaign.curated.points, OIL, config).tables()
     for name, frame in made.items():
         tables.write(

@@ -71,7 +71,7 @@ def task(oil: str, copies: int = 1) -> tuple[Problem, CurveData]:
     data = simulate_curves(
         PRINTED[oil], np.tile(conditions, (copies, 1)), CONFIG.campaign.twin, rig, random
     )
-    return build_problem(LAW, data, varied_conditions(data.conditions, CONFIG["fit"])), data
+    return build_problem(LAW, data, varied_conditions(data.conditions, CONFIG.fit)), data
 
 
 def raw_sse(data: CurveData) -> Callable[[FloatArray], float]:
@@ -98,7 +98,7 @@ def log_sse(problem: Problem) -> Callable[[FloatArray], float]:
 
 def ours(problem: Problem, data: CurveData, seed: int) -> float:
     """The project's search."""
-    return search(problem, CONFIG["fit"], generator(seed, "bench")).sse
+    return search(problem, CONFIG.fit, generator(seed, "bench")).sse
 
 
 def scipy_defaults(problem: Problem, data: CurveData, seed: int) -> float:
@@ -223,10 +223,10 @@ def global_searches(oil: str, seeds: int) -> None:
 def certified(problem: Problem, data: CurveData) -> float:
     """Seconds of one certified fit: five independent searches and the certificate."""
     start = time.perf_counter()
-    optima = [search(problem, CONFIG["fit"], generator(seed, "certified")) for seed in range(5)]
+    optima = [search(problem, CONFIG.fit, generator(seed, "certified")) for seed in range(5)]
     best = min(optima, key=lambda optimum: optimum.sse)
     errors = np.sqrt(np.diag(naive_covariance(problem, best)))
-    verdict = certify(problem, data, optima, errors, CONFIG["fit"])
+    verdict = certify(problem, data, optima, errors, CONFIG.fit)
     seconds = time.perf_counter() - start
     if not verdict.certified:
         print(verdict.verdict)
@@ -236,7 +236,7 @@ def certified(problem: Problem, data: CurveData) -> float:
 def refits(oil: str, count: int) -> FloatArray:
     """Curve-bootstrap refits of one oil."""
     problem, _ = task(oil)
-    best = search(problem, CONFIG["fit"], generator(1, "refits"))
+    best = search(problem, CONFIG.fit, generator(1, "refits"))
     return curve_bootstrap(problem, best, count, generator(2, "refits"))
 
 
@@ -256,7 +256,7 @@ def growth() -> None:
     for copies in (1, 10, 45):
         problem, data = task("4102", copies)
         fit_s = min(certified(problem, data) for _ in range(2 if copies > 1 else 5))
-        best = search(problem, CONFIG["fit"], generator(1, "growth"))
+        best = search(problem, CONFIG.fit, generator(1, "growth"))
         start = time.perf_counter()
         curve_bootstrap(problem, best, 1000, generator(2, "growth"))
         refit_s = time.perf_counter() - start

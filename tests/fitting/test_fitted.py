@@ -1,7 +1,5 @@
 """Predictions: the interval is the refits' spread, the box is the tested one."""
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,6 +12,7 @@ from fit_points import make_points, matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.fitting.fitted import Coefficients, FittedLaw, predict
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -120,9 +119,9 @@ def test_bare_constants_give_mu_without_interval_or_box() -> None:
     assert np.isnan([found.lower, found.upper, found.distance]).all()
 
 
-def test_one_level_only_is_known_there_and_nowhere_else(config: dict[str, Any]) -> None:
-    quick = {**config, "fit": {**config["fit"], "bootstrap": 50, "searches": 1}}
-    fit = fit_oil(make_points("4102", matrix(ts=[70.0]), 1e-5), "4102", quick)
+def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> None:
+    quick = config.fit.model_copy(update={"bootstrap": 50, "searches": 1})
+    fit = fit_oil(make_points("4102", matrix(ts=[70.0]), 1e-5), "4102", quick, config.seed)
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
     found = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
     true = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.1)
@@ -132,8 +131,10 @@ def test_one_level_only_is_known_there_and_nowhere_else(config: dict[str, Any]) 
     assert np.isinf(found.distance[1])
 
 
-def test_nothing_fitted_gives_nothing(config: dict[str, Any]) -> None:
-    fit = fit_oil(make_points("4102", matrix()).assign(accepted=False), "4102", config)
+def test_nothing_fitted_gives_nothing(config: Settings) -> None:
+    fit = fit_oil(
+        make_points("4102", matrix()).assign(accepted=False), "4102", config.fit, config.seed
+    )
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
     found = law.predict(np.array([[1.25, 30.0, 70.0]]), np.array([0.1]))
     assert np.isnan([found.traction_coefficient, found.lower, found.upper, found.distance]).all()

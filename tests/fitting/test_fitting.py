@@ -12,27 +12,30 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fitting import engine, problem
 from oilfilm.fitting.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fitting.engine import Optimum
-from oilfilm.fitting.fit import fit_oil, sign_reach
+from oilfilm.fitting.fit import fit_oil
+from oilfilm.fitting.fit_tables import sign_reach
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.remarks import certificates
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
+from oilfilm.settings.config import FitSettings
 from oilfilm.settings.load import resolve
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 OILS = ("4102", "4050", "4010")
-SETTINGS = resolve(ROOT / "config", {})["fit"]
+CONFIG = resolve(ROOT / "config", {})
+SETTINGS, SEED = CONFIG.fit, CONFIG.seed
 
 
 @pytest.fixture(scope="module")
-def quick(config: dict[str, Any]) -> dict[str, Any]:
-    return {**config, "fit": {**config["fit"], "bootstrap": 20, "searches": 2}}
+def quick() -> FitSettings:
+    return SETTINGS.model_copy(update={"bootstrap": 20, "searches": 2})
 
 
 @pytest.mark.parametrize("oil", OILS)
-def test_noise_free_data_give_the_planted_constants(quick: dict[str, Any], oil: str) -> None:
-    fit = fit_oil(make_points(oil, matrix()), oil, quick, printed_by_name(oil))
+def test_noise_free_data_give_the_planted_constants(quick: FitSettings, oil: str) -> None:
+    fit = fit_oil(make_points(oil, matrix()), oil, quick, SEED, printed_by_name(oil))
     coefficients, quality = fit.coefficients, fit.fit_quality
     values = coefficients.set_index("constant")["value"]
     np.testing.assert_allclose(values, printed()[oil], rtol=1e-6)
@@ -41,12 +44,12 @@ def test_noise_free_data_give_the_planted_constants(quick: dict[str, Any], oil: 
 
 @pytest.mark.parametrize("oil", OILS)
 def test_twenty_searches_from_different_seeds_end_at_one_optimum(
-    quick: dict[str, Any], oil: str
+    quick: FitSettings, oil: str
 ) -> None:
     data = problem.curve_data(make_points(oil, matrix(), noise=2e-4))
     varied = problem.varied_conditions(data.conditions, SETTINGS)
     task = problem.build_problem(LAW, data, varied)
-    ends = [engine.search(task, quick["fit"], generator(seed, "seeds")) for seed in range(20)]
+    ends = [engine.search(task, quick, generator(seed, "seeds")) for seed in range(20)]
     sse = np.array([end.sse for end in ends])
     assert (sse / sse.min() - 1).max() < 1e-8
 
@@ -119,9 +122,9 @@ def test_curve_bootstrap_gives_the_spread_that_shared_errors_really_cause() -> N
     assert np.median(spread / naive) > 2
 
 
-def test_one_condition_gives_a_curve_but_no_exponents(quick: dict[str, Any]) -> None:
+def test_one_condition_gives_a_curve_but_no_exponents(quick: FitSettings) -> None:
     points = make_points("4102", 6 * [(1.25, 30.0, 70.0)], noise=1e-5)
-    fit = fit_oil(points, "4102", quick, printed_by_name("4102"))
+    fit = fit_oil(points, "4102", quick, SEED, printed_by_name("4102"))
     coefficients, quality = fit.coefficients, fit.fit_quality
     rows = coefficients.set_index("constant")
     twelve = rows.loc[[constant.name for constant in LAW.constants]]
@@ -135,10 +138,10 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: dict[str, Any]) -> 
 
 
 def test_exponents_of_conditions_that_varied_are_given_beside_those_that_are_not(
-    quick: dict[str, Any],
+    quick: FitSettings,
 ) -> None:
     points = make_points("4102", matrix(us=[30.0]), noise=1e-6)
-    rows = fit_oil(points, "4102", quick).coefficients.set_index("constant")
+    rows = fit_oil(points, "4102", quick, SEED).coefficients.set_index("constant")
     assert not rows.loc[["A0", "A2", "B0", "B2", "C0", "C2"], "identifiable"].any()
     given = ["A1", "A3", "B1", "B3", "C1", "C3"]
     expected = dict(zip([c.name for c in LAW.constants], printed()["4102"], strict=True))
@@ -148,9 +151,9 @@ def test_exponents_of_conditions_that_varied_are_given_beside_those_that_are_not
     assert rows.loc[["A", "B", "C"], "identifiable"].all()
 
 
-def test_unknown_pressure_is_said_to_be_unknown(quick: dict[str, Any]) -> None:
+def test_unknown_pressure_is_said_to_be_unknown(quick: FitSettings) -> None:
     points = make_points("4102", matrix(), noise=1e-5).assign(max_hertz_pressure_gpa=np.nan)
-    quality = fit_oil(points, "4102", quick).fit_quality
+    quality = fit_oil(points, "4102", quick, SEED).fit_quality
     assert "max_hertz_pressure_gpa unknown" in quality["fixed_conditions"].iloc[0]
 
 
@@ -177,10 +180,10 @@ def test_unknown_pressure_is_said_to_be_unknown(quick: dict[str, Any]) -> None:
     ],
 )
 def test_data_that_cannot_be_fitted_end_in_a_verdict(
-    quick: dict[str, Any], spoil: Any, words: str
+    quick: FitSettings, spoil: Any, words: str
 ) -> None:
     points = spoil(make_points("4102", matrix()))
-    fit = fit_oil(points, "4102", quick, printed_by_name("4102"))
+    fit = fit_oil(points, "4102", quick, SEED, printed_by_name("4102"))
     assert not fit.fit_quality["certified"].iloc[0]
     assert words in fit.fit_quality["certificate"].iloc[0]
     assert fit.coefficients["value"].isna().all()
@@ -190,27 +193,26 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
     assert words in certificates(fit.fit_quality, allow_uncertified=False)
 
 
-def test_fit_without_certificate_ends_the_run_unless_allowed(quick: dict[str, Any]) -> None:
-    strict = {**quick, "fit": {**quick["fit"], "agreement_sse": 0.0, "gradient_cosine_max": 0.0}}
-    fit = fit_oil(make_points("4102", matrix(), noise=2e-4), "4102", strict)
+def test_fit_without_certificate_ends_the_run_unless_allowed(quick: FitSettings) -> None:
+    strict = quick.model_copy(update={"agreement_sse": 0.0, "gradient_cosine_max": 0.0})
+    fit = fit_oil(make_points("4102", matrix(), noise=2e-4), "4102", strict, SEED)
     with pytest.raises(OilfilmError, match=r"4102: not certified: .*allow_uncertified: true"):
         certificates(fit.fit_quality, allow_uncertified=False)
     assert "not certified" in certificates(fit.fit_quality, allow_uncertified=True)
 
 
-def test_certificate_fails_where_searches_disagree_or_stop_early(quick: dict[str, Any]) -> None:
+def test_certificate_fails_where_searches_disagree_or_stop_early(quick: FitSettings) -> None:
     data = problem.curve_data(make_points("4102", matrix(), noise=2e-4))
     task = problem.build_problem(LAW, data, np.array([True, True, True]))
-    end = engine.search(task, quick["fit"], generator(1, "x"))
+    end = engine.search(task, quick, generator(1, "x"))
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
-    settings = quick["fit"]
-    assert certify(task, data, [end, end], errors, settings).certified
+    assert certify(task, data, [end, end], errors, quick).certified
     off = end.values + 0.5 * errors
     other = Optimum(off, float(np.sum(task.residual(off) ** 2)))
-    alone = certify(task, data, [other], errors, settings)
+    alone = certify(task, data, [other], errors, quick)
     assert not alone.certified
     assert "gradient" in alone.certificate
-    two = certify(task, data, [end, other], errors, settings)
+    two = certify(task, data, [end, other], errors, quick)
     assert (two.searches_agreeing, two.certified) == (1, False)
     assert "not certified: 1 of 2 searches agree" in two.certificate
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
@@ -262,8 +264,8 @@ def test_calibration_errors_reach_the_constants_as_the_equation_says(demo: Campa
         entrainment_speed_systematic_m_s=relative["speed"] * points["entrainment_speed_m_s"],
         inlet_temperature_systematic_c=0.0,
     )
-    config = {**demo.config, "fit": {**demo.config["fit"], "bootstrap": 2, "searches": 1}}
-    table = fit_oil(points, "4102", config).coefficients.set_index("constant")
+    settings = SETTINGS.model_copy(update={"bootstrap": 2, "searches": 1})
+    table = fit_oil(points, "4102", settings, SEED).coefficients.set_index("constant")
     errors = table["systematic_standard_error"]
     for letter in "ABC":
         x0, x1, x2 = (table.at[f"{letter}{index}", "value"] for index in range(3))
@@ -293,19 +295,19 @@ def test_unknown_calibration_gives_no_systematic_error(etm: Campaign) -> None:
     ],
 )
 def test_conditions_that_vary_together_give_no_exponents(
-    quick: dict[str, Any], conditions: list[tuple[float, float, float]]
+    quick: FitSettings, conditions: list[tuple[float, float, float]]
 ) -> None:
-    table = fit_oil(make_points("4102", conditions, 1e-5), "4102", quick).coefficients
+    table = fit_oil(make_points("4102", conditions, 1e-5), "4102", quick, SEED).coefficients
     table = table.set_index("constant")
     confounded = [f"{letter}{index}" for letter in "ABC" for index in (1, 3)]
     assert not table.loc[confounded, "identifiable"].any()
     assert table.loc[confounded, "value"].isna().all()
 
 
-def test_fit_without_one_exponent_follows_the_others(quick: dict[str, Any]) -> None:
+def test_fit_without_one_exponent_follows_the_others(quick: FitSettings) -> None:
     # one temperature only: its exponents are unknown, those of pressure and speed are not
     points = make_points("4102", matrix(ts=[70.0]))
-    table = fit_oil(points, "4102", quick).coefficients
+    table = fit_oil(points, "4102", quick, SEED).coefficients
     law = FittedLaw.of(table, "4102")
     slip = np.linspace(0, 0.3, 31)
     for pressure, speed in ((1.0, 25.0), (1.5, 25.0), (1.0, 40.0)):
@@ -345,11 +347,11 @@ def test_signs_are_called_for_all_constants_together() -> None:
     assert sign_reach(12, 0.95) == pytest.approx(2.8653, abs=5e-4)
 
 
-def test_constant_at_a_bound_is_named_and_not_certified(quick: dict[str, Any]) -> None:
+def test_constant_at_a_bound_is_named_and_not_certified(quick: FitSettings) -> None:
     # a film that never saturates: the rate C0 runs to its lower bound
     points = make_points("4102", matrix())
     slip = points["slide_roll_ratio"]
     points = points.assign(traction_coefficient=0.05 * slip * points["max_hertz_pressure_gpa"])
-    quality = fit_oil(points, "4102", quick).fit_quality.iloc[0]
+    quality = fit_oil(points, "4102", quick, SEED).fit_quality.iloc[0]
     assert "C0" in quality["active_bounds"]
     assert not quality["certified"]

@@ -31,7 +31,7 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
     for number in range(24):
         random = generator(1, "coverage", number)
         data = simulate_curves(printed()["4050"], conditions, config.campaign.twin, rig, random)
-        problem = build_problem(LAW, data, varied_conditions(data.conditions, config["fit"]))
+        problem = build_problem(LAW, data, varied_conditions(data.conditions, config.fit))
         best = polish(problem, truth)
         drawn = curve_bootstrap(problem, best, 200, random)
         lower, upper = np.quantile(drawn, [0.025, 0.975], axis=0)

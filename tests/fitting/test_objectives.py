@@ -1,7 +1,5 @@
 """Weighted and robust fits beside the plain one: what they are for, and what they cost."""
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -15,6 +13,7 @@ from oilfilm.fitting.objectives import difference, robust_fit, weighted_fit
 from oilfilm.fitting.problem import CurveData, Problem
 from oilfilm.fitting.remarks import fit_remarks
 from oilfilm.randomness import generator
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import FloatArray, to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -52,12 +51,12 @@ def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one(
     assert difference(problem, plain, robust) > 0.003
 
 
-def test_the_curves_that_pull_are_named_with_what_they_cost(config: dict[str, Any]) -> None:
-    quick = {**config, "fit": {**config["fit"], "bootstrap": 20, "searches": 1}}
+def test_the_curves_that_pull_are_named_with_what_they_cost(config: Settings) -> None:
+    quick = config.fit.model_copy(update={"bootstrap": 20, "searches": 1})
     points = make_points("4102", matrix(), noise=1e-4)
-    clean = fit_oil(points, "4102", quick)
+    clean = fit_oil(points, "4102", quick, config.seed)
     assert clean.fit_quality["pulling_curves"].iloc[0] == ""
-    spoilt = fit_oil(with_two_curves_off(points), "4102", quick)
+    spoilt = fit_oil(with_two_curves_off(points), "4102", quick, config.seed)
     named = spoilt.fit_quality["pulling_curves"].iloc[0].split("; ")
     assert set(named) == {"run003", "run040"}
     warning = fit_remarks(spoilt.fit_quality.iloc[0].to_dict())[1]

@@ -41,8 +41,8 @@ class Campaign:
     curated: Curated
 
     def fit(self, oil: str, **settings: Any) -> OilFit:
-        config = {**self.config, "fit": {**self.config["fit"], **settings}}
-        return fit_oil(self.curated.points, oil, config, printed_by_name(oil))
+        config = Settings.of(self.config).with_changes({"fit": settings})
+        return fit_oil(self.curated.points, oil, config.fit, config.seed, printed_by_name(oil))
 
 
 def oil_of(name: str) -> Oil:

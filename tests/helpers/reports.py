@@ -13,6 +13,7 @@ from oilfilm import tables
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.report.page import page
 from oilfilm.randomness import generator
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 OILS = ("4102", "4050", "4010")
@@ -58,8 +59,8 @@ def measured(oil: str) -> pd.DataFrame:
 def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> CampaignTables:
     """Three oils fitted; one run, one log and one torque log refused; two claims."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
-    settings = {**config, "fit": {**config["fit"], "searches": 2, "bootstrap": 40}}
-    fits = [fit_oil(points, oil, settings, printed_by_name(oil)) for oil in oils]
+    settings = Settings.of(config).fit.model_copy(update={"searches": 2, "bootstrap": 40})
+    fits = [fit_oil(points, oil, settings, config["seed"], printed_by_name(oil)) for oil in oils]
     together = {
         name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")

@@ -109,7 +109,7 @@ def test_figure_without_any_accepted_point_says_so(
     demo: Campaign, config: dict[str, Any], name: str
 ) -> None:
     refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
-    fits = [fit_oil(refused, oil, config).coefficients for oil in config["oils"]]
+    fits = [fit_oil(refused, oil, config.fit, config.seed).coefficients for oil in config["oils"]]
     results = CampaignTables.in_memory(
         points=refused, runs=demo.curated.runs, coefficients=pd.concat(fits)
     )

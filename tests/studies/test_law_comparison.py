@@ -1,7 +1,6 @@
 """Laws compared: the true one wins, and curves left out are those of brute force."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +14,7 @@ from oilfilm.fitting.cross_validation import leave_curves_out, leave_ends_out, l
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
 from oilfilm.settings.load import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import compare_laws, curve_shapes, information_criteria, laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -25,12 +25,8 @@ NOISE = 2e-4
 
 
 @pytest.fixture(scope="module")
-def quick(config: dict[str, Any]) -> dict[str, Any]:
-    return {
-        **config,
-        "fit": {**config["fit"], "searches": 2},
-        "compare": {**config["compare"], "bootstrap": 5},
-    }
+def quick(config: Settings) -> Settings:
+    return config.with_changes({"fit": {"searches": 2}, "compare": {"bootstrap": 5}})
 
 
 def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
@@ -40,9 +36,9 @@ def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
 
 
 @pytest.mark.parametrize("name", ["deng2026", "eyring", "wang-deng-groups", "tanh"])
-def test_law_given_data_of_its_own_truth_wins(quick: dict[str, Any], name: str) -> None:
+def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
     only = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
-    config = {**quick, "compare": {**quick["compare"], "laws": only}}
+    config = quick.with_changes({"compare": {"laws": only}})
     found = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", config).comparison
     table = found.set_index("law")
     assert table["left_out_rmse"].idxmin() == name
@@ -112,12 +108,9 @@ def test_curves_that_dip_or_rise_again_are_counted() -> None:
     assert second == pytest.approx(1 / 4)
 
 
-def test_law_that_cannot_be_had_says_what_it_needs(quick: dict[str, Any]) -> None:
-    config = {
-        **quick,
-        "oils": {"4050": None},
-        "compare": {**quick["compare"], "laws": ["tanh", "wang-deng-groups"]},
-    }
+def test_law_that_cannot_be_had_says_what_it_needs(quick: Settings) -> None:
+    laws = {"compare": {"laws": ["tanh", "wang-deng-groups"]}}
+    config = Settings.of({**quick.with_changes(laws), "oils": {"4050": None}})
     found = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
     row = found.comparison.set_index("law").loc["wang-deng-groups"]
     assert "needs the oil's properties" in row["certificate"]
@@ -127,7 +120,7 @@ def test_law_that_cannot_be_had_says_what_it_needs(quick: dict[str, Any]) -> Non
 
 
 def test_comparison_without_any_accepted_point_still_gives_its_tables(
-    quick: dict[str, Any],
+    quick: Settings,
 ) -> None:
     refused = points_of(LAWS["tanh"]).assign(accepted=False)
     found = compare_laws(refused, "4050", quick)
@@ -146,9 +139,9 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
     assert "no law could be fitted" in figure.axes[0].texts[0].get_text()
 
 
-def test_fig04_draws_what_the_table_says(quick: dict[str, Any]) -> None:
+def test_fig04_draws_what_the_table_says(quick: Settings) -> None:
     truth = LAWS["wang-deng-load"]
-    config = {**quick, "compare": {**quick["compare"], "laws": ["deng2026", truth.name]}}
+    config = quick.with_changes({"compare": {"laws": ["deng2026", truth.name]}})
     points = points_of(truth, NOISE)
     found = compare_laws(points, "4050", config)
     results = CampaignTables.in_memory(

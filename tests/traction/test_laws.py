@@ -19,6 +19,7 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
 from oilfilm.randomness import generator
 from oilfilm.settings.load import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAW_NAMES, LAWS, expression, laws_for
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law, bounds, to_constants
 from oilfilm.traction.laws.wang_deng import wang_deng_groups
@@ -77,9 +78,9 @@ def test_equation_with_an_unknown_name_is_told() -> None:
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
-def test_global_search_finds_the_planted_law(law: Law, config: dict[str, Any]) -> None:
+def test_global_search_finds_the_planted_law(law: Law, config: Settings) -> None:
     task = problem_of(law, points_of(law))
-    found = engine.search(task, config["fit"], generator(3, "planted", law.name))
+    found = engine.search(task, config.fit, generator(3, "planted", law.name))
     truth = np.array(TRUTH[law.name])[task.free]
     np.testing.assert_allclose(task.reported(found.values), truth, rtol=1e-4, atol=1e-6)
     assert found.sse < 1e-14 * float(np.sum(task.mu**2))
@@ -95,12 +96,10 @@ def test_planted_constants_are_plausible_and_within_the_bounds(law: Law) -> None
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
-def test_fit_read_back_from_its_tables_is_the_planted_traction(
-    law: Law, config: dict[str, Any]
-) -> None:
-    settings = {**config["fit"], "bootstrap": 20, "searches": 1}
+def test_fit_read_back_from_its_tables_is_the_planted_traction(law: Law, config: Settings) -> None:
+    settings = config.fit.model_copy(update={"bootstrap": 20, "searches": 1})
     points = points_of(law, noise=1e-5)
-    fit = fit_law(points, "4050", law, settings, config["seed"])
+    fit = fit_law(points, "4050", law, settings, config.seed)
     fitted = FittedLaw.of(fit.coefficients, "4050", fit.refits, fit.fit_quality, law)
     levels = MATRIX[list(law.conditions)].to_numpy()
     at = np.repeat(levels, len(SLIP), axis=0)
@@ -135,7 +134,7 @@ def test_groups_are_those_of_the_film_formulas() -> None:
     assert heating == pytest.approx(0.424, rel=2e-3)
 
 
-def test_load_and_stress_are_one_law_for_one_ball(config: dict[str, Any]) -> None:
+def test_load_and_stress_are_one_law_for_one_ball(config: Settings) -> None:
     """W ~ p^3: the same least SSE, and exponents of pressure three times those of load."""
     of_load = LAWS["wang-deng-load"]
     of_stress = replace(
@@ -143,7 +142,7 @@ def test_load_and_stress_are_one_law_for_one_ball(config: dict[str, Any]) -> Non
     )
     points = points_of(of_load, noise=2e-4)
     on_load, on_stress = (
-        engine.search(problem_of(law, points), config["fit"], generator(1, "bases", seed))
+        engine.search(problem_of(law, points), config.fit, generator(1, "bases", seed))
         for law, seed in ((of_load, "load"), (of_stress, "stress"))
     )
     assert on_stress.sse == pytest.approx(on_load.sse, rel=1e-9)

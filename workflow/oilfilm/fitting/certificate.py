@@ -1,13 +1,13 @@
 """The proof that a fit is the best one: independent searches agree at a flat, physical spot."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import CurveData, Problem
+from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import FloatArray, Observations
 
 
@@ -34,7 +34,7 @@ def certify(
     data: CurveData,
     optima: Sequence[Optimum],
     naive_errors: FloatArray,
-    settings: Mapping[str, Any],
+    settings: FitSettings,
 ) -> Certificate:
     """Judge the best of several searches.
 
@@ -52,7 +52,7 @@ def certify(
     errors = np.maximum(naive_errors, 1e-9)
     distances = [float(np.max(np.abs(optimum.values - best.values) / errors)) for optimum in optima]
     agreeing = sum(
-        spread <= settings["agreement_sse"] and distance <= settings["agreement_constants"]
+        spread <= settings.agreement_sse and distance <= settings.agreement_constants
         for spread, distance in zip(spreads, distances, strict=True)
     )
     cosine = gradient_cosine(problem, best)
@@ -61,11 +61,11 @@ def certify(
     active = ", ".join(problem.at_bounds)
     checks = {
         f"{agreeing} of {len(optima)} searches agree": agreeing == len(optima),
-        f"their SSE differ by {max(spreads):.1e}": max(spreads) <= settings["agreement_sse"],
+        f"their SSE differ by {max(spreads):.1e}": max(spreads) <= settings.agreement_sse,
         f"their constants by {max(distances):.1e} standard errors": (
-            max(distances) <= settings["agreement_constants"]
+            max(distances) <= settings.agreement_constants
         ),
-        f"gradient cosine {cosine:.1e}": cosine <= settings["gradient_cosine_max"],
+        f"gradient cosine {cosine:.1e}": cosine <= settings.gradient_cosine_max,
         f"mu >= {smallest:.1e} over the tested box": smallest >= 0,
         f"curved in every direction (smallest eigenvalue {low:.1e})": low > 0,
         f"bounds reached: {active or 'none'}": not active,

@@ -5,16 +5,15 @@ logarithms of |A0|, B0 and C0, a whole population in one call, and polishing wit
 Jacobian does, every time.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
-from typing import Any
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
 from oilfilm.fitting.descent import descend
 from oilfilm.fitting.problem import Problem
+from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import BoolArray, FloatArray
 
 # Points times candidates evaluated at once: about what fits a processor's cache.
@@ -32,7 +31,7 @@ class Optimum:
     sse: float
 
 
-def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Generator) -> Optimum:
+def search(problem: Problem, settings: FitSettings, random: np.random.Generator) -> Optimum:
     """One global search from scratch.
 
     Differential evolution is stopped while its population still covers several valleys; members
@@ -54,8 +53,8 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
         objective,  # type: ignore[arg-type]  # the stubs do not know of `vectorized`
         Bounds(limits[:, 0], limits[:, 1]),
         strategy="rand1bin",
-        popsize=max(ceil(settings["population"] / len(limits)), 5),
-        maxiter=settings["generations"],
+        popsize=max(ceil(settings.population / len(limits)), 5),
+        maxiter=settings.generations,
         mutation=(0.5, 1.0),
         recombination=0.9,
         tol=0.0,
@@ -65,7 +64,7 @@ def search(problem: Problem, settings: Mapping[str, Any], random: np.random.Gene
         vectorized=True,
     )
     ranked = found.population[np.argsort(found.population_energies)]
-    chosen = ranked[np.linspace(0, len(ranked) - 1, settings["polished"]).astype(int)]
+    chosen = ranked[np.linspace(0, len(ranked) - 1, settings.polished).astype(int)]
     ends, sse = descend(problem, chosen, tolerance=_ROUGH_TOLERANCE)
     # from a rough end the last polish may run off along a valley without a floor
     lowest, _ = descend(problem, ends[[np.argmin(sse)]])

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,6 +24,7 @@ from oilfilm.fitting.solution import Solution
 from oilfilm.fitting.systematic import calibration_refits
 from oilfilm.fitting.uncertainty import Estimates, curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
+from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import BoolArray, Law
 
@@ -71,7 +71,8 @@ class OilFit:
 def fit_oil(
     points: pd.DataFrame,
     oil: str,
-    config: Mapping[str, Any],
+    settings: FitSettings,
+    seed: int,
     printed: Mapping[str, float] | None = None,
 ) -> OilFit:
     """Fit the configured law to one oil's accepted points.
@@ -79,7 +80,8 @@ def fit_oil(
     Args:
         points: Table of points of the campaign.
         oil: Oil to fit.
-        config: `fit` and `seed` of the configuration.
+        settings: Config's `fit`.
+        seed: Of all random numbers.
         printed: Printed value of each constant that has one.
 
     Returns:
@@ -87,15 +89,14 @@ def fit_oil(
         and a verdict that says why.
     """
     of_oil = points[points["oil"] == oil]
-    settings = config["fit"]
-    return fit_law(of_oil, oil, LAWS[settings["law"]], settings, config["seed"], printed)
+    return fit_law(of_oil, oil, LAWS[settings.law], settings, seed, printed)
 
 
 def fit_law(
     points: pd.DataFrame,
     oil: str,
     law: Law,
-    settings: Mapping[str, Any],
+    settings: FitSettings,
     seed: int,
     printed: Mapping[str, float] | None = None,
 ) -> OilFit:
@@ -104,9 +105,9 @@ def fit_law(
     Args:
         points: The oil's rows of the table of points.
         oil: Its name.
-        law: What to fit, whatever `law` of the settings is.
-        settings: Config's `fit`.
-        seed: Of all random numbers.
+        law: What to fit.
+        settings: As `fit_oil`; `law` of it is not asked.
+        seed: As `fit_oil`.
         printed: As `fit_oil`.
 
     Returns:
@@ -163,12 +164,12 @@ def _solve(
     points: pd.DataFrame,
     varied: BoolArray,
     oil: str,
-    settings: Mapping[str, Any],
+    settings: FitSettings,
     seed: int,
 ) -> Solution:
     optima = [
         search(problem, settings, generator(seed, "search", oil, number))
-        for number in range(settings["searches"])
+        for number in range(settings.searches)
     ]
     best = min(optima, key=lambda optimum: optimum.sse)
     stuck = at_bounds(problem, best.values)
@@ -177,9 +178,9 @@ def _solve(
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
     refits = np.empty((0, len(best.values)))
-    if len(data.runs) >= settings["min_curves_to_resample"]:
+    if len(data.runs) >= settings.min_curves_to_resample:
         random = generator(seed, "bootstrap", oil)
-        refits = curve_bootstrap(problem, best, settings["bootstrap"], random)
+        refits = curve_bootstrap(problem, best, settings.bootstrap, random)
     shifted = calibration_refits(problem, best, points, varied)
     return Solution(
         problem,

@@ -15,6 +15,7 @@ from oilfilm.fitting.profile import profile_interval
 from oilfilm.fitting.solution import Solution
 from oilfilm.fitting.systematic import SENSORS
 from oilfilm.fitting.uncertainty import Estimates
+from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import FloatArray, Law
 
 
@@ -22,7 +23,7 @@ def tables_of_fit(
     solution: Solution,
     quality: Mapping[str, Any],
     printed: Mapping[str, float],
-    settings: Mapping[str, Any],
+    settings: FitSettings,
 ) -> dict[str, pd.DataFrame]:
     """Each table of a fit, by its name.
 
@@ -33,7 +34,7 @@ def tables_of_fit(
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
     about = {"oil": quality["oil"], "law": quality["law"]}
-    rows = _coefficients(solution, settings["sign_confidence"])
+    rows = _coefficients(solution, settings.sign_confidence)
     quality = {**quality, **_quality(solution, settings)}
     return {
         "coefficients": _coefficient_table(rows, about, printed),
@@ -185,7 +186,7 @@ def _coefficient_table(
     return tables.conform(frame, "coefficients", f"fit of {about['oil']}")
 
 
-def _quality(solution: Solution, settings: Mapping[str, Any]) -> dict[str, Any]:
+def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
     problem, data = solution.problem, solution.data
     residual = problem.residual(solution.best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))

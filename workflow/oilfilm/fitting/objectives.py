@@ -4,9 +4,7 @@ The paper's plain sum of squares (Eq. 10) is the reference. What others make of 
 says whether a few curves decide the constants.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -14,6 +12,7 @@ from scipy.optimize import least_squares
 from oilfilm.curation.plateaus import MAD_TO_SIGMA
 from oilfilm.fitting.engine import Optimum, polish
 from oilfilm.fitting.problem import CurveData, Problem
+from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import FloatArray
 
 # Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
@@ -114,7 +113,7 @@ def curve_weights(problem: Problem, robust: Alternative | None) -> FloatArray:
     return np.bincount(problem.at.curve, robust.weight, minlength=problem.curves) / counts
 
 
-def pulling_curves(data: CurveData, weights: FloatArray, settings: Mapping[str, Any]) -> list[str]:
+def pulling_curves(data: CurveData, weights: FloatArray, settings: FitSettings) -> list[str]:
     """Runs that the robust fit all but ignores, worst first: they pull the plain fit away."""
     order = np.argsort(weights)
-    return [data.runs[place] for place in order if weights[place] < settings["pulling_weight"]]
+    return [data.runs[place] for place in order if weights[place] < settings.pulling_weight]

@@ -1,13 +1,13 @@
 """What is fitted: accepted points as curves, and which constants they can give at all."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import (
     CONDITIONS,
     BoolArray,
@@ -174,7 +174,7 @@ def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> 
     )
 
 
-def varied_conditions(conditions: FloatArray, settings: Mapping[str, Any]) -> BoolArray:
+def varied_conditions(conditions: FloatArray, settings: FitSettings) -> BoolArray:
     """Which conditions vary enough over the curves to give an exponent.
 
     A condition counts as varied when it is known for every curve and its range is at least
@@ -184,13 +184,11 @@ def varied_conditions(conditions: FloatArray, settings: Mapping[str, Any]) -> Bo
         return np.zeros(conditions.shape[1], dtype=bool)
     low, high = conditions.min(axis=0), conditions.max(axis=0)
     size = np.maximum(np.abs(low), np.abs(high))
-    alone = np.asarray((high > low) & (high - low >= settings["min_relative_range"] * size))
+    alone = np.asarray((high > low) & (high - low >= settings.min_relative_range * size))
     return alone & ~_vary_together(conditions, alone, settings)
 
 
-def _vary_together(
-    conditions: FloatArray, among: BoolArray, settings: Mapping[str, Any]
-) -> BoolArray:
+def _vary_together(conditions: FloatArray, among: BoolArray, settings: FitSettings) -> BoolArray:
     """Which of these conditions vary only together with others, so that no fit tells them apart.
 
     Judged by the singular values of the standardised conditions over the curves; too few curves
@@ -204,8 +202,8 @@ def _vary_together(
     _, sizes, directions = np.linalg.svd(standardised, full_matrices=True)
     padded = np.zeros(varied.shape[1])
     padded[: len(sizes)] = sizes
-    unknown = directions[padded <= settings["smallest_singular_value"] * padded[0]]
-    together[among] = (np.abs(unknown) > settings["largest_unknown_share"]).any(axis=0)
+    unknown = directions[padded <= settings.smallest_singular_value * padded[0]]
+    together[among] = (np.abs(unknown) > settings.largest_unknown_share).any(axis=0)
     return together
 
 

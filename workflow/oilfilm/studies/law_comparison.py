@@ -1,6 +1,5 @@
 """Several laws fitted to the same points by the same engine, held side by side."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -49,7 +48,7 @@ class Comparison:
         ]
 
 
-def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> Comparison:
+def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> Comparison:
     """Fit all laws of config's `compare` to one oil's accepted points.
 
     Settings, seeds, points and weights are the same for each law; only the refits for the errors
@@ -58,24 +57,24 @@ def compare_laws(points: pd.DataFrame, oil: str, config: Mapping[str, Any]) -> C
     Args:
         points: Table of points of the campaign.
         oil: Oil to fit.
-        config: The resolved configuration.
+        settings: `compare`, `fit`, `seed`, `oils` and `rigs` of the settings.
 
     Returns:
         The oil's rows of the tables of a comparison. A law that cannot be had or fitted gives rows
         without values and a verdict that says why.
     """
-    settings = config["compare"]
     of_oil = points[points["oil"] == oil]
-    fit_settings = {**config["fit"], "bootstrap": settings["bootstrap"]}
-    laws = laws_of(oil, Settings.of(config))
+    compare = settings.compare
+    fit_settings = settings.fit.model_copy(update={"bootstrap": compare.bootstrap})
+    laws = laws_of(oil, settings)
     fits = {
-        name: fit_law(of_oil, oil, laws[name], fit_settings, config["seed"])
-        for name in settings["laws"]
+        name: fit_law(of_oil, oil, laws[name], fit_settings, settings.seed)
+        for name in compare.laws
         if name in laws
     }
     rows = [
-        _row(fits[name], of_oil, settings["level_gap"]) if name in fits else _no_row(oil, name)
-        for name in settings["laws"]
+        _row(fits[name], of_oil, compare.level_gap) if name in fits else _no_row(oil, name)
+        for name in compare.laws
     ]
 
     def all_laws(table: str) -> pd.DataFrame:

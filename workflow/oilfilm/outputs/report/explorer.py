@@ -17,7 +17,7 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, FilmDefinition, InletOil
-from oilfilm.physics.rigs import contact_of
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
@@ -93,7 +93,7 @@ def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, An
         oil: FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
         for oil in dict.fromkeys(results.coefficients["oil"])
     }
-    load_n = _load_at_1_gpa(config["rigs"])
+    load_n = _load_at_1_gpa(Settings.of(config))
     lacking = {oil: _lacking(fit, load_n) for oil, fit in fits.items()}
     shown = {oil: fit for oil, fit in fits.items() if not lacking[oil]}
     accepted = points[points["accepted"]]
@@ -125,10 +125,9 @@ def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, An
     }
 
 
-def _load_at_1_gpa(rigs: Mapping[str, Mapping[str, Any]]) -> float | None:
+def _load_at_1_gpa(settings: Settings) -> float | None:
     """Load of the rig's contact at 1 GPa, in N; None where it is not known or not the same."""
-    contacts = {contact_of(rig) for rig in rigs.values()}
-    contact = contacts.pop() if len(contacts) == 1 else None
+    contact = settings.common_contact()
     if contact is None:
         return None
     return float(
