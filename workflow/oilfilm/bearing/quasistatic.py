@@ -343,7 +343,7 @@ def raceway_control(
             own: FloatArray, shared: FloatArray, which: IntArray
         ) -> tuple[FloatArray, FloatArray, FloatArray]:
             contacts, motion = ball_state(own, shared, which)
-            # the force along the tangent by which the controlling race supplies the moment about t
+            # tangential force of the controlling race, which supplies the moment about t
             momentum = bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
             grip = share * grip_1_m * momentum * motion.spin_rad_s[..., 1]
             on_ball = -contacts.load_n[..., np.newaxis, :] * contacts.normal

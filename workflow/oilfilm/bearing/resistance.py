@@ -100,7 +100,7 @@ def rolling_force_n(
     radius_y_m: Floats,
     reduced_modulus_pa: Floats,
 ) -> FloatArray:
-    """Force by which the oil drawn into a rolling contact holds each of the two surfaces back.
+    """Rolling resistance of the oil in the inlet of a contact; it acts on both surfaces.
 
         FR = (F_IVR - F_EHL)/(1 + M/6.6) + F_EHL
         F_IVR = 2.9766 E* Rx^2 k^0.3316 W^(1/3) U^(2/3)
@@ -146,7 +146,7 @@ def rolling_force_n(
 def hysteresis_moment_n_m(
     load_n: Floats, ball_diameter_m: float, radius_x_m: Floats, radius_y_m: Floats
 ) -> FloatArray:
-    """Moment that holds a rolling ball back because steel gives back less than it took.
+    """Moment of elastic hysteresis that resists a rolling ball.
 
         M = 7.48e-7 (D/2)^0.33 Q^1.33 [1 - 3.519e-3 (k - 1)^0.8063],   k = Ry/Rx
 
@@ -178,7 +178,7 @@ def rolling_force_reduction(
     entrainment_speed_m_s: FloatArray,
     reduced_modulus_pa: float,
 ) -> FloatArray:
-    """Factor by which inlet heating lowers the rolling force: phi_T of the film at no slip.
+    """Thermal reduction of the rolling force: phi_T of the film without slip.
 
     Gupta's phi_T was fitted to the film. Its use for the rolling force, which depends on the same
     warm inlet, is an assumption of this project. It is 0 where the fit would be negative.

@@ -175,7 +175,7 @@ def thermal_reduction_factor(
     slide_roll_ratio: Floats,
     thermal_loading: Floats,
 ) -> FloatArray:
-    """Factor by which inlet heating thins the isothermal film: h = phi_T h_isothermal.
+    """Thermal reduction of the isothermal film by inlet heating: h = phi_T h_isothermal.
 
         phi_T = [1 - 13.2 (p0/E') L^0.42] / [1 + 0.213 (1 + 2.23 |S|^0.83) L^0.64]
 

@@ -167,7 +167,7 @@ def _hash(record: FileRecord | None) -> str:
 
 
 def _oils(stored: StoredRelease) -> dict[str, str]:
-    """The oil of each raw log, as far as the release knows it."""
+    """The oil of each raw log that has a run in the release."""
     raw = {record.path for record in stored.manifest.raw}
     logs = logs_read(stored.manifest.made_from["campaign"], stored.table, raw)
     return {path: log.oil for path, log in logs.items()}

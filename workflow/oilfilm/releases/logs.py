@@ -1,4 +1,4 @@
-"""The raw logs as the run read them: their oils and hashes."""
+"""Oils and hashes of the raw logs at the time of the run."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import pandas as pd
 
 @dataclass(frozen=True)
 class Log:
-    """One raw log as a table of runs knows it."""
+    """Oil and digest of one raw log in a table of runs."""
 
     oil: str
     sha256: str

@@ -36,7 +36,7 @@ def page(comparison: Comparison, moved: Section) -> str:
     names = sorted(_figures(before) | _figures(after))
     differ = [name for name in names if before.files.get(name) != after.files.get(name)]
     templates = FileSystemLoader(Path(__file__).parent)
-    # whatever the template is called
+    # escaping does not depend on the name of the template
     environment = Environment(
         loader=templates, autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )

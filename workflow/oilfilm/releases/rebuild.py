@@ -95,7 +95,7 @@ def _copy(source: Path, target: Path) -> None:
 
 def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
     command = [sys.executable, "-m", "snakemake", "release", "--cores", cores]
-    # the copy's own library, whatever is installed
+    # use the library of the copy, not the installed one
     environment = {**os.environ, "PYTHONPATH": str(folder / "workflow")}
     done = subprocess.run(  # noqa: S603 - a fixed command; `cores` is one argument
         command,

@@ -22,7 +22,7 @@ _LARGEST_TABLE = 1 << 30
 _LARGEST_CONFIG = 1 << 20
 # Types of at most 8 bytes a value.
 _PLAIN = {"BOOLEAN", "INT32", "INT64", "FLOAT", "DOUBLE"}
-# What Arrow raises where a file is no Parquet, or is damaged.
+# Errors of Arrow for a file that is not Parquet or is damaged.
 _UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
 
 

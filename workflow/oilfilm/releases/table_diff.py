@@ -12,7 +12,7 @@ import pyarrow.parquet as parquet
 from PIL import Image
 
 _PNG = b"\x89PNG\r\n\x1a\n"
-# What a reader of pictures raises where one is broken, or far too large.
+# Errors of the picture reader for a broken or far too large file.
 _DAMAGED = (OSError, SyntaxError, ValueError, Image.DecompressionBombError)
 
 
