@@ -21,8 +21,8 @@ from oilfilm.fitting.problem import build_problem, varied_conditions
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
-from oilfilm.settings.load import resolve
 from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.resolve import resolve
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import FloatArray, to_internal
 

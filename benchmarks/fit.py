@@ -35,8 +35,8 @@ from oilfilm.fitting.problem import CurveData, Problem, build_problem, varied_co
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
-from oilfilm.settings.load import resolve
 from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.resolve import resolve
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import FloatArray, bounds
 from oilfilm.traction.laws.deng2026 import traction_coefficient

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, settings
 from campaigns import REAL_PCS, ROOT, Campaign, carry_through, printed
 from oilfilm import tables
 from oilfilm.rig_twin.campaign import simulate_campaign
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 
 # No timed assertions, and the same examples in every run: a slow machine must not fail a test.
 settings.register_profile(

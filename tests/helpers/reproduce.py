@@ -19,7 +19,7 @@ from pathlib import Path
 
 from campaigns import ROOT, lay_out
 from oilfilm.releases.table_diff import folder_difference
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 
 GUARD = ROOT / "tests/guard"
 

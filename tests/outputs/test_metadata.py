@@ -16,7 +16,7 @@ from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.outputs.metadata import data_package, table_file
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 SAMPLES = [f"samples/oil={oil}/part-{part}.parquet" for oil in ("4010", "4102") for part in (0, 1)]

@@ -15,7 +15,7 @@ from campaigns import ROOT
 from oilfilm.readers import ingest
 from oilfilm.readers.ingest import read_log, unpack
 from oilfilm.readers.layout import encoding_of
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.units import conversion
 
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})

@@ -37,7 +37,7 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
-from oilfilm.settings.load import resolve, unresolve
+from oilfilm.settings.resolve import resolve, unresolve
 from releases import made, project, released
 
 Change = Callable[[making.FinishedRun], making.FinishedRun]

@@ -14,7 +14,8 @@ from campaigns import CLAIMS, ROOT, Campaign, printed
 from claim_evidence import OILS, evidence_of, planted
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.load import load_yaml, resolve
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.studies.audit.audit import (
     audit,
     boxes_of,
@@ -58,7 +59,7 @@ def judge(claim: str, evidence: Evidence, grid: Grid, settings: Mapping[str, Any
 
 
 def test_every_claim_of_the_list_has_a_check_and_every_check_a_claim() -> None:
-    listed = [claim["id"] for claim in load_yaml(CLAIMS)["claims"]]
+    listed = [claim["id"] for claim in read_yaml(CLAIMS).values["claims"]]
     assert listed == list(CHECKS)
 
 
@@ -66,7 +67,7 @@ def test_claims_are_those_of_the_reference_page() -> None:
     page = PHYSICS_PAGE.read_text(encoding="utf-8")
     section = page.split("## Claims of the paper")[1].split("\n## ")[0]
     ids = re.findall(r"^\| ([a-z0-9-]+) \|", section, flags=re.MULTILINE)
-    assert ids[2:] == [claim["id"] for claim in load_yaml(CLAIMS)["claims"]]
+    assert ids[2:] == [claim["id"] for claim in read_yaml(CLAIMS).values["claims"]]
 
 
 def test_claim_without_a_check_is_refused(tmp_path) -> None:

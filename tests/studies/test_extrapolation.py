@@ -11,7 +11,7 @@ from campaigns import ROOT, Campaign, printed
 from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.rig_twin.truth import truth_grid
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.studies.extrapolation import (
     extrapolate,
     extrapolation_errors,

@@ -14,7 +14,7 @@ from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, printable, read_manifest
 from oilfilm.releases.verify import file_mismatch
-from oilfilm.settings.load import load_yaml
+from oilfilm.settings.yaml_file import read_yaml
 
 # Bytes of one file that is read into memory, of a table once it is unpacked, of a configuration.
 _LARGEST_FILE = 1 << 28
@@ -109,7 +109,7 @@ class StoredRelease:
             return None
         path = self.file(CONFIG, _LARGEST_CONFIG)
         try:
-            return load_yaml(path)
+            return read_yaml(path).values
         except RecursionError:
             raise OilfilmError(f"{path}: its groups are nested too deeply.") from None
 
