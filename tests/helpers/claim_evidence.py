@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import (
     printed_evidence,
 )
@@ -17,7 +18,7 @@ PLAIN = [-0.02, 1.0, -0.5, -0.5, 0.5, 1.0, -0.5, -0.5, 30.0, 0.0, 0.0, 0.0]
 
 
 def evidence_of(
-    constants: Mapping[str, Sequence[float]], config: Mapping[str, Any], **changes: Any
+    constants: Mapping[str, Sequence[float]], config: Settings, **changes: Any
 ) -> Evidence:
     rows = {oil: np.array(values) for oil, values in constants.items()}
     return replace(printed_evidence(rows, OILS, config), **changes)

@@ -191,7 +191,7 @@ def audited(config: dict[str, Any]) -> CampaignTables:
         replace(printed_evidence(printed(), list(printed()), config), basis=basis)
         for basis in ("refit", "printed")
     ]
-    advice = select(bases, config["selection"], config["printed"]["boxes"]["extrapolated"])
+    advice = select(bases, config.selection, config.printed.boxes.extrapolated.model_dump())
     claims = audit(read_claims(CLAIMS), bases, config)
     return CampaignTables.in_memory(claims=claims, selection=advice)
 

@@ -241,8 +241,9 @@ def test_page_advises_what_python_does(
     laws = {oil: fitted(results, oil) for oil in OILS}
     evidence = Evidence("refit", OILS, laws, {}, films(config), lambda_limit)
     grid = {"inlet_temperature_c": [30, 99, 100, 140], "slide_roll_ratio": [0.001, 0.05, 0.15, 0.2]}
-    settings = {**config["selection"], "map": {**grid, "levels": 9}}
-    box = config["printed"]["boxes"]["extrapolated"]
+    chosen = {"selection": {"map": {**grid, "levels": 9}}}
+    settings = config.with_changes(chosen).selection
+    box = config.printed.boxes.extrapolated.model_dump()
     table = select([evidence], settings, box)
     found = page.evaluate(
         "([limit, places]) => { oilfilm.DATA.selection.lambda_limit = limit;"

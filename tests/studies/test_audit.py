@@ -1,9 +1,7 @@
 """The paper's claims: each has a check, planted laws get the verdict that is theirs by algebra."""
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +13,7 @@ from claim_evidence import OILS, evidence_of, planted
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.studies.audit.audit import (
     audit,
@@ -23,9 +22,8 @@ from oilfilm.studies.audit.audit import (
     printed_evidence,
     read_claims,
     refit_evidence,
-    settings_of,
 )
-from oilfilm.studies.audit.checks import CHECKS
+from oilfilm.studies.audit.checks import CHECKS, CheckSettings
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError
 from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -35,12 +33,12 @@ PHYSICS_PAGE = ROOT / "docs" / "physics.md"
 
 
 @pytest.fixture(scope="module")
-def settings(config: dict[str, Any]) -> dict[str, Any]:
-    return settings_of(config)
+def settings(config: Settings) -> CheckSettings:
+    return CheckSettings.of(config)
 
 
 @pytest.fixture(scope="module")
-def grids(config: dict[str, Any]) -> dict[str, Grid]:
+def grids(config: Settings) -> dict[str, Grid]:
     return boxes_of(config)
 
 
@@ -49,7 +47,7 @@ def same(**changes: float) -> dict[str, list[float]]:
     return dict.fromkeys(OILS, planted(**changes))
 
 
-def judge(claim: str, evidence: Evidence, grid: Grid, settings: Mapping[str, Any]) -> Finding:
+def judge(claim: str, evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     found = CHECKS[claim].judge(evidence, grid, settings)
     assert found is not None
     return found
@@ -80,9 +78,7 @@ def test_claim_without_a_check_is_refused(tmp_path) -> None:
 # ---------------------------------------------------------------- closed forms of Eq. 7
 
 
-def test_grid_has_the_traction_of_the_equation(
-    config: dict[str, Any], grids: dict[str, Grid]
-) -> None:
+def test_grid_has_the_traction_of_the_equation(config: Settings, grids: dict[str, Grid]) -> None:
     grid = grids["extrapolated"]
     law = evidence_of(printed(), config).laws["4010"]
     expected = traction_coefficient(printed()["4010"], *np.ix_(*grid.levels))
@@ -90,21 +86,21 @@ def test_grid_has_the_traction_of_the_equation(
 
 
 def test_linear_range_of_an_exponential_ends_where_algebra_says(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     # B next to nothing: mu = |A| (1 - exp(-x)), x = C S; chord over slope is (1 - exp(-x))/x
     end = brentq(lambda x: (1 - np.exp(-x)) / x - 0.9, 0.01, 1.0) / 30.0
     evidence = evidence_of(same(B0=1e-9), config)
     found = judge("linear-start", evidence, grids["tested"], settings)
     np.testing.assert_allclose(found.cases["value"], end, rtol=2e-3)
-    assert found.share == (1.0 if end >= settings["linear_to_slip"] else 0.0)
+    assert found.share == (1.0 if end >= settings.linear_to_slip else 0.0)
 
 
 @pytest.mark.parametrize(("slope", "rate"), [(0.5, 30.0), (0.05, 30.0), (0.4, 6.0), (2.0, 60.0)])
 def test_peak_lies_at_one_over_c_plus_a_over_b(
-    config: dict[str, Any],
+    config: Settings,
     grids: dict[str, Grid],
-    settings: dict[str, Any],
+    settings: CheckSettings,
     slope: float,
     rate: float,
 ) -> None:
@@ -112,19 +108,19 @@ def test_peak_lies_at_one_over_c_plus_a_over_b(
     evidence = evidence_of(same(B0=slope, C0=rate, **still), config)
     found = judge("peak-decline", evidence, grids["tested"], settings)
     peak = 1 / rate + 0.02 / slope
-    assert found.parts["a peak"] == (1.0 if peak < settings["curve_to"] else 0.0)
-    if peak < settings["curve_to"]:
+    assert found.parts["a peak"] == (1.0 if peak < settings.curve_to else 0.0)
+    if peak < settings.curve_to:
 
         def mu(slip: float) -> float:
             return (slope * slip - 0.02) * np.exp(-rate * slip) + 0.02
 
         np.testing.assert_allclose(
-            found.cases["value"], 1 - mu(settings["curve_to"]) / mu(peak), atol=1e-3
+            found.cases["value"], 1 - mu(settings.curve_to) / mu(peak), atol=1e-3
         )
 
 
 def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     # with A and B alike in P and C free of it, mu is P to that power
     grid = grids["extrapolated"]
@@ -150,9 +146,9 @@ def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
     ],
 )
 def test_trend_holds_with_one_sign_of_its_exponent_and_fails_with_the_other(
-    config: dict[str, Any],
+    config: Settings,
     grids: dict[str, Grid],
-    settings: dict[str, Any],
+    settings: CheckSettings,
     claim: str,
     kept: dict[str, float],
     broken: dict[str, float],
@@ -163,7 +159,7 @@ def test_trend_holds_with_one_sign_of_its_exponent_and_fails_with_the_other(
 
 
 def test_order_of_planted_oils_is_found_and_so_is_its_reverse(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     sizes = {"4102": 1.5, "4050": 1.2, "4010": 1.0}
     right = evidence_of({oil: planted(size) for oil, size in sizes.items()}, config)
@@ -192,19 +188,19 @@ def test_order_of_planted_oils_is_found_and_so_is_its_reverse(
     ],
 )
 def test_claim_about_no_place_of_the_box_cannot_be_checked(
-    config: dict[str, Any], claim: str, limits: dict[str, float]
+    config: Settings, claim: str, limits: dict[str, float]
 ) -> None:
-    selection = {**config["selection"], "limits": {**config["selection"]["limits"], **limits}}
+    changed = config.with_changes({"selection": {"limits": limits}})
     # with no film thick enough anywhere the thinnest oil is not asked for either
     basis = replace(printed_evidence(printed(), OILS, config), lambda_limit=np.inf)
-    asked = [one for one in read_claims(CLAIMS) if one["id"] == claim]
-    (row,) = tables.rows(audit(asked, [basis], {**config, "selection": selection}))
+    asked = [one for one in read_claims(CLAIMS) if one.id == claim]
+    (row,) = tables.rows(audit(asked, [basis], changed))
     assert row["verdict"] == "cannot be checked"
     assert "has no place that the claim is about" in row["finding"]
 
 
 def test_oils_converge_by_the_ratio_of_their_exponents(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     # one oil k times above two that are alike: spread over mean is 3 (k - 1)/(k + 2)
     steep, plain = planted(2.0, A3=-0.7, B3=-0.7), planted()
@@ -220,7 +216,7 @@ def test_oils_converge_by_the_ratio_of_their_exponents(
 
 
 def test_negative_traction_is_seen(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     class Negative(Evidence):
         def traction(self, grid: Grid) -> np.ndarray:
@@ -238,7 +234,7 @@ def test_negative_traction_is_seen(
 
 
 def test_order_of_the_oils_breaks_as_an_independent_count_says(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     # docs/physics.md, traction law: 59 %, 55 %, at most 14 % together; 4010/4102 0.41 at 0.8 GPa
     # and 1.9
@@ -258,7 +254,7 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(
 
 
 def test_order_does_not_hold_on_more_of_the_box_with_other_levels(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     grid = grids["extrapolated"].at(
         max_hertz_pressure_gpa=np.linspace(0.8, 2.5, 13),
@@ -269,7 +265,7 @@ def test_order_does_not_hold_on_more_of_the_box_with_other_levels(
 
 
 def test_printed_constants_contradict_the_text_as_known(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     # all figures: docs/physics.md, traction law
     evidence = evidence_of(printed(), config)
@@ -317,7 +313,7 @@ def torque_table(load_error: float, stress_error: float) -> pd.DataFrame:
 
 
 def test_wang_deng_claims_follow_the_comparison(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     evidence = evidence_of(printed(), config, comparison=COMPARISON)
     for claim in ("wang-deng-zero", "wang-deng-overfit"):
@@ -340,7 +336,7 @@ def test_wang_deng_claims_follow_the_comparison(
     ],
 )
 def test_torque_claims_follow_the_torque_tests(
-    config: dict[str, Any], load: float, stress: float, stress_verdict: str, load_verdict: str
+    config: Settings, load: float, stress: float, stress_verdict: str, load_verdict: str
 ) -> None:
     evidence = evidence_of(printed(), config, torque=torque_table(load, stress))
     found = audit(read_claims(CLAIMS), [evidence], config).set_index("claim")["verdict"]
@@ -410,7 +406,7 @@ def test_full_film_counts_logs_that_note_a_load_or_round_their_set_points(demo: 
 
 
 def test_claim_about_oils_that_were_not_fitted_cannot_be_checked(
-    config: dict[str, Any], grids: dict[str, Grid], settings: dict[str, Any]
+    config: Settings, grids: dict[str, Grid], settings: CheckSettings
 ) -> None:
     evidence = evidence_of({"4102": printed()["4102"]}, config)
     with pytest.raises(NotCheckableError, match="4050: there is no fit of it"):

@@ -279,7 +279,7 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
     results = CampaignTables.in_memory(
         torque=torque_table(runs, *fits, config)[0],
         cage_slip=slip,
-        slip_advice=advise(slip, config["selection"], config["gates"]["lambda_limit"]),
+        slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
         size_effect=size_effect_table(*fits, config),
         power_loss=power_loss_table(published, *fits, config),
     )
@@ -410,7 +410,7 @@ def test_the_summary_tells_of_logs_errors_and_advice(config):
     fits = printed_fits()
     torque, inversion = torque_table(runs, *fits, config)
     slip = cage_slip_table(*fits, config)
-    advice = advise(slip, config["selection"], config["gates"]["lambda_limit"])
+    advice = advise(slip, config.selection, config.gates.lambda_limit)
     results = CampaignTables.in_memory(
         torque_runs=runs,
         torque_quarantine=refused,

@@ -1,7 +1,6 @@
 """The advice on oils: the rules as the paper has them, the numbers beside, and where they part."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +10,7 @@ from campaigns import printed
 from claim_evidence import OILS, PLAIN, evidence_of, planted
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.film import minimum_film_thickness
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import films, printed_evidence
 from oilfilm.studies.audit.evidence import Evidence
 from oilfilm.studies.operating_grid import Film, Grid
@@ -24,8 +24,8 @@ BOX = {
 
 
 @pytest.fixture(scope="module")
-def table(config: dict[str, Any]) -> pd.DataFrame:
-    return select([printed_evidence(printed(), OILS, config)], config["selection"], BOX)
+def table(config: Settings) -> pd.DataFrame:
+    return select([printed_evidence(printed(), OILS, config)], config.selection, BOX)
 
 
 def thick(evidence: Evidence) -> Evidence:
@@ -33,7 +33,7 @@ def thick(evidence: Evidence) -> Evidence:
     return replace(evidence, lambda_limit=0.0)
 
 
-def test_film_of_the_grid_is_that_of_the_formula(config: dict[str, Any]) -> None:
+def test_film_of_the_grid_is_that_of_the_formula(config: Settings) -> None:
     # docs/physics.md, check 1: 23699-type oil at 100 degC, 25 m/s, 1.5 GPa: h_min 0.211 um, phi_T
     # 0.766 at S 0.3; the campaign's rig has the same ball and steel, and 4050 these properties
     grid = Grid(*(np.array([value]) for value in (1.5, 25.0, 100.0, 0.3)))
@@ -42,9 +42,11 @@ def test_film_of_the_grid_is_that_of_the_formula(config: dict[str, Any]) -> None
     assert ratio.item() == pytest.approx(0.211 * 0.766 / 0.0215, rel=0.01)
 
 
-def test_film_without_thermal_reduction_is_the_isothermal_one(config: dict[str, Any]) -> None:
+def test_film_without_thermal_reduction_is_the_isothermal_one(config: Settings) -> None:
     film = films(config)["4010"]
-    cold = Film(film.contact, film.oil, replace(film.settings, thermal_reduction=False))
+    cold = Film(
+        film.contact, film.oil, film.settings.model_copy(update={"thermal_reduction": False})
+    )
     grid = Grid(*(np.array([value]) for value in (1.0, 30.0, 120.0, 0.1)))
     expected = minimum_film_thickness(
         load_n=42.1,  # at 1.0 GPa (docs/physics.md)
@@ -71,11 +73,10 @@ def test_film_without_thermal_reduction_is_the_isothermal_one(config: dict[str, 
     ],
 )
 def test_rules_advise_what_the_paper_says(
-    config: dict[str, Any], pressure: float, speed: float, temperature: float, slip: float, oil: str
+    config: Settings, pressure: float, speed: float, temperature: float, slip: float, oil: str
 ) -> None:
-    settings = config["selection"] | {
-        "map": {"levels": 2, "inlet_temperature_c": [temperature], "slide_roll_ratio": [slip]}
-    }
+    chosen = {"levels": 2, "inlet_temperature_c": [temperature], "slide_roll_ratio": [slip]}
+    settings = config.with_changes({"selection": {"map": chosen}}).selection
     here = {
         "max_hertz_pressure_gpa": [pressure, pressure * 1.01],
         "entrainment_speed_m_s": [speed, speed * 1.01],
@@ -98,12 +99,12 @@ def test_thinnest_oil_gives_way_where_its_film_does(table: pd.DataFrame) -> None
 
 
 def test_oils_that_are_as_the_paper_says_leave_only_its_taste_for_the_middle_oil(
-    config: dict[str, Any],
+    config: Settings,
 ) -> None:
     # mu goes as the size: 4102 has most traction, 4010 heats least, everywhere
     sizes = {"4102": 1.5, "4050": 1.2, "4010": 1.0}
     evidence = thick(evidence_of({oil: planted(size) for oil, size in sizes.items()}, config))
-    found = select([evidence], config["selection"], BOX)
+    found = select([evidence], config.selection, BOX)
     apart = found[found["judgement"] == "disagree"]
     assert set(apart["selection_rule"]) == {
         "slipping"
@@ -113,13 +114,13 @@ def test_oils_that_are_as_the_paper_says_leave_only_its_taste_for_the_middle_oil
 
 
 def test_difference_within_the_repeatability_of_rigs_is_no_disagreement(
-    config: dict[str, Any],
+    config: Settings,
 ) -> None:
     sizes = {"4102": 1.04, "4050": 1.02, "4010": 1.0}
     right = {oil: planted(size) for oil, size in sizes.items()}
     wrong = {oil: planted(1 / size) for oil, size in sizes.items()}
     for constants in (right, wrong):
-        found = select([thick(evidence_of(constants, config))], config["selection"], BOX)
+        found = select([thick(evidence_of(constants, config))], config.selection, BOX)
         assert (found["judgement"] == "agree").all()
 
 
@@ -139,14 +140,14 @@ def test_paper_contradicts_itself_under_light_load_and_little_slip(table: pd.Dat
     assert (light["contradicting_rules"] == "little slip").all()
 
 
-def test_basis_without_one_of_the_oils_has_no_map(config: dict[str, Any]) -> None:
+def test_basis_without_one_of_the_oils_has_no_map(config: Settings) -> None:
     lone = evidence_of({"4102": PLAIN}, config)
-    assert select([lone], config["selection"], BOX).empty
+    assert select([lone], config.selection, BOX).empty
     filmless = replace(printed_evidence(printed(), OILS, config), films={})
-    assert select([filmless], config["selection"], BOX).empty
+    assert select([filmless], config.selection, BOX).empty
 
 
-def test_place_without_a_rule_is_told(config: dict[str, Any]) -> None:
-    settings = {**config["selection"], "rules": config["selection"]["rules"][:-1]}
+def test_place_without_a_rule_is_told(config: Settings) -> None:
+    settings = config.selection.model_copy(update={"rules": config.selection.rules[:-1]})
     with pytest.raises(OilfilmError, match=r"no rule applies at max_hertz.* 1\.\d+.*end"):
         select([printed_evidence(printed(), OILS, config)], settings, BOX)

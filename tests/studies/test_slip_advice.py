@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from oilfilm import tables
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.slip_advice import advise
 
 # the paper's own order of viscosity, and of traction as it has it
@@ -84,9 +85,9 @@ CASES: dict[str, tuple[list[dict[str, Any]], tuple[str, str, str, str]]] = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_slip_decides_as_an_engineer_would(config: dict[str, Any], name: str) -> None:
+def test_slip_decides_as_an_engineer_would(config: Settings, name: str) -> None:
     rows, expected = CASES[name]
-    advice = advise(pd.DataFrame(rows), config["selection"], config["gates"]["lambda_limit"])
+    advice = advise(pd.DataFrame(rows), config.selection, config.gates.lambda_limit)
     (row,) = advice.to_dict("records")
     assert (
         row["selection_rule"],
@@ -96,9 +97,9 @@ def test_slip_decides_as_an_engineer_would(config: dict[str, Any], name: str) ->
     ) == expected
 
 
-def test_each_place_is_judged_by_itself(config: dict[str, Any]) -> None:
+def test_each_place_is_judged_by_itself(config: Settings) -> None:
     rows = place(1, (0.01, 0.01, 0.01)) + place(2, (0.1, 0.2, 0.3))
-    advice = advise(pd.DataFrame(rows).sample(frac=1, random_state=1), config["selection"], 3.0)
+    advice = advise(pd.DataFrame(rows).sample(frac=1, random_state=1), config.selection, 3.0)
     advice = advice.set_index("pitch_speed_mm_rpm")
     assert advice["oils_within_limit"].str.split("; ").map(set).to_dict() == {
         1e6: set(OILS),
@@ -109,7 +110,7 @@ def test_each_place_is_judged_by_itself(config: dict[str, Any]) -> None:
     assert advice.loc[1e6, "best_torque_n_m"] == 1.0
 
 
-def test_without_an_oil_of_the_rules_there_is_no_advice(config: dict[str, Any]) -> None:
+def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> None:
     rows = [row for row in place(1, (0.0, 0.0, 0.0)) if row["oil"] != "4050"]
-    assert advise(pd.DataFrame(rows), config["selection"], 3.0).empty
-    assert advise(tables.empty("cage_slip"), config["selection"], 3.0).empty
+    assert advise(pd.DataFrame(rows), config.selection, 3.0).empty
+    assert advise(tables.empty("cage_slip"), config.selection, 3.0).empty

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit_campaign
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
@@ -10,6 +11,6 @@ with job(snakemake) as provenance:
     inputs = snakemake.input
     results = CampaignTables.of_job(inputs)
     judged = audit_campaign(
-        results, Path(inputs.printed), Path(inputs.claims), snakemake.params.config
+        results, Path(inputs.printed), Path(inputs.claims), Settings.of(snakemake.params.config)
     )
     write_tables(judged, snakemake.output, provenance)

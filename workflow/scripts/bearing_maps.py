@@ -22,7 +22,7 @@ with job(snakemake) as provenance:
     cage_slip = cage_slip_table(coefficients, quality, settings)
     for table, frame in (
         ("cage_slip", cage_slip),
-        ("slip_advice", advise(cage_slip, settings["selection"], settings.gates.lambda_limit)),
+        ("slip_advice", advise(cage_slip, settings.selection, settings.gates.lambda_limit)),
         ("size_effect", size_effect_table(coefficients, quality, settings, others)),
         ("power_loss", power_loss_table(published, coefficients, quality, settings)),
     ):

@@ -1,6 +1,6 @@
 """The paper's advice on which oil to choose, over the operating map, beside what the numbers say.
 
-The rules (`selection` of the configuration) are the paper's sentences in an order of ours: the
+The rules (`selection` of the settings) are the paper's sentences in an order of ours: the
 first whose conditions are met decides. Of the oils that it prefers the first one with enough film
 is taken. The numbers are asked for what the rule is after, the most traction or the least heat
 (mu at the same load, speed and slip), among the oils with enough film.
@@ -8,7 +8,6 @@ is taken. The numbers are asked for what the rule is after, the most traction or
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +15,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
+from oilfilm.settings.config import SelectionLimits, SelectionRule, SelectionSettings
 from oilfilm.studies.audit.evidence import Evidence
 from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.units import FloatArray
@@ -24,22 +24,22 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
 
 
-def states(places: pd.DataFrame, limits: Mapping[str, float]) -> dict[str, BoolArray]:
+def states(places: pd.DataFrame, limits: SelectionLimits) -> dict[str, BoolArray]:
     """What a rule may ask of a contact, for every place."""
     pressure = places["max_hertz_pressure_gpa"].to_numpy()
-    slipping = places["slide_roll_ratio"].to_numpy() > limits["slip_limit"]
+    slipping = places["slide_roll_ratio"].to_numpy() > limits.slip_limit
     return {
         "slipping": slipping,
         "gripping": ~slipping,
-        "light": pressure < limits["light_below_gpa"],
-        "heavy": pressure >= limits["heavy_from_gpa"],
-        "hot": places["inlet_temperature_c"].to_numpy() >= limits["hot_from_c"],
-        "fast": places["entrainment_speed_m_s"].to_numpy() >= limits["fast_from_m_s"],
+        "light": pressure < limits.light_below_gpa,
+        "heavy": pressure >= limits.heavy_from_gpa,
+        "hot": places["inlet_temperature_c"].to_numpy() >= limits.hot_from_c,
+        "fast": places["entrainment_speed_m_s"].to_numpy() >= limits.fast_from_m_s,
     }
 
 
 def select(
-    bases: Sequence[Evidence], settings: Mapping[str, Any], box: Mapping[str, Sequence[float]]
+    bases: Sequence[Evidence], settings: SelectionSettings, box: Mapping[str, Sequence[float]]
 ) -> pd.DataFrame:
     """Table of selection: a row a basis and place of the map.
 
@@ -47,13 +47,13 @@ def select(
 
     Args:
         bases: Laws and films.
-        settings: `selection` of the configuration.
+        settings: `selection` of the settings.
         box: Lowest and highest of each condition.
 
     Raises:
         OilfilmError: No rule applies to a place of the map.
     """
-    wanted = {oil for rule in settings["rules"] for oil in rule["prefer"]}
+    wanted = {oil for rule in settings.rules for oil in rule.prefer}
     maps = [
         _map(evidence, settings, box)
         for evidence in bases
@@ -63,33 +63,33 @@ def select(
 
 
 def _map(
-    evidence: Evidence, settings: Mapping[str, Any], box: Mapping[str, Sequence[float]]
+    evidence: Evidence, settings: SelectionSettings, box: Mapping[str, Sequence[float]]
 ) -> pd.DataFrame:
     # an oil that no rule names is no choice
-    named = {oil for rule in settings["rules"] for oil in rule["prefer"]}
+    named = {oil for rule in settings.rules for oil in rule.prefer}
     oils = [oil for oil in evidence.laws if oil in named]
-    grid = Grid.spanning(box, settings["map"]["levels"], settings["map"]["slide_roll_ratio"]).at(
-        inlet_temperature_c=settings["map"]["inlet_temperature_c"]
+    grid = Grid.spanning(box, settings.map.levels, settings.map.slide_roll_ratio).at(
+        inlet_temperature_c=settings.map.inlet_temperature_c
     )
     mu = np.stack([traction(evidence.laws[oil], grid).ravel() for oil in oils])
     film = np.stack([evidence.films[oil].over(grid)[1].ravel() for oil in oils])
     places = grid.places()
     enough = film > evidence.lambda_limit
-    said = Sayings(settings["rules"], oils, states(places, settings["limits"]), enough)
+    said = Sayings(settings.rules, oils, states(places, settings.limits), enough)
     deciding = said.deciding(places)
     advised = said.advice[deciding, np.arange(len(places))]
-    most = np.array([rule["aim"] == "most traction" for rule in settings["rules"]])[deciding]
+    most = np.array([rule.aim == "most traction" for rule in settings.rules])[deciding]
     best = _best(mu, enough, most)
     loss = _loss(mu, advised, best, most)
     names = np.array([*oils, ""])
     judgement = np.select(
-        [(advised < 0) & (best < 0), advised < 0, loss <= settings["indifference"]],
+        [(advised < 0) & (best < 0), advised < 0, loss <= settings.indifference],
         ["no film", "rule has none", "agree"],
         "disagree",
     )
     frame = places.assign(
         basis=evidence.basis,
-        selection_rule=np.array([rule["name"] for rule in settings["rules"]])[deciding],
+        selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
         aim=np.where(most, "most traction", "least heat"),
         advised_oil=names[advised],
         contradicting_rules=said.contradicting(deciding),
@@ -109,13 +109,13 @@ class Sayings:
     """What each rule says at each place.
 
     Attributes:
-        rules: As in `selection` of the configuration.
+        rules: As in `selection` of the settings.
         oils: The oils that may be advised.
         states: What a rule may ask, for every place.
         enough: Whether an oil has enough film, shape (oils, places).
     """
 
-    rules: Sequence[Mapping[str, Any]]
+    rules: Sequence[SelectionRule]
     oils: Sequence[str]
     states: Mapping[str, BoolArray]
     enough: BoolArray
@@ -126,7 +126,7 @@ class Sayings:
         always = np.ones(self.enough.shape[1], dtype=bool)
         return np.array(
             [
-                np.logical_and.reduce([always, *(self.states[name] for name in rule["when"])])
+                np.logical_and.reduce([always, *(self.states[name] for name in rule.when)])
                 for rule in self.rules
             ]
         )
@@ -152,7 +152,7 @@ class Sayings:
         """Place of the advised oil among the oils, -1 for none: shape (rules, places)."""
         advice = []
         for rule in self.rules:
-            order = np.array([self.oils.index(oil) for oil in rule["prefer"]])
+            order = np.array([self.oils.index(oil) for oil in rule.prefer])
             has_film = self.enough[order]
             advice.append(np.where(has_film.any(axis=0), order[has_film.argmax(axis=0)], -1))
         return np.array(advice)
@@ -161,7 +161,7 @@ class Sayings:
         """Names of the rules that apply as well and advise another oil, joined by '; '."""
         advice = self.advice
         other = self.applies & (advice != advice[deciding, np.arange(advice.shape[1])])
-        names = [str(rule["name"]) for rule in self.rules]
+        names = [str(rule.name) for rule in self.rules]
         return ["; ".join(np.compress(column, names)) for column in other.T]
 
 

@@ -8,13 +8,13 @@ configuration) are asked in the order in which an engineer would: which oil they
 nothing slips, whether the cage slips with that oil, and if so which one they advise then.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.settings.config import SelectionSettings
 from oilfilm.studies.selection import BoolArray, IntArray, Sayings, states
 from oilfilm.units import FloatArray
 
@@ -22,13 +22,13 @@ PLACE = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "inner_speed_rp
 
 
 def advise(
-    cage_slip: pd.DataFrame, settings: Mapping[str, Any], lambda_limit: float
+    cage_slip: pd.DataFrame, settings: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
     """Table of advice: a row an operating point of the map of cage slip.
 
     Args:
         cage_slip: Table of cage slip.
-        settings: `selection` of the configuration.
+        settings: `selection` of the settings.
         lambda_limit: Full film above.
 
     Returns:
@@ -37,7 +37,7 @@ def advise(
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    named = {oil for rule in settings["rules"] for oil in rule["prefer"]}
+    named = {oil for rule in settings.rules for oil in rule.prefer}
     oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
     if set(oils) < named:
         return tables.empty("slip_advice")
@@ -55,7 +55,7 @@ def advise(
         ),
         entrainment_speed_m_s=np.fmax.reduce(of("entrainment_speed_m_s")),
     )
-    limit = settings["limits"]["slip_limit"]
+    limit = settings.limits.slip_limit
     enough = film > lambda_limit
     within = enough & (slip <= limit)
     best = _best(slip, torque, enough, within)
@@ -69,7 +69,7 @@ def advise(
     advised_torque, best_torque = chosen(torque, advised), chosen(torque, best)
     holds, could = advised_slip <= limit, best_slip <= limit
     loss = np.where(could, advised_torque / best_torque, advised_slip / best_slip) - 1
-    indifferent = loss <= settings["indifference"]
+    indifferent = loss <= settings.indifference
     judgement = np.select(
         [best < 0, advised < 0, could & ~holds, indifferent, could],
         ["no film", "rule has none", "slips", "agree", "heats more"],
@@ -78,7 +78,7 @@ def advise(
     names = np.array([*oils, ""])
     frame = places.assign(
         oils_within_limit=["; ".join(np.compress(column, oils)) for column in within.T],
-        selection_rule=np.array([rule["name"] for rule in settings["rules"]])[deciding],
+        selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
         slip_that_decides=chosen(slip, start),
         advised_oil=names[advised],
         advised_cage_slip=advised_slip,
@@ -102,23 +102,23 @@ def _best(slip: FloatArray, torque: FloatArray, enough: BoolArray, within: BoolA
 def _by_rules(
     contacts: pd.DataFrame,
     oils: Sequence[str],
-    settings: Mapping[str, Any],
+    settings: SelectionSettings,
     slip: FloatArray,
     enough: BoolArray,
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Of each place the rule that decides, the oil it advises, and that of the rules at no slip."""
-    limit, each = settings["limits"]["slip_limit"], np.arange(len(contacts))
+    limit, each = settings.limits.slip_limit, np.arange(len(contacts))
 
     def sayings(ratio: FloatArray) -> tuple[IntArray, IntArray]:
         slipping = contacts.assign(slide_roll_ratio=ratio)
-        said = Sayings(settings["rules"], oils, states(slipping, settings["limits"]), enough)
+        said = Sayings(settings.rules, oils, states(slipping, settings.limits), enough)
         deciding = said.deciding(slipping)
         return deciding, said.advice[deciding, each]
 
     _, start = sayings(np.zeros(len(contacts)))
     deciding, advised = sayings(np.where(start >= 0, slip[start, each], 0.0))
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    prefer = [[oils.index(oil) for oil in rule["prefer"]] for rule in settings["rules"]]
+    prefer = [[oils.index(oil) for oil in rule.prefer] for rule in settings.rules]
     for place in each[(advised >= 0) & ~(slip[advised, each] <= limit)]:
         others = [oil for oil in prefer[deciding[place]] if enough[oil, place]]
         holding = [oil for oil in others if slip[oil, place] <= limit]

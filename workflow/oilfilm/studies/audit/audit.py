@@ -11,12 +11,10 @@ from oilfilm import tables
 from oilfilm.curation.coverage import of_matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
-from oilfilm.physics.film import FilmDefinition
-from oilfilm.physics.oils import oil_from_config
-from oilfilm.physics.rigs import contact_of
-from oilfilm.settings.load import load_checked
-from oilfilm.settings.reference import falling_viscosity, printed_constants
-from oilfilm.studies.audit.checks import CHECKS, Check, Settings
+from oilfilm.settings.messages import load
+from oilfilm.settings.reference import Claim, Claims, falling_viscosity, printed_constants
+from oilfilm.settings.resolved import Settings
+from oilfilm.studies.audit.checks import CHECKS, Check, CheckSettings
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError, usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
 from oilfilm.studies.selection import select
@@ -35,14 +33,14 @@ _SYMBOLS = dict(
 )
 
 
-def read_claims(path: Path) -> list[dict[str, str]]:
+def read_claims(path: Path) -> list[Claim]:
     """The claims of the paper.
 
     Raises:
         OilfilmError: The file has a mistake, or names a claim that has no check or lacks one.
     """
-    claims: list[dict[str, str]] = load_checked(path, "claims")["claims"]
-    named = [claim["id"] for claim in claims]
+    claims: list[Claim] = load(path, Claims).claims
+    named = [claim.id for claim in claims]
     wrong = sorted(set(named) ^ set(CHECKS)) or sorted({i for i in named if named.count(i) > 1})
     if wrong:
         raise OilfilmError(
@@ -53,7 +51,7 @@ def read_claims(path: Path) -> list[dict[str, str]]:
 
 
 def audit_campaign(
-    results: CampaignTables, printed: Path, claims: Path, config: Mapping[str, Any]
+    results: CampaignTables, printed: Path, claims: Path, settings: Settings
 ) -> dict[str, pd.DataFrame]:
     """Tables `claims` and `selection`: the refit and the printed constants against the paper.
 
@@ -61,7 +59,7 @@ def audit_campaign(
         results: Tables `coefficients`, `points`, `runs`, `comparison` and `torque`.
         printed: File of the printed constants.
         claims: File of the paper's claims.
-        config: Settings `audit`, `film`, `gates`, `oils`, `printed`, `rigs`, `same_set_point`,
+        settings: `audit`, `film`, `gates`, `oils`, `printed`, `rigs`, `same_set_point`,
             `selection` and the campaign's matrix.
 
     Raises:
@@ -69,18 +67,18 @@ def audit_campaign(
     """
     oils = falling_viscosity(printed)
     bases = [
-        refit_evidence(results, oils, config),
-        printed_evidence(printed_constants(printed), oils, config),
+        refit_evidence(results, oils, settings),
+        printed_evidence(printed_constants(printed), oils, settings),
     ]
-    boxes = config["printed"]["boxes"]
+    box = settings.printed.boxes.extrapolated.model_dump()
     return {
-        "claims": audit(read_claims(claims), bases, config),
-        "selection": select(bases, config["selection"], boxes["extrapolated"]),
+        "claims": audit(read_claims(claims), bases, settings),
+        "selection": select(bases, settings.selection, box),
     }
 
 
 def refit_evidence(
-    results: CampaignTables, viscosity_order: Sequence[str], config: Mapping[str, Any]
+    results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
 ) -> Evidence:
     """The campaign's own fits, points and whatever was made of them."""
     coefficients = results.coefficients
@@ -91,79 +89,64 @@ def refit_evidence(
         viscosity_order,
         {oil: law for oil, law in laws.items() if oil not in unknown},
         unknown,
-        films(config),
-        config["gates"]["lambda_limit"],
-        _of_matrix(results.points, of_matrix(results.runs, config)),
+        films(settings),
+        settings.gates.lambda_limit,
+        _of_matrix(results.points, of_matrix(results.runs, settings)),
         results.comparison,
         results.torque,
     )
 
 
 def printed_evidence(
-    printed: Mapping[str, FloatArray], viscosity_order: Sequence[str], config: Mapping[str, Any]
+    printed: Mapping[str, FloatArray], viscosity_order: Sequence[str], settings: Settings
 ) -> Evidence:
     """The constants that the paper prints, signs restored."""
     law = LAWS["deng2026"]
     laws = {oil: FittedLaw(law, Coefficients.bare(law, row)) for oil, row in printed.items()}
     return Evidence(
-        "printed", viscosity_order, laws, {}, films(config), config["gates"]["lambda_limit"]
+        "printed", viscosity_order, laws, {}, films(settings), settings.gates.lambda_limit
     )
 
 
-def films(config: Mapping[str, Any]) -> dict[str, Film]:
+def films(settings: Settings) -> dict[str, Film]:
     """Film of each oil with properties in the contact of the first rig that is known."""
-    known = [contact for rig in config["rigs"].values() if (contact := contact_of(rig))]
+    known = [contact for rig in settings.rigs.values() if (contact := rig.contact())]
     return {
-        name: Film(known[0], oil_from_config(oil), FilmDefinition(**config["film"]))
-        for name, oil in config["oils"].items()
+        name: Film(known[0], oil.properties(), settings.film)
+        for name, oil in settings.oils.items()
         if known and oil is not None
     }
 
 
-def settings_of(config: Mapping[str, Any]) -> dict[str, Any]:
-    """What the checks are told: their own thresholds, and those that other rooms have as well."""
-    signs = config["printed"]["signs"]
-    tested = config["printed"]["boxes"]["tested"]
+def boxes_of(settings: Settings) -> dict[str, Grid]:
+    """The boxes in which trends are judged, as grids."""
+    slips = settings.printed.signs.slide_roll_ratio.figures
     return {
-        **config["audit"],
-        **config["selection"]["limits"],
-        "slide_roll_ratio": signs["slide_roll_ratio"]["figures"],
-        "curve_to": tested["slide_roll_ratio"][1],
-        "linear_r2_min": signs["linear_r2_min"],
-        "decline_max": signs["decline_max"],
-    }
-
-
-def boxes_of(config: Mapping[str, Any]) -> dict[str, Grid]:
-    """The boxes in which trends are asked, as grids."""
-    settings = settings_of(config)
-    return {
-        name: Grid.spanning(box, settings["levels"], settings["slide_roll_ratio"])
-        for name, box in config["printed"]["boxes"].items()
+        name: Grid.spanning(box, settings.audit.levels, slips)
+        for name, box in settings.printed.boxes.model_dump().items()
     }
 
 
 def audit(
-    claims: Sequence[Mapping[str, str]], evidence: Sequence[Evidence], config: Mapping[str, Any]
+    claims: Sequence[Claim], evidence: Sequence[Evidence], settings: Settings
 ) -> pd.DataFrame:
     """Table of claims: a row a claim and basis, in the paper's order.
 
     Args:
-        claims: As `read_claims` gives them.
+        claims: The paper's claims.
         evidence: The bases.
-        config: `audit`, `selection` and `printed` of the configuration.
+        settings: `audit`, `selection` and `printed`.
     """
-    settings = settings_of(config)
-    boxes = boxes_of(config)
+    thresholds, boxes = CheckSettings.of(settings), boxes_of(settings)
     rows = [
         {
-            "claim": claim["id"],
-            "section": claim["section"],
-            "statement": claim["claim"],
-            "wording": claim["wording"].strip(),
+            "claim": claim.id,
+            "section": claim.section,
+            "statement": claim.claim,
+            "wording": claim.wording.strip(),
             "basis": basis.basis,
-            "definition": CHECKS[claim["id"]].definition.format(**settings),
-            **_judge(CHECKS[claim["id"]], basis, boxes, settings),
+            "definition": CHECKS[claim.id].definition.format(**thresholds.model_dump()),
+            **_judge(CHECKS[claim.id], basis, boxes, thresholds),
         }
         for claim in claims
         for basis in evidence
@@ -172,7 +155,7 @@ def audit(
 
 
 def _judge(
-    check: Check, evidence: Evidence, boxes: Mapping[str, Grid], settings: Settings
+    check: Check, evidence: Evidence, boxes: Mapping[str, Grid], settings: CheckSettings
 ) -> dict[str, Any]:
     places = boxes if check.where != "data" else {"data": boxes["tested"]}
     try:
@@ -184,10 +167,10 @@ def _judge(
         words = f"cannot be checked: {_PLACES[check.where]} has no place that the claim is about"
         return _row("cannot be checked", words, _PLACES[check.where])
     share = finding.share
-    if share >= settings["holds_share"] and finding.complete:
+    if share >= settings.holds_share and finding.complete:
         verdict = "holds"
     else:
-        verdict = "fails" if share < settings["fails_share"] else "holds in part"
+        verdict = "fails" if share < settings.fails_share else "holds in part"
     row = _row(verdict, _sentence(finding, evidence), _PLACES[check.where])
     row |= {"share": share, "cases": len(finding.cases)}
     row |= {

@@ -5,20 +5,44 @@ the configuration), and returns what it found in every case. Arrays have the axe
 of length 1 where a case spans an axis.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Self
 
 import numpy as np
 import pandas as pd
 
+from oilfilm.settings.base import key
+from oilfilm.settings.config import AuditSettings, SelectionLimits
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.evidence import BoolArray, Evidence, Finding, NotCheckableError, cases
 from oilfilm.studies.operating_grid import AXES, Grid
 from oilfilm.units import FloatArray
 
-Settings = Mapping[str, Any]
 _P, _U, _T, _S = 1, 2, 3, 4  # axes of the arrays
 _MARGIN = "the smaller of lambda and film, each over its limit"
+
+
+class CheckSettings(AuditSettings, SelectionLimits):
+    """Thresholds of the checks: their own, and those that other studies use as well."""
+
+    slide_roll_ratio: list[float] = key("Slide-roll ratios of the trends.")
+    curve_to: float = key("Largest slide-roll ratio of a curve.")
+    linear_r2_min: float = key("R2 of a straight line that counts as linear.")
+    decline_max: float = key("Share of the peak that a slight decline may lose.")
+
+    @classmethod
+    def of(cls, settings: Settings) -> Self:
+        """The thresholds of a campaign."""
+        signs, tested = settings.printed.signs, settings.printed.boxes.tested
+        return cls(
+            **settings.audit.model_dump(),
+            **settings.selection.limits.model_dump(),
+            slide_roll_ratio=signs.slide_roll_ratio.figures,
+            curve_to=tested.slide_roll_ratio[1],
+            linear_r2_min=signs.linear_r2_min,
+            decline_max=signs.decline_max,
+        )
 
 
 @dataclass(frozen=True)
@@ -32,20 +56,20 @@ class Check:
         definition: What would make the claim hold, with names of settings in braces.
     """
 
-    judge: Callable[[Evidence, Grid, Settings], Finding | None]
+    judge: Callable[[Evidence, Grid, CheckSettings], Finding | None]
     where: str
     definition: str
 
 
-def zero_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def zero_slip(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """mu = 0 at S = 0."""
     still = grid.at(slide_roll_ratio=[0.0])
     mu = np.abs(evidence.traction(still))
-    found = cases(still, evidence.oils, mu <= settings["zero_traction_max"], mu, worst="largest")
+    found = cases(still, evidence.oils, mu <= settings.zero_traction_max, mu, worst="largest")
     return Finding(found, "|mu| at no slip")
 
 
-def non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def non_negative(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """mu >= 0."""
     curve = grid.at(slide_roll_ratio=_curve(settings)[1:])
     mu = evidence.traction(curve).min(axis=_S, keepdims=True)
@@ -53,21 +77,21 @@ def non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     return Finding(found, "smallest mu of a curve beyond no slip", ".2g")
 
 
-def linear_start(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def linear_start(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """The linear range reaches the first slip that the rig sets."""
     end = _linear_range(evidence, grid, settings)
-    found = cases(grid, evidence.oils, end >= settings["linear_to_slip"], end, worst="smallest")
+    found = cases(grid, evidence.oils, end >= settings.linear_to_slip, end, worst="smallest")
     return Finding(found, "end of the linear range, S", remarks=[f"It ends at S {_range(end)}."])
 
 
-def peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def peak_decline(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """mu peaks within the slips of the rig and has lost little at their end."""
     slip = _curve(settings)
     mu = evidence.traction(grid.at(slide_roll_ratio=slip))
     peak = mu.max(axis=_S, keepdims=True)
     peaks = np.argmax(mu, axis=_S, keepdims=True) < len(slip) - 1
     decline = 1 - mu[..., -1:] / peak
-    slight = decline <= settings["decline_max"]
+    slight = decline <= settings.decline_max
     return Finding(
         cases(grid, evidence.oils, peaks & slight, decline, worst="largest"),
         f"loss between the peak and S {slip[-1]:g}",
@@ -81,11 +105,11 @@ def peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     )
 
 
-def falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def falls_with_temperature(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """mu falls from each level of T to the next, by more a degree when cold than when hot."""
     mu = evidence.traction(grid)
     box = grid.inlet_temperature_c[0], grid.inlet_temperature_c[-1]
-    cold, hot = (np.clip(settings[band], *box) for band in ("cold_band_c", "hot_band_c"))
+    cold, hot = (np.clip(band, *box) for band in (settings.cold_band_c, settings.hot_band_c))
     at_cold, at_hot = (
         -np.diff(evidence.traction(grid.at(inlet_temperature_c=band)), axis=_T) / np.diff(band)
         for band in (cold, hot)
@@ -106,7 +130,7 @@ def falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) -
     )
 
 
-def falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def falls_with_speed(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """mu falls from each level of U to the next, by more over the first third than the last."""
     mu = evidence.traction(grid)
     always = _falls(mu, _U)
@@ -123,14 +147,14 @@ def falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     )
 
 
-def rises_with_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def rises_with_stress(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """mu rises from each level of P to the next, along a straight line."""
     pressure = grid.max_hertz_pressure_gpa
     even = grid.at(max_hertz_pressure_gpa=np.linspace(pressure[0], pressure[-1], len(pressure)))
     mu = evidence.traction(even)
     always = _falls(-mu, _P)
     r2 = _r_squared(even.max_hertz_pressure_gpa, mu, _P)
-    straight = r2 >= settings["linear_r2_min"]
+    straight = r2 >= settings.linear_r2_min
     return Finding(
         cases(grid, evidence.oils, always & straight, r2, worst="smallest"),
         "R2 of the straight line mu(P)",
@@ -143,7 +167,7 @@ def rises_with_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Fin
     )
 
 
-def earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def earlier_plateau(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """The linear range ends at smaller slip from each level of P to the next."""
     end = _linear_range(evidence, grid, settings)
     always = _falls(end, _P)
@@ -151,14 +175,14 @@ def earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
     slip = _curve(settings)
     temperatures = grid.inlet_temperature_c[[0, -1]]
     mu = evidence.traction(grid.at(inlet_temperature_c=temperatures, slide_roll_ratio=slip))
-    reached = mu >= settings["plateau_share"] * mu.max(axis=_S, keepdims=True)
+    reached = mu >= settings.plateau_share * mu.max(axis=_S, keepdims=True)
     begin = slip[np.argmax(reached, axis=_S)]
     return Finding(
         cases(grid, evidence.oils, always, _last_over_first(end, _P), worst="largest"),
         f"end of the linear range at {pressure[-1]:g} GPa over that at {pressure[0]:g} GPa",
         ".2f",
         remarks=[
-            f"{settings['plateau_share']:.0%} of the peak is reached at S "
+            f"{settings.plateau_share:.0%} of the peak is reached at S "
             f"{np.median(of_oil[:, :, 0]):.2g} at {temperatures[0]:g} degC and at S "
             f"{np.median(of_oil[:, :, 1]):.2g} at {temperatures[1]:g} degC for {oil}."
             for oil, of_oil in zip(evidence.oils, begin, strict=True)
@@ -166,7 +190,7 @@ def earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
     )
 
 
-def viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def viscosity_order(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """mu falls from each oil to the next less viscous one."""
     oils = evidence.falling_viscosity
     mu = evidence.traction_by_viscosity(grid)
@@ -206,7 +230,7 @@ def viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
     )
 
 
-def hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def hot_convergence(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """The relative spread of the oils is smaller at the hottest level than at the coldest."""
     temperatures = grid.inlet_temperature_c[[0, -1]]
     mu = evidence.traction_by_viscosity(grid.at(inlet_temperature_c=temperatures))
@@ -216,7 +240,7 @@ def hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
     cold, hot = relative.mean(axis=(0, 1, 2, 4))
     nearer = (spread[:, :, :, 1:] < spread[:, :, :, :1]).mean()
     return Finding(
-        cases(grid, [""], ratio <= settings["convergence_max"], ratio, worst="largest"),
+        cases(grid, [""], ratio <= settings.convergence_max, ratio, worst="largest"),
         "relative spread hot over cold",
         ".2f",
         {"any decrease at all": float((ratio < 1).mean())},
@@ -228,10 +252,10 @@ def hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
     )
 
 
-def speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """Over the range of T, mu falls by less at the high speed than at the low one."""
     speeds = np.clip(
-        settings["slow_and_fast_m_s"],
+        settings.slow_and_fast_m_s,
         grid.entrainment_speed_m_s[0],
         grid.entrainment_speed_m_s[-1],
     )
@@ -249,27 +273,27 @@ def speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings) 
     )
 
 
-def full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def full_film(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """lambda above its limit and the film above the thickness that the paper states."""
     if evidence.points is not None:
         return _measured_film(evidence, settings)
-    curve = grid.at(slide_roll_ratio=[0.0, *settings["slide_roll_ratio"], settings["curve_to"]])
+    curve = grid.at(slide_roll_ratio=[0.0, *settings.slide_roll_ratio, settings.curve_to])
     films = [evidence.film(oil, curve) for oil in evidence.falling_viscosity]
     thickness, ratio = (np.stack(part) for part in zip(*films, strict=True))
-    full, thick = ratio > evidence.lambda_limit, thickness > settings["film_min_um"]
-    margin = np.minimum(ratio / evidence.lambda_limit, thickness / settings["film_min_um"])
+    full, thick = ratio > evidence.lambda_limit, thickness > settings.film_min_um
+    margin = np.minimum(ratio / evidence.lambda_limit, thickness / settings.film_min_um)
     found = cases(curve, evidence.falling_viscosity, full & thick, margin, worst="smallest")
     parts = _parts({f"lambda > {evidence.lambda_limit:g}": full, _film_words(settings): thick})
     remark = f"Calculated for stand-in oils; the thinnest film is {np.nanmin(thickness):.3f} um."
     return Finding(found, _MARGIN, ".2f", parts, [remark])
 
 
-def wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def wang_deng_zero(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """Every Wang-Deng fit leaves mu(0) different from zero."""
     fits = _wang_deng(evidence)
     found = fits.assign(value=fits["zero_slip_traction"].abs())
     found = found.assign(
-        holds=found["value"] > settings["zero_traction_max"], shortfall=-found["value"]
+        holds=found["value"] > settings.zero_traction_max, shortfall=-found["value"]
     )
     remarks = [
         f"Largest |mu(0)| of {row['oil']} by {row['law']}: {row['value']:.2g}."
@@ -278,17 +302,17 @@ def wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Findin
     return Finding(_without_axes(found), "|mu| at no slip", remarks=remarks)
 
 
-def wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def wang_deng_overfit(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """Curves left out are missed by more, against the fit's own error, than by the paper's law."""
     fits = _wang_deng(evidence)
     every = _compared(evidence)
-    own = every[every["law"] == settings["stress_law"]].set_index("oil")
+    own = every[every["law"] == settings.stress_law].set_index("oil")
     if not set(fits["oil"]) <= set(own.index):
-        raise NotCheckableError(f"the comparison has no fit by {settings['stress_law']}")
+        raise NotCheckableError(f"the comparison has no fit by {settings.stress_law}")
     growth = fits["left_out_rmse"] / fits["rmse"]
     base = fits["oil"].map(own["left_out_rmse"] / own["rmse"])
     found = fits.assign(value=growth / base)
-    found = found.assign(holds=found["value"] > settings["overfit_min"], shortfall=-found["value"])
+    found = found.assign(holds=found["value"] > settings.overfit_min, shortfall=-found["value"])
     remarks = [
         f"{row['oil']} by {row['law']}: error {row['rmse']:.2g} on its own curves, "
         f"{row['left_out_rmse']:.2g} on curves left out."
@@ -298,11 +322,11 @@ def wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Fin
     return Finding(_without_axes(found), quantity, ".2f", remarks=remarks)
 
 
-def torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def torque_stress(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """The stress-based torque is nowhere farther off than the paper says."""
     rows = _torque(evidence, "stress")
     found = rows.assign(value=rows["relative_error"].abs())
-    limit = settings["torque_stress_error"]
+    limit = settings.torque_stress_error
     found = found.assign(holds=found["value"] <= limit, shortfall=found["value"])
     return Finding(
         _without_axes(found),
@@ -312,7 +336,7 @@ def torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
     )
 
 
-def torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def torque_load(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
     """The load-based torque is farther off than the stress-based one, and reaches 249 %."""
     point = ["run_id", "first_row", "oil"]
     by_load, by_stress = (
@@ -324,7 +348,7 @@ def torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
         raise NotCheckableError("no operating point was calculated by both bases")
     excess = both["load"] - both["stress"]
     found = both.assign(value=excess, holds=excess > 0, shortfall=-excess)
-    limit, largest = settings["torque_load_error"], both["load"].max()
+    limit, largest = settings.torque_load_error, both["load"].max()
     return Finding(
         _without_axes(found),
         "relative error by the load less that by the stress",
@@ -334,21 +358,21 @@ def torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     )
 
 
-def light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
+def light_load(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding | None:
     """Under light load the most viscous oil has the most traction."""
-    light = _within(grid, above=-np.inf, below=settings["light_below_gpa"])
+    light = _within(grid, above=-np.inf, below=settings.light_below_gpa)
     if light is None:
         return None
     mu = evidence.traction_by_viscosity(light)
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
     remarks = []
-    hot = light.inlet_temperature_c >= settings["hot_from_c"]
-    fast = light.entrainment_speed_m_s >= settings["fast_from_m_s"]
-    slipping = light.slide_roll_ratio > settings["slip_limit"]
+    hot = light.inlet_temperature_c >= settings.hot_from_c
+    fast = light.entrainment_speed_m_s >= settings.fast_from_m_s
+    slipping = light.slide_roll_ratio > settings.slip_limit
     corner = ratio[0][np.ix_(np.ones(len(ratio[0]), dtype=bool), fast, hot, slipping)]
     if corner.size:
         remarks.append(
-            f"Fast, hot and slipping by more than {settings['slip_limit']:.0%} (conclusion 4) it "
+            f"Fast, hot and slipping by more than {settings.slip_limit:.0%} (conclusion 4) it "
             f"has the most at {(corner > 1).mean():.0%} of the places."
         )
     oils = evidence.falling_viscosity
@@ -360,12 +384,12 @@ def light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | 
     )
 
 
-def slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
+def slip_limit(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding | None:
     """Below the limit of slip the thinnest oil heats least; above it viscosity gives traction."""
     mu = evidence.traction_by_viscosity(grid)
     oils = evidence.falling_viscosity
     adequate = evidence.film(oils[-1], grid)[1][np.newaxis] > evidence.lambda_limit
-    slipping = grid.slide_roll_ratio > settings["slip_limit"]
+    slipping = grid.slide_roll_ratio > settings.slip_limit
     least = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     ordered = mu[1:] / mu[:-1]
     value = np.where(slipping, ordered.max(axis=0, keepdims=True), least)
@@ -374,7 +398,7 @@ def slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | 
         return None
     found = cases(grid, [""], value < 1, value, worst="largest")[asked.ravel()]
     below, above = value[..., ~slipping][adequate[..., ~slipping]], value[..., slipping]
-    parts = {f"{oils[-1]} heats least up to {settings['slip_limit']:.0%} slip": _share(below < 1)}
+    parts = {f"{oils[-1]} heats least up to {settings.slip_limit:.0%} slip": _share(below < 1)}
     parts |= {"traction rises with viscosity beyond": _share(above < 1)}
     return Finding(
         found, "mu over that of the oil that should have more", ".2f", parts,
@@ -382,9 +406,9 @@ def slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | 
     )  # fmt: skip
 
 
-def heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
+def heavy_load(evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding | None:
     """Under heavy load, where its film is thick enough, the thinnest oil heats least."""
-    heavy = _within(grid, above=settings["heavy_from_gpa"], below=np.inf)
+    heavy = _within(grid, above=settings.heavy_from_gpa, below=np.inf)
     if heavy is None:
         return None
     oils = evidence.falling_viscosity
@@ -509,18 +533,18 @@ CHECKS: dict[str, Check] = {
 }
 
 
-def _curve(settings: Settings) -> FloatArray:
+def _curve(settings: CheckSettings) -> FloatArray:
     """Slips of a whole curve."""
-    return np.linspace(0.0, settings["curve_to"], settings["curve_points"])
+    return np.linspace(0.0, settings.curve_to, settings.curve_points)
 
 
-def _linear_range(evidence: Evidence, grid: Grid, settings: Settings) -> FloatArray:
+def _linear_range(evidence: Evidence, grid: Grid, settings: CheckSettings) -> FloatArray:
     """Slip at which mu/S has left its value at no slip by the tolerance; the last slip if never."""
     # the slope at no slip is that over a slip a thousand times below the first step of the curve
     slip = np.concatenate([[_curve(settings)[1] * 1e-3], _curve(settings)[1:]])
     chord = evidence.traction(grid.at(slide_roll_ratio=slip)) / slip
     left = np.abs(chord / chord[..., :1] - 1)
-    beyond = left > settings["linear_tolerance"]
+    beyond = left > settings.linear_tolerance
     after = np.where(beyond.any(axis=_S), np.argmax(beyond, axis=_S), len(slip) - 1)
     # between the last slip inside and the first outside, in a straight line
     inside, outside = (
@@ -528,7 +552,7 @@ def _linear_range(evidence: Evidence, grid: Grid, settings: Settings) -> FloatAr
         for place in (after - 1, after)
     )
     way = np.divide(
-        settings["linear_tolerance"] - inside,
+        settings.linear_tolerance - inside,
         outside - inside,
         out=np.ones_like(inside),
         where=outside > inside,
@@ -578,25 +602,25 @@ def _range(values: FloatArray, form: str = ".2g") -> str:
     return f"{np.nanmin(values):{form}} to {np.nanmax(values):{form}}"
 
 
-def _ends(band: Sequence[float]) -> str:
+def _ends(band: FloatArray) -> str:
     return f"{band[0]:g}-{band[1]:g}"
 
 
-def _film_words(settings: Settings) -> str:
-    return f"film > {settings['film_min_um']:g} um"
+def _film_words(settings: CheckSettings) -> str:
+    return f"film > {settings.film_min_um:g} um"
 
 
-def _measured_film(evidence: Evidence, settings: Settings) -> Finding:
+def _measured_film(evidence: Evidence, settings: CheckSettings) -> Finding:
     if evidence.points is None:
         raise NotCheckableError("the printed constants have no measured points")
     points = evidence.points.dropna(subset=["lambda_ratio"]).reset_index(drop=True)
     if points.empty:
         raise NotCheckableError("no point of the campaign has a lambda")
     full = points["lambda_ratio"] > evidence.lambda_limit
-    thick = points["film_thickness_um"] > settings["film_min_um"]
+    thick = points["film_thickness_um"] > settings.film_min_um
     margin = np.minimum(
         points["lambda_ratio"] / evidence.lambda_limit,
-        points["film_thickness_um"] / settings["film_min_um"],
+        points["film_thickness_um"] / settings.film_min_um,
     )
     found = points.assign(holds=full & thick, value=margin, shortfall=-margin)
     parts = {
