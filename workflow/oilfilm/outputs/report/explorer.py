@@ -99,7 +99,7 @@ def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, An
     accepted = points[points["accepted"]]
     boxes = {oil: _box_over_axes(fit, load_n) for oil, fit in shown.items()}
     axes = _axes(shown, boxes, accepted, config["printed"]["boxes"]["extrapolated"])
-    known = films(config)
+    known = films(Settings.of(config))
     nearby = config["report"]["nearby"]
     chosen = _thinned(accepted[accepted["oil"].isin(shown)], config["report"]["points_max"])
     return {
