@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 from campaigns import ROOT
 from oilfilm.outputs.figures.registry import load_figure
-from oilfilm.settings.load import load_checked
+from oilfilm.settings.reference import read_reference
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 
@@ -25,7 +26,7 @@ def draw(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Any:
     """A figure and the table of what it draws, as the job of its family draws it."""
     registered = load_figure(name)
     references = {
-        reference: load_checked(ROOT / f"data/reference/{reference}.yaml", reference)
+        reference: read_reference(ROOT / f"data/reference/{reference}.yaml")
         for reference in registered.declaration.references
     }
-    return registered.draw(results, config, references)
+    return registered.draw(results, Settings.of(config), references)

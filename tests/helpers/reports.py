@@ -112,7 +112,7 @@ def drawn(
 
 
 def report_of(results: CampaignTables, config: dict[str, Any], folder: Path) -> str:
-    return page(results, drawn(folder), folder, config, PROVENANCE)
+    return page(results, drawn(folder), folder, Settings.of(config), PROVENANCE)
 
 
 def with_hostile_names(results: CampaignTables) -> CampaignTables:

@@ -22,6 +22,7 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.randomness import generator
+from oilfilm.settings.resolved import CampaignPart
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
@@ -344,7 +345,11 @@ def test_figures_are_as_wide_as_a_column_of_the_journal(
 def test_nothing_is_cut_off_even_of_a_campaign_with_a_long_name(
     results: CampaignTables, config: dict[str, Any], name: str, oils: list[str]
 ) -> None:
-    campaign = {**config["campaign"], "name": "a-" * 40, "film_unjudged": {"accept": True}}
+    campaign = {
+        **config["campaign"],
+        "name": "a-" * 40,
+        "film_unjudged": {"accept": True, "reason": "-"},
+    }
     fewer = {oil: config["oils"][oil] for oil in oils}
     figure, _ = draw(name, results, {**config, "campaign": campaign, "oils": fewer})
     assert nothing_is_cut_off(figure)
@@ -402,7 +407,8 @@ def test_a_broken_picture_is_seen(
 
 
 def test_captions_are_sound_markup_whatever_a_campaign_is_called() -> None:
-    campaign = {"name": "june_", "data": "measured", "description": "*bold* |bar| `tick` {{ 1 }} _"}
+    about = {"name": "june_", "data": "measured", "description": "*bold* |bar| `tick` {{ 1 }} _"}
+    campaign = CampaignPart.model_construct(**about, film_unjudged=None)
     texts = [campaign_caption(campaign)]
     texts += [figure_caption(name, campaign) for name in figures()]
     texts += [table_caption(name, campaign) for name in tables.TABLES]
@@ -419,7 +425,9 @@ def test_description_of_a_campaign_is_no_directive(tmp_path: Path) -> None:
     secret = tmp_path / "secret.txt"
     secret.write_text("not to be read", encoding="utf-8")
     hostile = f"x\n\n.. raw:: html\n\n   <script>alert(1)</script>\n\n.. include:: {secret}\n\ny"
-    campaign = {"name": "june", "data": "measured", "description": hostile}
+    campaign = CampaignPart.model_construct(
+        name="june", data="measured", description=hostile, film_unjudged=None
+    )
     # as Snakemake's report renders it: nothing is forbidden there
     page = publish_parts(campaign_caption(campaign), writer="html")["body"]
     assert "<script" not in page

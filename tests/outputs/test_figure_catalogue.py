@@ -11,9 +11,12 @@ from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption
 from oilfilm.outputs.figures.registry import load_figure
+from oilfilm.settings.resolved import CampaignPart
 
-SIMULATED = {"name": "demo", "data": "simulated"}
-MEASURED = {"name": "june", "data": "measured", "film_unjudged": {"accept": True}}
+SIMULATED = CampaignPart.of({"name": "demo", "data": "simulated"})
+MEASURED = CampaignPart.of(
+    {"name": "june", "data": "measured", "film_unjudged": {"accept": True, "reason": "unknown"}}
+)
 
 
 @pytest.mark.parametrize("name", figures())

@@ -15,6 +15,7 @@ from oilfilm.outputs.report import sections
 from oilfilm.outputs.report.explorer import Axis, explorer
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
 
@@ -112,7 +113,7 @@ def test_hostile_names_are_text(
     results: CampaignTables, config: dict[str, Any], page: Page, tmp_path: Path
 ) -> None:
     campaign = {**config["campaign"], "description": HOSTILE[0]}
-    about = {"title": HOSTILE[1], "creators": [HOSTILE[2]], "licence": HOSTILE[3]}
+    about = {"title": HOSTILE[1], "creators": [HOSTILE[2], HOSTILE[3]], "licence": "MIT"}
     hostile = Page(
         report_of(
             with_hostile_names(results),
@@ -142,7 +143,7 @@ def test_verdict_is_five_lines_with_the_numbers(
     results: CampaignTables, config: dict[str, Any]
 ) -> None:
     sure = {oil: sections.certainty(results, oil) for oil in OILS}
-    lines = dict(verdict(results, sure, config))
+    lines = dict(verdict(results, sure, Settings.of(config)))
     assert list(lines) == ["Data", "Fit", "Error", "Trouble", "Paper"]
     assert "SIMULATED" in lines["Data"]
     assert "54 of 55 runs and 1674 of 1674 points" in lines["Data"]
@@ -190,7 +191,7 @@ def test_data_that_could_not_be_fitted_make_a_page(
 def test_fit_without_refits_has_no_interval(
     results: CampaignTables, config: dict[str, Any]
 ) -> None:
-    found = explorer(results.replace(refits=results.refits[:0]), config)
+    found = explorer(results.replace(refits=results.refits[:0]), Settings.of(config))
     assert [oil["root"] for oil in found["oils"]] == [None] * 3
 
 
@@ -199,7 +200,9 @@ def test_condition_without_exponents_moves_no_slider(
 ) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
-    found = explorer(results.replace(coefficients=table, refits=results.refits[:0]), config)
+    found = explorer(
+        results.replace(coefficients=table, refits=results.refits[:0]), Settings.of(config)
+    )
     assert [axis["idle"] for axis in found["axes"]] == [False, True, False, False]
     assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
 

@@ -7,6 +7,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.outputs.summary import summarise
 from oilfilm.rig_twin.truth import truth_grid
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.extrapolation import extrapolate
 from oilfilm.studies.printed.judge import judge_printed
@@ -50,7 +51,7 @@ def text_of(campaign: Campaign, oil: str) -> str:
         sign_verdicts=sign_verdicts,
         claims=audit(read_claims(CLAIMS), [basis], campaign.config),
     )
-    return summarise(results, campaign.config)
+    return summarise(results, Settings.of(campaign.config))
 
 
 def test_summary_of_the_demonstration(demo: Campaign) -> None:

@@ -4,20 +4,21 @@ from pathlib import Path
 
 from oilfilm.outputs.figures.registry import draw_figures
 from oilfilm.run.job import job
-from oilfilm.settings.load import load_checked
+from oilfilm.settings.reference import read_reference
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as provenance:
     inputs, outputs = snakemake.input, snakemake.output
     references = {
-        name: load_checked(Path(path), name)
+        name: read_reference(Path(path))
         for name, path in inputs.items()
         if str(path).endswith(".yaml")
     }
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),
         CampaignTables.of_job(inputs),
-        snakemake.params.config,
+        Settings.of(snakemake.params.config),
         references,
         provenance,
     )

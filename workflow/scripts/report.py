@@ -5,6 +5,7 @@ from pathlib import Path
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.report.page import page
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as provenance:
@@ -17,7 +18,7 @@ with job(snakemake) as provenance:
         CampaignTables.of_job(inputs),
         figures,
         Path(inputs.refused_pages),
-        snakemake.params.config,
+        Settings.of(snakemake.params.config),
         provenance,
     )
     write_text(text, Path(snakemake.output.page))

@@ -5,8 +5,10 @@ from pathlib import Path
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.summary import summarise
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake):
-    text = summarise(CampaignTables.of_job(snakemake.input), snakemake.params.config)
+    settings = Settings.of(snakemake.params.config)
+    text = summarise(CampaignTables.of_job(snakemake.input), settings)
     write_text(text, Path(snakemake.output[0]))

@@ -1,30 +1,29 @@
 """Captions of figures, with where their data are from."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from oilfilm.figure_catalogue import figures
+from oilfilm.outputs.facts import film_not_judged
+from oilfilm.settings.campaign import Campaign
 
 _PAPER = "Deng et al., Lubricants 14 (2026) 33"
 
 
-def provenance(campaign: Mapping[str, Any]) -> str:
+def provenance(campaign: Campaign) -> str:
     """Whether a campaign's data were simulated or measured, in words.
 
     Args:
-        campaign: The campaign file's content, at least `name` and `data`.
+        campaign: At least `name`, `data` and `film_unjudged`.
     """
     sentence = (
-        f"SIMULATED data (rig twin, campaign {campaign['name']!r}), not a measurement"
-        if campaign["data"] == "simulated"
-        else f"Measured data, campaign {campaign['name']!r}"
+        f"SIMULATED data (rig twin, campaign {campaign.name!r}), not a measurement"
+        if campaign.data == "simulated"
+        else f"Measured data, campaign {campaign.name!r}"
     )
-    if campaign.get("film_unjudged", {}).get("accept"):
+    if film_not_judged(campaign):
         sentence += "; film thickness NOT JUDGED"
     return sentence
 
 
-def caption(name: str, campaign: Mapping[str, Any]) -> str:
+def caption(name: str, campaign: Campaign) -> str:
     """The caption of a figure of a campaign: content, counterpart in the paper, provenance.
 
     Args:

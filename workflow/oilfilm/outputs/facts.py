@@ -1,9 +1,10 @@
 """Facts about a campaign that its summary and its report both state."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from oilfilm.curation.coverage import planned_states
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.oil import OilFile
 from oilfilm.tables.campaign_tables import CampaignTables
 
 
@@ -34,6 +35,11 @@ def unread_logs(results: CampaignTables) -> set[str]:
     return set(results.quarantine["file"]) - set(results.runs["file"])
 
 
-def stand_in_oils(oils: Mapping[str, Any]) -> list[str]:
+def stand_in_oils(oils: Mapping[str, OilFile | None]) -> list[str]:
     """Oils with the properties of another oil."""
-    return [name for name, oil in oils.items() if oil is not None and oil["stand_in"]]
+    return [name for name, oil in oils.items() if oil is not None and oil.stand_in]
+
+
+def film_not_judged(campaign: Campaign) -> bool:
+    """Whether the campaign uses points without a film thickness."""
+    return campaign.film_unjudged is not None and campaign.film_unjudged.accept

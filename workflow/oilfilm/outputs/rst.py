@@ -1,20 +1,19 @@
 """Captions of figures and tables as reStructuredText, which Snakemake's report reads."""
 
 import re
-from collections.abc import Mapping
-from typing import Any
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption, provenance
+from oilfilm.settings.campaign import Campaign
 
 
-def figure_caption(figure: str, campaign: Mapping[str, Any]) -> str:
+def figure_caption(figure: str, campaign: Campaign) -> str:
     """Title and caption of a figure of a campaign."""
     return f"**{_plain(figures()[figure].title)}.** {_plain(caption(figure, campaign))}\n"
 
 
-def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
+def table_caption(table: str, campaign: Campaign) -> str:
     """What one row of a table is, the origin of the data, each column's unit and meaning."""
     model = tables.TABLES[table]
     lines = [_plain(f"{model.about}\n\n{provenance(campaign)}.\n")]
@@ -24,10 +23,10 @@ def table_caption(table: str, campaign: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def campaign_caption(campaign: Mapping[str, Any]) -> str:
+def campaign_caption(campaign: Campaign) -> str:
     """Description of a campaign, for the first page."""
     # on one line nothing of it can be a directive, which Snakemake's report would obey
-    about = " ".join(f"Campaign {campaign['name']}: {campaign['description']}.".split())
+    about = " ".join(f"Campaign {campaign.name}: {campaign.description}.".split())
     return f"{_plain(about)}\n\n{_plain(provenance(campaign))}.\n"
 
 

@@ -1,7 +1,6 @@
 """The one-screen summary that a run ends with."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,6 +16,10 @@ from oilfilm.outputs.facts import (
     stand_in_oils,
     unread_logs,
 )
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.config import FilmSettings
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import extrapolation_words
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -25,20 +28,20 @@ from oilfilm.tables.campaign_tables import CampaignTables
 _NAMED = 3
 
 
-def summarise(results: CampaignTables, config: Mapping[str, Any]) -> str:
+def summarise(results: CampaignTables, settings: Settings) -> str:
     """What was made, how good each fit is and where to look, as text.
 
     Args:
         results: The campaign's tables.
-        config: Settings `campaign`, `oils`, `film` and `gates`.
+        settings: Settings `campaign`, `oils`, `film` and `gates`.
     """
-    campaign, gates = config["campaign"], config["gates"]
-    name = campaign["name"]
-    source = "SIMULATED by the rig twin" if campaign["data"] == "simulated" else "measured"
+    campaign = settings.campaign
+    name = campaign.name
+    source = "SIMULATED by the rig twin" if campaign.data == "simulated" else "measured"
     read, unread = set(results.runs["file"]), unread_logs(results)
     has_torque_logs = len(results.torque_runs) + len(results.torque_quarantine) > 0
     lines = [
-        f"Campaign {name} ({source}): {campaign['description']}",
+        f"Campaign {name} ({source}): {campaign.description}",
         f"  logs    {len(read)} read of {len(read | unread)}",
         f"  runs    {accepted_runs(results)} accepted",
         f"  points  {accepted_points(results)} accepted",
@@ -46,8 +49,8 @@ def summarise(results: CampaignTables, config: Mapping[str, Any]) -> str:
         f"{results.quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
         *_covered(results),
         *_unjudged(results.points, campaign),
-        *_stand_ins(config["oils"]),
-        f"  lambda  {_film(config['film'])}; full film above {gates['lambda_limit']:g}",
+        *_stand_ins(settings.oils),
+        f"  lambda  {_film(settings.film)}; full film above {settings.gates.lambda_limit:g}",
         *_without_set_points(results.runs),
         *_refusals(results),
         "",
@@ -93,20 +96,20 @@ def _pages(quarantine: pd.DataFrame, name: str) -> list[str]:
     return [f"Refused: results/{name}/refused (a page a run; index.parquet lists them)"]
 
 
-def _unjudged(points: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
+def _unjudged(points: pd.DataFrame, campaign: Campaign) -> list[str]:
     unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
     if not unjudged.any():
         return []
-    reason = campaign["film_unjudged"]["reason"]
+    reason = campaign.film_unjudged.reason if campaign.film_unjudged else ""
     return [f"  FILM NOT JUDGED for {unjudged.sum()} accepted points: {reason}"]
 
 
-def _film(film: Mapping[str, Any]) -> str:
-    heat = "with" if film["thermal_reduction"] else "without"
-    return f"{film['thickness']} film {heat} thermal reduction over combined {film['roughness']}"
+def _film(film: FilmSettings) -> str:
+    heat = "with" if film.thermal_reduction else "without"
+    return f"{film.thickness} film {heat} thermal reduction over combined {film.roughness}"
 
 
-def _stand_ins(oils: Mapping[str, Any]) -> list[str]:
+def _stand_ins(oils: Mapping[str, OilFile | None]) -> list[str]:
     names = stand_in_oils(oils)
     if not names:
         return []
@@ -196,7 +199,7 @@ def _claimed(claims: pd.DataFrame) -> list[str]:
     return [*lines, ""]
 
 
-def _printed(results: CampaignTables, campaign: Mapping[str, Any]) -> list[str]:
+def _printed(results: CampaignTables, campaign: Campaign) -> list[str]:
     """The constants printed in the paper: distance from the fit, and how sure their signs are."""
     signs, sign_verdicts = results.signs, results.sign_verdicts
     if signs.empty:
@@ -222,7 +225,7 @@ def _printed(results: CampaignTables, campaign: Mapping[str, Any]) -> list[str]:
     return [*lines, *_signs_by_points(sign_verdicts, campaign), ""]
 
 
-def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Mapping[str, Any]) -> list[str]:
+def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Campaign) -> list[str]:
     """What the campaign's own points say of the signs."""
     asked = sign_verdicts.dropna(subset=["least_sse"])
     if asked.empty:
@@ -230,8 +233,8 @@ def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Mapping[str, Any]) -
     turned = asked[asked["least_sse_turned"] < asked["least_sse"]]
     words = ", ".join(turned["oil"] + " " + turned["constant"])
     line = f"  the points favour {'the other sign of ' + words if words else 'every sign in use'}"
-    if "thermal_ehl" in campaign.get("twin", {}):
+    if campaign.twin is not None and campaign.twin.thermal_ehl is not None:
         line += "; they were SIMULATED by other physics, which says nothing of the printed signs"
-    elif campaign["data"] == "simulated":
+    elif campaign.data == "simulated":
         line += "; CIRCULAR: they were simulated with these very signs"
     return [line]

@@ -106,6 +106,23 @@ class PublishedPowerLoss(Group):
     ] = key("Rows of [speed in rpm, power loss in W].")
 
 
+_MODELS: dict[str, type[Group]] = {
+    "claims": Claims,
+    "paper_tables": PaperTables,
+    "power_loss": PublishedPowerLoss,
+    "printed_coefficients": PrintedCoefficients,
+}
+
+
+def read_reference(path: Path) -> Group:
+    """Content of a file of data/reference, by the model of its name.
+
+    Raises:
+        OilfilmError: The file is missing or has a mistake.
+    """
+    return load(path, _MODELS[path.stem])
+
+
 def printed_constants(path: Path) -> dict[str, FloatArray]:
     """The twelve printed constants of each oil, signs restored, in the law's order.
 

@@ -2,7 +2,7 @@
 
 import itertools
 import string
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from oilfilm.bearing.friction import HEATS
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.advice_map import advice_handles, cell_edges, draw_advice
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 from oilfilm.units import RAD_S_PER_RPM
@@ -65,13 +66,13 @@ _TORQUE_DRAWN = drawn_table(
     requires="torque",
     draws=_TORQUE_DRAWN,
 )
-def fig06(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig06(results: CampaignTables, settings: Settings) -> Drawing:
     """Measured torque and each basis against speed, an oil a column; relative errors below."""
-    settings = config["figures"]["fig06"]
-    asked, within = settings["inlet_temperature_c"], settings["same_within"]
+    choice = settings.figures.fig06
+    asked, within = choice.inlet_temperature_c, choice.same_within
     near = (results.torque["inlet_temperature_c"] - asked).abs() <= within * asked
     torque = results.torque[near]
-    oils = [oil for oil in config["oils"] if (torque["oil"] == oil).any()]
+    oils = [oil for oil in settings.oils if (torque["oil"] == oil).any()]
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4))
     axes = figure.subplots(2, max(len(oils), 1), sharex=True, sharey="row", squeeze=False)
     torque = torque.assign(load=_sets(torque["axial_load_n"], within))
@@ -79,7 +80,7 @@ def fig06(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     rows = []
     for column, oil in enumerate(oils):
         of_oil = torque[torque["oil"] == oil]
-        colour = style.oil_colour(oil, list(config["oils"]))
+        colour = style.oil_colour(oil, list(settings.oils))
         letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
         rows.append(_draw_oil(axes[:, column], of_oil, colour, letters, loads))
         for axis, letter in zip(axes[:, column], letters, strict=True):
@@ -214,10 +215,10 @@ _CAGE_SLIP_MAP = drawn_table(
     requires="torque",
     draws=_CAGE_SLIP_MAP,
 )
-def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
     table, advice = results.cage_slip, results.slip_advice
-    every = list(config["oils"])
+    every = list(settings.oils)
     oils = [oil for oil in every if (table["oil"] == oil).any()]
     if not oils:
         return style.sentences("No oil has a law that a bearing could use."), []
@@ -231,7 +232,7 @@ def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     drawn = []
     for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
         of_oil = table[table["oil"] == oil]
-        filled = _draw_slip(axis, of_oil, config["selection"]["limits"]["slip_limit"])
+        filled = _draw_slip(axis, of_oil, settings.selection.limits.slip_limit)
         axis.set_title(f"({letter}) {oil}")
         drawn.append(of_oil.assign(panel=letter, advised_oil="", best_oil="", judgement=""))
     if not advice.empty:
@@ -250,8 +251,8 @@ def cage_slip(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     for axis in axes[max(count - columns, 0) :]:
         axis.set_xlabel("Pitch diameter times speed (million mm rpm)")
     figure.supylabel("Axial load (kN)", fontsize=8)
-    temperature = config["bearing"]["cage_slip"]["inlet_temperature_c"]
-    limit = config["selection"]["limits"]["slip_limit"]
+    temperature = settings.bearing.cage_slip.inlet_temperature_c
+    limit = settings.selection.limits.slip_limit
     style.say_key(
         figure,
         f"Friction equilibrium, {table['bearing'].iloc[0]}, {temperature:g} \N{DEGREE SIGN}C; "
@@ -291,7 +292,7 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     requires="torque",
     draws="size_effect",
 )
-def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
     """Traction torque of the load bases against the stress basis, by ball size and conformity."""
     drawn = results.size_effect["load_variable"].isin(["load", "dimensionless_load"])
     table = results.size_effect[drawn].reset_index(drop=True)
@@ -308,7 +309,7 @@ def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     )
     for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
         rows = table[table["varied"] == varied]
-        for oil, basis in itertools.product(config["oils"], ("load", "dimensionless_load")):
+        for oil, basis in itertools.product(settings.oils, ("load", "dimensionless_load")):
             of_series = rows[(rows["oil"] == oil) & (rows["load_variable"] == basis)]
             _, line, marker = _BASES[basis]
             axis.plot(
@@ -316,7 +317,7 @@ def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
                 100 * of_series["relative_to_stress"],
                 linestyle=line,
                 marker=marker,
-                color=style.oil_colour(oil, list(config["oils"])),
+                color=style.oil_colour(oil, list(settings.oils)),
                 label=oil if basis == "load" else None,
             )
         axis.axhline(0, color="black", linewidth=0.6)
@@ -344,7 +345,7 @@ def size_effect(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     requires="torque",
     draws="power_loss",
 )
-def power_loss(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
     """Calculated power loss term by term beside a published one: plausibility alone."""
     table = results.power_loss
     figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)

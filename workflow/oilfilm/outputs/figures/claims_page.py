@@ -15,6 +15,7 @@ from matplotlib.patches import Rectangle
 from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import percent
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
@@ -70,7 +71,7 @@ _CLAIMS_PAGE = drawn_table(
     tables=("claims",),
     draws=_CLAIMS_PAGE,
 )
-def claims_page(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
     """Each claim in words, a bar a basis for the share of cases where it holds, the worst case."""
     table = results.claims
     drawn = table[["claim", "statement", "basis", "verdict", "share", "share_tested_box"]].assign(

@@ -1,14 +1,12 @@
 """The table of fitted constants beside the printed ones (Eqs 11-13)."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.17
@@ -36,11 +34,11 @@ _COEFFICIENT_TABLE = drawn_table(
     settings=("oils",),
     draws=_COEFFICIENT_TABLE,
 )
-def eqs11_13(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
     """Each oil's constants: fitted with standard error, and printed."""
     table = results.coefficients
     drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]]
-    oils = list(config["oils"])
+    oils = list(settings.oils)
     # a constant that no oil has, neither fitted nor printed, is no row
     shown = drawn.dropna(subset=["value", "printed_value"], how="all")
     constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]

@@ -1,6 +1,6 @@
 """The coverage map: which conditions were accepted, refused or never measured."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
@@ -62,10 +63,10 @@ _COVERAGE_MAP = drawn_table(
     settings=("oils",),
     draws=_COVERAGE_MAP,
 )
-def coverage_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def coverage_map(results: CampaignTables, settings: Settings) -> Drawing:
     """A column of panels an oil, a row a temperature; cells of pressure (or load) and speed."""
     cells = _cells(results.coverage)
-    oils = [oil for oil in config["oils"] if (cells["oil"] == oil).any()]
+    oils = [oil for oil in settings.oils if (cells["oil"] == oil).any()]
     words = _why_no_map(cells, oils)
     if words:
         return _in_words(words, cells), []

@@ -1,7 +1,7 @@
 """Fitted laws against the truth of a simulated campaign, at the conditions of Figs 7-10."""
 
 import string
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.config import ExtrapolationFigureSettings
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import relative_rms
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
@@ -58,15 +60,15 @@ _EXTRAPOLATION_PANELS = drawn_table(
     requires="twin",
     draws=_EXTRAPOLATION_PANELS,
 )
-def extrapolation(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def extrapolation(results: CampaignTables, settings: Settings) -> Drawing:
     """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
-    compared, choice = results.extrapolation, config["figures"]["extrapolation"]
-    laws, oils = list(dict.fromkeys(compared["law"])), list(config["oils"])
+    compared, choice = results.extrapolation, settings.figures.extrapolation
+    laws, oils = list(dict.fromkeys(compared["law"])), list(settings.oils)
     errors_in = _ROW_IN * len(laws) + 0.55
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4 + errors_in))
     grid = figure.add_gridspec(3, 2, height_ratios=(2.1, 2.1, errors_in))
-    of_oil = compared[compared["oil"] == choice["oil"]]
-    colour = style.oil_colour(choice["oil"], oils)
+    of_oil = compared[compared["oil"] == choice.oil]
+    colour = style.oil_colour(choice.oil, oils)
     drawn: list[pd.DataFrame] = []
     first: Axes | None = None
     for place, (name, abscissa) in enumerate(_ABSCISSAE.items()):
@@ -86,13 +88,13 @@ def extrapolation(results: CampaignTables, config: Mapping[str, Any]) -> Drawing
         first.set_ylim(0, min(first.get_ylim()[1], 2 * true.max()))
     axis = figure.add_subplot(grid[2, :])
     drawn += _draw_errors(axis, string.ascii_letters[len(_ABSCISSAE)], compared, laws, oils)
-    _say_key(figure, choice["oil"], colour, laws)
+    _say_key(figure, choice.oil, colour, laws)
     style.say_key(figure, "It decides nothing about the real oils.")
     return figure, drawn
 
 
 def _cut(
-    of_figure: pd.DataFrame, abscissa: str, choice: Mapping[str, Any]
+    of_figure: pd.DataFrame, abscissa: str, choice: ExtrapolationFigureSettings
 ) -> tuple[pd.DataFrame, str]:
     """The rows along one abscissa, and the other conditions in words.
 
@@ -102,7 +104,7 @@ def _cut(
     for name, phrase in style.LEVEL_PHRASES.items():
         if name != abscissa:
             found = of_figure[name].unique()
-            level = found[0] if len(found) == 1 else choice[name]
+            level = found[0] if len(found) == 1 else getattr(choice, name)
             of_figure = of_figure[np.isclose(of_figure[name], level)]
             words.append(phrase.format(level))
     return of_figure, ", ".join(words)

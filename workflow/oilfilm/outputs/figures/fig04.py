@@ -1,6 +1,6 @@
 """What the paper says of the Wang-Deng law: traction without slip, and overfitting (Fig. 4)."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -60,15 +60,18 @@ _LAW_PANELS = drawn_table(
     settings=("oils", "rigs"),
     draws=_LAW_PANELS,
 )
-def fig04(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
-    compared, oils = results.comparison.dropna(subset="rmse"), list(config["oils"])
+    compared, oils = results.comparison.dropna(subset="rmse"), list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
     starting = list(compared.loc[compared["zero_slip_traction"] != 0, "law"].unique())
     heights = (1.6, _ROW_IN * max(len(laws), 1) + 0.5)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, sum(heights) + 0.9))
     above, below = figure.subplots(2, 1, height_ratios=heights)
-    drawn = [*_draw_starts(above, results, config, starting), *_draw_errors(below, compared, oils)]
+    drawn = [
+        *_draw_starts(above, results, settings, starting),
+        *_draw_errors(below, compared, oils),
+    ]
     if not drawn:
         style.say_in_panel(above, "no law could be fitted")
     above.set_title(
@@ -86,14 +89,14 @@ def fig04(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
 
 
 def _draw_starts(
-    axis: Axes, results: CampaignTables, config: Mapping[str, Any], laws: Sequence[str]
+    axis: Axes, results: CampaignTables, settings: Settings, laws: Sequence[str]
 ) -> Iterator[pd.DataFrame]:
     """A cloud a law and oil: mu at no slip at each curve's condition, spread along the abscissa."""
-    oils = list(config["oils"])
+    oils = list(settings.oils)
     axis.axhline(0, color="black", linewidth=0.8)
     for place, law in enumerate(laws):
         for number, oil in enumerate(oils):
-            y = _starts(results, oil, law, config)
+            y = _starts(results, oil, law, settings)
             middle = place + 0.26 * (number - (len(oils) - 1) / 2)
             x = middle + np.linspace(-0.09, 0.09, len(y))
             colour = style.oil_colour(oil, oils)
@@ -105,9 +108,9 @@ def _draw_starts(
     axis.grid(visible=False, axis="x")
 
 
-def _starts(results: CampaignTables, oil: str, law_name: str, config: Mapping[str, Any]) -> Any:
+def _starts(results: CampaignTables, oil: str, law_name: str, settings: Settings) -> Any:
     """mu at no slip, condition by condition in the order of rising temperature."""
-    known = laws_of(oil, Settings.of(config))
+    known = laws_of(oil, settings)
     fits = results.law_coefficients
     if not ((fits["oil"] == oil) & (fits["law"] == law_name)).any():
         return np.empty(0)

@@ -1,7 +1,7 @@
 """How well the data tell the constants apart: correlations and profiles."""
 
 import string
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
@@ -47,10 +48,10 @@ _IDENTIFIABILITY = drawn_table(
     settings=("oils",),
     draws=_IDENTIFIABILITY,
 )
-def identifiability(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
     """A column an oil: correlations of each pair of constants, and the profile of each constant."""
     fitted = set(results.profiles["oil"])
-    oils = [oil for oil in config["oils"] if oil in fitted]
+    oils = [oil for oil in settings.oils if oil in fitted]
     if not oils:
         return style.sentences("No oil has a fit with profiles."), []
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.6))
@@ -62,7 +63,7 @@ def identifiability(results: CampaignTables, config: Mapping[str, Any]) -> Drawi
         constants = list(dict.fromkeys(results.profiles.query("oil == @oil")["constant"]))
         image, pairs = _draw_correlations(axes[0, column], results, oil, constants)
         profiles = _profiles(results, oil)
-        _draw_profiles(axes[1, column], profiles, style.oil_colour(oil, list(config["oils"])))
+        _draw_profiles(axes[1, column], profiles, style.oil_colour(oil, list(settings.oils)))
         for axis, letter in zip(axes[:, column], letters, strict=True):
             axis.set_title(f"({letter}) {oil}")
         drawn += [

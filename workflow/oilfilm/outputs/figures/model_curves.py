@@ -16,6 +16,8 @@ from matplotlib.patches import Patch
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.config import Conditions
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import is_beyond
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
@@ -87,9 +89,9 @@ _MODEL_CURVES = drawn_table(
     settings=("oils", "extrapolation", "same_set_point"),
     draws=_MODEL_CURVES,
 )
-def fig07(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig07(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against slip, a panel a pressure."""
-    return _figure("fig07", results, config)
+    return _figure("fig07", results, settings)
 
 
 @register(
@@ -106,9 +108,9 @@ def fig07(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     settings=("oils", "extrapolation", "same_set_point"),
     draws=_MODEL_CURVES,
 )
-def fig08(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig08(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against entrainment speed, a panel a slip."""
-    return _figure("fig08", results, config)
+    return _figure("fig08", results, settings)
 
 
 @register(
@@ -126,9 +128,9 @@ def fig08(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     settings=("oils", "extrapolation", "same_set_point"),
     draws=_MODEL_CURVES,
 )
-def fig09(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig09(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against pressure, a panel a speed and slip."""
-    return _figure("fig09", results, config)
+    return _figure("fig09", results, settings)
 
 
 @register(
@@ -145,24 +147,24 @@ def fig09(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     settings=("oils", "extrapolation", "same_set_point"),
     draws=_MODEL_CURVES,
 )
-def fig10(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig10(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against temperature, a panel a pressure and speed."""
-    return _figure("fig10", results, config)
+    return _figure("fig10", results, settings)
 
 
-def _figure(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def _figure(name: str, results: CampaignTables, settings: Settings) -> Drawing:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    cuts, levels = CUTS[name], config["extrapolation"][name]
+    cuts, levels = CUTS[name], settings.extrapolation[name]
     apart = [axis for axis in style.LEVEL_PHRASES if axis not in (cuts.abscissa, cuts.by)]
     places = [
         dict(zip(apart, at, strict=True))
-        for at in itertools.product(*(levels[axis] for axis in apart))
+        for at in itertools.product(*(getattr(levels, axis) for axis in apart))
     ]
     rows = -(-len(places) // 2)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.35 * rows + 0.6))
     # each panel with its own scale, or the strong traction of one would press the others flat
     axes = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
-    oils = list(config["oils"])
+    oils = list(settings.oils)
     laws = {oil: found for oil in oils if (found := _laws(results, oil))}
     drawn = []
     for letter, axis, place in zip(string.ascii_lowercase, axes, places, strict=False):
@@ -170,7 +172,7 @@ def _figure(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Dr
             style.LEVEL_PHRASES[axis_name].format(level) for axis_name, level in place.items()
         )
         axis.set_title(f"({letter}) {words}")
-        curves = _curves(laws, cuts, levels, place, config["same_set_point"]["relative"])
+        curves = _curves(laws, cuts, levels, place, settings.same_set_point.relative)
         if not curves.empty:
             _draw(axis, curves, cuts, oils)
             drawn.append(curves.assign(panel=letter))
@@ -182,7 +184,7 @@ def _figure(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Dr
         axis.tick_params(labelbottom=True)
     figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
     if drawn:
-        _say_key(figure, cuts, levels[cuts.by], laws, oils)
+        _say_key(figure, cuts, getattr(levels, cuts.by), laws, oils)
     else:
         words = "no oil has a fitted law\nof pressure, speed and temperature"
         style.say_in_panel(axes[0], words)
@@ -218,16 +220,17 @@ def _laws(results: CampaignTables, oil: str) -> dict[str, FittedLaw]:
 def _curves(
     laws: Mapping[str, Mapping[str, FittedLaw]],
     cuts: Cuts,
-    levels: Mapping[str, Sequence[float]],
+    levels: Conditions,
     place: Mapping[str, float],
     within: float,
 ) -> pd.DataFrame:
     """Every curve of a panel, a row a vertex."""
-    ends = min(levels[cuts.abscissa]), max(levels[cuts.abscissa])
+    along_levels = getattr(levels, cuts.abscissa)
+    ends = min(along_levels), max(along_levels)
     # without slip there is nothing to measure, but a curve begins there
     along = np.linspace(0.0 if cuts.abscissa == _SLIP else ends[0], ends[1], _STEPS)
     parts = []
-    for (oil, both), level in itertools.product(laws.items(), levels[cuts.by]):
+    for (oil, both), level in itertools.product(laws.items(), getattr(levels, cuts.by)):
         at: dict[str, Any] = {**place, cuts.by: level, cuts.abscissa: along}
         conditions = np.column_stack(
             [np.broadcast_to(at[name], along.shape) for name in CONDITIONS]

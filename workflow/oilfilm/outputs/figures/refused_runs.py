@@ -25,6 +25,7 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures import style
 from oilfilm.readers.ingest import ingest_logs
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.units import FloatArray
 
@@ -208,7 +209,7 @@ def draw_page(
     figure.align_ylabels(list(axes[1:]))
     _say_place(axes[1], signals, entry)
     _say_key(figure)
-    style.say_source(figure, config["campaign"])
+    style.say_source(figure, Settings.of(config).campaign)
     return figure
 
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from oilfilm import tables
 from oilfilm.figure_catalogue import FigureDeclaration, figures
 from oilfilm.outputs.figures import style
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import table
 from oilfilm.tables.declaration import Column, Table
@@ -37,13 +38,13 @@ class RegisteredFigure:
     table: str
 
     def draw(
-        self, results: CampaignTables, config: Mapping[str, Any], references: Mapping[str, Any]
+        self, results: CampaignTables, settings: Settings, references: Mapping[str, Any]
     ) -> tuple[Figure, pd.DataFrame]:
         """The figure, which says where its data are from, and the table of what it draws."""
         shown = {name: references[name] for name in self.declaration.references}
-        drawing, parts = self.function(results, config, **shown)
+        drawing, parts = self.function(results, settings, **shown)
         if self.declaration.shows_data:
-            style.say_source(drawing, config["campaign"])
+            style.say_source(drawing, settings.campaign)
         if not parts:
             return drawing, tables.empty(self.table)
         drawn = pd.concat(parts, ignore_index=True)[tables.columns(self.table)]
@@ -113,7 +114,7 @@ def load_figure(name: str) -> RegisteredFigure:
 def draw_figures(
     files: Iterable[tuple[str, str, str]],
     results: CampaignTables,
-    config: Mapping[str, Any],
+    settings: Settings,
     references: Mapping[str, Any],
     provenance: Mapping[str, Any],
 ) -> None:
@@ -122,12 +123,12 @@ def draw_figures(
     Args:
         files: PNG, SVG and table of each figure; the PNG's name is that of the figure.
         results: Tables that the figures are drawn from.
-        config: Settings that the figures depend on.
+        settings: Settings that the figures depend on.
         references: Content of reference files by name.
         provenance: As `tables.write`.
     """
     for png, svg, drawn_file in files:
         registered = load_figure(Path(png).stem)
-        drawing, drawn = registered.draw(results, config, references)
+        drawing, drawn = registered.draw(results, settings, references)
         tables.write(drawn, registered.table, Path(drawn_file), provenance)
         style.save(drawing, Path(png), Path(svg))

@@ -1,7 +1,7 @@
 """Residuals of the fit against every condition: where the law lacks something."""
 
 import string
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
@@ -51,9 +52,9 @@ _RESIDUALS_DRAWN = drawn_table(
     settings=("oils",),
     draws=_RESIDUALS_DRAWN,
 )
-def residuals(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def residuals(results: CampaignTables, settings: Settings) -> Drawing:
     """A row of panels an oil, a column a condition; points, and mean and scatter at each level."""
-    oils = list(config["oils"])
+    oils = list(settings.oils)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.45 * len(oils) + 0.6))
     axes = figure.subplots(len(oils), len(_LABELS), sharex="col", sharey="row", squeeze=False)
     drawn = []

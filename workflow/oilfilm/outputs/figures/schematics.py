@@ -11,6 +11,8 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
@@ -70,11 +72,11 @@ _SCHEMATIC = drawn_table(
     shows_data=False,
     draws=_SCHEMATIC,
 )
-def fig01(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig01(results: CampaignTables, settings: Settings) -> Drawing:
     """The traction rig from the side, and the contact seen along the ball's axis."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 3.9))
     axes = figure.subplots(1, 2, width_ratios=(116, 70))
-    rig = next(iter(config["rigs"].values()))
+    rig = next(iter(settings.rigs.values()))
     drawn = _draw(dict(zip("ab", axes, strict=True)), [*_RIG, *_head(rig)])
     axes[0].set_title("(a) Rig from the side")
     axes[1].set_title("(b) Contact, along the ball's axis")
@@ -128,11 +130,11 @@ _RIG: tuple[_Mark, ...] = (
 )
 
 
-def _head(rig: Mapping[str, Any]) -> list[_Mark]:
+def _head(rig: Rig) -> list[_Mark]:
     """The contact; sizes as configured, where they are known."""
 
-    def size(key: str) -> str:
-        return f" = {1e3 * rig[key]:g} mm" if key in rig else ""
+    def size(length_m: float | None) -> str:
+        return "" if length_m is None else f" = {1e3 * length_m:g} mm"
 
     return [
         _box("b", "turning", -34, 22, 34, 30),
@@ -146,12 +148,12 @@ def _head(rig: Mapping[str, Any]) -> list[_Mark]:
         _arrow("b", -8, 13, 6, 13),
         _arrow("b", 10, 20.4, 27, 20.4),
         _arrow("b", 0, -36, 0, -21),
-        _words("b", "disc, R\u2082" + size("disc_track_radius_m"), 15, 26),
+        _words("b", "disc, R\u2082" + size(rig.disc_track_radius_m), 15, 26),
         _words("b", "U\u2082", -10, 26),
         _words("b", "U\u2081", -11.5, 13),
         _words("b", "F on the ball", 27, 15.5),
         _words("b", "W", 4, -31),
-        _words("b", "R\u2081" + size("ball_track_radius_m"), 9, -2.2),
+        _words("b", "R\u2081" + size(rig.ball_track_radius_m), 9, -2.2),
         _words("b", "n\u2081", 0, -10.5),
         _words("b", "ball", -10, -3),
         _words("b", "film", -24, 8, -5, 20.8),
@@ -174,7 +176,7 @@ def _head(rig: Mapping[str, Any]) -> list[_Mark]:
     shows_data=False,
     draws=_SCHEMATIC,
 )
-def fig05(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig05(results: CampaignTables, settings: Settings) -> Drawing:
     """The torque rig in a section along its shaft."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.6))
     axis = figure.subplots()

@@ -1,8 +1,7 @@
 """The map of oils: what the paper's rules advise, and where the numbers prefer another oil."""
 
 import string
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -10,9 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
+from oilfilm.outputs.facts import stand_in_oils
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.advice_map import advice_handles, draw_advice
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.config import Box
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
@@ -50,7 +52,7 @@ _SELECTION_MAP = drawn_table(
     settings=("oils", "printed"),
     draws=_SELECTION_MAP,
 )
-def selection_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
     """One row of panels per temperature, one column per slip; cells of speed and pressure.
 
     The refit is drawn, the printed constants where the campaign has no fit of these oils.
@@ -62,7 +64,7 @@ def selection_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing
         ), []
     basis = table["basis"].iloc[0]
     table = table[table["basis"] == basis]
-    oils = list(config["oils"])
+    oils = list(settings.oils)
     temperatures, slips = (sorted(table[name].unique()) for name in _PANEL)
     figure, axes = style.panels(
         len(temperatures), len(slips), style.DOUBLE_COLUMN_IN, 1.75 * len(temperatures) + 0.4
@@ -75,23 +77,22 @@ def selection_map(results: CampaignTables, config: Mapping[str, Any]) -> Drawing
         axis.set_title(f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, S = {slip:g}", fontsize=7)
         axis.set(xscale="log", yscale="log")
         draw_advice(axis, here, oils, _SPEED, _PRESSURE, 2.2)
-        box = config["printed"]["boxes"]["tested"]
-        at = zip(_PANEL, (temperature, slip), strict=True)
-        if all(box[name][0] <= level <= box[name][1] for name, level in at):
+        box = settings.printed.boxes.tested
+        at = zip((box.inlet_temperature_c, box.slide_roll_ratio), (temperature, slip), strict=True)
+        if all(low <= level <= high for (low, high), level in at):
             _draw_tested(axis, box)
         drawn.append(here.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
     tested = Rectangle((0, 0), 1, 1, fill=False, edgecolor="black", label="tested by the paper")
     handles = [*advice_handles(table, oils, "traction"), tested]
     figure.legend(handles=handles, loc="outside lower left", ncols=(len(handles) + 1) // 2)
-    stand_ins = any(oil is not None and oil["stand_in"] for oil in config["oils"].values())
-    films = ", of STAND-IN oils" if stand_ins else ""
+    films = ", of STAND-IN oils" if stand_in_oils(settings.oils) else ""
     style.say_key(figure, f"Constants: {basis}. Film: of the traction rig's contact{films}")
     return figure, drawn
 
 
-def _draw_tested(axis: Axes, box: Mapping[str, Sequence[float]]) -> None:
-    (left, right), (low, high) = box[_SPEED], box[_PRESSURE]
+def _draw_tested(axis: Axes, box: Box) -> None:
+    (left, right), (low, high) = box.entrainment_speed_m_s, box.max_hertz_pressure_gpa
     axis.add_patch(
         Rectangle(
             (left, low), right - left, high - low, fill=False, edgecolor="black", linewidth=0.9,

@@ -1,7 +1,6 @@
 """The study of the lost signs: every sign set's total, the statements, and each sign's margin."""
 
 import string
-from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
@@ -10,6 +9,7 @@ from matplotlib.figure import Figure
 
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
@@ -48,9 +48,9 @@ _SIGN_STUDY = drawn_table(
     shows_data=False,
     draws=_SIGN_STUDY,
 )
-def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def sign_study(results: CampaignTables, settings: Settings) -> Drawing:
     """One column per oil: totals by rank, statements of the set in use, margin of each sign."""
-    oils = [oil for oil in config["oils"] if (results.signs["oil"] == oil).any()]
+    oils = [oil for oil in settings.oils if (results.signs["oil"] == oil).any()]
     if not oils:
         return style.sentences("No oil of this campaign has printed constants."), []
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, sum(_HEIGHTS_IN)))
@@ -61,7 +61,7 @@ def sign_study(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     for column, oil in enumerate(oils):
         sets = results.signs[results.signs["oil"] == oil]
         verdicts = results.sign_verdicts[results.sign_verdicts["oil"] == oil]
-        colour = style.oil_colour(oil, list(config["oils"]))
+        colour = style.oil_colour(oil, list(settings.oils))
         for row, (draw, of_oil) in enumerate(
             ((_draw_totals, sets), (_draw_statements, sets), (_draw_margins, verdicts))
         ):

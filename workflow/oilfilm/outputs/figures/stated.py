@@ -13,6 +13,8 @@ from oilfilm.curation.coverage import with_levels
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.settings.reference import PaperStatement, PaperTables
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
@@ -103,19 +105,17 @@ _STATED_VALUES = drawn_table(
     shows_data=False,
     draws=_STATED_VALUES,
 )
-def tab01(
-    results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
-) -> Drawing:
+def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
-    for oil, known in config["oils"].items():
-        found = None if known is None else oil_from_config(known)
+    for oil, known in settings.oils.items():
+        found = None if known is None else oil_from_config(settings.plain()["oils"][oil])
         for quantity, unit, ask in _OF_OIL:
             value = np.nan if found is None else float(ask(found))
             rows.append(_row(oil, quantity, unit, value, _source_of(found)))
     notes = list(dict.fromkeys(f"{row['thing']}: {row['source']}" for row in rows))
     title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
-    return _table(title, rows, notes, paper_tables["tab01"])
+    return _table(title, rows, notes, paper_tables.tab01)
 
 
 def _source_of(oil: Oil | None) -> str:
@@ -138,18 +138,16 @@ def _source_of(oil: Oil | None) -> str:
     references=("paper_tables",),
     draws=_STATED_VALUES,
 )
-def tab02(
-    results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
-) -> Drawing:
+def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Levels of the test matrix; without one, those that the logs were set to."""
-    campaign = config["campaign"]
-    source = "campaign file, matrix" if "matrix" in campaign else "set points of the logs"
-    runs = with_levels(results.runs, config)
+    campaign = settings.campaign
+    source = "campaign file, matrix" if campaign.matrix is not None else "set points of the logs"
+    runs = with_levels(results.runs, settings.plain())
     rows = []
     for name, (quantity, unit) in _MATRIX.items():
         levels = (
-            campaign["matrix"][name]
-            if "matrix" in campaign
+            getattr(campaign.matrix, name)
+            if campaign.matrix is not None
             else sorted(runs[f"nominal_{name}"].dropna().unique())
         )
         rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
@@ -158,13 +156,13 @@ def tab02(
         f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else "\N{EN DASH}"
     )
     rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))
-    for oil in config["oils"]:
+    for oil in settings.oils:
         measured = results.runs.loc[results.runs["oil"] == oil]
         accepted = results.points.loc[results.points["accepted"], "run_id"]
         kept = measured["run_id"].isin(accepted).sum()
         words = f"{kept} accepted of {len(measured)} runs"
         rows.append(_row("this campaign", f"curves of {oil}", "", words, "tables runs and points"))
-    return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables["tab02"])
+    return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
 
 
 @register(
@@ -181,31 +179,31 @@ def tab02(
     requires="torque",
     draws=_STATED_VALUES,
 )
-def tab03(
-    results: CampaignTables, config: Mapping[str, Any], paper_tables: Mapping[str, Any]
-) -> Drawing:
+def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Parameters of the campaign's bearing and the levels of its test."""
-    campaign = config["campaign"]
-    name = campaign["torque"]["bearing"]
-    bearing = config["bearings"][name]
+    campaign = settings.campaign
+    torque = campaign.torque
+    if torque is None:
+        raise ValueError("a campaign without torque logs has no bearing")
+    name = torque.bearing
+    bearing = settings.bearings[name]
     rows = []
     for quantity, unit, keys, factor in _OF_BEARING:
         value: Any = bearing
         for key in keys:
-            value = value[key]
-        assumed = keys[0] in bearing.get("assumed", [])
-        source = "assumed" if assumed else bearing["source"]
+            value = getattr(value, key)
+        assumed = keys[0] in bearing.assumed
+        source = "assumed" if assumed else bearing.source
         stated = value if isinstance(value, str) else factor * value
         # every digit of the drawing, and none that it has not
         rows.append(_row(name, quantity, unit, stated, source, "{:.7g}".format))
-    levels = campaign["torque"].get("matrix", {})
     for quantity, unit, key, factor in _OF_TORQUE_TEST:
-        if key in levels:
-            words = _levels([factor * level for level in levels[key]])
+        if torque.matrix is not None:
+            words = _levels([factor * level for level in getattr(torque.matrix, key)])
             rows.append(_row(name, quantity, unit, words, "campaign file, `torque`"))
-    notes = [f"{name}: {bearing['source']}. *: assumed."]
+    notes = [f"{name}: {bearing.source}. *: assumed."]
     title = "Bearing and test of its torque"
-    return _table(title, rows, notes, paper_tables["tab03"])
+    return _table(title, rows, notes, paper_tables.tab03)
 
 
 def _levels(levels: Iterable[float]) -> str:
@@ -243,16 +241,14 @@ def _table(
     title: str,
     rows: list[dict[str, Any]],
     notes: list[str],
-    of_paper: Mapping[str, Any],
+    of_paper: Mapping[str, PaperStatement],
 ) -> Drawing:
     """The rows as a table with a column a thing; beside them what the paper still says."""
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, told in of_paper.items():
-        where = f" ({told['where']})" if "where" in told else ""
-        source = told.get("where", "lost")
-        rows.append(
-            _row(_PAPER, quantity, units.get(quantity, ""), f"{told['says']}{where}", source)
-        )
+        where = f" ({told.where})" if told.where else ""
+        source = told.where or "lost"
+        rows.append(_row(_PAPER, quantity, units.get(quantity, ""), f"{told.says}{where}", source))
     drawn = tables.from_rows(rows, "stated_values")
     things = list(dict.fromkeys(drawn["thing"]))
     if _PAPER not in things:

@@ -1,7 +1,7 @@
 """How every figure looks: widths of a journal, one colour an oil, one line style a meaning."""
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from oilfilm.atomic_write import atomic_file
 from oilfilm.outputs import colours
 from oilfilm.outputs.captions import provenance
+from oilfilm.settings.campaign import Campaign
 
 # Columns of a page, 84 and 174 mm.
 SINGLE_COLUMN_IN = 84 / 25.4
@@ -141,7 +142,7 @@ def label_traction_axes(figure: Figure) -> None:
     figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
 
 
-def say_source(figure: Figure, campaign: Mapping[str, Any]) -> None:
+def say_source(figure: Figure, campaign: Campaign) -> None:
     """Say on the figure itself whether its data were simulated or measured."""
     _put_above(figure, provenance(campaign), right=True)
 

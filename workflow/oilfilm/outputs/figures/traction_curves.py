@@ -15,6 +15,9 @@ from oilfilm.curation.coverage import with_levels
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.config import Fig03Settings
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
@@ -74,13 +77,13 @@ _CURVES = drawn_table(
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
     draws=_CURVES,
 )
-def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
-    results = results.replace(runs=with_levels(results.runs, config))
-    choice = config["figures"]["fig02"]
-    oil, temperatures = choice["oil"], choice["inlet_temperature_c"]
+    results = results.replace(runs=with_levels(results.runs, settings.plain()))
+    choice = settings.figures.fig02
+    oil, temperatures = choice.oil, choice.inlet_temperature_c
     law = FittedLaw.of(results.coefficients, oil)
-    base = style.oil_colour(oil, list(config["oils"]))
+    base = style.oil_colour(oil, list(settings.oils))
     figure, axes = style.panels(
         len(temperatures), 2, style.DOUBLE_COLUMN_IN, 2.1 * len(temperatures)
     )
@@ -91,7 +94,7 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
             ("entrainment_speed_m_s", "max_hertz_pressure_gpa", "U = {:g} m/s", "P = {:g} GPa"),
         )
         for column, (varied, fixed, label, fixed_label) in enumerate(columns):
-            levels = _levels(results, config["campaign"], varied)
+            levels = _levels(results, settings.campaign, varied)
             series = [
                 _Series(
                     label.format(level),
@@ -99,7 +102,11 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
                     _select(
                         results,
                         oil,
-                        {varied: level, fixed: choice[fixed], "inlet_temperature_c": temperature},
+                        {
+                            varied: level,
+                            fixed: getattr(choice, fixed),
+                            "inlet_temperature_c": temperature,
+                        },
                     ),
                     law,
                     colour,
@@ -114,7 +121,7 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
             ]
             panel = string.ascii_letters[2 * row + column]
             title = f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, " + fixed_label.format(
-                choice[fixed]
+                getattr(choice, fixed)
             )
             axis = axes[2 * row + column]
             rows += _draw_panel(axis, panel, title, series)
@@ -139,19 +146,19 @@ def fig02(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
     draws=_CURVES,
 )
-def fig03(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def fig03(results: CampaignTables, settings: Settings) -> Drawing:
     """All oils at one temperature, mu against slip, a panel a pressure."""
-    results = results.replace(runs=with_levels(results.runs, config))
-    choice = config["figures"]["fig03"]
-    oils = list(config["oils"])
-    pressures = _levels(results, config["campaign"], "max_hertz_pressure_gpa")
+    results = results.replace(runs=with_levels(results.runs, settings.plain()))
+    choice = settings.figures.fig03
+    oils = list(settings.oils)
+    pressures = _levels(results, settings.campaign, "max_hertz_pressure_gpa")
     figure, axes = style.panels(1, max(len(pressures), 1), style.DOUBLE_COLUMN_IN, 2.6)
     rows = []
     for number, (axis, pressure) in enumerate(zip(axes, pressures, strict=False)):
         where = {
             "max_hertz_pressure_gpa": pressure,
-            "entrainment_speed_m_s": choice["entrainment_speed_m_s"],
-            "inlet_temperature_c": choice["inlet_temperature_c"],
+            "entrainment_speed_m_s": choice.entrainment_speed_m_s,
+            "inlet_temperature_c": choice.inlet_temperature_c,
         }
         series = [
             _Series(
@@ -188,9 +195,9 @@ def fig03(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
     settings=("oils",),
     draws=_CURVES,
 )
-def curves(results: CampaignTables, config: Mapping[str, Any]) -> Drawing:
+def curves(results: CampaignTables, settings: Settings) -> Drawing:
     """Every accepted point of every oil, and the fit at each of its conditions."""
-    oils = list(config["oils"])
+    oils = list(settings.oils)
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
     figure, axes = style.panels(1, len(oils), width, 2.8)
     rows = []
@@ -265,10 +272,10 @@ def _draw_cloud(
     return drawn
 
 
-def _levels(results: CampaignTables, campaign: Mapping[str, Any], name: str) -> list[float]:
+def _levels(results: CampaignTables, campaign: Campaign, name: str) -> list[float]:
     """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
-    if "matrix" in campaign:
-        return list(campaign["matrix"][name])
+    if campaign.matrix is not None:
+        return list(getattr(campaign.matrix, name))
     return sorted(results.runs[f"nominal_{name}"].dropna().unique())
 
 
@@ -361,10 +368,10 @@ def _fit_rows(
     )
 
 
-def _fixed_words(choice: Mapping[str, Any]) -> str:
+def _fixed_words(choice: Fig03Settings) -> str:
     return (
-        f"U = {choice['entrainment_speed_m_s']:g} m/s, "
-        f"T = {choice['inlet_temperature_c']:g} \N{DEGREE SIGN}C"
+        f"U = {choice.entrainment_speed_m_s:g} m/s, "
+        f"T = {choice.inlet_temperature_c:g} \N{DEGREE SIGN}C"
     )
 
 

@@ -5,7 +5,7 @@ against each other. So that the page needs neither the oils' formulas nor linear
 given the covariance as its root, and the film at each step of the temperature's slider.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, FilmDefinition, InletOil
+from oilfilm.settings.config import Box, NearbySettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import usable
@@ -81,34 +82,34 @@ class Axis:
         )
 
 
-def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, Any]:
+def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """Everything that the explorer needs, as plain values for JSON.
 
     Args:
         results: Tables `points`, `coefficients` (of one law), `refits` and `fit_quality`.
-        config: The whole configuration, resolved.
+        settings: All settings of the campaign.
     """
     points = results.points
     fits = {
         oil: FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
         for oil in dict.fromkeys(results.coefficients["oil"])
     }
-    load_n = _load_at_1_gpa(Settings.of(config))
+    load_n = _load_at_1_gpa(settings)
     lacking = {oil: _lacking(fit, load_n) for oil, fit in fits.items()}
     shown = {oil: fit for oil, fit in fits.items() if not lacking[oil]}
     accepted = points[points["accepted"]]
     boxes = {oil: _box_over_axes(fit, load_n) for oil, fit in shown.items()}
-    axes = _axes(shown, boxes, accepted, config["printed"]["boxes"]["extrapolated"])
-    known = films(Settings.of(config))
-    nearby = config["report"]["nearby"]
-    chosen = _thinned(accepted[accepted["oil"].isin(shown)], config["report"]["points_max"])
+    axes = _axes(shown, boxes, accepted, settings.printed.boxes.extrapolated)
+    known = films(settings)
+    nearby = settings.report.nearby
+    chosen = _thinned(accepted[accepted["oil"].isin(shown)], settings.report.points_max)
     return {
         "axes": [_axis(axis, nearby) for axis in axes],
         "factor": float(ndtri(0.5 + LEVEL / 2)),
         "oils": [
             {
                 "name": oil,
-                "colour": oil_colour(oil, list(config["oils"])),
+                "colour": oil_colour(oil, list(settings.oils)),
                 **law_of(fit, load_n),
                 "usable": usable(fit),
                 "film": _film(known[oil], axes[2].values) if oil in known else None,
@@ -119,8 +120,8 @@ def explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, An
         "lacking": [{"oil": oil, "why": why} for oil, why in lacking.items() if why],
         "points": {"shown": len(chosen), "accepted": len(accepted)},
         "selection": {
-            **{name: config["selection"][name] for name in ("limits", "rules", "indifference")},
-            "lambda_limit": config["gates"]["lambda_limit"],
+            **settings.selection.model_dump(include={"limits", "rules", "indifference"}),
+            "lambda_limit": settings.gates.lambda_limit,
         },
     }
 
@@ -148,13 +149,13 @@ def _axes(
     fits: Mapping[str, FittedLaw],
     boxes: Mapping[str, FloatArray],
     points: pd.DataFrame,
-    paper: Mapping[str, Sequence[float]],
+    paper: Box,
 ) -> list[Axis]:
     """Sliders over everything tested, and over what the paper draws where that is near."""
     centre = _central(points)
     axes = []
     for place, name in enumerate(AXES):
-        low, high = paper[name]
+        low, high = getattr(paper, name)
         ends = np.array([box[place] for box in boxes.values()]).reshape(-1, 2)
         tested = ends[~np.isnan(ends).any(axis=1)]
         if len(tested):
@@ -181,7 +182,7 @@ def _central(points: pd.DataFrame) -> dict[str, float]:
     return {str(name): float(value) for name, value in nearest.items()}
 
 
-def _axis(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
+def _axis(axis: Axis, nearby: NearbySettings) -> dict[str, Any]:
     symbol, label, unit = _LABELS[axis.name]
     relative = axis.name in ("max_hertz_pressure_gpa", "entrainment_speed_m_s")
     return {
@@ -195,7 +196,7 @@ def _axis(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
         "steps": axis.steps,
         "digits": axis.digits,
         "start": axis.start,
-        "nearby": nearby[f"{axis.name}_relative" if relative else axis.name],
+        "nearby": getattr(nearby, f"{axis.name}_relative" if relative else axis.name),
         "relative": relative,
         "idle": axis.idle,
     }

@@ -28,6 +28,7 @@ from oilfilm.outputs.report.release_id import UNRELEASED
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
 from oilfilm.settings.load import as_yaml
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 
@@ -82,7 +83,7 @@ def page(
     results: CampaignTables,
     drawings: Mapping[str, tuple[Path, Path]],
     refused: Path,
-    config: Mapping[str, Any],
+    settings: Settings,
     provenance: Mapping[str, Any],
 ) -> str:
     """The report of a campaign.
@@ -91,18 +92,18 @@ def page(
         results: The tables of the campaign.
         drawings: PNG and SVG of each figure, by name, in the order in which they are shown.
         refused: Folder of the pages of refused runs, as `refused_pages` names them.
-        config: The whole configuration, resolved.
+        settings: All settings of the campaign.
         provenance: Of the job that writes the report.
 
     Returns:
         HTML that needs no network; the same results give the same text.
     """
     context = {
-        **_tables(results, config),
-        **_explorer(results, config),
-        "config": dict(config),
+        **_tables(results, settings),
+        **_explorer(results, settings),
+        "settings": settings,
         "provenance": provenance,
-        "configuration": as_yaml(config),
+        "configuration": as_yaml(settings.plain()),
         "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},
         "unreleased": UNRELEASED,
         "downloads": _downloads(results),
@@ -112,7 +113,7 @@ def page(
     declared = figures()
     pictures = [
         Picture.of(
-            png, declared[name].title, caption(name, config["campaign"]), declared[name].category
+            png, declared[name].title, caption(name, settings.campaign), declared[name].category
         )
         for name, (png, _) in drawings.items()
     ]
@@ -131,12 +132,12 @@ def page(
     return _fitting(context, pictures, pages, drawings, refused)
 
 
-def _tables(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, Any]:
+def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """Verdict and tables of the page."""
-    rows_max = config["report"]["rows_max"]
+    rows_max = settings.report.rows_max
     sure = {oil: sections.certainty(results, oil) for oil in results.fit_quality["oil"]}
     return {
-        "verdict": verdict(results, sure, config),
+        "verdict": verdict(results, sure, settings),
         "equations": sections.equations(results),
         "fits": sections.fit_table(results, sure),
         "constants": [
@@ -157,9 +158,9 @@ def _tables(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, Any
     }
 
 
-def _explorer(results: CampaignTables, config: Mapping[str, Any]) -> dict[str, Any]:
+def _explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """Data and scripts of the explorer."""
-    exploring = explorer(results, config)
+    exploring = explorer(results, settings)
     return {
         "exploring": exploring,
         "chart": chart.chart([oil["colour"] for oil in exploring["oils"]]),
@@ -176,7 +177,7 @@ def _fitting(
     refused: Path,
 ) -> str:
     """The page with as many pictures as its largest size allows."""
-    size_max = int(context["config"]["report"]["size_max_mb"] * 1e6)
+    size_max = int(context["settings"].report.size_max_mb * 1e6)
     without_pictures = {**context, "pictures": pictures, "pages": pages}
     room = size_max - len(_render(without_pictures).encode())
     if room < 0:  # the one table in the page that grows with the number of refusals

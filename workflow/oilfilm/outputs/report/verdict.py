@@ -1,7 +1,6 @@
 """The campaign in five lines: data, fit, certainty, trouble, paper."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,33 +10,35 @@ from oilfilm.outputs.facts import (
     accepted_points,
     accepted_runs,
     condition_counts,
+    film_not_judged,
     stand_in_oils,
     unread_logs,
 )
 from oilfilm.outputs.report.contents import percent
 from oilfilm.outputs.report.sections import Certainty
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _TWO = percent(2)
 
 
 def verdict(
-    results: CampaignTables, sure: Mapping[str, Certainty], config: Mapping[str, Any]
+    results: CampaignTables, sure: Mapping[str, Certainty], settings: Settings
 ) -> list[tuple[str, str]]:
     """Five lines, each with its subject."""
     return [
-        ("Data", _data(results, config)),
+        ("Data", _data(results, settings)),
         ("Fit", _fit(results.fit_quality)),
         ("Error", _error(results.coefficients, sure)),
-        ("Trouble", _trouble(results, config)),
+        ("Trouble", _trouble(results, settings)),
         ("Paper", _paper(results)),
     ]
 
 
-def _data(results: CampaignTables, config: Mapping[str, Any]) -> str:
+def _data(results: CampaignTables, settings: Settings) -> str:
     source = (
         "SIMULATED by the rig twin, not a measurement"
-        if config["campaign"]["data"] == "simulated"
+        if settings.campaign.data == "simulated"
         else "Measured"
     )
     sentence = (
@@ -89,7 +90,7 @@ def _error(coefficients: pd.DataFrame, sure: Mapping[str, Certainty]) -> str:
     return words[0].upper() + words[1:] + "."
 
 
-def _trouble(results: CampaignTables, config: Mapping[str, Any]) -> str:
+def _trouble(results: CampaignTables, settings: Settings) -> str:
     refused = results.runs[results.runs["verdict"] == "refused"]
     gates = refused["rule"].value_counts()
     unread = unread_logs(results)
@@ -111,10 +112,10 @@ def _trouble(results: CampaignTables, config: Mapping[str, Any]) -> str:
     pulling = results.fit_quality.loc[results.fit_quality["pulling_curves"] != "", "oil"]
     if len(pulling):
         parts.append(f"single curves pull the fit of {', '.join(pulling)}")
-    stand_ins = stand_in_oils(config["oils"])
+    stand_ins = stand_in_oils(settings.oils)
     if stand_ins:
         parts.append(f"film thickness from STAND-IN properties for {', '.join(stand_ins)}")
-    if config["campaign"].get("film_unjudged", {}).get("accept"):
+    if film_not_judged(settings.campaign):
         parts.append("film thickness NOT JUDGED")
     words = "; ".join(parts) or "none found"
     return words[0].upper() + words[1:] + "."
