@@ -21,14 +21,14 @@ class Lubrication:
 
     Attributes:
         inlet_temperature_c: In degC.
-        dynamic_viscosity_pa_s: eta.
-        kinematic_viscosity_m2_s: nu.
-        density_kg_m3: rho.
-        pressure_viscosity_coefficient_1_pa: alpha.
-        temperature_viscosity_coefficient_1_k: beta.
-        thermal_conductivity_w_mk: k_oil.
-        drag_coefficient: Of a ball in the row, by its frontal area.
-        oil_volume_fraction: Of the space that the balls travel through.
+        dynamic_viscosity_pa_s: eta, in Pa s.
+        kinematic_viscosity_m2_s: nu, in m2/s.
+        density_kg_m3: rho, in kg/m3.
+        pressure_viscosity_coefficient_1_pa: alpha, in 1/Pa.
+        temperature_viscosity_coefficient_1_k: beta, in 1/K.
+        thermal_conductivity_w_mk: k_oil, in W/(m K).
+        drag_coefficient: c_D of a ball in the row, for its frontal area.
+        oil_volume_fraction: Share of oil in the volume between the rings.
     """
 
     inlet_temperature_c: FloatArray
@@ -109,15 +109,17 @@ def rolling_force_n(
     with k = Ry/Rx, U = eta0 v/(E* Rx), W = Q/(E* Rx^2), E* = E'/2.
 
     Args:
-        load_n: Q.
-        entrainment_speed_m_s: v, mean of the surface speeds.
-        dynamic_viscosity_pa_s: eta0 at the inlet.
-        radius_x_m: Rx, along the rolling direction.
-        radius_y_m: Ry, across it.
-        reduced_modulus_pa: E' = 2 E*.
+        load_n: Normal load Q, in N; 0 or more.
+        entrainment_speed_m_s: Mean v of the surface speeds, in m/s; 0 or more.
+        dynamic_viscosity_pa_s: eta0 at the inlet, in Pa s.
+        radius_x_m: Reduced radius Rx in the rolling direction, in m.
+        radius_y_m: Reduced radius Ry across it, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
 
     Returns:
-        FR, in N. Isothermal: multiply by a thermal reduction at high speed.
+        FR, in N.
+
+    Validity: fully flooded, isothermal inlet; at high speed multiply by `rolling_force_reduction`.
 
     Reference: N. Biboulet and L. Houpert, Proc. Inst. Mech. Eng. J 224 (2010) 777, part 2.
 
@@ -151,13 +153,15 @@ def hysteresis_moment_n_m(
         M = 7.48e-7 (D/2)^0.33 Q^1.33 [1 - 3.519e-3 (k - 1)^0.8063],   k = Ry/Rx
 
     Args:
-        load_n: Q.
-        ball_diameter_m: D.
-        radius_x_m: Rx, along the rolling direction.
-        radius_y_m: Ry, across it.
+        load_n: Normal load Q, in N.
+        ball_diameter_m: Ball diameter D, in m.
+        radius_x_m: Reduced radius Rx in the rolling direction, in m.
+        radius_y_m: Reduced radius Ry across it, in m.
 
     Returns:
         M, in N m.
+
+    Validity: steel on steel; the shape factor is 1 where k is below 1.
 
     Reference: elastic rolling resistance as in L. Houpert's ball-bearing torque.
 
@@ -185,9 +189,9 @@ def rolling_force_reduction(
 
     Args:
         oil: The oil, broadcasting against the contacts.
-        max_hertz_pressure_pa: Shape (..., points, balls, 2).
-        entrainment_speed_m_s: The same shape.
-        reduced_modulus_pa: E'.
+        max_hertz_pressure_pa: p0, in Pa, shape (..., points, balls, 2).
+        entrainment_speed_m_s: Mean surface speed, in m/s, of the same shape.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
     """
     factor = thermal_reduction_factor(
         max_hertz_pressure_pa=max_hertz_pressure_pa,
@@ -201,23 +205,23 @@ def rolling_force_reduction(
 def drag_force_n(
     ball_diameter_m: float, density_kg_m3: Floats, drag_coefficient: float, ball_speed_m_s: Floats
 ) -> FloatArray:
-    """Drag of the mist of oil and air on a ball that travels through it, against its speed.
+    """Drag of the mist of oil and air on a ball, against its speed.
 
         F = 1/2 rho c_D (pi D^2/4) v |v|
 
     Args:
-        ball_diameter_m: D.
-        density_kg_m3: rho of the mist: the oil's density times its share of the volume.
+        ball_diameter_m: Ball diameter D, in m.
+        density_kg_m3: Mist density rho, in kg/m3: oil density times its share of the volume.
         drag_coefficient: c_D of a ball in its row.
-        ball_speed_m_s: v.
+        ball_speed_m_s: Speed v of the ball centre, in m/s.
 
     Returns:
-        F, in N, of the sign of v.
+        F, in N, with the sign of v.
 
     Reference: sphere drag with an effective density, as in bearing-dynamics codes (ADORE).
 
     Examples:
-        A square metre, water, c_D 1, 1 m/s: half the density.
+        A frontal area of 1 m2 in water, c_D = 1, 1 m/s, by hand rho/2:
 
         >>> print(f"{drag_force_n(np.sqrt(4 / np.pi), 1000.0, 1.0, 1.0):.1f} N")
         500.0 N
@@ -229,7 +233,7 @@ def drag_force_n(
 
 
 def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray:
-    """Moment of the oil between cage and land per speed between them, a concentric gap.
+    """Moment of the oil between cage and land per relative speed, in a concentric gap.
 
         M/Omega = 2 pi eta R^3 L/c
 
@@ -237,7 +241,7 @@ def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray
 
     Args:
         bearing: The bearing.
-        lubrication: The oil at each point; the gap is taken to be full of it.
+        lubrication: The oil at each point; the gap is assumed to be full.
 
     Returns:
         Shape (points,), in N m s.
