@@ -21,6 +21,7 @@ from bearings import (
 )
 from campaigns import ROOT, printed
 from oilfilm import tables
+from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m
 from oilfilm.bearing.ellipse import Conditions
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -33,7 +34,6 @@ from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import load_figure
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
-from oilfilm.settings.bearings import palmgren_torque_n_m
 from oilfilm.settings.campaign import Matrix
 from oilfilm.settings.messages import load as load_settings
 from oilfilm.settings.oil import OilFile

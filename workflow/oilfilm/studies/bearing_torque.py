@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
 from oilfilm.bearing.ellipse import Conditions, TractionBasis
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -16,7 +17,6 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.settings.base import present
-from oilfilm.settings.bearings import palmgren_torque_n_m, skf_torque_n_m
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.reference import PublishedPowerLoss
 from oilfilm.settings.resolved import Settings

@@ -13,6 +13,7 @@ from oilfilm.outputs.exports.description import (
     Description,
     known,
 )
+from oilfilm.outputs.exports.json_format import ExportFile
 
 VERSION = 2
 
@@ -23,7 +24,7 @@ def json_text(
     not_written: Mapping[str, str],
     provenance: Mapping[str, Any],
 ) -> str:
-    """The description as JSON (workflow/schemas/export.schema.json).
+    """The description as JSON, in the format of `json_format.ExportFile`.
 
     Args:
         description: The fit.
@@ -50,7 +51,9 @@ def json_text(
         "not_written": dict(not_written),
         "provenance": {key: provenance[key] for key in ("code", "settings", "inputs")},
     }
-    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    ExportFile.model_validate_json(text)
+    return text
 
 
 def _law(description: Description) -> dict[str, Any]:
