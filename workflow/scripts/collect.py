@@ -9,17 +9,17 @@ from oilfilm.readers.raw_files import remove_others
 from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
-    found = snakemake.input
+    inputs = snakemake.input
     shares = [
         Curated(
             tables.read("points", Path(points)),
             tables.read("runs", Path(runs)),
             tables.read("quarantine", Path(refused)),
         )
-        for points, runs, refused in zip(found.points, found.runs, found.quarantine, strict=True)
+        for points, runs, refused in zip(inputs.points, inputs.runs, inputs.quarantine, strict=True)
     ]
-    unread = [tables.read("quarantine", Path(path)) for path in found.unread]
-    remove_others(map(Path, found.samples))
+    unread = [tables.read("quarantine", Path(path)) for path in inputs.unread]
+    remove_others(map(Path, inputs.samples))
     campaign = collect(shares, unread, snakemake.params.config)
     tables.write(campaign.points, "points", Path(snakemake.output.points), provenance)
     tables.write(campaign.runs, "runs", Path(snakemake.output.runs), provenance)

@@ -7,11 +7,11 @@ from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
-    found, made = snakemake.input, snakemake.output
-    points = tables.read("points", Path(found.points))
-    runs = tables.read("runs", Path(found.runs))
-    quarantine = tables.read("quarantine", Path(found.quarantine))
+    inputs, outputs = snakemake.input, snakemake.output
+    points = tables.read("points", Path(inputs.points))
+    runs = tables.read("runs", Path(inputs.runs))
+    quarantine = tables.read("quarantine", Path(inputs.quarantine))
     covered = coverage(runs, snakemake.params.config)
-    tables.write(covered, "coverage", Path(made.coverage), provenance)
+    tables.write(covered, "coverage", Path(outputs.coverage), provenance)
     counts = gate_counts(runs, points, quarantine)
-    tables.write(counts, "gate_counts", Path(made.gates), provenance)
+    tables.write(counts, "gate_counts", Path(outputs.gates), provenance)

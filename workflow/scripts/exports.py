@@ -8,11 +8,11 @@ from oilfilm.outputs.exports import export_campaign
 from oilfilm.run.job import job
 
 with job(snakemake) as provenance:
-    found = snakemake.input
+    inputs = snakemake.input
     files = export_campaign(
-        points=tables.read("points", Path(found.points)),
-        coefficients=tables.read("coefficients", Path(found.coefficients)),
-        quality=tables.read("fit_quality", Path(found.quality)),
+        points=tables.read("points", Path(inputs.points)),
+        coefficients=tables.read("coefficients", Path(inputs.coefficients)),
+        quality=tables.read("fit_quality", Path(inputs.quality)),
         config=snakemake.params.config,
         provenance=provenance,
     )

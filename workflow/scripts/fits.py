@@ -1,11 +1,9 @@
-"""Bring the fits of all oils together."""
+"""Join the tables of all oils."""
 
-from pathlib import Path
-
-from oilfilm import tables
 from oilfilm.run.job import job
+from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as provenance:
-    for table, whole in snakemake.output.items():
-        together = tables.read(table, *map(Path, snakemake.input[table]))
-        tables.write(together, table, Path(whole), provenance)
+    results = CampaignTables.of_job(snakemake.input)
+    frames = {name: results.table(name) for name, _ in snakemake.output.items()}
+    write_tables(frames, snakemake.output, provenance)

@@ -11,8 +11,8 @@ with job(snakemake) as provenance:
     config = snakemake.params.config
     folder = Path("data/raw", config["campaign"]["name"])
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
-    found = ingest_logs(unchanged_logs(folder, digests), config)
-    for frame, path in zip(found.samples.values(), snakemake.output.samples, strict=True):
+    ingested = ingest_logs(unchanged_logs(folder, digests), config)
+    for frame, path in zip(ingested.samples.values(), snakemake.output.samples, strict=True):
         tables.write(frame, "samples", Path(path), provenance)
-    tables.write(found.runs, "runs", Path(snakemake.output.runs), provenance)
-    tables.write(found.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)
+    tables.write(ingested.runs, "runs", Path(snakemake.output.runs), provenance)
+    tables.write(ingested.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

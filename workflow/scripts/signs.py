@@ -9,9 +9,9 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.studies.printed.signs import study_signs
 
 with job(snakemake) as provenance:
-    found, made = snakemake.input, snakemake.output
-    printed = Path(found.printed)
-    points = tables.read("points", Path(found.points))
+    inputs, outputs = snakemake.input, snakemake.output
+    printed = Path(inputs.printed)
+    points = tables.read("points", Path(inputs.points))
     signs, verdicts = study_signs(
         printed_constants(printed),
         falling_viscosity(printed),
@@ -20,5 +20,5 @@ with job(snakemake) as provenance:
         Settings.of(snakemake.params.config).printed,
         snakemake.params.traction_max,
     )
-    tables.write(signs, "signs", Path(made.signs), provenance)
-    tables.write(verdicts, "sign_verdicts", Path(made.verdicts), provenance)
+    tables.write(signs, "signs", Path(outputs.signs), provenance)
+    tables.write(verdicts, "sign_verdicts", Path(outputs.verdicts), provenance)

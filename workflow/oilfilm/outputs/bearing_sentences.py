@@ -116,5 +116,5 @@ def _advice(advice: pd.DataFrame) -> list[str]:
         apart = [f"{judgement} ({count})" for judgement, count in counts.items()]
         better = asked.loc[~agreed, "best_oil"].value_counts()
         told = ", ".join(f"{oil} at {count}" for oil, count in better.items())
-        line += f"; elsewhere it {', '.join(apart)}, and slip speaks for {told}"
+        line += f"; elsewhere it {', '.join(apart)}; best by slip: {told}"
     return [f"{line} (slip_advice.parquet)"]

@@ -203,7 +203,7 @@ def torque(results: CampaignTables) -> Shown:
     known = results.torque.dropna(subset=["relative_error"])
     columns = [
         Column("Oil"),
-        Column("Law asked by"),
+        Column("Load variable"),
         Column("Points", is_number=True),
         Column("Median error", is_number=True),
         Column("Largest error", is_number=True),
