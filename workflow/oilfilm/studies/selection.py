@@ -41,7 +41,7 @@ def states(places: pd.DataFrame, limits: SelectionLimits) -> dict[str, BoolArray
 def select(
     bases: Sequence[Evidence], settings: SelectionSettings, box: Mapping[str, Sequence[float]]
 ) -> pd.DataFrame:
-    """Table of selection: a row a basis and place of the map.
+    """Table of selection: one row per basis and operating point of the map.
 
     A basis without the law or the film of an oil that the rules name has no rows.
 

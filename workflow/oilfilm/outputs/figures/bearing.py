@@ -67,7 +67,7 @@ _TORQUE_DRAWN = drawn_table(
     draws=_TORQUE_DRAWN,
 )
 def fig06(results: CampaignTables, settings: Settings) -> Drawing:
-    """Measured torque and each basis against speed, an oil a column; relative errors below."""
+    """Measured and calculated torque against speed, one column per oil; relative errors below."""
     choice = settings.figures.fig06
     asked, within = choice.inlet_temperature_c, choice.same_within
     near = (results.torque["inlet_temperature_c"] - asked).abs() <= within * asked
@@ -216,7 +216,7 @@ _CAGE_SLIP_MAP = drawn_table(
     draws=_CAGE_SLIP_MAP,
 )
 def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
-    """Cage slip against speed and axial load, an oil a panel, and which oil that speaks for."""
+    """Cage slip against speed and axial load, one panel per oil, and the best oil by slip."""
     table, advice = results.cage_slip, results.slip_advice
     every = list(settings.oils)
     oils = [oil for oil in every if (table["oil"] == oil).any()]

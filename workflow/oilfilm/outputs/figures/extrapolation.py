@@ -147,7 +147,7 @@ def _rows(panel: str, kind: str, law: str, cut: pd.DataFrame, x: str, y: str) ->
 def _draw_errors(
     axis: Axes, panel: str, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
 ) -> Iterator[pd.DataFrame]:
-    """A row a law: open symbols in the tested box, filled ones beyond it, joined by a line."""
+    """One row per law: open symbols in the tested box, filled ones beyond it, joined by a line."""
     for row, law in enumerate(laws):
         for place, oil in enumerate(oils):
             of_both = compared[(compared["law"] == law) & (compared["oil"] == oil)]

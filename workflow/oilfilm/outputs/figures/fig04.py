@@ -123,7 +123,7 @@ def _starts(results: CampaignTables, oil: str, law_name: str, settings: Settings
 
 
 def _draw_errors(axis: Axes, compared: pd.DataFrame, oils: Sequence[str]) -> Iterator[pd.DataFrame]:
-    """A row a law, a line an oil from the smallest of its errors to the largest."""
+    """One row per law, one line per oil from the smallest of its errors to the largest."""
     laws = list(dict.fromkeys(compared["law"]))
     for fit in tables.rows(compared):
         height = laws.index(fit["law"]) + 0.24 * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)

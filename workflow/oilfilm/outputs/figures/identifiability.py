@@ -49,7 +49,7 @@ _IDENTIFIABILITY = drawn_table(
     draws=_IDENTIFIABILITY,
 )
 def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
-    """A column an oil: correlations of each pair of constants, and the profile of each constant."""
+    """One column per oil: correlation of each pair of constants, profile of each constant."""
     fitted = set(results.profiles["oil"])
     oils = [oil for oil in settings.oils if oil in fitted]
     if not oils:

@@ -90,7 +90,7 @@ _MODEL_CURVES = drawn_table(
     draws=_MODEL_CURVES,
 )
 def fig07(results: CampaignTables, settings: Settings) -> Drawing:
-    """mu against slip, a panel a pressure."""
+    """mu against slip, one panel per pressure."""
     return _figure("fig07", results, settings)
 
 
@@ -109,7 +109,7 @@ def fig07(results: CampaignTables, settings: Settings) -> Drawing:
     draws=_MODEL_CURVES,
 )
 def fig08(results: CampaignTables, settings: Settings) -> Drawing:
-    """mu against entrainment speed, a panel a slip."""
+    """mu against entrainment speed, one panel per slip."""
     return _figure("fig08", results, settings)
 
 
@@ -129,7 +129,7 @@ def fig08(results: CampaignTables, settings: Settings) -> Drawing:
     draws=_MODEL_CURVES,
 )
 def fig09(results: CampaignTables, settings: Settings) -> Drawing:
-    """mu against pressure, a panel a speed and slip."""
+    """mu against pressure, one panel per speed and slip."""
     return _figure("fig09", results, settings)
 
 
@@ -148,7 +148,7 @@ def fig09(results: CampaignTables, settings: Settings) -> Drawing:
     draws=_MODEL_CURVES,
 )
 def fig10(results: CampaignTables, settings: Settings) -> Drawing:
-    """mu against temperature, a panel a pressure and speed."""
+    """mu against temperature, one panel per pressure and speed."""
     return _figure("fig10", results, settings)
 
 
@@ -224,7 +224,7 @@ def _curves(
     place: Mapping[str, float],
     within: float,
 ) -> pd.DataFrame:
-    """Every curve of a panel, a row a vertex."""
+    """Every curve of a panel, one row per vertex."""
     along_levels = getattr(levels, cuts.abscissa)
     ends = min(along_levels), max(along_levels)
     # without slip there is nothing to measure, but a curve begins there

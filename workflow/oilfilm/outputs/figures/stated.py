@@ -243,7 +243,7 @@ def _table(
     notes: list[str],
     of_paper: Mapping[str, PaperStatement],
 ) -> Drawing:
-    """The rows as a table with a column a thing; beside them what the paper still says."""
+    """The rows as a table with one column per thing; last, what remains in the paper's text."""
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, told in of_paper.items():
         where = f" ({told.where})" if told.where else ""

@@ -78,7 +78,7 @@ _CURVES = drawn_table(
     draws=_CURVES,
 )
 def fig02(results: CampaignTables, settings: Settings) -> Drawing:
-    """One oil, mu against slip by pressure (left) and by speed (right), a row a temperature."""
+    """mu of one oil against slip by pressure (left) and speed (right), one row per temperature."""
     results = results.replace(runs=with_levels(results.runs, settings.plain()))
     choice = settings.figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
@@ -147,7 +147,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     draws=_CURVES,
 )
 def fig03(results: CampaignTables, settings: Settings) -> Drawing:
-    """All oils at one temperature, mu against slip, a panel a pressure."""
+    """mu of all oils against slip at one temperature, one panel per pressure."""
     results = results.replace(runs=with_levels(results.runs, settings.plain()))
     choice = settings.figures.fig03
     oils = list(settings.oils)

@@ -32,7 +32,7 @@ class Shown:
         name: Of it in the page, unique.
         caption: What it shows.
         columns: Its columns.
-        rows: A text a cell.
+        rows: One text per cell.
         left_out: Rows that are not shown, because there are too many.
         source: File of the campaign's results that has all of it.
     """

@@ -52,7 +52,7 @@ def certainty(results: CampaignTables, oil: str) -> Certainty:
 
 
 def fit_table(results: CampaignTables, sure: Mapping[str, Certainty]) -> Shown:
-    """One row a fit: how near to the points, how sure, whether certified."""
+    """One row per fit: misfit, 95 % interval of mu, certificate."""
     quality = results.fit_quality
     shown = show(
         quality,
@@ -167,7 +167,7 @@ def gates(results: CampaignTables) -> Shown:
 
 
 def claims(results: CampaignTables) -> list[dict[str, Any]]:
-    """Each claim with its rows, one a basis."""
+    """Each claim with its rows, one per basis."""
     return [
         {"claim": claim, **tables.rows(rows)[0], "bases": tables.rows(rows)}
         for claim, rows in results.claims.groupby("claim", sort=False)
@@ -229,7 +229,7 @@ def torque(results: CampaignTables) -> Shown:
 
 
 def bearing(results: CampaignTables) -> list[str]:
-    """What else there is to say of the bearing, a sentence a line; none without torque logs."""
+    """Findings on the bearing, one sentence per line; none without torque logs."""
     if results.torque_runs.empty:
         return []
     return [line.strip() for line in bearing_words(results)[1:] if line]

@@ -130,7 +130,7 @@ def boxes_of(settings: Settings) -> dict[str, Grid]:
 def audit(
     claims: Sequence[Claim], evidence: Sequence[Evidence], settings: Settings
 ) -> pd.DataFrame:
-    """Table of claims: a row a claim and basis, in the paper's order.
+    """Table of claims: one row per claim and basis, in the paper's order.
 
     Args:
         claims: The paper's claims.
