@@ -72,7 +72,7 @@ _CLAIMS_PAGE = drawn_table(
     draws=_CLAIMS_PAGE,
 )
 def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
-    """Each claim with one bar per basis for the share of cases where it holds, and the worst case."""
+    """Each claim with one bar per basis: share of cases where it holds, and worst case."""
     table = results.claims
     drawn = table[["claim", "statement", "basis", "verdict", "share", "share_tested_box"]].assign(
         words=[_words(row) for row in tables.rows(table)]

@@ -64,7 +64,7 @@ _COVERAGE_MAP = drawn_table(
     draws=_COVERAGE_MAP,
 )
 def coverage_map(results: CampaignTables, settings: Settings) -> Drawing:
-    """One column of panels per oil, one row per temperature; cells of pressure or load and speed."""
+    """One column of panels per oil, one row per temperature; cells of pressure and speed."""
     cells = _cells(results.coverage)
     oils = [oil for oil in settings.oils if (cells["oil"] == oil).any()]
     words = _why_no_map(cells, oils)

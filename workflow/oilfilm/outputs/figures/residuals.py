@@ -53,7 +53,7 @@ _RESIDUALS_DRAWN = drawn_table(
     draws=_RESIDUALS_DRAWN,
 )
 def residuals(results: CampaignTables, settings: Settings) -> Drawing:
-    """One row of panels per oil, one column per condition: points, and mean and scatter by level."""
+    """One row of panels per oil, one column per condition: points, mean and scatter by level."""
     oils = list(settings.oils)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.45 * len(oils) + 0.6))
     axes = figure.subplots(len(oils), len(_LABELS), sharex="col", sharey="row", squeeze=False)
