@@ -44,7 +44,7 @@ def level_of(values: FloatArray, gap: float) -> IndexArray:
     """Levels among measured values, counted from 0 for the lowest.
 
     Args:
-        values: One a curve.
+        values: One per curve.
         gap: A new level begins where two neighbours differ by more than this share of the range.
 
     Returns:

@@ -49,7 +49,7 @@ def search(problem: Problem, settings: FitSettings, random: np.random.Generator)
     def objective(population: FloatArray) -> FloatArray:
         return population_sse(problem, population)
 
-    found = differential_evolution(
+    result = differential_evolution(
         objective,  # type: ignore[arg-type]  # the stubs do not know of `vectorized`
         Bounds(limits[:, 0], limits[:, 1]),
         strategy="rand1bin",
@@ -63,7 +63,7 @@ def search(problem: Problem, settings: FitSettings, random: np.random.Generator)
         updating="deferred",
         vectorized=True,
     )
-    ranked = found.population[np.argsort(found.population_energies)]
+    ranked = result.population[np.argsort(result.population_energies)]
     chosen = ranked[np.linspace(0, len(ranked) - 1, settings.polished).astype(int)]
     ends, sse = descend(problem, chosen, tolerance=_ROUGH_TOLERANCE)
     # from a rough end the last polish may run off along a valley without a floor
@@ -114,7 +114,7 @@ def _polish(
 
     # a trial step may run off to where the law overflows; the method takes it back
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        found = least_squares(
+        result = least_squares(
             residual,
             start,
             jacobian,
@@ -125,7 +125,7 @@ def _polish(
             gtol=1e-15,
             max_nfev=1000,
         )
-    return found.x, 2 * float(found.cost)
+    return result.x, 2 * float(result.cost)
 
 
 def population_sse(problem: Problem, population: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ class Coefficients:
         constants: In the order of the law's, NaN where nothing could be fitted. An exponent that
             the data could not give is 0, and X0 then holds the coefficient at the tested level.
         known: Which of the law's groups the fit follows; the others were tested at one level.
-        spread: Constants refitted to curves drawn again, shape (refits, constants).
+        spread: Constants of the bootstrap over curves, shape (refits, constants).
         shifted: Constants refitted with one sensor each off by its calibration's uncertainty.
         box: Smallest and largest tested value of each of the law's conditions and of the slip,
             shape (conditions + 1, 2); NaN where unknown.
@@ -46,7 +46,7 @@ class Coefficients:
         return cls(np.asarray(constants, dtype=float), known, none, none, box)
 
     def covariance(self, law: Law) -> FloatArray:
-        """Covariance of the internal constants: curves drawn again, plus calibration.
+        """Covariance of the internal constants: bootstrap over curves, plus calibration.
 
         NaN where there are no refits.
         """
@@ -120,7 +120,7 @@ class FittedLaw:
         rows = rows[rows["law"] == law.name].set_index("constant")
         values = _in_order(law, rows["value"].to_frame().T)[0]
         given = set(rows.index[rows["value"].notna()])
-        followed = {one.condition for one in law.constants if one.name in given}
+        followed = {constant.condition for constant in law.constants if constant.name in given}
         known = np.array([name in followed for name in law.groups])
         spread = shifted = np.empty((0, len(values)))
         if refits is not None:
@@ -157,7 +157,7 @@ class FittedLaw:
         """mu with its interval at each point.
 
         The interval is mu exp(+-z s/mu), and mu +- z s where a law leads below zero, s by the
-        gradient of mu and the covariance of the constants (curves drawn again, and calibration
+        gradient of mu and the covariance of the constants (bootstrap over curves, and calibration
         where it is stated): what the law's mean curve may be, not where one more measured point
         may lie, and true as far as the law is.
 
@@ -223,9 +223,8 @@ def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
     at_level = np.isnan(values[:, heads]) & ~np.isnan(local)
     values[:, heads] = np.where(at_level, local, values[:, heads])
     # exponents that the law gives; those of conditions that never varied have no effect to carry
-    whole = ~np.isnan(values[:, heads]).any(axis=1, keepdims=True)
-    values = np.where(~heads & whole & np.isnan(values), law.known, values)
-    return values
+    fitted = ~np.isnan(values[:, heads]).any(axis=1, keepdims=True)
+    return np.where(~heads & fitted & np.isnan(values), law.known, values)
 
 
 def read_fit(folder: Path | str, oil: str) -> FittedLaw:
@@ -290,11 +289,11 @@ def predict(
     )
     shape = arrays[0].shape
     *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
-    found = FittedLaw(law, coefficients).predict(np.column_stack(conditions), slip, level)
+    prediction = FittedLaw(law, coefficients).predict(np.column_stack(conditions), slip, level)
     return Prediction(
-        found.traction_coefficient.reshape(shape),
-        found.lower.reshape(shape),
-        found.upper.reshape(shape),
-        found.outside.reshape(shape),
-        found.distance.reshape(shape),
+        prediction.traction_coefficient.reshape(shape),
+        prediction.lower.reshape(shape),
+        prediction.upper.reshape(shape),
+        prediction.outside.reshape(shape),
+        prediction.distance.reshape(shape),
     )

@@ -80,7 +80,7 @@ def _cauchy(problem: Problem, start: FloatArray, scale: float) -> FloatArray:
         return problem.jacobian(values) / scale
 
     with np.errstate(over="ignore", invalid="ignore"):
-        found = least_squares(
+        result = least_squares(
             residual,
             start,
             jacobian,
@@ -93,7 +93,7 @@ def _cauchy(problem: Problem, start: FloatArray, scale: float) -> FloatArray:
             gtol=1e-10,
             max_nfev=200,
         )
-    return np.asarray(found.x)
+    return np.asarray(result.x)
 
 
 def difference(problem: Problem, plain: Optimum, other: Alternative | None) -> float:

@@ -46,7 +46,7 @@ class Problem:
 
     The others (`free` false) are exponents that the law itself gives, and those of conditions that
     did not vary: held at zero, they leave the condition's effect inside the law's coefficients.
-    `held` are the places and values of those that ran into a bound and stay there.
+    `held` are the indices and values of those that ran into a bound and stay there.
     """
 
     law: Law
@@ -91,10 +91,10 @@ class Problem:
     @cached_property
     def _all_names(self) -> list[str]:
         if self.followed.all():
-            return [one.name for one in self.law.constants]
-        heads = [one.name for one in self.law.constants if one.condition is None]
+            return [constant.name for constant in self.law.constants]
+        heads = [constant.name for constant in self.law.constants if constant.condition is None]
         local = dict(zip(heads, self.law.local_constants, strict=True))
-        return [local.get(one.name, one.name) for one in self.law.constants]
+        return [local.get(constant.name, constant.name) for constant in self.law.constants]
 
     @cached_property
     def signs(self) -> IndexArray:
@@ -118,10 +118,10 @@ class Problem:
 
     def holding(self, values: FloatArray, which: BoolArray) -> "Problem":
         """The same problem with some of its free constants held where they are."""
-        places = np.flatnonzero(self.free)[which]
-        held = (*self.held, *zip(places.tolist(), values[which].tolist(), strict=True))
+        indices = np.flatnonzero(self.free)[which]
+        held = (*self.held, *zip(indices.tolist(), values[which].tolist(), strict=True))
         free = self.free.copy()
-        free[places] = False
+        free[indices] = False
         return replace(self, free=free, held=held)
 
     @property
@@ -217,6 +217,8 @@ def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
     groups = law.varied_groups(varied)
     follows: dict[str | None, bool] = {None: True}
     follows.update(zip(law.groups, groups.tolist(), strict=True))
-    free = np.array([one.known is None and follows[one.condition] for one in law.constants])
+    free = np.array(
+        [constant.known is None and follows[constant.condition] for constant in law.constants]
+    )
     at = Observations(law.design(data.conditions, groups), data.curve, data.slip)
     return Problem(law, at, data.mu, free)

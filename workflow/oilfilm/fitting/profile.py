@@ -24,14 +24,14 @@ def profiles(
     far those errors mislead. Like them it takes every point's error for its own.
 
     Returns:
-        Two arrays of shape (free, places), ascending, the optimum itself in the middle.
+        Two arrays of shape (free, levels), ascending, the optimum itself in the middle.
 
     Reference: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications (1988),
     chapter 6.
     """
-    count, places = len(optimum.values), len(_AT)
+    count, levels = len(optimum.values), len(_AT)
     degrees = len(problem.mu) - count
-    held = np.repeat(np.eye(count, dtype=bool), places, axis=0)
+    held = np.repeat(np.eye(count, dtype=bool), levels, axis=0)
     starts = np.where(
         held, optimum.values + np.tile(_AT, count)[:, np.newaxis] * naive_errors, optimum.values
     )
@@ -42,9 +42,9 @@ def profiles(
         _, sse = descend(problem, starts, held=held, tolerance=1e-10)
     rise = np.maximum(sse - optimum.sse, 0) * degrees / max(optimum.sse, np.finfo(float).tiny)
     z = np.sign(np.tile(_AT, count)) * np.sqrt(rise)
-    middle = places // 2
-    values = np.insert(starts[held].reshape(count, places), middle, optimum.values, axis=1)
-    return values, np.insert(z.reshape(count, places), middle, 0.0, axis=1)
+    middle = levels // 2
+    values = np.insert(starts[held].reshape(count, levels), middle, optimum.values, axis=1)
+    return values, np.insert(z.reshape(count, levels), middle, 0.0, axis=1)
 
 
 def profile_interval(

@@ -28,8 +28,8 @@ def calibration_refits(
         varied: Conditions that gave exponents.
 
     Returns:
-        One row a sensor, in the order of SENSORS; no rows where the
-        calibration of one was not stated.
+        One row per sensor, in the order of SENSORS; no rows where the calibration of one is not
+        stated.
     """
     accepted = points[points["accepted"]]
     refits = []

@@ -1,4 +1,4 @@
-"""How sure the constants are: the Jacobian's errors, and those of whole curves drawn again."""
+"""Errors of the constants: by the Jacobian, and by a bootstrap over whole curves."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class Estimates:
     Attributes:
         values: The quantities at the optimum, shape (n,).
         naive: Their covariance as if every point had an error of its own, shape (n, n).
-        refits: The quantities refitted to curves drawn again, shape (refits, n).
+        refits: The quantities in each refit of the bootstrap over curves, shape (refits, n).
         shifted: Refitted with one sensor each off by its calibration's standard uncertainty,
             shape (sensors, n); no rows where that is not known.
     """
@@ -85,7 +85,7 @@ def curve_bootstrap(
     """Refits to as many whole curves drawn with replacement: shape (refits, free constants).
 
     Points of a run share its calibration and control errors; drawing runs, not points, keeps
-    those errors together. A draw whose curves cannot tell the exponents apart is drawn again.
+    those errors together. A sample whose curves cannot tell the exponents apart is replaced.
 
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
