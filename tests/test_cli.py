@@ -50,7 +50,7 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A results folder with the fit of one oil."""
     folder = tmp_path_factory.mktemp("results")
     about = {"campaign": "demo", "data": "simulated", "rule": "fits"}
-    for name, table in demo.fit("4102", searches=1, bootstrap=50).tables().items():
+    for name, table in demo.fit("4102", searches=2, bootstrap=50).tables.items():
         tables.write(table, name, folder / "demo" / "tables" / f"{name}.parquet", about)
     return folder
 

@@ -19,7 +19,7 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 @pytest.fixture(scope="module")
 def fit(demo: Campaign) -> OilFit:
-    return demo.fit("4102", searches=1, bootstrap=400)
+    return demo.fit("4102", searches=2, bootstrap=400)
 
 
 @pytest.fixture(scope="module")

@@ -78,7 +78,7 @@ def released(run: FinishedRun) -> Path:
 
 def tables_of(campaign: Campaign, oils: Sequence[str]) -> dict[str, pd.DataFrame]:
     """Runs, points and quick fits of some oils of a campaign."""
-    fits = [campaign.fit(oil, searches=1, bootstrap=200).tables for oil in oils]
+    fits = [campaign.fit(oil, searches=2, bootstrap=200).tables for oil in oils]
     judged = {"runs": campaign.curated.runs, "points": campaign.curated.points}
     return {
         **{name: table[table["oil"].isin(oils)] for name, table in judged.items()},

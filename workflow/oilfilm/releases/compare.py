@@ -14,7 +14,7 @@ from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
-from oilfilm.tables import unit_of
+from oilfilm.tables import TABLES, unit_of
 from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
 
@@ -231,21 +231,22 @@ def _facts(made_from: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-# Tables with verdicts: key columns, then the verdict and the columns that explain it.
+# Tables with verdicts: the column of the verdict, then those that explain it.
 _JUDGED = {
-    "runs": (["run_id"], ["verdict", "rule", "reason"]),
-    "points": (["run_id", "first_row"], ["accepted", "failed_gates"]),
-    "coefficients": (["oil", "law", "constant"], ["verdict"]),
-    "fit_quality": (["oil", "law"], ["certified"]),
-    "law_fit_quality": (["oil", "law"], ["certified"]),
-    "sign_verdicts": (["oil", "constant"], ["verdict"]),
-    "claims": (["claim", "basis"], ["verdict"]),
+    "runs": ["verdict", "rule", "reason"],
+    "points": ["accepted", "failed_gates"],
+    "coefficients": ["verdict"],
+    "fit_quality": ["certified"],
+    "law_fit_quality": ["certified"],
+    "sign_verdicts": ["verdict"],
+    "claims": ["verdict"],
 }
 
 
 def _verdicts(before: StoredRelease, after: StoredRelease) -> Section:
     rows: list[Row] = []
-    for table, (key, columns) in _JUDGED.items():
+    for table, columns in _JUDGED.items():
+        key = list(TABLES[table].key)
         old, new = before.table(table), after.table(table)
         if old is not None and new is not None:
             rows += [

@@ -12,7 +12,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
-from oilfilm.physics.oils import Oil, oil_from_config
+from oilfilm.physics.oils import Oil
 from oilfilm.settings.reference import PaperStatement, PaperTables
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -109,7 +109,7 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
     for oil, known in settings.oils.items():
-        found = None if known is None else oil_from_config(settings.plain()["oils"][oil])
+        found = None if known is None else known.properties()
         for quantity, unit, ask in _OF_OIL:
             value = np.nan if found is None else float(ask(found))
             rows.append(_row(oil, quantity, unit, value, _source_of(found)))
