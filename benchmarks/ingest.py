@@ -39,6 +39,7 @@ from oilfilm.readers.ingest import ingest  # noqa: E402
 from oilfilm.readers.raw_files import shard_of  # noqa: E402
 from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
 from oilfilm.settings.load import resolve  # noqa: E402
+from oilfilm.settings.resolved import Settings  # noqa: E402
 
 CORES = 2
 HEADER_LINES = 5
@@ -46,12 +47,12 @@ RUNS_A_SHARE = 250
 PROVENANCE = {"campaign": "bench", "data": "simulated"}
 
 
-def configuration(shards: int) -> dict[str, Any]:
+def configuration(shards: int) -> Settings:
     """The demonstration campaign, stretched to 5 000 rows a run, repeats allowed."""
     config = resolve(ROOT / "config", {"campaign": "demo"})
     twin = {**config["campaign"]["twin"], "step_s": 3.02, "baseline_s": 3.2, "defects": []}
     campaign = {**config["campaign"], "twin": twin, "repeated_conditions": "accept"}
-    return {**config, "campaign": campaign, "shards": shards}
+    return Settings.of({**config, "campaign": campaign, "shards": shards})
 
 
 def write_logs(folder: Path, runs: int, config: dict[str, Any]) -> int:

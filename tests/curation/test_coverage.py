@@ -11,6 +11,7 @@ from campaigns import Campaign
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
 from oilfilm.outputs.figures import style
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 from pictures import draw
@@ -23,9 +24,9 @@ def results(demo: Campaign) -> CampaignTables:
     return CampaignTables.in_memory(points=curated.points, runs=curated.runs, coverage=covered)
 
 
-def without_matrix(config: dict[str, Any]) -> dict[str, Any]:
+def without_matrix(config: Settings) -> Settings:
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
-    return {**config, "campaign": campaign}
+    return Settings.of({**config, "campaign": campaign})
 
 
 def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]:
@@ -98,11 +99,11 @@ def test_all_is_missing_where_no_run_was_read(demo: Campaign) -> None:
 
 
 def test_condition_on_either_of_two_rigs_is_not_missing(demo: Campaign) -> None:
-    campaign = {**demo.config["campaign"], "rigs": ["ball-on-disc-20mm", "other"]}
+    rigs = {"campaign": {"rigs": ["ball-on-disc-20mm", "other"]}}
     runs = demo.curated.runs
     covered = coverage(
         pd.concat([runs, runs.iloc[:3].assign(run_id=["x", "y", "z"], rig="other")]),
-        {**demo.config, "campaign": campaign},
+        demo.config.with_changes(rigs),
     )
     assert (covered["rig"] == "other").sum() == 3
     assert len(planned_states(covered)) == 216
@@ -138,7 +139,7 @@ def test_how_far_notes_of_one_set_point_may_be_apart_is_configured(demo: Campaig
     free = without_matrix(demo.config)
     assert len(coverage(runs, free)) == 1
     exact = {"relative": 0.0, "temperature_c": 0.0}
-    assert len(coverage(runs, {**free, "same_set_point": exact})) == 2
+    assert len(coverage(runs, free.with_changes({"same_set_point": exact}))) == 2
 
 
 def test_neighbouring_set_points_stay_apart(demo: Campaign) -> None:

@@ -31,18 +31,21 @@ from oilfilm.curation.signals import Signals, sampling_interval
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.readers.ingest import read_log
+from oilfilm.settings.campaign import Semantics
+from oilfilm.settings.config import PlateauSettings
 from oilfilm.settings.load import resolve
-from oilfilm.settings.semantics import Semantics, semantics_of
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
-PLATEAUS = {
-    "window_s": 0.8,
-    "noise_factor": 6.0,
-    "settle_s": 0.8,
-    "guard_s": 0.1,
-    "min_duration_s": 1.0,
-    "transient_share": 0.2,
-}
+PLATEAUS = PlateauSettings(
+    window_s=0.8,
+    noise_factor=6.0,
+    min_step=0.004,
+    settle_s=0.8,
+    guard_s=0.1,
+    min_duration_s=1.0,
+    transient_share=0.2,
+)
 
 
 # --- the demonstration campaign ---------------------------------------------------------------
@@ -118,8 +121,8 @@ def test_later_of_two_runs_at_one_condition_is_kept_only_where_repeats_are_decla
     demo: Campaign,
 ) -> None:
     share = curate(pd.concat(demo.ingested.samples.values()), demo.ingested.runs, demo.config)
-    campaign = {**demo.config["campaign"], "repeated_conditions": "accept"}
-    lenient = collect([share], [], {**demo.config, "campaign": campaign})
+    repeats = {"campaign": {"repeated_conditions": "accept"}}
+    lenient = collect([share], [], demo.config.with_changes(repeats))
     again = lenient.runs.set_index("run_id").loc["4050_P1.25_U30_T070_again.csv"]
     assert (again["verdict"], again["reason"]) == ("accepted", "")
     strict = demo.curated.runs.set_index("run_id")
@@ -138,7 +141,7 @@ def test_shares_together_give_what_one_share_gives(demo: Campaign) -> None:
     pd.testing.assert_frame_equal(together.runs, demo.curated.runs)
 
 
-def test_run_without_any_readable_row_is_refused_not_lost(config: dict[str, Any]) -> None:
+def test_run_without_any_readable_row_is_refused_not_lost(config: Settings) -> None:
 
     names = b"time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
     _, reading = read_log(b"# oil: 4102\n" + names + b"a,b,c,d,e,f\n", "log.csv", config)
@@ -255,9 +258,8 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     steady = decay[80 + 16 : 80 + 78]
     expected = steady[:12].mean() - steady[12:].mean()
     np.testing.assert_allclose(points["traction_transient"], expected, atol=3e-4)
-    curation = bad_logs.CONFIG["curation"]
-    halves = {**curation["plateaus"], "transient_share": 0.5}
-    config = {**bad_logs.CONFIG, "curation": {**curation, "plateaus": halves}}
+    halves = {"curation": {"plateaus": {"transient_share": 0.5}}}
+    config = bad_logs.CONFIG.with_changes(halves)
     points = check_logs([("log", bad_logs.csv(values))], config).points
     np.testing.assert_allclose(points["traction_transient"], -points["traction_change"])
 
@@ -284,22 +286,20 @@ def rig_log(force_n: np.ndarray, slip: np.ndarray, time_s: np.ndarray) -> Signal
 
 
 def measured(
-    signals: Signals, config: dict[str, Any], zero: str = "rolling_phases", **of_zero: float
+    signals: Signals, config: Settings, zero: str = "rolling_phases", **of_zero: float
 ) -> Measured:
     """Plateaus of a run, with the zero taken in one way and limits of the zero changed."""
-    reference = {**config["curation"]["zero_reference"], **of_zero}
-    changed = {
-        **config,
-        "curation": {**config["curation"], "zero_reference": reference},
-        "campaign": {**config["campaign"], "semantics": {"zero": zero}},
+    changes = {
+        "curation": {"zero_reference": of_zero},
+        "campaign": {"semantics": {"zero": zero}},
     }
-    return measure(signals, TRACTION_RIG, "ball-on-disc-20mm", changed)
+    return measure(signals, TRACTION_RIG, "ball-on-disc-20mm", config.with_changes(changes))
 
 
 @given(zero=st.floats(-5, 5), drift=st.floats(-1, 1), mu=st.floats(0.001, 0.1))
 @settings(max_examples=30)
 def test_linear_drift_of_the_zero_leaves_no_trace(
-    config: dict[str, Any], zero: float, drift: float, mu: float
+    config: Settings, zero: float, drift: float, mu: float
 ) -> None:
     levels = [0.0, 0.0, 0.05, 0.1, 0.0]
     time_s, slip = staircase(levels, 4.0, 0.0, 0)
@@ -320,12 +320,12 @@ def sound_log() -> tuple[np.ndarray, Signals]:
     return slip, rig_log(force, slip, time_s)
 
 
-def fault(signals: Signals, config: dict[str, Any]) -> tuple[str, Finding] | None:
+def fault(signals: Signals, config: Settings) -> tuple[str, Finding] | None:
     limits = TRACTION_RIG.limits(config)
     return first_fault(signals, measured(signals, config), TRACTION_RIG, limits)
 
 
-def test_coarse_readings_and_a_dead_weight_are_no_saturation(config: dict[str, Any]) -> None:
+def test_coarse_readings_and_a_dead_weight_are_no_saturation(config: Settings) -> None:
     _, signals = sound_log()
     coarse = np.round(signals["traction_force_n"], 2)
     assert (
@@ -399,7 +399,7 @@ GOOD_POINT = {
     ],
 )
 def test_gate_acts_just_beyond_its_limit(
-    config: dict[str, Any], change: dict[str, Any], gate: str | None
+    config: Settings, change: dict[str, Any], gate: str | None
 ) -> None:
 
     limits = TRACTION_RIG.limits(config)
@@ -413,17 +413,16 @@ def test_gate_acts_just_beyond_its_limit(
         assert "{" not in told.reason + told.advice
 
 
-def test_slip_is_held_against_the_planned_ones_where_there_are_any(config: dict[str, Any]) -> None:
+def test_slip_is_held_against_the_planned_ones_where_there_are_any(config: Settings) -> None:
     planned = {"slide_roll_ratio": [0.0, 0.145, 0.3]}
-    campaign = {**config["campaign"], "set_points": planned}
-    limits = TRACTION_RIG.limits({**config, "campaign": campaign})
+    limits = TRACTION_RIG.limits(config.with_changes({"campaign": {"set_points": planned}}))
     near, far = ({**GOOD_POINT, "slide_roll_ratio": slip} for slip in (0.1475, 0.1485))
     failed = judge_plateaus(pd.DataFrame([near, far]), TRACTION_RIG, limits)
     assert failed["slip_off_set_point"].tolist() == [False, True]
 
 
 def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(
-    config: dict[str, Any],
+    config: Settings,
 ) -> None:
     speed = np.geomspace(0.05, 3.0, 24)
     film = 0.03 * speed**0.67
@@ -448,7 +447,7 @@ def test_real_films_of_a_wrong_fringe_order_are_found(real_pcs: Path) -> None:
 
 @pytest.mark.parametrize(("rise", "refused"), [(0.004, False), (0.006, True)])
 def test_sweep_whose_way_back_differs_is_refused(
-    config: dict[str, Any], rise: float, refused: bool
+    config: Settings, rise: float, refused: bool
 ) -> None:
     levels = [0.0, 0.0, *np.arange(1, 8) * 0.03, *np.arange(6, 0, -1) * 0.03, 0.0]
     time_s, slip = staircase(levels, 4.0, 0.0, 0)
@@ -459,9 +458,7 @@ def test_sweep_whose_way_back_differs_is_refused(
     assert (found and found[0]) == ("branches_differ" if refused else None)
 
 
-def test_copy_of_a_log_and_a_name_given_twice_are_refused(
-    demo: Campaign, config: dict[str, Any]
-) -> None:
+def test_copy_of_a_log_and_a_name_given_twice_are_refused(demo: Campaign, config: Settings) -> None:
     first, copy, namesake = sorted(demo.truth.loc[demo.truth["defect"] == "", "run_id"])[:3]
     picked = demo.ingested.runs["run_id"].isin([first, copy, namesake])
     runs = demo.ingested.runs[picked].set_index("run_id", drop=False)
@@ -470,8 +467,8 @@ def test_copy_of_a_log_and_a_name_given_twice_are_refused(
     samples = pd.concat(demo.ingested.samples.values(), ignore_index=True)
     samples = samples[samples["run_id"].isin(runs["run_id"])]
     share = curate(samples, runs.reset_index(drop=True), config)
-    campaign = {**config["campaign"], "repeated_conditions": "accept"}
-    verdict = collect([share], [], {**config, "campaign": campaign})
+    repeats = {"campaign": {"repeated_conditions": "accept"}}
+    verdict = collect([share], [], config.with_changes(repeats))
     rules = verdict.quarantine.set_index("run_id")["rule"]
     assert rules.to_dict() == {copy: "duplicate_log", namesake: "repeated_label"}
     assert verdict.runs.set_index("run_id")["verdict"][first] == "accepted"
@@ -499,8 +496,8 @@ def test_sign_and_slower_body_lead_to_the_same_signals(
         disc_speed_m_s=fast if disc_faster else slow,
         ball_speed_m_s=slow if disc_faster else fast,
     )
-    campaign = {"semantics": {"traction_sign": log.traction_sign, "slower_body": log.slower_body}}
-    signals = TRACTION_RIG.signals(arrays_of(samples), "any", {"campaign": campaign})
+    settings = Settings.of({"campaign": {"semantics": log.model_dump()}})
+    signals = TRACTION_RIG.signals(arrays_of(samples), "any", settings)
     assert signals["traction_force_n"].tolist() == [2.0]
     assert signals["slide_roll_ratio"].tolist() == [0.2]
 
@@ -521,13 +518,15 @@ def test_every_definition_of_the_slide_roll_ratio_becomes_sliding_over_mean_spee
         np.testing.assert_allclose(found, np.array([1, -1]) * 2 * sliding / total, rtol=1e-12)
 
 
-def test_semantics_of_one_rig_stand_above_those_of_all() -> None:
+def test_semantics_of_one_rig_go_before_those_of_all() -> None:
     campaign = {
         "semantics": {"traction_sign": -1, "zero": "already_removed"},
         "semantics_of_rig": {"mtm": {"traction_sign": 1}},
     }
-    assert semantics_of(campaign, "other") == Semantics(traction_sign=-1, zero="already_removed")
-    assert semantics_of(campaign, "mtm") == Semantics(zero="already_removed")
+    general = Settings.of({"campaign": campaign}).campaign
+    assert general.semantics_for("other") == Semantics(traction_sign=-1, zero="already_removed")
+    mtm = general.semantics_for("mtm")
+    assert (mtm.traction_sign, mtm.zero) == (1, "already_removed")
 
 
 @pytest.mark.parametrize(
@@ -539,7 +538,7 @@ def test_semantics_of_one_rig_stand_above_those_of_all() -> None:
     ],
 )
 def test_zero_is_taken_where_the_campaign_says(
-    config: dict[str, Any],
+    config: Settings,
     procedure: str,
     zero_n: float,
     levels: list[float],
@@ -622,7 +621,7 @@ def without_load(table: list[list[str]]) -> None:
     ],
 )
 def test_absurd_log_is_one_refused_run_and_no_more(
-    demo: Campaign, config: dict[str, Any], spoil: Any, verdict: str
+    demo: Campaign, config: Settings, spoil: Any, verdict: str
 ) -> None:
     judged = check_logs([("log.csv", spoiled_log(demo, spoil))], config)
     assert judged.runs["verdict"].tolist() == [verdict]
@@ -630,7 +629,7 @@ def test_absurd_log_is_one_refused_run_and_no_more(
 
 
 def test_level_that_ends_before_it_settled_is_a_refused_point(
-    demo: Campaign, config: dict[str, Any]
+    demo: Campaign, config: Settings
 ) -> None:
     def shorten(table: list[list[str]]) -> None:
         # they lie within one level of 2.4 s at 50 Hz
@@ -642,17 +641,17 @@ def test_level_that_ends_before_it_settled_is_a_refused_point(
 
 
 @pytest.mark.parametrize("seconds", [0.9, 1.3])
-def test_short_rolling_phase_gives_no_zero(config: dict[str, Any], seconds: float) -> None:
+def test_short_rolling_phase_gives_no_zero(config: Settings, seconds: float) -> None:
     time_s, slip = staircase([0.0, 0.05, 0.1, 0.0], 4.0, 0.0, 0)
     kept = time_s >= 4.0 - seconds
     run = measured(rig_log(slip[kept], slip[kept], time_s[kept]), config)
     short = run.flaw is not None and run.flaw[1].numbers["phase"] == "opening"
-    assert short == (seconds < config["curation"]["zero_reference"]["min_duration_s"])
+    assert short == (seconds < config.curation.zero_reference.min_duration_s)
 
 
 @pytest.mark.parametrize("start", [660, 700, 740, 1500])
 def test_spindle_that_slips_for_a_second_leaves_no_wrong_point(
-    demo: Campaign, config: dict[str, Any], start: int
+    demo: Campaign, config: Settings, start: int
 ) -> None:
     def encoder_slips(table: list[list[str]]) -> None:
         for row in table[start : start + 50]:

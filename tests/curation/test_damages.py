@@ -13,9 +13,9 @@ def judged(damage: Damage, rig: str) -> Curated:
     sound = SOUND[rig]
     contents = damage.logs(sound)
     contents = contents if isinstance(contents, list) else [contents]
-    config: dict[str, Any] = dict(sound.config)
+    config = sound.config
     if damage.name == "simulated_as_measured":
-        config["campaign"] = {**config["campaign"], "data": "measured"}
+        config = config.with_changes({"campaign": {"data": "measured"}})
     logs = [(f"log{number}", content) for number, content in enumerate(contents)]
     return check_logs(logs, config, sound.kind)
 

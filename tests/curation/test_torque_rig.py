@@ -3,7 +3,6 @@
 import gzip
 import re
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,18 +17,17 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.randomness import generator
 from oilfilm.readers import READERS
 from oilfilm.settings.load import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from torque_logs import BEARING, RATE_HZ, UNITS, by_quantity, signals, text
 
 
 @pytest.fixture(scope="module")
-def config() -> dict[str, Any]:
+def config() -> Settings:
     return resolve(ROOT / "config", {})
 
 
-def measured(
-    logs: list[tuple[str, bytes]], config: dict[str, Any]
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+def measured(logs: list[tuple[str, bytes]], config: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Plateaus and quarantine."""
     curated = check_logs(logs, config, TORQUE_RIG)
     return curated.points, curated.quarantine
@@ -212,8 +210,7 @@ def test_columns_with_names_of_their_own_are_found_in_any_format(config, name):
     if name == "csv":  # there with the unit in brackets behind the name
         values.pop("time")
         columns["time"] = {"name": "Zeit"}
-    torque = config["campaign"]["torque"] | {"columns": columns}
-    own = {**config, "campaign": config["campaign"] | {"torque": torque}}
+    own = config.with_changes({"campaign": {"torque": {"columns": columns}}})
     units = {**UNITS, "M_R": "N mm", "Zeit": "s"}
     runs, refused = measured([("a", WRITERS[name](values, units, {"oil": "4050"}))], own)
     assert refused.empty

@@ -18,6 +18,7 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.settings.load import resolve
+from oilfilm.settings.resolved import Settings
 
 Columns = dict[str, np.ndarray]
 
@@ -27,7 +28,7 @@ class SoundLog:
     """A log that every gate accepts, with the names of its columns by their role."""
 
     kind: RigKind
-    config: Mapping[str, Any]
+    config: Settings
     values: Columns
     units: Mapping[str, str]
     keys: Mapping[str, Any]

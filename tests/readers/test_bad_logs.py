@@ -85,7 +85,7 @@ def test_wrong_track_radius_shows_where_the_log_has_its_own_speed() -> None:
     name = "ball-on-disc-20mm"
     rig = dict(CONFIG["rigs"][name])
     rig["ball_track_radius_m"] *= 1.02
-    config = {**CONFIG, "rigs": {name: rig}}
+    config = CONFIG.with_changes({"rigs": {name: rig}})
     (found,) = check_logs([("log", csv(said_twice(), UNITS_TWICE))], config).quarantine["reason"]
     assert "entrainment_speed is 30 in row" in found
 

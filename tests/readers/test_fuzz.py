@@ -10,11 +10,12 @@ from campaigns import ROOT, Campaign
 from mutations import carry, mutate, other_formats
 from oilfilm.randomness import generator
 from oilfilm.settings.load import resolve
+from oilfilm.settings.resolved import Settings
 
 FILES = 100  # of each of five formats; `make bench-fuzz` takes 20 000
 
 
-def test_damaged_csv_logs_end_in_a_verdict(demo: Campaign, config: dict[str, Any]) -> None:
+def test_damaged_csv_logs_end_in_a_verdict(demo: Campaign, config: Settings) -> None:
     good = (demo.folder / "4102_P1.25_U25_T070.csv").read_bytes()
     short = b"".join(good.splitlines(keepends=True)[:1200])
     random = generator(1, "fuzz csv")
@@ -41,5 +42,5 @@ def test_damaged_logs_of_other_formats_end_in_a_verdict(name: str) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"\n", b"\0", b"#", b"# oil: 4102", b"\xef\xbb\xbf"])
-def test_next_to_nothing_ends_in_a_verdict(config: dict[str, Any], content: bytes) -> None:
+def test_next_to_nothing_ends_in_a_verdict(config: Settings, content: bytes) -> None:
     assert carry(content, config) in {"unknown_format", "columns"}

@@ -1,13 +1,12 @@
 """The csv reader: every row is kept or refused, and a refusal says which row and why."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from oilfilm.readers import find_reader
 from oilfilm.readers.base import Reading, as_ranges
 from oilfilm.readers.ingest import read_log
+from oilfilm.settings.resolved import Settings
 
 HEADER = b"# oil: 4102\n# max_hertz_pressure_gpa: 1.25\n# entrainment_speed_m_s: 30\n"
 NAMES = b"time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
@@ -15,7 +14,7 @@ ROW = b"0.02,82.2,0.5,28647.9,7161.97,70.0\n"
 
 
 @pytest.fixture
-def read(config: dict[str, Any]):
+def read(config: Settings):
     def read(content: bytes) -> Reading:
         return read_log(content, "log.csv", config)[1]
 
@@ -108,9 +107,9 @@ def test_unusable_file_is_refused_whole(read, content: bytes, rule: str, words: 
     assert reading.runs == []
 
 
-def test_simulated_log_cannot_pass_for_a_measured_one(config: dict[str, Any]) -> None:
+def test_simulated_log_cannot_pass_for_a_measured_one(config: Settings) -> None:
     content = b"# simulated: yes\n" + HEADER + NAMES + ROW
-    measured = {**config, "campaign": {**config["campaign"], "data": "measured"}}
+    measured = config.with_changes({"campaign": {"data": "measured"}})
     assert rules(read_log(content, "log.csv", measured)[1]) == ["simulated_log"]
     assert rules(read_log(content, "log.csv", config)[1]) == []
 
@@ -128,7 +127,7 @@ def test_ranges_join_neighbouring_rows() -> None:
     assert as_ranges(np.array([], dtype=np.int64)) == []
 
 
-def test_line_longer_than_a_block_is_one_refused_row(config: dict[str, Any]) -> None:
+def test_line_longer_than_a_block_is_one_refused_row(config: Settings) -> None:
     names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
     content = f"# oil: 4102\n{names}\n0,1,2,3,4,5\n{'9' * 3_000_000}\n1,1,2,3,4,5\n".encode()
     reading = read_log(content, "log", config)[1]
@@ -136,6 +135,6 @@ def test_line_longer_than_a_block_is_one_refused_row(config: dict[str, Any]) -> 
     assert reading.runs[0].samples["row"].tolist() == [1, 3]
 
 
-def test_rows_of_a_log_without_names_are_all_counted(config: dict[str, Any]) -> None:
+def test_rows_of_a_log_without_names_are_all_counted(config: Settings) -> None:
     reading = read_log(b"# oil: 4102\n" + 5000 * b"0,1,2,3,4,5\n", "log", config)[1]
     assert reading.rows == 5000

@@ -16,6 +16,7 @@ from oilfilm.readers import ingest
 from oilfilm.readers.ingest import read_log, unpack
 from oilfilm.readers.layout import encoding_of
 from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import conversion
 
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
@@ -149,12 +150,12 @@ def test_renamed_columns_are_found_by_the_campaign_file_() -> None:
         "load": {"name": "\u8f7d\u8377", "unit": "kgf"},
         "traction_force": {"name": "F_x", "unit": "N"},
     }
-    campaign = {**CONFIG["campaign"], "columns": columns}
+    settings = CONFIG.with_changes({"campaign": {"columns": columns}})
     text = (
         "# oil: 4102\ntime_s,\u8f7d\u8377,F_x,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
     )
     content = (text + "0,10,-0.5,1,2,70\n").encode("gb18030")
-    (run,) = read_log(content, "log", {**CONFIG, "campaign": campaign})[1].runs
+    (run,) = read_log(content, "log", settings)[1].runs
     assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
     assert run.samples["traction_force_n"].tolist() == [-0.5]
 
@@ -171,21 +172,21 @@ def test_renamed_columns_are_found_by_the_campaign_file_() -> None:
 def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
     unit: str, definition: str, logged: float
 ) -> None:
-    campaign = {**CONFIG["campaign"], "semantics": {"slide_roll_ratio": definition}}
+    settings = CONFIG.with_changes({"campaign": {"semantics": {"slide_roll_ratio": definition}}})
     names = "time_s,load_n,traction_force_n,inlet_temperature_c,"
     names += f"entrainment speed [mm/s],slide_roll_ratio [{unit}]"
     content = f"# oil: 4102\n{names}\n0,82,1,70,10000,{logged}\n".encode()
-    (run,) = read_log(content, "log", {**CONFIG, "campaign": campaign})[1].runs
+    (run,) = read_log(content, "log", settings)[1].runs
     assert run.samples["disc_speed_m_s"].tolist() == pytest.approx([11.0])
     assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
 
 
 def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
-    campaign = {**CONFIG["campaign"], "semantics": {"slide_roll_ratio": "over_faster"}}
+    settings = CONFIG.with_changes({"campaign": {"semantics": {"slide_roll_ratio": "over_faster"}}})
     names = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment_speed_m_s,"
     rows = "0,82,1,70,10,0.1\n1,82,1,70,10,2\n"
     content = f"# oil: 4102\n{names}slide_roll_ratio\n{rows}".encode()
-    _, reading = read_log(content, "log", {**CONFIG, "campaign": campaign})
+    _, reading = read_log(content, "log", settings)
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.refused_rows) == ("unreadable_row", 2, 1)
     assert len(reading.runs[0]) == 1
@@ -204,7 +205,7 @@ def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
     rigs = {"pcs-etm": {"name": "x", "source": "y"}}
     names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
     content = f"# oil: 4102\n{names}\n0,1,2,3,4,5\n".encode()
-    (refusal,) = read_log(content, "log", {**CONFIG, "rigs": rigs})[1].refusals
+    (refusal,) = read_log(content, "log", Settings.of({**CONFIG, "rigs": rigs}))[1].refusals
     assert refusal.rule == "rig"
     assert "ball_track_radius_m" in refusal.reason
     assert refusal.refused_rows == 1

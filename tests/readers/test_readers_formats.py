@@ -1,7 +1,6 @@
 """What all formats owe: the same run, read from any of them, gives the same samples."""
 
 import gzip
-from typing import Any
 
 import numpy as np
 import pyarrow as arrow
@@ -11,6 +10,7 @@ import formats
 from campaigns import ROOT
 from oilfilm.readers import READERS
 from oilfilm.readers.ingest import ingest_logs, read_log
+from oilfilm.settings.resolved import Settings
 
 WRITERS = {
     "csv": formats.csv,
@@ -30,7 +30,7 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_what_is_written_comes_back_in_si_units(config: dict[str, Any], name: str) -> None:
+def test_what_is_written_comes_back_in_si_units(config: Settings, name: str) -> None:
     values = formats.columns(200)
     reader, reading = read_log(WRITERS[name](values), "log", config)
     assert (reader, reading.rows, reading.refusals) == (name, 200, [])
@@ -44,7 +44,7 @@ def test_what_is_written_comes_back_in_si_units(config: dict[str, Any], name: st
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_every_format_gives_the_samples_of_the_text_log(config: dict[str, Any], name: str) -> None:
+def test_every_format_gives_the_samples_of_the_text_log(config: Settings, name: str) -> None:
     values = formats.columns(50)
     (run,) = read_log(WRITERS[name](values), "log", config)[1].runs
     (text,) = read_log(formats.csv(values), "log", config)[1].runs
@@ -55,15 +55,13 @@ def test_every_format_gives_the_samples_of_the_text_log(config: dict[str, Any], 
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("file", ["log.csv", "log.tdms", "log.txt", "log.parquet", "log"])
 def test_format_is_known_by_content_whatever_the_extension(
-    config: dict[str, Any], name: str, file: str
+    config: Settings, name: str, file: str
 ) -> None:
     assert read_log(WRITERS[name](formats.columns(5)), file, config)[0] == name
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_compressed_files_of_every_format_are_read_in_place(
-    config: dict[str, Any], name: str
-) -> None:
+def test_compressed_files_of_every_format_are_read_in_place(config: Settings, name: str) -> None:
     content = WRITERS[name](formats.columns(5))
     for packed in (gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)):
         reader, reading = read_log(packed, "log", config)
@@ -76,7 +74,7 @@ def test_compressed_files_of_every_format_are_read_in_place(
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 1e300])
 def test_row_that_is_no_measurement_is_refused_by_number(
-    config: dict[str, Any], name: str, wrong: float
+    config: Settings, name: str, wrong: float
 ) -> None:
     values = formats.columns(9)
     values["load"][3:5] = wrong
@@ -87,9 +85,7 @@ def test_row_that_is_no_measurement_is_refused_by_number(
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_unusable_log_is_refused_whole_with_the_same_rules(
-    config: dict[str, Any], name: str
-) -> None:
+def test_unusable_log_is_refused_whole_with_the_same_rules(config: Settings, name: str) -> None:
     values = formats.columns(7)
     lacking = {key: column for key, column in values.items() if key != "load"}
     metres = {**formats.UNITS, "load": "m"}
@@ -107,7 +103,7 @@ def test_unusable_log_is_refused_whole_with_the_same_rules(
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_log_without_rows_says_so(config: dict[str, Any], name: str) -> None:
+def test_log_without_rows_says_so(config: Settings, name: str) -> None:
     reading = read_log(WRITERS[name](formats.columns(0)), "log", config)[1]
     assert reading.rows == 0
     assert [run for run in reading.runs if len(run)] == []

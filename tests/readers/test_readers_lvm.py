@@ -2,7 +2,6 @@
 
 import pickle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,12 +9,13 @@ import pytest
 import formats
 from oilfilm.readers.base import Flaw, Reading
 from oilfilm.readers.ingest import read_log
+from oilfilm.settings.resolved import Settings
 
 VALUES = formats.columns(40)
 
 
 @pytest.fixture
-def read(config: dict[str, Any]):
+def read(config: Settings):
     def read(content: bytes | str) -> Reading:
         content = content.encode() if isinstance(content, str) else content
         reader, reading = read_log(content, "log", config)
@@ -139,7 +139,7 @@ def test_header_cells_are_never_evaluated(read) -> None:
 
 
 def test_pickle_beside_a_log_is_neither_read_nor_written(
-    config: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    config: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("a pickle was touched")

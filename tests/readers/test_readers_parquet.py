@@ -14,12 +14,13 @@ import formats
 from oilfilm import tables
 from oilfilm.readers.base import LARGEST_LOG, Reading
 from oilfilm.readers.ingest import read_log
+from oilfilm.settings.resolved import Settings
 
 VALUES = formats.columns(40)
 
 
 @pytest.fixture
-def read(config: dict[str, Any]):
+def read(config: Settings):
     def read(content: bytes) -> Reading:
         reader, reading = read_log(content, "log", config)
         assert reader == "parquet"

@@ -1,7 +1,6 @@
 """PCS exports: the real logs with their known defects, and damaged copies of a small one."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from oilfilm.curation.curate import check_logs, curate
 from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import read_log
 from oilfilm.settings.load import resolve
+from oilfilm.settings.resolved import Settings
 
 # docs/physics.md, PCS logs: rows where one force direction had not reversed
 HALF_REVERSED_STEPS = [
@@ -28,7 +28,7 @@ GOOD += "50.0000\t-50.0000\t50.0000\t0.0500"
 
 
 @pytest.fixture(scope="module")
-def pcs_config() -> dict[str, Any]:
+def pcs_config() -> Settings:
     return resolve(ROOT / "config", {"campaign": "etm-slim"})
 
 
@@ -37,7 +37,7 @@ def export(*rows: str, kind: str = "Traction") -> bytes:
     return (head + "\n".join(rows) + "\n\nAll steps completed\n").encode()
 
 
-def read(content: bytes, config: dict[str, Any]) -> Reading:
+def read(content: bytes, config: Settings) -> Reading:
     return read_log(content, "log.txt", config)[1]
 
 
@@ -82,20 +82,20 @@ def test_film_of_unrecorded_geometry_is_not_judged_and_the_campaign_says_why(
 ) -> None:
     assert (etm.curated.points["film_judgement"] == "cannot be judged").all()
     assert etm.curated.points["lambda_ratio"].isna().all()
-    assert etm.config["campaign"]["film_unjudged"]["reason"]
+    assert etm.config.campaign.film_unjudged.reason
 
 
 def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> None:
     campaign = {key: v for key, v in etm.config["campaign"].items() if key != "film_unjudged"}
     (samples,) = etm.ingested.samples.values()
-    strict = curate(samples, etm.ingested.runs, {**etm.config, "campaign": campaign})
+    strict = curate(samples, etm.ingested.runs, Settings.of({**etm.config, "campaign": campaign}))
     assert not strict.points["accepted"].any()
     assert strict.points["failed_gates"].str.contains("film_not_judged").all()
     assert (strict.runs["verdict"] == "refused").all()
 
 
 def test_real_ehd_log_confirms_the_speed_exponent_of_the_film(
-    real_pcs: Path, pcs_config: dict[str, Any]
+    real_pcs: Path, pcs_config: Settings
 ) -> None:
     content = (real_pcs / "demo_12.txt").read_bytes()
     reading = read_log(content, "demo_12.txt", pcs_config)[1]
@@ -113,7 +113,7 @@ def test_real_ehd_log_confirms_the_speed_exponent_of_the_film(
     np.testing.assert_allclose(slopes, [0.74, 0.72, 0.78], atol=0.01)
 
 
-def test_good_row_becomes_a_sample(pcs_config: dict[str, Any]) -> None:
+def test_good_row_becomes_a_sample(pcs_config: Settings) -> None:
     (run,) = read(export(GOOD), pcs_config).runs
     sample = {name: values[0] for name, values in run.samples.items()}
     assert sample["ball_speed_m_s"] == pytest.approx(0.0225)
@@ -132,9 +132,7 @@ def test_good_row_becomes_a_sample(pcs_config: dict[str, Any]) -> None:
         ("5.00\t20.000", "5.00\t22.000"),  # SRR is not 100 sliding/rolling
     ],
 )
-def test_row_that_contradicts_itself_is_refused(
-    pcs_config: dict[str, Any], old: str, new: str
-) -> None:
+def test_row_that_contradicts_itself_is_refused(pcs_config: Settings, old: str, new: str) -> None:
     assert old in GOOD
     reading = read(export(GOOD, GOOD.replace(old, new), GOOD), pcs_config)
     (refusal,) = reading.refusals
@@ -142,7 +140,7 @@ def test_row_that_contradicts_itself_is_refused(
     assert reading.runs[0].samples["row"].tolist() == [1, 3]
 
 
-def test_unreadable_and_cut_rows_are_refused(pcs_config: dict[str, Any]) -> None:
+def test_unreadable_and_cut_rows_are_refused(pcs_config: Settings) -> None:
     reading = read(export(GOOD, GOOD.replace("1000.000", "oops"), GOOD), pcs_config)
     assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
     content = export(GOOD, GOOD)
@@ -152,7 +150,7 @@ def test_unreadable_and_cut_rows_are_refused(pcs_config: dict[str, Any]) -> None
 
 
 def test_step_that_is_no_sweep_or_lacks_columns_is_refused_whole(
-    pcs_config: dict[str, Any],
+    pcs_config: Settings,
 ) -> None:
     reading = read(export(GOOD, kind="BodTimed"), pcs_config)
     assert [refusal.rule for refusal in reading.refusals] == ["not_a_sweep"]
@@ -162,26 +160,26 @@ def test_step_that_is_no_sweep_or_lacks_columns_is_refused_whole(
     assert "Ball Load (N)" in reading.refusals[0].reason
 
 
-def test_export_in_a_campaign_of_several_oils_is_refused(config: dict[str, Any]) -> None:
+def test_export_in_a_campaign_of_several_oils_is_refused(config: Settings) -> None:
     reading = read(export(GOOD), config)
     assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
     assert reading.refusals[0].refused_rows == 1
 
 
-def test_row_cut_in_the_middle_of_a_file_is_counted_and_refused(pcs_config: dict[str, Any]) -> None:
+def test_row_cut_in_the_middle_of_a_file_is_counted_and_refused(pcs_config: Settings) -> None:
     reading = read(export(GOOD, "\t".join(GOOD.split("\t")[:2]), GOOD), pcs_config)
     assert reading.rows == 3
     assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
 
 
-def test_degree_sign_of_western_windows_is_understood(pcs_config: dict[str, Any]) -> None:
+def test_degree_sign_of_western_windows_is_understood(pcs_config: Settings) -> None:
     content = export(GOOD).decode().replace("Lube RTD Temp (degC)", "Lube Temp (°C)")
     (run,) = read(content.encode("cp1252"), pcs_config).runs
     assert np.isfinite(run.samples["inlet_temperature_c"]).all()
 
 
 def test_table_without_its_line_of_names_is_refused_row_by_row(
-    real_pcs: Path, pcs_config: dict[str, Any]
+    real_pcs: Path, pcs_config: Settings
 ) -> None:
     content = (real_pcs / "ETM_slim_mapper.txt").read_bytes()
     lines = content.split(b"\n")

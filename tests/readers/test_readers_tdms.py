@@ -11,10 +11,11 @@ import formats
 from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import read_log
 from oilfilm.readers.tdms import _check_claims
+from oilfilm.settings.resolved import Settings
 
 
 @pytest.fixture
-def read(config: dict[str, Any]):
+def read(config: Settings):
     def read(content: bytes) -> Reading:
         reader, reading = read_log(content, "log", config)
         assert reader == "tdms"

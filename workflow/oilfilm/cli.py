@@ -71,11 +71,6 @@ def _check(options: argparse.Namespace) -> int:
     config = resolve(options.config, overrides)
     logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(options.logs)]
     kind: RigKind = TORQUE_RIG if options.torque else TRACTION_RIG
-    if options.torque and "torque" not in config["campaign"]:
-        raise OilfilmError(
-            f"campaign {config['campaign']['name']!r}: has no torque logs. Name one whose file has "
-            "`torque`, with --campaign."
-        )
     verdict = check_logs(logs, config, kind)
     print(report(verdict, kind))
     unread = set(verdict.quarantine["file"]) - set(verdict.runs["file"])

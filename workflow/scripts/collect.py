@@ -7,6 +7,7 @@ from oilfilm.curation.curate import Curated, collect
 from oilfilm.outputs.spreadsheet import write_csv
 from oilfilm.readers.raw_files import remove_others
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 
 with job(snakemake) as provenance:
     inputs = snakemake.input
@@ -20,7 +21,7 @@ with job(snakemake) as provenance:
     ]
     unread = [tables.read("quarantine", Path(path)) for path in inputs.unread]
     remove_others(map(Path, inputs.samples))
-    campaign = collect(shares, unread, snakemake.params.config)
+    campaign = collect(shares, unread, Settings.of(snakemake.params.config))
     tables.write(campaign.points, "points", Path(snakemake.output.points), provenance)
     tables.write(campaign.runs, "runs", Path(snakemake.output.runs), provenance)
     tables.write(campaign.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

@@ -6,12 +6,13 @@ from oilfilm import tables
 from oilfilm.readers.ingest import ingest_logs
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 
 with job(snakemake) as provenance:
-    config = snakemake.params.config
-    folder = Path("data/raw", config["campaign"]["name"])
+    settings = Settings.of(snakemake.params.config)
+    folder = Path("data/raw", settings.campaign.name)
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
-    ingested = ingest_logs(unchanged_logs(folder, digests), config)
+    ingested = ingest_logs(unchanged_logs(folder, digests), settings)
     for frame, path in zip(ingested.samples.values(), snakemake.output.samples, strict=True):
         tables.write(frame, "samples", Path(path), provenance)
     tables.write(ingested.runs, "runs", Path(snakemake.output.runs), provenance)

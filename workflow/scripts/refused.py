@@ -9,9 +9,10 @@ from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures.refused_runs import Judged, draw_pages, judged_torque_logs
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 
 with job(snakemake) as provenance:
-    inputs, config = snakemake.input, snakemake.params.config
+    inputs, settings = snakemake.input, Settings.of(snakemake.params.config)
     runs, points, quarantine = (
         tables.read(name, Path(inputs[name])) for name in ("runs", "points", "quarantine")
     )
@@ -19,10 +20,10 @@ with job(snakemake) as provenance:
     rigs = [Judged(TRACTION_RIG, runs, points, quarantine, samples)]
     for path in inputs.torque_quarantine:
         refused = tables.read("quarantine", Path(path))
-        folder = Path("data/raw", f"{config['campaign']['name']}-torque")
+        folder = Path("data/raw", f"{settings.campaign.name}-torque")
         digests = expected_digests(snakemake.params.files, inputs.get("listing"))
         named = {name: digests[name] for name in digests if name in set(refused["file"])}
-        rigs.append(judged_torque_logs(unchanged_logs(folder, named), refused, config))
+        rigs.append(judged_torque_logs(unchanged_logs(folder, named), refused, settings))
     with atomic_folder(Path(snakemake.output.pages)) as folder:
-        pages = draw_pages(rigs, config, snakemake.params.pages_max, folder)
+        pages = draw_pages(rigs, settings, snakemake.params.pages_max, folder)
         tables.write(pages, "refused_pages", folder / "index.parquet", provenance)

@@ -7,11 +7,12 @@ from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 
 with job(snakemake) as provenance:
-    config = snakemake.params.config
-    folder = Path("data/raw", f"{config['campaign']['name']}-torque")
+    settings = Settings.of(snakemake.params.config)
+    folder = Path("data/raw", f"{settings.campaign.name}-torque")
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
-    curated = check_logs(unchanged_logs(folder, digests), config, TORQUE_RIG)
+    curated = check_logs(unchanged_logs(folder, digests), settings, TORQUE_RIG)
     tables.write(curated.points, "torque_runs", Path(snakemake.output.runs), provenance)
     tables.write(curated.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

@@ -1,10 +1,10 @@
 """The part of the errors that no averaging lowers: the calibration of a rig's sensors."""
 
 from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
 import pandas as pd
+
+from oilfilm.settings.rig import Rig
 
 # Column -> the column and the key of the rig file it comes from; relative but for temperature.
 _RELATIVE = {
@@ -14,7 +14,7 @@ _RELATIVE = {
 }
 
 
-def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFrame:
+def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
     """Points with the standard uncertainty of each sensor's calibration.
 
     All points of a rig share these errors, so they are kept apart from the random ones; null
@@ -22,12 +22,12 @@ def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFr
 
     Args:
         points: With `rig` and the quantities of the table of points.
-        rigs: Rig files by name.
+        rigs: Rigs by name.
     """
     rig = points["rig"].astype("category")
 
-    def stated(key: str) -> pd.Series:
-        values = {name: file.get("calibration", {}).get(key, np.nan) for name, file in rigs.items()}
+    def stated(key: str) -> "pd.Series[float]":
+        values = {name: getattr(file.calibration, key, None) for name, file in rigs.items()}
         return rig.map(values).astype(float)
 
     return points.assign(

@@ -13,7 +13,9 @@ from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.refusals import advice_for
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.physics.contact import max_hertz_pressure
-from oilfilm.physics.rigs import contact_of
+from oilfilm.settings.config import SameSetPointSettings
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
 from oilfilm.tables import failed_gates
 from oilfilm.units import PA_PER_GPA
 
@@ -26,7 +28,7 @@ SET_POINTS = (
 _COUNTS = ("runs_accepted", "runs_refused", "points_accepted", "points_refused")
 
 
-def coverage(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Table of coverage: every condition that was tested or is in the campaign's matrix.
 
     The matrix is planned for each oil of the campaign, on whichever of its rigs. Without a matrix
@@ -35,12 +37,12 @@ def coverage(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
 
     Args:
         runs: Table of runs with their verdicts.
-        config: The resolved configuration.
+        settings: Settings of the run.
     """
-    planned = _planned(config)
-    tested = _counted(_with_levels(runs, planned, config))
+    planned = _planned(settings)
+    tested = _counted(_with_levels(runs, planned, settings))
     known = set(_keys(tested))
-    rigs = config["campaign"]["rigs"]
+    rigs = settings.campaign.rigs
     missing = planned[[key not in known for key in _keys(planned)]].assign(
         rig=rigs[0] if len(rigs) == 1 else "", **dict.fromkeys(_COUNTS, 0)
     )
@@ -61,18 +63,18 @@ def coverage(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
     return tables.conform(whole[tables.columns("coverage")], "coverage", "coverage")
 
 
-def of_matrix(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The runs at conditions of the campaign's matrix; all of them where it has none.
 
     Args:
         runs: Table of runs.
-        config: The resolved configuration.
+        settings: Settings of the run.
     """
-    if "matrix" not in config["campaign"]:
+    if settings.campaign.matrix is None:
         return runs
-    planned = _planned(config)
+    planned = _planned(settings)
     wanted = set(_keys(planned))
-    return runs[[key in wanted for key in _keys(_with_levels(runs, planned, config))]]
+    return runs[[key in wanted for key in _keys(_with_levels(runs, planned, settings))]]
 
 
 def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
@@ -124,16 +126,16 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
     return tables.from_rows(rows, "gate_counts")
 
 
-def _planned(config: Mapping[str, Any]) -> pd.DataFrame:
+def _planned(settings: Settings) -> pd.DataFrame:
     """Conditions of the matrix, for each oil."""
-    matrix = config["campaign"].get("matrix")
+    matrix = settings.campaign.matrix
     levels = (
         itertools.product(
-            config["oils"],
-            matrix["max_hertz_pressure_gpa"],
+            settings.oils,
+            matrix.max_hertz_pressure_gpa,
             [math.nan],
-            matrix["entrainment_speed_m_s"],
-            matrix["inlet_temperature_c"],
+            matrix.entrainment_speed_m_s,
+            matrix.inlet_temperature_c,
         )
         if matrix
         else []
@@ -142,11 +144,11 @@ def _planned(config: Mapping[str, Any]) -> pd.DataFrame:
     return planned.astype(dict.fromkeys(SET_POINTS, float))
 
 
-def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFrame:
+def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
     """Runs with a nominal pressure wherever set points and rig give one, else with the load."""
     pressure = runs["nominal_max_hertz_pressure_gpa"].copy()
     for name, rig in rigs.items():
-        contact = contact_of(rig)
+        contact = rig.contact()
         rows = (runs["rig"] == name) & pressure.isna() & (runs["nominal_load_n"] > 0)
         if contact is not None and rows.any():
             load_n = runs.loc[rows, "nominal_load_n"].to_numpy()
@@ -156,33 +158,31 @@ def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Any]) -> pd.DataFrame:
     return runs.assign(nominal_max_hertz_pressure_gpa=pressure, nominal_load_n=load)
 
 
-def with_levels(runs: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Runs with a pressure for a load, and each set point moved to the level it is a note of.
 
     Args:
         runs: Table of runs.
-        config: The resolved configuration.
+        settings: Settings of the run.
     """
-    return _with_levels(runs, _planned(config), config)
+    return _with_levels(runs, _planned(settings), settings)
 
 
-def _with_levels(
-    runs: pd.DataFrame, planned: pd.DataFrame, config: Mapping[str, Any]
-) -> pd.DataFrame:
-    noted, same = _with_pressure(runs, config["rigs"]), config["same_set_point"]
+def _with_levels(runs: pd.DataFrame, planned: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    noted, same = _with_pressure(runs, settings.rigs), settings.same_set_point
     return noted.assign(
         **{name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}
     )
 
 
 def _levels(
-    values: "pd.Series[float]", planned: "pd.Series[float]", same: Mapping[str, float]
+    values: "pd.Series[float]", planned: "pd.Series[float]", same: SameSetPointSettings
 ) -> "pd.Series[float]":
     """Each value's level: the nearest planned one, or else the first of those near each other."""
     relative = values.name != "nominal_inlet_temperature_c"
     levels = sorted(set(planned))
     for value in sorted(set(values.dropna())):
-        allowed = same["relative"] * value if relative else same["temperature_c"]
+        allowed = same.relative * value if relative else same.temperature_c
         # a level that is met exactly is no less near for rounding in the last bit
         if not levels or np.abs(np.array(levels) - value).min() > allowed * (1 + 1e-9):
             levels.append(value)

@@ -7,7 +7,6 @@ says what differs between the rigs.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,6 +28,7 @@ from oilfilm.curation.signals import Signals
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.readers.base import Refusal
 from oilfilm.readers.ingest import ingest_logs
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 
 
@@ -42,19 +42,19 @@ class Curated:
 
 
 def check_logs(
-    logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any], kind: RigKind = TRACTION_RIG
+    logs: Iterable[tuple[str, bytes]], settings: Settings, kind: RigKind = TRACTION_RIG
 ) -> Curated:
     """What ingest and curation make of logs, given by name and content.
 
     Args:
         logs: Name of each log in its folder, and its bytes.
-        config: The resolved configuration.
+        settings: Settings of the run.
         kind: The kind of rig that they are of.
     """
-    ingested = ingest_logs(logs, config, kind.logs)
+    ingested = ingest_logs(logs, settings, kind.logs)
     samples = ingested.all_samples()
-    share = curate(samples, ingested.runs, config, kind)
-    curated = collect([share], [ingested.quarantine], config, kind)
+    share = curate(samples, ingested.runs, settings, kind)
+    curated = collect([share], [ingested.quarantine], settings, kind)
     # what the workflow could not write must not pass here
     if kind.name == TRACTION_RIG.name:
         tables.conform(samples, "samples", "samples of these logs")
@@ -65,7 +65,7 @@ def check_logs(
 def curate(
     samples: pd.DataFrame,
     runs: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
     kind: RigKind = TRACTION_RIG,
 ) -> Curated:
     """Plateaus of every run, judged by every gate of the rig.
@@ -73,10 +73,10 @@ def curate(
     Args:
         samples: Table of samples, the rows of a run together.
         runs: Table of runs as ingested.
-        config: The resolved configuration.
+        settings: Settings of the run.
         kind: The kind of rig.
     """
-    limits = kind.limits(config)
+    limits = kind.limits(settings)
     refused: dict[str, Refusal] = {}
     partly: list[Refusal] = []
     plateaus_of: dict[str, Columns] = {}
@@ -92,8 +92,8 @@ def curate(
             refused.setdefault(run_id, refusal("no_rows", finding, kind, run_id))
             continue
         of_run = {name: array[rows_of[run_id]] for name, array in arrays.items()}
-        signals = kind.signals(of_run, run["rig"], config)
-        measured = measure(signals, kind, run["rig"], config, settled=run["log_kind"] == "steps")
+        signals = kind.signals(of_run, run["rig"], settings)
+        measured = measure(signals, kind, run["rig"], settings, settled=run["log_kind"] == "steps")
         plateaus_of[run_id] = measured.plateaus
         if run_id in refused:
             continue
@@ -102,14 +102,14 @@ def curate(
             refused[run_id] = refusal(*fault, kind, run_id)
         else:
             partly += [refusal("too_short", each, kind, run_id) for each in measured.too_short]
-    points = _table_of_plateaus(plateaus_of, runs, config, kind)
+    points = _table_of_plateaus(plateaus_of, runs, settings, kind)
     return _judge(points, runs, refused, partly, kind, limits)
 
 
 def collect(
     shares: list[Curated],
     unread: list[pd.DataFrame],
-    config: Mapping[str, Any],
+    settings: Settings,
     kind: RigKind = TRACTION_RIG,
 ) -> Curated:
     """All shares of a campaign as one, judged by the rules that compare runs with each other.
@@ -117,13 +117,13 @@ def collect(
     Args:
         shares: What `curate` made of each share.
         unread: What ingest put into quarantine.
-        config: The resolved configuration.
+        settings: Settings of the run.
         kind: The kind of rig.
     """
     points = pd.concat([share.points for share in shares], ignore_index=True)
     runs = pd.concat([share.runs for share in shares], ignore_index=True)
     quarantine = [*unread, *(share.quarantine for share in shares)]
-    for rule in kind.repeats(config):
+    for rule in kind.repeats(settings):
         again = repeated(runs, rule, kind)
         if again:
             points = _refuse_plateaus(points, again, kind)
@@ -174,7 +174,7 @@ def first_fault(
 def _table_of_plateaus(
     plateaus_of: Mapping[str, Columns],
     runs: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
     kind: RigKind,
 ) -> pd.DataFrame:
     """All plateaus with what they carry of their run and what needs rig and oil."""
@@ -188,7 +188,7 @@ def _table_of_plateaus(
     points = carried.reset_index(drop=True).assign(
         **{name: np.concatenate([run[name] for run in measured]) for name in measured[0]}
     )
-    return _without_absurd(kind.complete(points, config))
+    return _without_absurd(kind.complete(points, settings))
 
 
 def _without_absurd(points: pd.DataFrame) -> pd.DataFrame:

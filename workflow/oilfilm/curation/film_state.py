@@ -1,41 +1,38 @@
 """Contact pressure, film thickness and lambda of points, as far as rig and oil are known."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 import pandas as pd
 
 from oilfilm.physics.contact import max_hertz_pressure
-from oilfilm.physics.film import FilmDefinition, FilmSettings, contact_film
-from oilfilm.physics.oils import Oil, oil_from_config
-from oilfilm.physics.rigs import Contact, contact_of
+from oilfilm.physics.film import FilmSettings, contact_film
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import M_PER_UM, PA_PER_GPA
 
 # No traction rig loads a contact less; below it F/W is noise over nothing.
 LEAST_LOAD_N = 1e-6
 
 
-def with_film(points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Points with maximum Hertz pressure, film thickness, lambda and the film's judgement.
 
     Pressure needs the rig's geometry and materials, film and lambda the oil's properties as well;
     where they are not known the columns are null and the film "cannot be judged".
     """
-    contacts = {name: contact_of(rig) for name, rig in config["rigs"].items()}
-    oils = {name: oil and oil_from_config(oil) for name, oil in config["oils"].items()}
+    contacts = {name: rig.contact() for name, rig in settings.rigs.items()}
+    oils = {name: oil.properties() if oil else None for name, oil in settings.oils.items()}
     points = points.assign(
         max_hertz_pressure_gpa=np.nan, film_thickness_um=np.nan, lambda_ratio=np.nan
     )
-    film = FilmDefinition(**config["film"])
     for rig, contact in contacts.items():
         for name, oil in oils.items():
             rows = (points["rig"] == rig) & (points["oil"] == name)
             if contact is not None and rows.any():
-                derived = contact_state(points[rows], contact, oil, film)
+                derived = contact_state(points[rows], contact, oil, settings.film)
                 points.loc[rows, list(derived)] = derived
     known = points["lambda_ratio"].notna()
-    full = points["lambda_ratio"] > config["gates"]["lambda_limit"]
+    full = points["lambda_ratio"] > settings.gates.lambda_limit
     judgement = np.select([~known, full], ["cannot be judged", "full film"], "below limit")
     return points.assign(film_judgement=judgement)
 

@@ -5,7 +5,7 @@ runs at once. `run_gates.py` and `plateau_gates.py` hold them all and list them 
 which they judge. A new gate is a function there and its name in the list.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +14,12 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.signals import Signals
+from oilfilm.settings.config import (
+    GateSettings,
+    SignalGateSettings,
+    StuckSettings,
+    TorqueGateSettings,
+)
 from oilfilm.units import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
@@ -23,7 +29,6 @@ BOTH = (TRACTION, TORQUE)
 
 # Plateaus of one run: column -> array over them.
 Columns = dict[str, npt.NDArray[Any]]
-Limits = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -81,8 +86,36 @@ class Judgement:
     numbers: Mapping[str, Any] = field(default_factory=dict)
 
 
-RunJudge = Callable[[Run, Limits], Finding | None]
-PlateauJudge = Callable[[pd.DataFrame, Limits], Judgement]
+@dataclass(frozen=True)
+class Limits:
+    """What the gates of every rig compare with."""
+
+    signals: SignalGateSettings
+    stuck: StuckSettings
+    min_duration_s: float
+
+
+@dataclass(frozen=True)
+class TractionLimits(Limits):
+    """What the gates of traction rigs compare with."""
+
+    gates: GateSettings
+    transient_share: float
+    planned_slips: Sequence[float]
+    accept_unjudged_film: bool
+
+
+@dataclass(frozen=True)
+class TorqueLimits(Limits):
+    """What the gates of torque rigs compare with."""
+
+    gates: TorqueGateSettings
+    standstill_rpm: float
+
+
+# The limits are those of the rigs that the gate judges.
+RunJudge = Callable[[Run, Any], Finding | None]
+PlateauJudge = Callable[[pd.DataFrame, Any], Judgement]
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,6 @@
 """From one run's signals to its plateaus: zero, means, standard errors, changes."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +10,7 @@ from oilfilm.curation.rig_kind import Averaging, Division, RigKind, nothing
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.curation.statistics import BoolArray
 from oilfilm.curation.zero import phase_too_short, zero_reference
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
 
@@ -34,7 +33,7 @@ class Measured:
 
 
 def measure(
-    signals: Signals, kind: RigKind, rig: str, config: Mapping[str, Any], settled: bool = False
+    signals: Signals, kind: RigKind, rig: str, settings: Settings, settled: bool = False
 ) -> Measured:
     """The plateaus of a run, less the zero of its sensor.
 
@@ -42,18 +41,18 @@ def measure(
         signals: The run.
         kind: The kind of rig.
         rig: Name of the rig.
-        config: The resolved configuration.
+        settings: Settings of the run.
         settled: Each row is a settled reading already, the zero removed by the rig.
     """
     if settled:
         return Measured(kind.readings(signals), slice(None))
-    curation, limits = config["curation"], kind.zero_limits(config)
-    spike = curation["spikes"]["threshold"]
+    curation, limits = settings.curation, kind.zero_limits(settings)
+    spike = curation.spikes.threshold
     signals = kind.usable(signals)
-    division = kind.divide(signals, rig, config)
-    usable, flaw = _usable_phases(signals, division, kind, config)
-    starts, stops = _without(division, usable, signals, curation["plateaus"]["min_duration_s"])
-    averages = average(signals, starts, stops, kind, spike, curation["plateaus"]["transient_share"])
+    division = kind.divide(signals, rig, settings)
+    usable, flaw = _usable_phases(signals, division, kind, settings)
+    starts, stops = _without(division, usable, signals, curation.plateaus.min_duration_s)
+    averages = average(signals, starts, stops, kind, spike, curation.plateaus.transient_share)
     averages["duration_s"] = (stops - starts) * signals.interval_s
     if flaw is not None:
         unknown = nothing(len(starts))
@@ -74,14 +73,14 @@ def measure(
 
 
 def _usable_phases(
-    signals: Signals, division: Division, kind: RigKind, config: Mapping[str, Any]
+    signals: Signals, division: Division, kind: RigKind, settings: Settings
 ) -> tuple[list[slice], Finding | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
-    least_s = kind.zero_limits(config).min_duration_s
+    least_s = kind.zero_limits(settings).min_duration_s
     usable: list[slice] = []
     for name, part in division.rest.items():
         problem = phase_too_short(signals, part, name, least_s)
-        problem = problem or kind.phase_problem(signals, part, name, config)
+        problem = problem or kind.phase_problem(signals, part, name, settings)
         if problem is not None:
             return usable, problem
         usable.append(part)

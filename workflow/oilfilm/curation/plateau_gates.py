@@ -6,7 +6,16 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from oilfilm.curation.gate import BOTH, TORQUE, TRACTION, Judgement, Limits, plateau_gate
+from oilfilm.curation.gate import (
+    BOTH,
+    TORQUE,
+    TRACTION,
+    Judgement,
+    Limits,
+    TorqueLimits,
+    TractionLimits,
+    plateau_gate,
+)
 from oilfilm.units import FloatArray, conversion
 
 # What a load may be in although it is labelled N.
@@ -17,7 +26,7 @@ _LOAD_UNITS = ("kgf", "lbf", "gf")
     TRACTION,
     advice="Such rows carry no traction; nothing to do if the step was not meant to.",
 )
-def traction_missing(points: pd.DataFrame, limits: Limits) -> Judgement:
+def traction_missing(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Force, load or slip has no value."""
     missing = points[["traction_coefficient", "slide_roll_ratio"]].isna().any(axis=1)
     return Judgement(missing, "no traction force, load above zero or slip was logged")
@@ -28,7 +37,7 @@ def traction_missing(points: pd.DataFrame, limits: Limits) -> Judgement:
 )
 def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Little is left of a level once it has settled."""
-    duration_s, least_s = points["duration_s"], limits["min_duration_s"]
+    duration_s, least_s = points["duration_s"], limits.min_duration_s
     return Judgement(
         duration_s < least_s,
         "{shortest_s:.2f} s to {longest_s:.2f} s are left of each plateau once it has settled; "
@@ -40,10 +49,10 @@ def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
 @plateau_gate(
     TRACTION, advice="Check the load's unit and calibration and the set point in the header."
 )
-def load_off_nominal(points: pd.DataFrame, limits: Limits) -> Judgement:
+def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The load is not the one that was set."""
     load_n, nominal_n = points["load_n"].mean(), points["nominal_load_n"].median()
-    allowed = limits["load_tolerance"]
+    allowed = limits.gates.load_tolerance
     hints = [
         f"; {load_n / nominal_n:.4f} is the ratio of {unit} to N, so the load may be in {unit}"
         for unit in _LOAD_UNITS
@@ -66,27 +75,28 @@ def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Serie
     TRACTION,
     advice="Check the spindle control, the track radii of the rig file and the set point.",
 )
-def speed_off_nominal(points: pd.DataFrame, limits: Limits) -> Judgement:
+def speed_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The entrainment speed is not the one that was set."""
     speed = points["entrainment_speed_m_s"]
     return Judgement(
-        _off_nominal(points, "entrainment_speed_m_s", limits["speed_tolerance"]),
+        _off_nominal(points, "entrainment_speed_m_s", limits.gates.speed_tolerance),
         "the entrainment speed is {lowest:.3f} to {highest:.3f} m/s, nominal {nominal:g} m/s "
         "(tolerance {allowed:.0%})",
         {
             "lowest": speed.min(),
             "highest": speed.max(),
             "nominal": points["nominal_entrainment_speed_m_s"].median(),
-            "allowed": limits["speed_tolerance"],
+            "allowed": limits.gates.speed_tolerance,
         },
     )
 
 
 @plateau_gate(TRACTION, advice="Check the temperature control and the set point.")
-def temperature_off_nominal(points: pd.DataFrame, limits: Limits) -> Judgement:
+def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The inlet temperature is not the one that was set."""
     temperature_c = points["inlet_temperature_c"]
-    nominal_c, allowed_c = points["nominal_inlet_temperature_c"], limits["temperature_tolerance_c"]
+    nominal_c = points["nominal_inlet_temperature_c"]
+    allowed_c = limits.gates.temperature_tolerance_c
     return Judgement(
         (temperature_c - nominal_c).abs() > allowed_c,
         "the inlet temperature is {lowest:.1f} to {highest:.1f} degC, nominal {nominal:g} degC "
@@ -103,10 +113,10 @@ def temperature_off_nominal(points: pd.DataFrame, limits: Limits) -> Judgement:
 @plateau_gate(
     TRACTION, advice="Check the spindle speeds: one of them may have slipped for a moment."
 )
-def slip_out_of_range(points: pd.DataFrame, limits: Limits) -> Judgement:
+def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
-    least, most = limits["slide_roll_ratio_min"], limits["slide_roll_ratio_max"]
+    least, most = limits.gates.slide_roll_ratio_min, limits.gates.slide_roll_ratio_max
     return Judgement(
         ~slip.between(least, most),
         "the slide-roll ratio is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
@@ -117,14 +127,14 @@ def slip_out_of_range(points: pd.DataFrame, limits: Limits) -> Judgement:
 @plateau_gate(
     TRACTION, advice="Check the control of the slip and the planned slips of the campaign file."
 )
-def slip_off_set_point(points: pd.DataFrame, limits: Limits) -> Judgement:
+def slip_off_set_point(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is none of the planned ones."""
-    distance = _distance_to_plan(points, limits["planned_slips"])
+    distance = _distance_to_plan(points, limits.planned_slips)
     return Judgement(
-        distance > limits["slip_tolerance"],
+        distance > limits.gates.slip_tolerance,
         "the slide-roll ratio is up to {distance:.4f} away from every planned one (tolerance "
         "{allowed:g})",
-        {"distance": distance.max(initial=0), "allowed": limits["slip_tolerance"]},
+        {"distance": distance.max(initial=0), "allowed": limits.gates.slip_tolerance},
     )
 
 
@@ -137,10 +147,10 @@ def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatAr
 
 
 @plateau_gate(TRACTION, advice="Let the rig settle longer, or check its control.")
-def not_steady(points: pd.DataFrame, limits: Limits) -> Judgement:
+def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Slip or traction differs between the two halves of a plateau."""
     slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
-    most_slip, most_traction = limits["slip_change_max"], limits["traction_change_max"]
+    most_slip, most_traction = limits.gates.slip_change_max, limits.gates.traction_change_max
     return Judgement(
         (slip > most_slip) | (traction > most_traction),
         "slip and traction change within the plateaus by up to {slip:.4f} and {traction:.4f}; "
@@ -158,16 +168,16 @@ def not_steady(points: pd.DataFrame, limits: Limits) -> Judgement:
     TRACTION,
     advice="Let the rig settle longer after each step, or raise settle_s of config.yaml.",
 )
-def transient_not_ended(points: pd.DataFrame, limits: Limits) -> Judgement:
+def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The beginning of a plateau differs from the rest of it."""
     slip, traction = points["slip_transient"].abs(), points["traction_transient"].abs()
-    most_slip, most_traction = limits["slip_transient_max"], limits["traction_transient_max"]
+    most_slip, most_traction = limits.gates.slip_transient_max, limits.gates.traction_transient_max
     return Judgement(
         (slip > most_slip) | (traction > most_traction),
         "the first {share:.0%} of the plateaus differ from the rest by up to {slip:.4f} in slip "
         "and {traction:.4f} in traction; allowed {most_slip:g} and {most_traction:g}",
         {
-            "share": limits["transient_share"],
+            "share": limits.transient_share,
             "slip": slip.max(),
             "traction": traction.max(),
             "most_slip": most_slip,
@@ -177,13 +187,13 @@ def transient_not_ended(points: pd.DataFrame, limits: Limits) -> Judgement:
 
 
 @plateau_gate(TORQUE, advice="Wait until the bearing has warmed through.")
-def torque_drifts(points: pd.DataFrame, limits: Limits) -> Judgement:
+def torque_drifts(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque differs between the two halves of a plateau."""
     change, torque = points["torque_change_n_m"].abs(), points["torque_n_m"].abs()
     return Judgement(
-        change > limits["torque_change_max"] * torque,
+        change > limits.gates.torque_change_max * torque,
         "the torque changes within the plateaus by up to {change:.1%}; allowed {allowed:.1%}",
-        {"change": (change / torque).max(), "allowed": limits["torque_change_max"]},
+        {"change": (change / torque).max(), "allowed": limits.gates.torque_change_max},
     )
 
 
@@ -192,9 +202,9 @@ def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The load differs between the two halves of a plateau."""
     change = points["load_change"].abs()
     return Judgement(
-        change > limits["load_change_max"],
+        change > limits.signals.load_change_max,
         "the load changes within the plateaus by up to {change:.1%}; allowed {allowed:.1%}",
-        {"change": change.max(), "allowed": limits["load_change_max"]},
+        {"change": change.max(), "allowed": limits.signals.load_change_max},
     )
 
 
@@ -203,10 +213,10 @@ def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The oil's temperature differs between the two halves of a plateau."""
     change_c = points["temperature_change_c"].abs()
     return Judgement(
-        change_c > limits["temperature_change_max_c"],
+        change_c > limits.signals.temperature_change_max_c,
         "the temperature changes within the plateaus by up to {change_c:.2f} degC; allowed "
         "{allowed_c:g} degC",
-        {"change_c": change_c.max(), "allowed_c": limits["temperature_change_max_c"]},
+        {"change_c": change_c.max(), "allowed_c": limits.signals.temperature_change_max_c},
     )
 
 
@@ -217,24 +227,24 @@ def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Too many readings of a plateau are spikes."""
     rows = points["n_samples"] + points["n_spikes"]
     return Judgement(
-        points["n_spikes"] > limits["spike_share_max"] * rows,
+        points["n_spikes"] > limits.signals.spike_share_max * rows,
         "up to {spikes} readings of a plateau are spikes; allowed {allowed:.0%} of its rows",
-        {"spikes": points["n_spikes"].max(), "allowed": limits["spike_share_max"]},
+        {"spikes": points["n_spikes"].max(), "allowed": limits.signals.spike_share_max},
     )
 
 
 @plateau_gate(TRACTION, advice="Check the fringe order of these readings.")
-def film_off_trend(points: pd.DataFrame, limits: Limits) -> Judgement:
+def film_off_trend(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """A measured film leaves the power law in speed that its run follows.
 
     The law is the repeated-median line of ln h against ln U, which holds with up to half of the
     readings wrong (A. F. Siegel, Biometrika 69 (1982) 242).
     """
     return Judgement(
-        _off_trend(points, limits["film_trend_factor"]),
+        _off_trend(points, limits.gates.film_trend_factor),
         "the measured film thickness does not follow a power of the entrainment speed within a "
         "factor of {factor:g}",
-        {"factor": limits["film_trend_factor"]},
+        {"factor": limits.gates.film_trend_factor},
     )
 
 
@@ -259,10 +269,10 @@ def _off_trend(points: pd.DataFrame, factor: float) -> npt.NDArray[np.bool_]:
 
 
 @plateau_gate(TRACTION, advice="Let the force settle after the rig reverses the slip.")
-def force_not_reversed(points: pd.DataFrame, limits: Limits) -> Judgement:
+def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The force of one direction of slip had not reversed."""
-    asymmetry, allowed = points["force_asymmetry"], limits["asymmetry_max"]
-    sliding = points["slide_roll_ratio"].abs() > limits["asymmetry_slip_min"]
+    asymmetry, allowed = points["force_asymmetry"], limits.gates.asymmetry_max
+    sliding = points["slide_roll_ratio"].abs() > limits.gates.asymmetry_slip_min
     return Judgement(
         sliding & (asymmetry > allowed),
         "|TF1 + TF2| is {lowest:.2f} to {highest:.2f} of |TF1| + |TF2|, allowed {allowed:g}: one "
@@ -272,9 +282,13 @@ def force_not_reversed(points: pd.DataFrame, limits: Limits) -> Judgement:
 
 
 @plateau_gate(TRACTION, advice="Check the zero and the calibration of the force sensor.")
-def traction_unphysical(points: pd.DataFrame, limits: Limits) -> Judgement:
+def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The traction coefficient is one that no oil has."""
-    mu, least, most = points["traction_coefficient"], limits["traction_min"], limits["traction_max"]
+    mu, least, most = (
+        points["traction_coefficient"],
+        limits.gates.traction_min,
+        limits.gates.traction_max,
+    )
     return Judgement(
         (mu < least) | (mu > most),
         "the traction coefficient is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
@@ -286,13 +300,13 @@ def traction_unphysical(points: pd.DataFrame, limits: Limits) -> Judgement:
     TRACTION,
     advice="Raise the speed, or lower the temperature or the load: this is mixed lubrication.",
 )
-def thin_film(points: pd.DataFrame, limits: Limits) -> Judgement:
+def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film does not separate the surfaces."""
     ratio = points["lambda_ratio"]
     return Judgement(
         points["film_judgement"] == "below limit",
         "the lambda ratio is {lowest:.2f} to {highest:.2f}; full film needs more than {limit:g}",
-        {"lowest": ratio.min(), "highest": ratio.max(), "limit": limits["lambda_limit"]},
+        {"lowest": ratio.min(), "highest": ratio.max(), "limit": limits.gates.lambda_limit},
     )
 
 
@@ -301,18 +315,18 @@ def thin_film(points: pd.DataFrame, limits: Limits) -> Judgement:
     advice="Fill in the rig's geometry, materials and roughness and the oil's properties, or set "
     "film_unjudged in the campaign file, with a reason.",
 )
-def film_not_judged(points: pd.DataFrame, limits: Limits) -> Judgement:
+def film_not_judged(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film cannot be calculated, and the campaign does not accept that."""
     unknown = points["film_judgement"] == "cannot be judged"
     return Judgement(
-        unknown & (not limits["accept_unjudged_film"]),
+        unknown & (not limits.accept_unjudged_film),
         "the film thickness cannot be calculated: geometry, material, roughness or oil properties "
         "are not known",
     )
 
 
 @plateau_gate(TORQUE, advice="Check the sign and the zero of the torque sensor.")
-def torque_not_positive(points: pd.DataFrame, limits: Limits) -> Judgement:
+def torque_not_positive(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque does not resist the motion."""
     torque = points["torque_n_m"]
     return Judgement(
@@ -326,7 +340,7 @@ def torque_not_positive(points: pd.DataFrame, limits: Limits) -> Judgement:
     TORQUE,
     advice="Log the speed of the inner ring as positive: its torque is what resists it.",
 )
-def turns_backwards(points: pd.DataFrame, limits: Limits) -> Judgement:
+def turns_backwards(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The speed is negative."""
     speed = points["inner_speed_rpm"]
     return Judgement(
@@ -339,7 +353,7 @@ def turns_backwards(points: pd.DataFrame, limits: Limits) -> Judgement:
 @plateau_gate(
     TORQUE, advice="Check the load cell: a ball bearing of this kind must be pushed together."
 )
-def unloaded(points: pd.DataFrame, limits: Limits) -> Judgement:
+def unloaded(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """Nothing pushes the bearing together."""
     load = points["axial_load_n"]
     return Judgement(

@@ -1,20 +1,23 @@
 """Where a signal is steady: steps found from the measured signal itself."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from oilfilm.curation.signals import IndexArray
+from oilfilm.settings.config import PlateauSettings, TorquePlateauSettings
 from oilfilm.units import FloatArray
+
+Levels = PlateauSettings | TorquePlateauSettings
 
 # The median absolute deviation of a normal distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
 
 
 def find_steps(
-    level: FloatArray, interval_s: float, min_step: float, settings: Mapping[str, Any]
+    level: FloatArray,
+    interval_s: float,
+    min_step: float,
+    settings: Levels,
 ) -> IndexArray:
     """Indices at which a signal steps to another level.
 
@@ -28,7 +31,7 @@ def find_steps(
         min_step: Smallest step, in the unit of the signal.
         settings: `window_s` and `noise_factor` of config's plateaus.
     """
-    window = max(round(settings["window_s"] / interval_s), 2)
+    window = max(round(settings.window_s / interval_s), 2)
     if len(level) < 2 * window:
         return np.array([], dtype=np.int64)
     total = np.concatenate([[0.0], np.cumsum(level)])
@@ -36,7 +39,7 @@ def find_steps(
     # the first difference is at the first sample with a full window before it
     change = np.abs(sums[window:] - sums[:-window]) / window
     noise = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(level)))) / np.sqrt(2)
-    limit = max(min_step, settings["noise_factor"] * noise * np.sqrt(2 / window))
+    limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
     # two peaks within a window are one step seen twice through the noise: the higher one counts
     highest = maximum_filter1d(change, 2 * window + 1, mode="constant")
     peaks = np.flatnonzero((change == highest) & (change > limit))
@@ -44,7 +47,10 @@ def find_steps(
 
 
 def settled_parts(
-    samples: int, steps: IndexArray, interval_s: float, settings: Mapping[str, Any]
+    samples: int,
+    steps: IndexArray,
+    interval_s: float,
+    settings: Levels,
 ) -> tuple[IndexArray, IndexArray]:
     """First and past-the-last index of the steady part of each level between the steps.
 
@@ -52,7 +58,8 @@ def settled_parts(
     located only to within the noise. The level before the first step has had no step to settle
     from. A level that ends before it has settled starts after its own stop.
     """
-    settle, guard = (round(settings[name] / interval_s) for name in ("settle_s", "guard_s"))
+    settle = round(settings.settle_s / interval_s)
+    guard = round(settings.guard_s / interval_s)
     starts = np.concatenate([[0], steps + settle])
     stops = np.concatenate([steps - guard, [samples]])
     return np.minimum(starts, samples), stops

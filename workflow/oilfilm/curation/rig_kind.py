@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -10,6 +10,7 @@ import pandas as pd
 from oilfilm.curation.gate import Channel, Columns, Finding, Limits
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
 
@@ -86,7 +87,7 @@ class RigKind(Protocol):
     keeps_refused_runs: bool
     drawn: Mapping[str, str]
 
-    def signals(self, samples: Columns, rig: str, config: Mapping[str, Any]) -> Signals:
+    def signals(self, samples: Columns, rig: str, settings: Settings) -> Signals:
         """The signals of one run of a rig, in the senses that the gates take them."""
         ...
 
@@ -94,17 +95,17 @@ class RigKind(Protocol):
         """The samples from which plateaus can be made."""
         ...
 
-    def divide(self, signals: Signals, rig: str, config: Mapping[str, Any]) -> Division:
+    def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Rest and levels of a run."""
         ...
 
     def phase_problem(
-        self, signals: Signals, part: slice, name: str, config: Mapping[str, Any]
+        self, signals: Signals, part: slice, name: str, settings: Settings
     ) -> Finding | None:
         """Why a phase that is long enough gives no zero, if so."""
         ...
 
-    def zero_limits(self, config: Mapping[str, Any]) -> ZeroLimits:
+    def zero_limits(self, settings: Settings) -> ZeroLimits:
         """Limits of the zero."""
         ...
 
@@ -122,15 +123,15 @@ class RigKind(Protocol):
         """Plateaus of a run whose rows are settled readings already."""
         ...
 
-    def complete(self, points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+    def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         """Plateaus of all runs with the columns that need rig and oil."""
         ...
 
-    def limits(self, config: Mapping[str, Any]) -> Limits:
+    def limits(self, settings: Settings) -> Limits:
         """The limits of its gates."""
         ...
 
-    def repeats(self, config: Mapping[str, Any]) -> tuple[str, ...]:
+    def repeats(self, settings: Settings) -> tuple[str, ...]:
         """Rules of `repeats.py` that refuse a run which an earlier one repeats."""
         ...
 

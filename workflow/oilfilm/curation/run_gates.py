@@ -2,7 +2,17 @@
 
 import numpy as np
 
-from oilfilm.curation.gate import BOTH, TORQUE, TRACTION, Finding, Limits, Run, run_gate
+from oilfilm.curation.gate import (
+    BOTH,
+    TORQUE,
+    TRACTION,
+    Finding,
+    Limits,
+    Run,
+    TorqueLimits,
+    TractionLimits,
+    run_gate,
+)
 from oilfilm.curation.statistics import longest_hold
 from oilfilm.units import FloatArray
 
@@ -28,7 +38,7 @@ def time_disorder(run: Run, limits: Limits) -> Finding | None:
 def clock_jump(run: Run, limits: Limits) -> Finding | None:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
-    longest_s = limits["clock_jump_intervals"] * run.signals.interval_s
+    longest_s = limits.signals.clock_jump_intervals * run.signals.interval_s
     if len(gaps) == 0 or gaps.max() <= longest_s:
         return None
     before = int(np.argmax(gaps))
@@ -42,15 +52,15 @@ def clock_jump(run: Run, limits: Limits) -> Finding | None:
 
 
 @run_gate(TORQUE, advice="Check the speed signal, its unit and its column.")
-def never_turns(run: Run, limits: Limits) -> Finding | None:
+def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     """The bearing stands still from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
-    if fastest_rpm > limits["standstill_rpm"]:
+    if fastest_rpm > limits.standstill_rpm:
         return None
     return Finding(
         "the bearing never turns: its highest speed is {fastest_rpm:g} rpm; expected more than "
         "{limit_rpm:g} rpm",
-        numbers={"fastest_rpm": fastest_rpm, "limit_rpm": limits["standstill_rpm"]},
+        numbers={"fastest_rpm": fastest_rpm, "limit_rpm": limits.standstill_rpm},
     )
 
 
@@ -59,15 +69,15 @@ def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     """The sensor gives exactly the same reading again and again."""
     values, row = run.of(run.sensor), run.signals.row[run.working]
     start, stop = longest_hold(values)
-    long_enough = (stop - start) * run.signals.interval_s >= limits["stuck_duration_s"]
-    if not long_enough or stop - start < limits["stuck_samples"]:
+    long_enough = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
+    if not long_enough or stop - start < limits.stuck.samples:
         return None
     return Finding(
         "the {sensor} is exactly {value:g} {sensor_unit} from row {first_row} to row {last_row}; "
         "expected noise within {duration_s:g} s",
         int(row[start]),
         int(row[stop - 1]),
-        {"value": values[start], "duration_s": limits["stuck_duration_s"]},
+        {"value": values[start], "duration_s": limits.stuck.duration_s},
     )
 
 
@@ -76,13 +86,13 @@ def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     advice="Check the polarity of the force sensor and which body is slowed; the campaign file "
     "gives both (semantics: traction_sign, slower_body).",
 )
-def swapped_sign(run: Run, limits: Limits) -> Finding | None:
+def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction force acts against the slip."""
     slip = run.plateaus["slide_roll_ratio"]
-    sliding = np.abs(slip) > limits["sign_slip_min"]
+    sliding = np.abs(slip) > limits.gates.sign_slip_min
     along = run.plateaus["traction_force_n"][sliding] * np.sign(slip[sliding])
     median_n = float(np.median(along)) if len(along) else 0.0
-    if not median_n < 0 or (along < 0).mean() < limits["sign_share"]:
+    if not median_n < 0 or (along < 0).mean() < limits.gates.sign_share:
         return None
     return Finding(
         "the traction force acts against the slip (median {median_n:.3g} N); expected the slower "
@@ -101,9 +111,9 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
             at_stop = np.flatnonzero(values == extreme)
             share = len(at_stop) / max(len(values), 1)
             if (
-                len(at_stop) >= limits["stuck_samples"]
-                and share > limits["saturated_share"]
-                and _piled_up(values, extreme, limits["piled_up_factor"])
+                len(at_stop) >= limits.stuck.samples
+                and share > limits.signals.saturated_share
+                and _piled_up(values, extreme, limits.signals.piled_up_factor)
             ):
                 return Finding(
                     "the {signal} is at its extreme of {extreme:g} {unit} in {share:.1%} of the "
@@ -115,7 +125,7 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
                         "extreme": extreme,
                         "unit": channel.unit,
                         "share": share,
-                        "allowed": limits["saturated_share"],
+                        "allowed": limits.signals.saturated_share,
                     },
                 )
     return None
@@ -133,11 +143,11 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 
 @run_gate(TRACTION, advice="Let rig and oil warm through before the sweep.")
-def temperature_drift(run: Run, limits: Limits) -> Finding | None:
+def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     """The inlet temperature differs between the plateaus of one run."""
     levels = run.plateaus["inlet_temperature_c"]
     levels = levels[~np.isnan(levels)]
-    allowed_c = limits["temperature_drift_max_c"]
+    allowed_c = limits.gates.temperature_drift_max_c
     if len(levels) == 0 or levels.max() - levels.min() <= allowed_c:
         return None
     return Finding(
@@ -152,12 +162,12 @@ def temperature_drift(run: Run, limits: Limits) -> Finding | None:
     advice="The contact or its temperature changed during the sweep: look at the specimens and "
     "repeat the run.",
 )
-def branches_differ(run: Run, limits: Limits) -> Finding | None:
+def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of rising and falling slip do not agree."""
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
     known = ~np.isnan(slip) & ~np.isnan(mu)
     slip, mu = slip[known], mu[known]
-    turn = _turning_point(slip, limits["branch_points"])
+    turn = _turning_point(slip, limits.gates.branch_points)
     if turn is None:
         return None
     # np.interp needs rising slips
@@ -165,13 +175,13 @@ def branches_differ(run: Run, limits: Limits) -> Finding | None:
     low = max(slip[before].min(), slip[after].min())
     high = min(slip[before].max(), slip[after].max())
     shared = before[(slip[before] >= low) & (slip[before] <= high)]
-    if len(shared) < limits["branch_points"]:
+    if len(shared) < limits.gates.branch_points:
         return None
     # the median, because other gates judge single wild points
     difference = float(
         np.median(np.abs(mu[shared] - np.interp(slip[shared], slip[after], mu[after])))
     )
-    if difference <= limits["branch_difference_max"]:
+    if difference <= limits.gates.branch_difference_max:
         return None
     return Finding(
         "with rising and falling slip the traction coefficients differ by {difference:.4f} (median "
@@ -179,7 +189,7 @@ def branches_differ(run: Run, limits: Limits) -> Finding | None:
         numbers={
             "difference": difference,
             "count": len(shared),
-            "allowed": limits["branch_difference_max"],
+            "allowed": limits.gates.branch_difference_max,
         },
     )
 

@@ -6,19 +6,20 @@ another, and stands still again. A step is a step of speed, and rest is standsti
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.gate import TORQUE as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, Limits
+from oilfilm.curation.gate import Channel, Columns, Finding, TorqueLimits
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, ZeroLimits
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.torque_log import TORQUE
+from oilfilm.settings.config import TorquePlateauSettings
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
 _SIGNALS = (
@@ -62,7 +63,7 @@ class TorqueRig:
         "oil_temperature_c": "Oil temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    def signals(self, samples: Columns, rig: str, config: Mapping[str, Any]) -> Signals:
+    def signals(self, samples: Columns, rig: str, settings: Settings) -> Signals:
         """See `RigKind.signals`."""
         columns = {name: samples[name] for name in _SIGNALS}
         return Signals(samples["row"], samples["time_s"], columns)
@@ -71,28 +72,28 @@ class TorqueRig:
         """All of them."""
         return signals
 
-    def divide(self, signals: Signals, rig: str, config: Mapping[str, Any]) -> Division:
+    def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Levels of speed between the first and the last sample at which the bearing turns."""
-        settings = config["torque_logs"]
-        turning = np.abs(signals["inner_speed_rpm"]) > settings["tare"]["max_speed_rpm"]
+        torque_logs = settings.torque_logs
+        turning = np.abs(signals["inner_speed_rpm"]) > torque_logs.tare.max_speed_rpm
         if not turning.any():
             none = np.array([], dtype=np.int64)
             return Division({}, none, none, slice(0, len(signals)))
         first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
-        starts, stops, too_short = _levels(signals, first, last, settings["plateaus"])
+        starts, stops, too_short = _levels(signals, first, last, torque_logs.plateaus)
         rest = {"opening": slice(0, first), "closing": slice(last, len(turning))}
         return Division(rest, starts, stops, slice(first, last), too_short)
 
     def phase_problem(
-        self, signals: Signals, part: slice, name: str, config: Mapping[str, Any]
+        self, signals: Signals, part: slice, name: str, settings: Settings
     ) -> Finding | None:
         """None: `divide` takes nothing for rest that turns."""
         return None
 
-    def zero_limits(self, config: Mapping[str, Any]) -> ZeroLimits:
+    def zero_limits(self, settings: Settings) -> ZeroLimits:
         """See `RigKind.zero_limits`."""
-        tare = config["torque_logs"]["tare"]
-        return ZeroLimits(tare["min_duration_s"], tare["max_drift_n_m"])
+        tare = settings.torque_logs.tare
+        return ZeroLimits(tare.min_duration_s, tare.max_drift_n_m)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
@@ -113,22 +114,22 @@ class TorqueRig:
         """No torque log is of settled readings."""
         raise NotImplementedError
 
-    def complete(self, points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+    def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         """The rig of a torque log is its bearing."""
         return points.rename(columns={"rig": "bearing"})
 
-    def limits(self, config: Mapping[str, Any]) -> Limits:
+    def limits(self, settings: Settings) -> TorqueLimits:
         """See `RigKind.limits`."""
-        settings, stuck = config["torque_logs"], config["curation"]["stuck"]
-        return {
-            **settings["gates"],
-            "standstill_rpm": settings["tare"]["max_speed_rpm"],
-            "stuck_duration_s": stuck["duration_s"],
-            "stuck_samples": stuck["samples"],
-            "min_duration_s": settings["plateaus"]["min_duration_s"],
-        }
+        torque_logs = settings.torque_logs
+        return TorqueLimits(
+            signals=torque_logs.gates,
+            stuck=settings.curation.stuck,
+            min_duration_s=torque_logs.plateaus.min_duration_s,
+            gates=torque_logs.gates,
+            standstill_rpm=torque_logs.tare.max_speed_rpm,
+        )
 
-    def repeats(self, config: Mapping[str, Any]) -> tuple[str, ...]:
+    def repeats(self, settings: Settings) -> tuple[str, ...]:
         """Copies alone: a condition may be measured again."""
         return ("duplicate_log",)
 
@@ -137,7 +138,7 @@ TORQUE_RIG = TorqueRig()
 
 
 def _levels(
-    signals: Signals, first: int, last: int, settings: Mapping[str, Any]
+    signals: Signals, first: int, last: int, settings: TorquePlateauSettings
 ) -> tuple[IndexArray, IndexArray, list[Finding]]:
     """Starts and stops of settled levels of speed, and the levels that were held too briefly.
 
@@ -148,11 +149,11 @@ def _levels(
         settings: `plateaus` of config's torque_logs.
     """
     speed, interval_s = signals["inner_speed_rpm"][first:last], signals.interval_s
-    steps = find_steps(speed, interval_s, settings["min_step_rpm"], settings)
+    steps = find_steps(speed, interval_s, settings.min_step_rpm, settings)
     starts, stops = settled_parts(len(speed), steps, interval_s, settings)
     # the first level has had a step to settle from: that out of rest; the last ends in one
-    starts[0] += round(settings["settle_s"] / interval_s)
-    stops[-1] -= round(settings["guard_s"] / interval_s)
+    starts[0] += round(settings.settle_s / interval_s)
+    stops[-1] -= round(settings.guard_s / interval_s)
     for level, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if stop > start:
             # a slow ramp goes on beyond what is cut off
@@ -172,11 +173,11 @@ def _levels(
     return first + starts[settled], first + stops[settled], too_short
 
 
-def _near_median(speed: FloatArray, settings: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
-    return np.asarray(np.abs(speed - np.median(speed)) <= settings["min_step_rpm"])
+def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.abs(speed - np.median(speed)) <= settings.min_step_rpm)
 
 
-def _too_short(signals: Signals, start: int, stop: int, settings: Mapping[str, Any]) -> Finding:
+def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Finding:
     """A level that ended before it settled."""
     return Finding(
         "the speed of about {speed_rpm:.0f} rpm was held for {held_s:.1f} s; expected "
@@ -186,6 +187,6 @@ def _too_short(signals: Signals, start: int, stop: int, settings: Mapping[str, A
         {
             "speed_rpm": np.median(signals["inner_speed_rpm"][start:stop]),
             "held_s": (stop - start) * signals.interval_s,
-            "least_s": settings["settle_s"] + settings["guard_s"] + settings["min_duration_s"],
+            "least_s": settings.settle_s + settings.guard_s + settings.min_duration_s,
         },
     )

@@ -13,13 +13,13 @@ import pandas as pd
 from oilfilm.curation.calibration import with_calibration
 from oilfilm.curation.film_state import LEAST_LOAD_N, with_film
 from oilfilm.curation.gate import TRACTION as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, Limits
+from oilfilm.curation.gate import Channel, Columns, Finding, TractionLimits
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, ZeroLimits, nothing
 from oilfilm.curation.signals import Signals
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
-from oilfilm.settings.semantics import semantics_of
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
 # No rig that means to roll slides so much.
@@ -87,9 +87,9 @@ class TractionRig:
         "inlet_temperature_c": "Inlet temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    def signals(self, samples: Columns, rig: str, config: Mapping[str, Any]) -> Signals:
+    def signals(self, samples: Columns, rig: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
-        log = semantics_of(config["campaign"], rig)
+        log = settings.campaign.semantics_for(rig)
         ball, disc = samples["ball_speed_m_s"], samples["disc_speed_m_s"]
         speed = (ball + disc) / 2
         sliding = log.direction * (disc - ball)
@@ -106,28 +106,28 @@ class TractionRig:
         """The samples at which the rig turns; at the others S has no value."""
         return signals.where(np.isfinite(signals["slide_roll_ratio"]))
 
-    def divide(self, signals: Signals, rig: str, config: Mapping[str, Any]) -> Division:
+    def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
-        levels = config["curation"]["plateaus"]
+        levels = settings.curation.plateaus
         interval_s = signals.interval_s
-        steps = find_steps(signals["slide_roll_ratio"], interval_s, levels["min_step"], levels)
+        steps = find_steps(signals["slide_roll_ratio"], interval_s, levels.min_step, levels)
         starts, stops = settled_parts(len(signals), steps, interval_s, levels)
         # the opening phase gives the zero first; what is left of it is a plateau at no slip
-        zero_rows = round(config["curation"]["zero_reference"]["duration_s"] / interval_s)
+        zero_rows = round(settings.curation.zero_reference.duration_s / interval_s)
         rest = {"opening": slice(0, 0), "closing": slice(0, 0)}
         if len(steps):
             rest["opening"] = slice(0, min(zero_rows, int(stops[0])))
             rest["closing"] = slice(int(starts[-1]), int(stops[-1]))
-        needed = _PHASES[semantics_of(config["campaign"], rig).zero]
+        needed = _PHASES[settings.campaign.semantics_for(rig).zero]
         phases = {name: rest[name] for name in needed}
         return Division(phases, starts, stops, slice(None))
 
     def phase_problem(
-        self, signals: Signals, part: slice, name: str, config: Mapping[str, Any]
+        self, signals: Signals, part: slice, name: str, settings: Settings
     ) -> Finding | None:
         """A phase that slides."""
         slip = float(np.mean(signals["slide_roll_ratio"][part]))
-        limit = config["curation"]["zero_reference"]["max_slide_roll_ratio"]
+        limit = settings.curation.zero_reference.max_slide_roll_ratio
         if abs(slip) <= limit:
             return None
         hint = "; so large a slip may come from swapped speed columns or wrong track radii"
@@ -142,10 +142,10 @@ class TractionRig:
             },
         )
 
-    def zero_limits(self, config: Mapping[str, Any]) -> ZeroLimits:
+    def zero_limits(self, settings: Settings) -> ZeroLimits:
         """See `RigKind.zero_limits`."""
-        zero = config["curation"]["zero_reference"]
-        return ZeroLimits(zero["min_duration_s"], zero["max_drift_n"])
+        zero = settings.curation.zero_reference
+        return ZeroLimits(zero.min_duration_s, zero.max_drift_n)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
@@ -185,27 +185,28 @@ class TractionRig:
             measured_film_thickness_um=signals["measured_film_thickness_um"],
         )
 
-    def complete(self, points: pd.DataFrame, config: Mapping[str, Any]) -> pd.DataFrame:
+    def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         """With contact pressure, film, lambda and the calibration of the rig's sensors."""
-        return with_calibration(with_film(points, config), config["rigs"])
+        return with_calibration(with_film(points, settings), settings.rigs)
 
-    def limits(self, config: Mapping[str, Any]) -> Limits:
+    def limits(self, settings: Settings) -> TractionLimits:
         """See `RigKind.limits`."""
-        curation, campaign = config["curation"], config["campaign"]
-        return {
-            **config["gates"],
-            "stuck_duration_s": curation["stuck"]["duration_s"],
-            "stuck_samples": curation["stuck"]["samples"],
-            "min_duration_s": curation["plateaus"]["min_duration_s"],
-            "transient_share": curation["plateaus"]["transient_share"],
-            "accept_unjudged_film": campaign.get("film_unjudged", {"accept": False})["accept"],
-            "planned_slips": campaign.get("set_points", {}).get("slide_roll_ratio", []),
-        }
+        curation, campaign = settings.curation, settings.campaign
+        unjudged = campaign.film_unjudged
+        return TractionLimits(
+            signals=settings.gates,
+            stuck=curation.stuck,
+            min_duration_s=curation.plateaus.min_duration_s,
+            gates=settings.gates,
+            transient_share=curation.plateaus.transient_share,
+            planned_slips=campaign.set_points.slide_roll_ratio or (),
+            accept_unjudged_film=unjudged is not None and unjudged.accept,
+        )
 
-    def repeats(self, config: Mapping[str, Any]) -> tuple[str, ...]:
+    def repeats(self, settings: Settings) -> tuple[str, ...]:
         """Copies, names given twice, and conditions, unless the campaign declares repeats."""
         copies = ("duplicate_log", "repeated_label")
-        accepted = config["campaign"].get("repeated_conditions", "refuse") == "accept"
+        accepted = settings.campaign.repeated_conditions == "accept"
         return copies if accepted else (*copies, "duplicate_condition")
 
 

@@ -3,8 +3,7 @@
 A file's format is recognised by its content, never by its name.
 """
 
-from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 from oilfilm.readers.base import Reading
 from oilfilm.readers.csv import CsvReader
@@ -13,6 +12,7 @@ from oilfilm.readers.lvm import LvmReader
 from oilfilm.readers.parquet import ParquetReader
 from oilfilm.readers.pcs import PcsReader
 from oilfilm.readers.tdms import TdmsReader
+from oilfilm.settings.resolved import Settings
 
 
 class Reader(Protocol):
@@ -24,7 +24,7 @@ class Reader(Protocol):
         """True where the first bytes of a file look like this format."""
         ...
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
+    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
         """Runs and refusals of a file's bytes, read as logs of one kind of rig.
 
         Runs are named after `file`, which is unique.

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm import tables
+from oilfilm.settings.campaign import Campaign
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
@@ -29,12 +30,10 @@ class Nominal:
     inlet_temperature_c: float | None = None
 
     @classmethod
-    def planned(
-        cls, campaign: Mapping[str, Any], header: Mapping[str, float] | None = None
-    ) -> "Nominal":
+    def planned(cls, campaign: Campaign, header: Mapping[str, float] | None = None) -> "Nominal":
         """Set points of a log: those of its header before those of the campaign file."""
         header = header or {}
-        given = dict(campaign.get("set_points", {}))
+        given = campaign.set_points.model_dump(exclude_none=True)
         if header.keys() & _LOADS:
             # the load has one set point, as force or as pressure
             given = {name: value for name, value in given.items() if name not in _LOADS}

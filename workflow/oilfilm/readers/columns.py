@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from oilfilm.readers.base import LARGEST_READING, Flaw, LoggedRun, Refusal, as_ranges
 from oilfilm.readers.log_kind import Column, FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, conversion
 
 # No oil is liquid there; its properties have no meaning.
@@ -35,8 +36,8 @@ def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, s
     """
     bare, unit = _apart(name)
     for quantity, given in renamed.items():
-        if given["name"] in (name, bare):
-            return quantity, given.get("unit") or unit
+        if given.name in (name, bare):
+            return quantity, given.unit or unit
     plain = plain_key(bare)
     if plain in vocabulary.own_names:
         quantity, own_unit = vocabulary.own_names[plain]
@@ -123,12 +124,12 @@ def find_columns(
     return (*(found[quantity] for quantity in needed), *spare)
 
 
-def oil_problem(keys: Mapping[str, str], config: Mapping[str, Any]) -> tuple[str, str, str] | None:
+def oil_problem(keys: Mapping[str, str], settings: Settings) -> tuple[str, str, str] | None:
     """Why the oil of a log's header cannot be used: rule, reason, advice."""
     if "oil" not in keys:
         reason = "the header has no line `# oil: ...` and no property `oil`"
         return "header", reason, f"Add it. {FORMAT_ADVICE}"
-    return unknown("oil", keys["oil"], config["oils"])
+    return unknown("oil", keys["oil"], settings.oils)
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> tuple[str, str, str] | None:
@@ -142,11 +143,9 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> tuple[str, str, str] 
     )
 
 
-def simulation_problem(
-    keys: Mapping[str, str], config: Mapping[str, Any]
-) -> tuple[str, str, str] | None:
+def simulation_problem(keys: Mapping[str, str], settings: Settings) -> tuple[str, str, str] | None:
     """Why a simulated log cannot be used in a campaign of measured ones."""
-    if keys.get("simulated", "no") == "no" or config["campaign"]["data"] != "measured":
+    if keys.get("simulated", "no") == "no" or settings.campaign.data != "measured":
         return None
     return (
         "simulated_log",
@@ -181,18 +180,18 @@ class LoggedTable:
 
 
 def read_table(
-    table: LoggedTable, config: Mapping[str, Any], kind: LogKind
+    table: LoggedTable, settings: Settings, kind: LogKind
 ) -> tuple[list[LoggedRun], list[Refusal]]:
     """The run that a table makes, and what had to be refused of it."""
     try:
         columns = find_columns(
-            table.names, table.units, kind.renamed(config["campaign"]), kind.vocabulary
+            table.names, table.units, kind.renamed(settings.campaign), kind.vocabulary
         )
         columns = tuple(one for one in columns if not one.spare or _has_numbers(table, one.place))
         logged = [_numbers(table, column.place) for column in columns]
     except ValueError as error:
         return [], [refused_table(table, "columns", str(error), columns_advice(kind.vocabulary))]
-    problem = kind.header_problem(table.keys, columns, config)
+    problem = kind.header_problem(table.keys, columns, settings)
     if problem:
         return [], [refused_table(table, *problem)]
     every, good = converted(columns, logged)
@@ -202,7 +201,7 @@ def read_table(
     for first, last in as_ranges(rows[~good]):
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
         refusals.append(unreadable_rows(table.run_id, first, last, seen))
-    run = kind.run(table.run_id, rows[good], values, columns, table.keys, config, table.flaw)
+    run = kind.run(table.run_id, rows[good], values, columns, table.keys, settings, table.flaw)
     return [run], refusals
 
 

@@ -3,7 +3,6 @@
 data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from oilfilm.readers.layout import (
     truncated,
 )
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.settings.resolved import Settings
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
@@ -43,14 +43,14 @@ class CsvReader:
             line.count(mark) >= 3 for line in text.splitlines()[:100] for mark in ",;\t|"
         )
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
+    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
         """See `Reader.read`."""
         vocabulary = kind.vocabulary
         try:
-            layout = find_layout(content, kind.renamed(config["campaign"]), vocabulary)
+            layout = find_layout(content, kind.renamed(settings.campaign), vocabulary)
         except LayoutError as error:
             return refused_file(error.rows, "columns", str(error), columns_advice(vocabulary))
-        problem = kind.header_problem(layout.keys, layout.columns, config)
+        problem = kind.header_problem(layout.keys, layout.columns, settings)
         rows = count_rows(layout.table)
         if problem:
             return refused_file(rows, *problem)
@@ -66,7 +66,7 @@ class CsvReader:
         if cut is not None:
             refusals.append(cut)
         flaw = truncated(cut)
-        run = kind.run(file, numbers, values, layout.columns, layout.keys, config, flaw)
+        run = kind.run(file, numbers, values, layout.columns, layout.keys, settings, flaw)
         return Reading(rows, [run], refusals)
 
 

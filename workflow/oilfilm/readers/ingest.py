@@ -3,7 +3,7 @@
 import errno
 import hashlib
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ import pyarrow as arrow
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import load_for_max_hertz_pressure
-from oilfilm.physics.rigs import contact_of
 from oilfilm.readers import READERS, find_reader
 from oilfilm.readers.base import (
     LARGEST_LOG,
@@ -29,6 +28,7 @@ from oilfilm.readers.base import (
 )
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
 from oilfilm.units import PA_PER_GPA
 
@@ -50,32 +50,32 @@ class Ingested:
         return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
 
 
-def ingest(folder: Path, files: Sequence[str], config: Mapping[str, Any]) -> Ingested:
+def ingest(folder: Path, files: Sequence[str], settings: Settings) -> Ingested:
     """Read raw files into samples, runs and quarantine.
 
     Args:
         folder: The campaign's raw folder.
         files: Paths of the logs, relative to `folder`.
-        config: The resolved configuration.
+        settings: Settings of the run.
 
     Raises:
         OilfilmError: A file cannot be read at all, or has the name of a run of another one.
         AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
     """
-    return ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
+    return ingest_logs(((file, read_bytes(folder / file)) for file in files), settings)
 
 
 def ingest_logs(
-    logs: Iterable[tuple[str, bytes]], config: Mapping[str, Any], kind: LogKind = TRACTION
+    logs: Iterable[tuple[str, bytes]], settings: Settings, kind: LogKind = TRACTION
 ) -> Ingested:
     """The same for logs given by name and content, of either kind of rig."""
-    logged: dict[str, list[LoggedRun]] = {oil: [] for oil in config["oils"]}
+    logged: dict[str, list[LoggedRun]] = {oil: [] for oil in settings.oils}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     named: dict[str, str] = {}
-    name = config["campaign"]["name"]
+    name = settings.campaign.name
     for file, content in logs:
-        reader_name, reading = read_log(content, file, config, kind)
+        reader_name, reading = read_log(content, file, settings, kind)
         about = {"campaign": name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
         digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
@@ -88,7 +88,7 @@ def ingest_logs(
                 )
             rows_refused = sum(r.refused_rows for r in reading.refusals if r.run_id == run.run_id)
             runs.append(
-                {**about, **_about_run(run, config), **digests, "reader": reader_name}
+                {**about, **_about_run(run, settings), **digests, "reader": reader_name}
                 | {"refused_rows": rows_refused}
             )
             logged[run.oil].append(run)
@@ -121,14 +121,14 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_log(
-    content: bytes, file: str, config: Mapping[str, Any], kind: LogKind = TRACTION
+    content: bytes, file: str, settings: Settings, kind: LogKind = TRACTION
 ) -> tuple[str, Reading]:
     """The reader's name and what it found in one file's bytes.
 
     Args:
         content: The file's bytes.
         file: Its name, unique among the logs.
-        config: The resolved configuration.
+        settings: Settings of the run.
         kind: Whose log it is to be.
 
     Raises:
@@ -153,7 +153,7 @@ def read_log(
     reader = find_reader(content)
     if reader is None:
         return "none", _unknown(content)
-    reading = _without_absurd(reader.read(content, file, config, kind))
+    reading = _without_absurd(reader.read(content, file, settings, kind))
     if not reading.runs and not reading.refusals:
         return reader.name, refused_file(
             reading.rows,
@@ -244,8 +244,8 @@ def _unknown(content: bytes) -> Reading:
     )
 
 
-def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
-    set_points = asdict(_with_load(run.nominal, run.rig, config))
+def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
+    set_points = asdict(_with_load(run.nominal, run.rig, settings))
     return {
         "run_id": run.run_id,
         "oil": run.oil,
@@ -265,12 +265,12 @@ def _about_run(run: LoggedRun, config: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _with_load(nominal: Nominal, rig: str, config: Mapping[str, Any]) -> Nominal:
+def _with_load(nominal: Nominal, rig: str, settings: Settings) -> Nominal:
     """Set points with the load that gives the nominal pressure, where only that is given."""
     pressure_gpa = nominal.max_hertz_pressure_gpa
     if nominal.load_n is not None or pressure_gpa is None:
         return nominal
-    contact = contact_of(config["rigs"][rig])
+    contact = settings.rigs[rig].contact()
     if contact is None:
         return nominal
     load_n = load_for_max_hertz_pressure(

@@ -2,17 +2,20 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from oilfilm.readers.base import Flaw, LoggedRun
+from oilfilm.settings import campaign as campaign_file
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int64]
-Renamed = Mapping[str, Mapping[str, str]]
+Renamed = Mapping[str, campaign_file.Column]
 
 
 @dataclass(frozen=True)
@@ -50,17 +53,22 @@ class Column:
     spare: bool = False
 
 
+def named_columns(columns: campaign_file.Columns | campaign_file.TorqueColumns) -> Renamed:
+    """Quantity -> the column of that quantity, of those that the campaign file names."""
+    return {quantity: column for quantity, column in columns if column is not None}
+
+
 class LogKind(Protocol):
     """A kind of log: formats find names, units, keys and numbers, and it makes a run of them."""
 
     vocabulary: Vocabulary
 
-    def renamed(self, campaign: Mapping[str, Any]) -> Renamed:
+    def renamed(self, campaign: Campaign) -> Renamed:
         """Quantity -> `name` and `unit` of the columns with names of their own in a campaign."""
         ...
 
     def header_problem(
-        self, keys: Mapping[str, str], columns: Sequence[Column], config: Mapping[str, Any]
+        self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
     ) -> tuple[str, str, str] | None:
         """Why a log with these keys and columns cannot be used: rule, reason, advice."""
         ...
@@ -72,7 +80,7 @@ class LogKind(Protocol):
         values: Mapping[str, FloatArray],
         columns: Sequence[Column],
         keys: Mapping[str, str],
-        config: Mapping[str, Any],
+        settings: Settings,
         flaw: Flaw | None = None,
     ) -> LoggedRun:
         """A continuous run out of the numbers of a log whose header has no problem.
@@ -83,7 +91,7 @@ class LogKind(Protocol):
             values: Quantity -> numbers in the units of `columns`, each of shape (n,).
             columns: As `find_columns` gave them.
             keys: Header keys.
-            config: The resolved configuration.
+            settings: Settings of the run.
             flaw: Why the run cannot be used, if so.
         """
         ...

@@ -7,7 +7,6 @@ its pickles nor its evaluation of header cells is ever reached by a file.
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import lvm_read
 import numpy as np
@@ -24,6 +23,8 @@ from oilfilm.readers.columns import (
 )
 from oilfilm.readers.layout import cut_row, normalise, truncated
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
 
 FloatArray = npt.NDArray[np.float64]
 Cells = Mapping[str, Sequence[str]]
@@ -53,7 +54,7 @@ class LvmReader:
         """True for text that begins with the title of LVM."""
         return normalise(head).lstrip(b" \t\n").startswith(_TITLE)
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
+    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
         """See `Reader.read`."""
         text = normalise(content).decode("utf-8", "replace")
         mark = _SEPARATOR.search(text[:4000])
@@ -72,11 +73,11 @@ class LvmReader:
             complete = whole or number < len(segments)
             try:
                 table, cut = _table(
-                    header, segment, separator, complete, run_id, rows + 1, config, kind
+                    header, segment, separator, complete, run_id, rows + 1, settings, kind
                 )
             except Exception as error:  # whatever a damaged file makes the library stumble over
                 return damaged_file("lvm", error)
-            found, refused = _read(table, segment, config, kind)
+            found, refused = _read(table, segment, settings, kind)
             runs += found
             refusals += [*refused, *cut]
             rows += len(segment.rows)
@@ -84,7 +85,7 @@ class LvmReader:
 
 
 def _read(
-    table: LoggedTable, segment: _Segment, config: Mapping[str, Any], kind: LogKind
+    table: LoggedTable, segment: _Segment, settings: Settings, kind: LogKind
 ) -> tuple[list[LoggedRun], list[Refusal]]:
     """Run and refusals of a segment; none of one without rows."""
     if not segment.rows:
@@ -92,7 +93,7 @@ def _read(
     if not segment.names:
         reason = "the segment has no line `X_Value` with the names of its channels"
         return [], [refused_table(table, "columns", reason, FORMAT_ADVICE)]
-    return read_table(table, config, kind)
+    return read_table(table, settings, kind)
 
 
 def _split(lines: Sequence[str], separator: str) -> tuple[Cells, list[_Segment]]:
@@ -129,7 +130,7 @@ def _table(
     complete: bool,
     run_id: str,
     first_row: int,
-    config: Mapping[str, Any],
+    settings: Settings,
     kind: LogKind,
 ) -> tuple[LoggedTable, list[Refusal]]:
     """A segment as a table, and the refusal of a last row that may be cut."""
@@ -143,7 +144,7 @@ def _table(
         cut = [found] if found else []
     decimal_mark = (header.get("decimal_separator") or ["."])[0] or "."
     values = _numbers(segment.names, kept, separator, decimal_mark)
-    names, units, columns_ = _named(header, segment, values, decimal_mark, config["campaign"], kind)
+    names, units, columns_ = _named(header, segment, values, decimal_mark, settings.campaign, kind)
     flaw = _flaw(segment, cut)
     keys = _keys(header) | _keys(segment.header)
     return LoggedTable(run_id, keys, names, units, columns_, len(kept), first_row, flaw), cut
@@ -207,7 +208,7 @@ def _named(
     segment: _Segment,
     values: FloatArray,
     decimal_mark: str,
-    campaign: Mapping[str, Any],
+    campaign: Campaign,
     kind: LogKind,
 ) -> tuple[list[str], list[str], list[FloatArray]]:
     """Names, units and columns, the X column being the time where no channel is."""

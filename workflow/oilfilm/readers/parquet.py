@@ -18,6 +18,8 @@ from oilfilm.readers.columns import (
     read_table,
 )
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
 
 _MARKS = (b"PAR1", b"PARE")
 _OWN_TABLE = b"oilfilm"
@@ -35,7 +37,7 @@ class ParquetReader:
         """True for the mark of Parquet, encrypted or not."""
         return head.startswith(_MARKS)
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
+    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
         """See `Reader.read`."""
         if content.startswith(b"PARE"):
             return refused_file(
@@ -46,10 +48,10 @@ class ParquetReader:
             metadata = log.schema_arrow.metadata or {}
             if _OWN_TABLE in metadata:
                 return _own_table(log.metadata.num_rows, metadata[_OWN_TABLE])
-            table = _table(log, file, config["campaign"], kind)
+            table = _table(log, file, settings.campaign, kind)
         except Exception as error:  # Arrow raises whatever a damaged file makes it stumble over
             return damaged_file("parquet", error)
-        runs, refusals = read_table(table, config, kind)
+        runs, refusals = read_table(table, settings, kind)
         # a table without rows is left to `ingest`, which says so
         return Reading(table.rows, runs, refusals) if table.rows else Reading(0)
 
@@ -64,9 +66,7 @@ def _own_table(rows: int, footer: bytes) -> Reading:
     )
 
 
-def _table(
-    log: parquet.ParquetFile, file: str, campaign: Mapping[str, Any], kind: LogKind
-) -> LoggedTable:
+def _table(log: parquet.ParquetFile, file: str, campaign: Campaign, kind: LogKind) -> LoggedTable:
     """The columns that mean something to a run; of the others only names are kept.
 
     Raises:

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +28,7 @@ from oilfilm.readers.base import (
 )
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
+from oilfilm.settings.resolved import Settings
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -90,7 +90,7 @@ class PcsReader:
         text = head.decode("utf-8-sig", "replace")
         return any(_STEP.match(line) or "Test Data File" in line for line in text.splitlines()[:40])
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
+    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
         """See `Reader.read`."""
         text = _decode(content)
         steps = _with_own_labels(_steps(text.splitlines()))
@@ -102,13 +102,13 @@ class PcsReader:
                 f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log",
                 "Move it to the folder of the campaign's traction logs.",
             )
-        oils = list(config["oils"])
-        if len(oils) != 1 or len(config["rigs"]) != 1:
+        oils = list(settings.oils)
+        if len(oils) != 1 or len(settings.rigs) != 1:
             return refused_file(
                 rows,
                 "unknown_oil",
                 f"a PCS export does not name its oil, and the campaign has {len(oils)} oils and "
-                f"{len(config['rigs'])} rigs",
+                f"{len(settings.rigs)} rigs",
                 "Put logs of one oil and one rig into a campaign of their own.",
             )
         runs: list[LoggedRun] = []
@@ -116,7 +116,7 @@ class PcsReader:
         cut = bool(text) and not text.endswith(("\n", "\r"))
         for step in steps:
             if step.lines:
-                run, refused = _read_step(step, file, config, cut and step is steps[-1])
+                run, refused = _read_step(step, file, settings, cut and step is steps[-1])
                 runs += [run] if run is not None else []
                 refusals += refused
         return Reading(rows, runs, refusals)
@@ -194,7 +194,7 @@ def _date(text: str) -> datetime | None:
 
 
 def _read_step(
-    step: _Step, file: str, config: Mapping[str, Any], cut: bool
+    step: _Step, file: str, settings: Settings, cut: bool
 ) -> tuple[LoggedRun | None, list[Refusal]]:
     run_id = f"{file}:{step.label}"
     first, last = int(step.rows[0]), int(step.rows[-1])
@@ -243,7 +243,11 @@ def _read_step(
         ),
     ]
     return _run(
-        step, run_id, {key: array[sound] for key, array in values.items()}, step.rows[sound], config
+        step,
+        run_id,
+        {key: array[sound] for key, array in values.items()},
+        step.rows[sound],
+        settings,
     ), refusals
 
 
@@ -331,7 +335,7 @@ def _run(
     run_id: str,
     values: Mapping[str, FloatArray],
     rows: npt.NDArray[np.int64],
-    config: Mapping[str, Any],
+    settings: Settings,
 ) -> LoggedRun:
     ball, disc = _surface_speeds(values)
     samples = samples_of_run(
@@ -346,6 +350,6 @@ def _run(
         inlet_temperature_c=values["inlet_temperature_c"],
         measured_film_thickness_um=values["film_nm"] * 1e-3,
     )
-    nominal = Nominal.planned(config["campaign"])
-    (oil,), (rig,) = config["oils"], config["rigs"]
+    nominal = Nominal.planned(settings.campaign)
+    (oil,), (rig,) = settings.oils, settings.rigs
     return LoggedRun(run_id, oil, rig, "steps", nominal, samples)

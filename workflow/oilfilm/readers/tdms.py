@@ -29,6 +29,8 @@ from oilfilm.readers.columns import (
     read_table,
 )
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
 
 Values = npt.NDArray[Any]
 
@@ -64,7 +66,7 @@ class TdmsReader:
         """True where the first segment's tag stands at the very beginning."""
         return head.startswith(_TAG)
 
-    def read(self, content: bytes, file: str, config: Mapping[str, Any], kind: LogKind) -> Reading:
+    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
         """See `Reader.read`."""
         flaw = _cut(content)
         try:
@@ -81,8 +83,8 @@ class TdmsReader:
         rows = 0
         for group, label in zip(groups, labels, strict=True):
             run_id = f"{file}:{label}" if len(groups) > 1 else file
-            table, behind = _table(group, run_id, rows + 1, flaw, config["campaign"], kind)
-            found, refused = read_table(table, config, kind)
+            table, behind = _table(group, run_id, rows + 1, flaw, settings.campaign, kind)
+            found, refused = read_table(table, settings, kind)
             runs += found
             refusals += refused + behind
             rows += table.rows + sum(refusal.refused_rows for refusal in behind)
@@ -172,7 +174,7 @@ def _table(
     run_id: str,
     first: int,
     flaw: Flaw | None,
-    campaign: Mapping[str, Any],
+    campaign: Campaign,
     kind: LogKind,
 ) -> tuple[LoggedTable, list[Refusal]]:
     """The rows that all channels of a run have, and the refusal of those behind them.

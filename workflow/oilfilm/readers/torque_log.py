@@ -1,11 +1,20 @@
 """Logs of a torque rig: what they hold, and the run that their columns make."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from oilfilm.errors import OilfilmError
 from oilfilm.readers.base import Flaw, LoggedRun, Nominal
 from oilfilm.readers.columns import oil_problem, simulation_problem
-from oilfilm.readers.log_kind import Column, FloatArray, IndexArray, Renamed, Vocabulary
+from oilfilm.readers.log_kind import (
+    Column,
+    FloatArray,
+    IndexArray,
+    Renamed,
+    Vocabulary,
+    named_columns,
+)
+from oilfilm.settings.campaign import Campaign, Torque
+from oilfilm.settings.resolved import Settings
 
 # Column names that carry their unit, as the project writes them: every log must have them all.
 _OWN_NAMES = {
@@ -34,19 +43,19 @@ class TorqueLog:
         ((),),
     )
 
-    def renamed(self, campaign: Mapping[str, Any]) -> Renamed:
+    def renamed(self, campaign: Campaign) -> Renamed:
         """See `LogKind.renamed`."""
-        return dict(campaign["torque"].get("columns", {}))
+        return named_columns(torque_of(campaign).columns)
 
     def header_problem(
-        self, keys: Mapping[str, str], columns: Sequence[Column], config: Mapping[str, Any]
+        self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
     ) -> tuple[str, str, str] | None:
         """See `LogKind.header_problem`."""
-        bearing = config["campaign"]["torque"]["bearing"]
+        bearing = torque_of(settings.campaign).bearing
         return (
-            oil_problem(keys, config)
+            oil_problem(keys, settings)
             or _bearing_problem(keys.get("bearing", bearing), bearing)
-            or simulation_problem(keys, config)
+            or simulation_problem(keys, settings)
         )
 
     def run(
@@ -56,12 +65,12 @@ class TorqueLog:
         values: Mapping[str, FloatArray],
         columns: Sequence[Column],
         keys: Mapping[str, str],
-        config: Mapping[str, Any],
+        settings: Settings,
         flaw: Flaw | None = None,
     ) -> LoggedRun:
         """See `LogKind.run`."""
         samples = {name: values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
-        bearing = config["campaign"]["torque"]["bearing"]
+        bearing = torque_of(settings.campaign).bearing
         label = keys.get("run", "")
         return LoggedRun(
             run_id,
@@ -76,6 +85,20 @@ class TorqueLog:
 
 
 TORQUE = TorqueLog()
+
+
+def torque_of(campaign: Campaign) -> Torque:
+    """What the campaign file says of its torque logs.
+
+    Raises:
+        OilfilmError: It has none.
+    """
+    if campaign.torque is None:
+        raise OilfilmError(
+            f"campaign {campaign.name!r}: has no torque logs. Add `torque` to its file, or choose "
+            "another campaign."
+        )
+    return campaign.torque
 
 
 def _bearing_problem(named: str, bearing: str) -> tuple[str, str, str] | None:

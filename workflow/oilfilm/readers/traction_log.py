@@ -1,12 +1,10 @@
 """Logs of a traction rig: what they hold, and the run that their columns make."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from oilfilm.physics.contact import load_for_max_hertz_pressure
-from oilfilm.physics.rigs import contact_of
 from oilfilm.readers.base import (
     LARGEST_READING,
     SET_POINTS,
@@ -17,8 +15,18 @@ from oilfilm.readers.base import (
     samples_of_run,
 )
 from oilfilm.readers.columns import FORMAT_ADVICE, oil_problem, simulation_problem, unknown
-from oilfilm.readers.log_kind import Column, FloatArray, IndexArray, Renamed, Vocabulary
-from oilfilm.settings.semantics import Semantics, semantics_of
+from oilfilm.readers.log_kind import (
+    Column,
+    FloatArray,
+    IndexArray,
+    Renamed,
+    Vocabulary,
+    named_columns,
+)
+from oilfilm.settings.campaign import Campaign, Semantics
+from oilfilm.settings.config import LoggedTwiceSettings
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA, rpm_to_surface_speed
 
 # What a log may hold -> the units that can be used of it.
@@ -58,21 +66,21 @@ class TractionLog:
 
     vocabulary = Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS)
 
-    def renamed(self, campaign: Mapping[str, Any]) -> Renamed:
+    def renamed(self, campaign: Campaign) -> Renamed:
         """See `LogKind.renamed`."""
-        return dict(campaign.get("columns", {}))
+        return named_columns(campaign.columns)
 
     def header_problem(
-        self, keys: Mapping[str, str], columns: Sequence[Column], config: Mapping[str, Any]
+        self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
     ) -> tuple[str, str, str] | None:
         """See `LogKind.header_problem`."""
-        rig = _rig_name(keys, config)
+        rig = _rig_name(keys, settings)
         return (
-            oil_problem(keys, config)
-            or unknown("rig", rig, config["rigs"])
-            or simulation_problem(keys, config)
+            oil_problem(keys, settings)
+            or unknown("rig", rig, settings.rigs)
+            or simulation_problem(keys, settings)
             or _set_point_problem(keys)
-            or _rig_problem(columns, rig, config["rigs"][rig])
+            or _rig_problem(columns, rig, settings.rigs[rig])
         )
 
     def run(
@@ -82,17 +90,17 @@ class TractionLog:
         values: Mapping[str, FloatArray],
         columns: Sequence[Column],
         keys: Mapping[str, str],
-        config: Mapping[str, Any],
+        settings: Settings,
         flaw: Flaw | None = None,
     ) -> LoggedRun:
         """See `LogKind.run`."""
-        rig_name = _rig_name(keys, config)
-        rig = config["rigs"][rig_name]
+        rig_name = _rig_name(keys, settings)
+        rig = settings.rigs[rig_name]
         units = {column.quantity: column.to.unit for column in columns}
-        log = semantics_of(config["campaign"], rig_name)
+        log = settings.campaign.semantics_for(rig_name)
         ball, disc = _surface_speeds(values, units, rig, log)
         if "ball_speed" in values and flaw is None:
-            flaw = _contradiction(values, ball, disc, rows, log, config["logged_twice"])
+            flaw = _contradiction(values, ball, disc, rows, log, settings.logged_twice)
         samples = samples_of_run(
             row=rows,
             time_s=values["time"],
@@ -104,7 +112,7 @@ class TractionLog:
         )
         given = {name: _set_point(name, keys[name]) for name in SET_POINTS if name in keys}
         header = {name: value for name, value in given.items() if value is not None}
-        nominal = Nominal.planned(config["campaign"], header)
+        nominal = Nominal.planned(settings.campaign, header)
         return LoggedRun(
             run_id, keys["oil"], rig_name, "continuous", nominal, samples, flaw, keys.get("run", "")
         )
@@ -143,16 +151,14 @@ def _most(name: str) -> float:
     return _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 
 
-def _rig_problem(
-    columns: Sequence[Column], name: str, rig: Mapping[str, Any]
-) -> tuple[str, str, str] | None:
+def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> tuple[str, str, str] | None:
     """What the columns need of the rig and its file does not say."""
     units = {column.quantity: column.to.unit for column in columns}
     needed = [
         f"{body}_track_radius_m" for body in ("ball", "disc") if units.get(f"{body}_speed") == "rpm"
     ]
     needed += ["ball_radius_m"] if units["load"] == "GPa" else []
-    missing = [key for key in needed if key not in rig]
+    missing = [key for key in needed if getattr(rig, key) is None]
     if not missing:
         return None
     return (
@@ -162,13 +168,13 @@ def _rig_problem(
     )
 
 
-def _rig_name(keys: Mapping[str, str], config: Mapping[str, Any]) -> str:
-    return keys.get("rig", next(iter(config["rigs"])))
+def _rig_name(keys: Mapping[str, str], settings: Settings) -> str:
+    return keys.get("rig", next(iter(settings.rigs)))
 
 
-def _load_n(values: FloatArray, unit: str, rig: Mapping[str, Any]) -> FloatArray:
+def _load_n(values: FloatArray, unit: str, rig: Rig) -> FloatArray:
     """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
-    contact = contact_of(rig)
+    contact = rig.contact()
     if unit == "N" or contact is None:
         return values
     return load_for_max_hertz_pressure(
@@ -179,7 +185,7 @@ def _load_n(values: FloatArray, unit: str, rig: Mapping[str, Any]) -> FloatArray
 def _surface_speeds(
     values: Mapping[str, FloatArray],
     units: Mapping[str, str],
-    rig: Mapping[str, Any],
+    rig: Rig,
     log: Semantics,
 ) -> tuple[FloatArray, FloatArray]:
     """Surface speeds of ball and disc in m/s, from theirs or from entrainment speed and slip."""
@@ -187,7 +193,9 @@ def _surface_speeds(
         ball, disc = (
             values[f"{body}_speed"]
             if units[f"{body}_speed"] == "m/s"
-            else rpm_to_surface_speed(values[f"{body}_speed"], rig[f"{body}_track_radius_m"])
+            else rpm_to_surface_speed(
+                values[f"{body}_speed"], getattr(rig, f"{body}_track_radius_m")
+            )
             for body in ("ball", "disc")
         )
         return ball, disc
@@ -203,7 +211,7 @@ def _contradiction(
     disc: FloatArray,
     rows: IndexArray,
     log: Semantics,
-    limits: Mapping[str, float],
+    limits: LoggedTwiceSettings,
 ) -> Flaw | None:
     """How a log's own entrainment speed or slip contradicts its two speeds; None where not.
 
@@ -224,12 +232,12 @@ def _contradiction(
         logged = log.over_mean(logged) if name == "slide_roll_ratio" else logged
         apart = np.abs(logged - by_speeds) / unit
         known = np.flatnonzero(np.isfinite(apart))
-        if len(known) and (median := float(np.median(apart[known]))) > limits[name]:
+        if len(known) and (median := float(np.median(apart[known]))) > getattr(limits, name):
             worst = known[np.argmax(apart[known])]
             return Flaw(
                 "columns_disagree",
                 f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but the speeds of "
                 f"ball and disc give {by_speeds[worst]:.4g}; the median difference is "
-                f"{median:.2g}, allowed {limits[name]:g}",
+                f"{median:.2g}, allowed {getattr(limits, name):g}",
             )
     return None

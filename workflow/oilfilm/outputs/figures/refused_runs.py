@@ -56,18 +56,18 @@ class Judged:
 
 
 def judged_torque_logs(
-    logs: Iterable[tuple[str, bytes]], quarantine: pd.DataFrame, config: Mapping[str, Any]
+    logs: Iterable[tuple[str, bytes]], quarantine: pd.DataFrame, settings: Settings
 ) -> Judged:
     """Refused torque logs, read again: their samples are in no table.
 
     Args:
         logs: Name and content of each log that the quarantine names.
         quarantine: What was refused of the torque logs.
-        config: The resolved configuration.
+        settings: Settings of the run.
     """
-    ingested = ingest_logs(logs, config, TORQUE_RIG.logs)
+    ingested = ingest_logs(logs, settings, TORQUE_RIG.logs)
     samples = ingested.all_samples()
-    share = curate(samples, ingested.runs, config, TORQUE_RIG)
+    share = curate(samples, ingested.runs, settings, TORQUE_RIG)
     return Judged(
         TORQUE_RIG,
         share.runs,
@@ -77,14 +77,12 @@ def judged_torque_logs(
     )
 
 
-def draw_pages(
-    rigs: Iterable[Judged], config: Mapping[str, Any], most: int, folder: Path
-) -> pd.DataFrame:
+def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Path) -> pd.DataFrame:
     """Draw the page of every refused run that gets one; the table `refused_pages`.
 
     Args:
         rigs: What curation made of the logs, one kind of rig after the other.
-        config: The resolved configuration.
+        settings: Settings of the run.
         most: Number of pages at most.
         folder: Where the pages are written.
     """
@@ -95,7 +93,7 @@ def draw_pages(
             (run,) = tables.rows(judged.runs[judged.runs["run_id"] == entry["run_id"]])
             points = judged.points[judged.points["run_id"] == entry["run_id"]]
             samples = judged.samples(entry["run_id"])
-            page = draw_page(entry, run, samples, points, config, judged.kind)
+            page = draw_page(entry, run, samples, points, settings, judged.kind)
             style.save(page, folder / entry["page"])
             most -= 1
         listings.append(pages)
@@ -176,7 +174,7 @@ def draw_page(
     run: Mapping[str, Any],
     samples: pd.DataFrame,
     points: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
     kind: RigKind = TRACTION_RIG,
 ) -> Figure:
     """One page: what is wrong in words, then the signals against time with the rows marked.
@@ -186,10 +184,10 @@ def draw_page(
         run: Its row of the table of runs.
         samples: Its samples.
         points: Its plateaus.
-        config: The resolved configuration.
+        settings: Settings of the run.
         kind: The kind of rig.
     """
-    signals = kind.signals(arrays_of(samples), run["rig"], config)
+    signals = kind.signals(arrays_of(samples), run["rig"], settings)
     head = _head(entry, run)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, _HEIGHT_IN))
     axes = figure.subplots(
@@ -209,7 +207,7 @@ def draw_page(
     figure.align_ylabels(list(axes[1:]))
     _say_place(axes[1], signals, entry)
     _say_key(figure)
-    style.say_source(figure, Settings.of(config).campaign)
+    style.say_source(figure, settings.campaign)
     return figure
 
 

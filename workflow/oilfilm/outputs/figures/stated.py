@@ -142,7 +142,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     """Levels of the test matrix; without one, those that the logs were set to."""
     campaign = settings.campaign
     source = "campaign file, matrix" if campaign.matrix is not None else "set points of the logs"
-    runs = with_levels(results.runs, settings.plain())
+    runs = with_levels(results.runs, settings)
     rows = []
     for name, (quantity, unit) in _MATRIX.items():
         levels = (

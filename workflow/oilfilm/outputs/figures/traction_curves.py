@@ -79,7 +79,7 @@ _CURVES = drawn_table(
 )
 def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     """mu of one oil against slip by pressure (left) and speed (right), one row per temperature."""
-    results = results.replace(runs=with_levels(results.runs, settings.plain()))
+    results = results.replace(runs=with_levels(results.runs, settings))
     choice = settings.figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
     law = FittedLaw.of(results.coefficients, oil)
@@ -148,7 +148,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
 )
 def fig03(results: CampaignTables, settings: Settings) -> Drawing:
     """mu of all oils against slip at one temperature, one panel per pressure."""
-    results = results.replace(runs=with_levels(results.runs, settings.plain()))
+    results = results.replace(runs=with_levels(results.runs, settings))
     choice = settings.figures.fig03
     oils = list(settings.oils)
     pressures = _levels(results, settings.campaign, "max_hertz_pressure_gpa")

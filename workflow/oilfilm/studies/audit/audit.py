@@ -91,7 +91,7 @@ def refit_evidence(
         unknown,
         films(settings),
         settings.gates.lambda_limit,
-        _of_matrix(results.points, of_matrix(results.runs, settings.plain())),
+        _of_matrix(results.points, of_matrix(results.runs, settings)),
         results.comparison,
         results.torque,
     )
