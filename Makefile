@@ -109,7 +109,7 @@ $(READY): $(LOCKED) pyproject.toml
 bench-ingest: $(READY) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py
 
-bench-coverage: $(READY) ## 200 simulated campaigns an oil: do the intervals cover the truth (10 min)
+bench-coverage: $(READY) ## 200 simulated campaigns per oil: do the intervals cover the truth (10 min)
 	$(BIN)/python benchmarks/coverage.py
 
 # The rivals' packages stay out of .venv: nothing but this benchmark needs them.
@@ -133,7 +133,7 @@ lock: ## renew requirements.lock after a change of pyproject.toml
 		--generate-hashes --no-emit-index-url --python-version 3.11 --constraint requirements.lock \
 		--custom-compile-command "make lock" benchmarks/rivals.in --output-file benchmarks/rivals.lock
 
-schemas: $(READY) ## renew the generated schemas, docs/configuration.md and docs/tables.md
+schemas: $(READY) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.settings.schemas
 	$(BIN)/python -m oilfilm.outputs.tables_page
 

@@ -55,5 +55,5 @@ onsuccess:
 
 onerror:
     print(
-        f"The run did not end. What stopped it stands above and in results/{CAMPAIGN.name}/logs."
+        f"The run did not finish. The reason is printed above and in results/{CAMPAIGN.name}/logs."
     )

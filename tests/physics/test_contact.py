@@ -30,7 +30,7 @@ radius_ratios = st.floats(1e-4, 1e4)
 
 @pytest.mark.parametrize(
     ("max_pressure_gpa", "load_n", "rounding_n"),
-    [(1.0, 42.1, 0.05), (1.5, 142, 0.5)],  # docs/physics.md, check 1 [C], and docs/physics.md
+    [(1.0, 42.1, 0.05), (1.5, 142, 0.5)],  # docs/physics.md, check 1 [C]
 )
 def test_rig_ball_needs_the_printed_load_for_its_pressure(
     max_pressure_gpa: float, load_n: float, rounding_n: float

@@ -167,7 +167,7 @@ def test_changed_gate_judges_again_but_reads_nothing_again(snakemake: Run, finis
 def test_changed_code_runs_what_it_affects_and_nothing_else(
     place: Path, snakemake: Run, finished: str
 ) -> None:
-    module = place / "workflow/oilfilm/figures/style.py"
+    module = place / "workflow/oilfilm/outputs/figures/style.py"
     before = module.read_text(encoding="utf-8")
     try:
         module.write_text(before + "\n# touched\n", encoding="utf-8")

@@ -1,6 +1,6 @@
 // The explorer of the report: fitted laws with their intervals, measured points, the paper's advice.
 //
-// Laws and intervals are those of oilfilm.fitting.fitted, the advice is that of oilfilm.selection;
+// Laws and intervals are those of oilfilm.fitting.fitted, the advice is that of oilfilm.studies.selection;
 // tests/outputs/test_report_browser.py holds both against Python. Names from logs reach the page as text
 // only (textContent, Bokeh's escaped tooltips).
 "use strict";
@@ -114,8 +114,8 @@ function adviceInWords(place) {
   if (!found.rule) return "No rule of the paper applies here.";
   const { rule, advised, best, judgement } = found;
   const limit = DATA.selection.lambda_limit;
-  const words = [`Rule "${rule.name}" (section ${rule.section} of the paper) decides; it is after ${
-    rule.aim} and prefers ${rule.prefer.join(", then ")}.`];
+  const words = [`Rule "${rule.name}" (section ${rule.section} of the paper) decides. Aim: ${
+    rule.aim}. Order of preference: ${rule.prefer.join(", ")}.`];
   if (judgement === "no film") return `${words[0]} No oil has enough film here (lambda above ${limit}).`;
   words.push(advised ? `Advised: ${advised.name}, the first with enough film (${film(advised)}; limit ${limit}).`
     : `None of them has enough film (lambda above ${limit}).`);
