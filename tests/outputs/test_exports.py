@@ -25,6 +25,7 @@ from oilfilm.outputs.exports.description import SLIP, Description, describe
 from oilfilm.outputs.exports.json_format import ExportFile
 from oilfilm.outputs.exports.names import identifiers, plain
 from oilfilm.settings.messages import first_mistake
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -90,7 +91,7 @@ def tables_of(law: Law, oils: list[str], values: dict[str, float]) -> Tables:
     )
 
 
-def describe_law(config: dict[str, Any], name: str, left_out: int | None = None) -> Description:
+def describe_law(config: Settings, name: str, left_out: int | None = None) -> Description:
     """A law with plausible constants; the exponents of one of its groups left out."""
     law = EVERY_LAW[name]
     planted = dict(zip([one.name for one in law.constants], TRUTH[name], strict=True))
@@ -106,13 +107,13 @@ def describe_law(config: dict[str, Any], name: str, left_out: int | None = None)
 
 
 @pytest.fixture(scope="module")
-def fit(config: dict[str, Any]) -> Description:
+def fit(config: Settings) -> Description:
     """Oil 4050 as printed, everything known."""
     return describe_law(config, "deng2026")
 
 
 @pytest.fixture(scope="module")
-def curve_only(config: dict[str, Any]) -> Description:
+def curve_only(config: Settings) -> Description:
     """No exponent at all, the pressure not even known: one curve."""
     law = EVERY_LAW["deng2026"]
     points, *tables = tables_of(law, ["x-1"], {"A": -0.056, "B": 0.85, "C": 35.5})
@@ -290,7 +291,7 @@ def refuse_other_values(
 @pytest.mark.parametrize("law", EVERY_LAW)
 @pytest.mark.parametrize("evaluate", TOOLS)
 def test_exported_function_computes_the_law(
-    evaluate: Callable[..., np.ndarray], law: str, config: dict[str, Any], tmp_path: Path
+    evaluate: Callable[..., np.ndarray], law: str, config: Settings, tmp_path: Path
 ) -> None:
     refuse_other_values(evaluate, describe_law(config, law), grid(), tmp_path)
 
@@ -298,7 +299,7 @@ def test_exported_function_computes_the_law(
 @pytest.mark.parametrize("law", ["deng2026", "carreau"])
 @pytest.mark.parametrize("evaluate", TOOLS)
 def test_exported_function_of_a_fit_without_speed_takes_no_speed(
-    evaluate: Callable[..., np.ndarray], law: str, config: dict[str, Any], tmp_path: Path
+    evaluate: Callable[..., np.ndarray], law: str, config: Settings, tmp_path: Path
 ) -> None:
     fit = describe_law(config, law, left_out=1)
     assert "entrainment_speed_m_s" not in fit.argument_names
@@ -342,7 +343,7 @@ def test_octave_takes_arrays_that_expand_against_each_other(
     assert said.split() == ["2", "3"]
 
 
-def test_example_of_the_readme_runs(config: dict[str, Any], tmp_path: Path) -> None:
+def test_example_of_the_readme_runs(config: Settings, tmp_path: Path) -> None:
     law = EVERY_LAW["deng2026"]
     values = dict(zip([one.name for one in law.constants], printed()["4102"], strict=True))
     save(describe("4102", "4102", *tables_of(law, ["4102"], values), law, config), tmp_path)
@@ -358,13 +359,13 @@ def test_example_of_the_readme_runs(config: dict[str, Any], tmp_path: Path) -> N
 
 
 @pytest.fixture(scope="module")
-def hostile(config: dict[str, Any]) -> tuple[list[Description], dict[str, str]]:
+def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
     law = EVERY_LAW["deng2026"]
     values = dict(zip([one.name for one in law.constants], printed()["4102"], strict=True))
-    campaign = {**config["campaign"], "description": " ".join(HOSTILE), "name": HOSTILE[0]}
+    campaign = {"description": " ".join(HOSTILE), "name": HOSTILE[0]}
     points, coefficients, quality = tables_of(law, HOSTILE, values)
     quality = quality.assign(certificate=" ".join(HOSTILE), certified=False)
-    told = {**config, "campaign": campaign}
+    told = config.with_changes({"campaign": campaign})
     fits = [
         describe(oil, name, points, coefficients, quality, law, told)
         for oil, name in identifiers(HOSTILE).items()
@@ -415,7 +416,7 @@ def test_oils_that_differ_in_case_or_dots_alone_are_told_apart() -> None:
 
 
 @pytest.mark.parametrize("law", EVERY_LAW)
-def test_json_and_csv_give_the_same_mu_back(config: dict[str, Any], law: str) -> None:
+def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
     """As a reader does who has the files alone: power laws, then the equation as it is written."""
     fit = describe_law(config, law)
     texts = export(fit, PROVENANCE)
@@ -455,7 +456,7 @@ def test_every_number_of_json_and_csv_has_its_unit(fit: Description) -> None:
 
 
 @pytest.mark.parametrize("law", EVERY_LAW)
-def test_json_is_in_its_format(law: str, config: dict[str, Any]) -> None:
+def test_json_is_in_its_format(law: str, config: Settings) -> None:
     content = json.loads(export(describe_law(config, law), PROVENANCE)["traction_4050.json"])
     assert not first_mistake(content, ExportFile)
     assert {*content["files"], *content["not_written"]} == {"CSV", *FORMS}
@@ -465,7 +466,7 @@ def test_json_is_in_its_format(law: str, config: dict[str, Any]) -> None:
 @pytest.mark.parametrize("left_out", [None, 1])
 @pytest.mark.parametrize("law", [name for name, law in EVERY_LAW.items() if law.adore])
 def test_adore_form_is_the_law_at_its_operating_point(
-    law: str, left_out: int | None, config: dict[str, Any]
+    law: str, left_out: int | None, config: Settings
 ) -> None:
     fit = describe_law(config, law, left_out)
     slips = np.linspace(0, 0.5, 21)
@@ -489,13 +490,13 @@ def test_adore_form_is_the_law_at_its_operating_point(
         assert row["peak_mu"] >= mu.max()
 
 
-def test_law_without_the_form_of_adore_says_so(config: dict[str, Any]) -> None:
+def test_law_without_the_form_of_adore_says_so(config: Settings) -> None:
     content = json.loads(export(describe_law(config, "tanh"), PROVENANCE)["traction_4050.json"])
     assert content["not_written"]["ADORE"].startswith("the law tanh has not the form")
     assert content["adore"]["points"] == []
 
 
-def test_points_of_adore_without_a_load_are_told(config: dict[str, Any]) -> None:
+def test_points_of_adore_without_a_load_are_told(config: Settings) -> None:
     fit = replace(describe_law(config, "wang-deng-load"), adore_points=(MIDDLE,))
     content = json.loads(export(fit, PROVENANCE)["traction_4050.json"])
     assert content["not_written"]["ADORE"] == "the points of exports.adore_points lack load_n"
@@ -519,7 +520,7 @@ def test_fit_of_one_level_stands_at_that_level_once(curve_only: Description) -> 
 # ------------------------------------------------------------------------- what it says
 
 
-def test_fit_without_a_curve_is_listed_with_the_reason(config: dict[str, Any]) -> None:
+def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None:
     points, coefficients, quality = tables_of(EVERY_LAW["deng2026"], ["4102"], {})
     why = "not fitted: 3 accepted points, at least 13 are needed"
     quality = quality.assign(certificate=why, certified=False, rmse=np.nan, max_error=np.nan)

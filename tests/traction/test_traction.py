@@ -1,4 +1,4 @@
-"""The traction law: closed forms of its equation, its gradient, its paper."""
+"""The traction law: closed forms of its equation, its paper."""
 
 import numpy as np
 import pytest
@@ -86,22 +86,6 @@ def test_internal_form_is_the_printed_equation(oil: str) -> None:
     curve = LAW.value(sizes, slip)
     expected = traction_coefficient(printed()[oil], 1.25, 30.0, 70.0, slip)
     np.testing.assert_allclose(curve, expected, rtol=1e-12, atol=1e-17)
-
-
-@pytest.mark.parametrize("oil", OILS)
-def test_gradient_is_the_complex_step_derivative(oil: str) -> None:
-    """f(x + i h) = f(x) + i h f'(x): exact to machine precision, an independent derivative."""
-    slip = np.array([0.0, 0.01, 0.05, 0.3])
-    at = observe(MATRIX[::7], slip)
-    internal = to_internal(LAW, printed()[oil])
-    jacobian = LAW.jacobian(internal, at)
-    for place in range(12):
-        shifted = internal.astype(complex)
-        shifted[place] += 1e-30j
-        a, b, c = (np.exp(at.design @ block) for block in np.split(shifted, 3))
-        a, b, c = -a[at.curve], b[at.curve], c[at.curve]
-        derivative = ((a + b * at.slip) * np.exp(-c * at.slip) - a).imag / 1e-30
-        np.testing.assert_allclose(jacobian[:, place], derivative, rtol=1e-10, atol=1e-18)
 
 
 def test_wrong_sign_and_impossible_conditions_are_refused() -> None:

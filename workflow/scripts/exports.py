@@ -6,6 +6,7 @@ from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder, write_text
 from oilfilm.outputs.exports import export_campaign
 from oilfilm.run.job import job
+from oilfilm.settings.resolved import Settings
 
 with job(snakemake) as provenance:
     inputs = snakemake.input
@@ -13,7 +14,7 @@ with job(snakemake) as provenance:
         points=tables.read("points", Path(inputs.points)),
         coefficients=tables.read("coefficients", Path(inputs.coefficients)),
         quality=tables.read("fit_quality", Path(inputs.quality)),
-        config=snakemake.params.config,
+        settings=Settings.of(snakemake.params.config),
         provenance=provenance,
     )
     with atomic_folder(Path(snakemake.output.folder)) as folder:

@@ -3,6 +3,11 @@
 The text is arithmetic as Python and SymPy read it: "A*tanh(B*S/A)". A parsed equation is a graph
 of `Node` in which equal parts are one object, so that a part that occurs twice is computed once.
 No package for algebra is needed at run time, and nothing generated is stored.
+
+SymPy 1.14 was tried in place of this module and of the formulas in `typeset`. Values and slopes
+were equally exact (largest error 6e-17 with both), but the slopes took 1.0 to 1.7 times as long
+and the import took 2.5 s of CPU time (pandas: 0.5 s). By estimate it saves 240 lines written by
+hand, but it needs 105 generated lines, and every new law needs a third file.
 """
 
 import ast
@@ -115,28 +120,6 @@ def _power(base: Node, exponent: Node) -> Node:
     return base if exponent is _ONE else _node("**", base, exponent)
 
 
-def product_of_powers(factor: float, powers: Sequence[tuple[Node, float]]) -> Node:
-    """factor x^a y^b ... of nodes x, y and numbers a, b."""
-    product = _signed(factor)
-    for base, exponent in powers:
-        product = _multiply(product, _power(base, _signed(exponent)))
-    return product
-
-
-def ratio(node: Node, divisor: float) -> Node:
-    """node/divisor."""
-    return _divide(node, number(divisor))
-
-
-def size(node: Node) -> Node:
-    """|node|."""
-    return _node("abs", node)
-
-
-def _signed(value: float) -> Node:
-    return number(value) if value >= 0 else _negative(number(-value))
-
-
 _BUILD: dict[str, Callable[..., Node]] = {
     "+": _add,
     "-": _subtract,
@@ -196,6 +179,16 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
         )
 
     return build(ast.parse(text, mode="eval").body)
+
+
+def parse_steps(steps: Iterable[tuple[str, str]], names: Iterable[str]) -> list[tuple[str, Node]]:
+    """The graphs of named equations, each by the given names and by those of earlier steps."""
+    known = {text: name(text) for text in names}
+    parsed = []
+    for step, text in steps:
+        parsed.append((step, parse(text, known)))
+        known[step] = name(step)
+    return parsed
 
 
 def functions_of(nodes: Iterable[Node]) -> set[str]:

@@ -160,13 +160,13 @@ class Law:
         return mu, tuple(slopes)
 
     def definitions(self) -> list[tuple[str, Node]]:
-        """The equation as it is written: its parts, then mu, by signed coefficients and S."""
-        known = {name: expression.name(name) for name in (*self.local_constants, "S")}
-        written = []
-        for name, text in (*self.parts, ("mu", self.equation)):
-            written.append((name, expression.parse(text, known)))
-            known[name] = expression.name(name)
-        return written
+        """The equation as it is written: mu, then its parts, by signed coefficients and S."""
+        return expression.parse_steps(self.steps, (*self.local_constants, "S"))[::-1]
+
+    @property
+    def steps(self) -> tuple[tuple[str, str], ...]:
+        """The parts of the equation, then mu: name and text."""
+        return (*self.parts, ("mu", self.equation))
 
     @property
     def formula(self) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from oilfilm.traction.expression import Form, Language, Node
+from oilfilm.traction.expression import Form, Language
 from oilfilm.traction.law import QUANTITIES, Law
 
 LATEX = Language(
@@ -61,7 +61,7 @@ MATHML = Language(
 def latex(law: Law) -> list[str]:
     """The equation, its parts and its power laws, one LaTeX formula each."""
     equations = [
-        rf"{LATEX.identifier(name)} = {LATEX.write(value)}" for name, value in _equations(law)
+        rf"{LATEX.identifier(name)} = {LATEX.write(value)}" for name, value in law.definitions()
     ]
     for coefficient, factors in _power_laws(law):
         powers = "".join(
@@ -76,7 +76,7 @@ def mathml(law: Law) -> str:
     """The same as MathML, one `math` element per formula; made of our own text only."""
     formulas = [
         f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
-        for name, value in _equations(law)
+        for name, value in law.definitions()
     ]
     for coefficient, factors in _power_laws(law):
         powers = "".join(
@@ -125,11 +125,6 @@ def _section(law: Law) -> str:
 | --- | --- | --- |
 {rows}
 """
-
-
-def _equations(law: Law) -> list[tuple[str, Node]]:
-    """mu first, then the parts of its equation."""
-    return law.definitions()[::-1]
 
 
 def _power_laws(law: Law) -> list[tuple[str, list[tuple[str, str, str]]]]:

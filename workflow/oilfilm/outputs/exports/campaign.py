@@ -15,12 +15,11 @@ from oilfilm.outputs.exports.json_text import json_text
 from oilfilm.outputs.exports.matlab_function import matlab_function
 from oilfilm.outputs.exports.modelica_package import modelica_package
 from oilfilm.outputs.exports.names import identifiers
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 
-Form = Callable[[Description], str]
-
 # Form -> its file, and what writes it. These need all coefficients of the law.
-FORMS: dict[str, tuple[str, Form]] = {
+FORMS: dict[str, tuple[str, Callable[[Description], str]]] = {
     "C": ("traction_{}.h", c_header),
     "Fortran": ("traction_{}.f90", fortran_module),
     "Modelica": ("Traction_{}.mo", modelica_package),
@@ -33,7 +32,7 @@ def export_campaign(
     points: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
-    config: Mapping[str, Any],
+    settings: Settings,
     provenance: Mapping[str, Any],
 ) -> dict[str, str]:
     """Every oil's fit in every form.
@@ -42,17 +41,17 @@ def export_campaign(
         points: Table of points of the campaign, for the level of what did not vary.
         coefficients: Table of coefficients.
         quality: Table of fit quality.
-        config: The resolved configuration.
+        settings: `campaign`, `fit` and `exports` of them.
         provenance: Digests of code, settings and inputs.
 
     Returns:
         File, relative to the folder of the exports -> its text. A form that cannot be
         written is named in the JSON file, with the reason.
     """
-    law = LAWS[config["fit"]["law"]]
+    law = LAWS[settings.fit.law]
     names = identifiers(quality.loc[quality["law"] == law.name, "oil"])
     fits = [
-        describe(oil, name, points, coefficients, quality, law, config)
+        describe(oil, name, points, coefficients, quality, law, settings)
         for oil, name in names.items()
     ]
     files = {"README.md": index(fits)}
@@ -66,16 +65,14 @@ def export_campaign(
 def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, str]:
     """One oil's fit in every form: file -> its text."""
     name = fit.identifier
-    not_written = {form: why for form in FORMS if (why := _obstacle(fit, form))}
-    written = {form: FORMS[form] for form in FORMS if form not in not_written}
-    files = {"CSV": f"traction_{name}.csv"}
-    files |= {form: file.format(name) for form, (file, _) in written.items()}
-    texts = {files[form]: write(fit) for form, (_, write) in written.items()}
-    texts[files["CSV"]] = csv_table(fit)
+    files, not_written = {"CSV": f"traction_{name}.csv"}, {}
+    texts = {files["CSV"]: csv_table(fit)}
+    for form, (file, write) in FORMS.items():
+        obstacle = fit.obstacle or (adore_obstacle(fit) if form == "ADORE" else "")
+        if obstacle:
+            not_written[form] = obstacle
+        else:
+            files[form] = file.format(name)
+            texts[files[form]] = write(fit)
     texts[f"traction_{name}.json"] = json_text(fit, files, not_written, provenance)
     return texts
-
-
-def _obstacle(fit: Description, form: str) -> str:
-    """Why a form cannot be written; empty where it can."""
-    return fit.obstacle or (adore_obstacle(fit) if form == "ADORE" else "")

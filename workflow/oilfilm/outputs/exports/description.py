@@ -10,6 +10,8 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.outputs.exports.json_format import ConstantFacts
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, FloatArray, Law, to_internal
@@ -64,20 +66,6 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Constant:
-    """One dimensionless constant with its errors; None is what the data cannot give."""
-
-    name: str
-    meaning: str
-    value: float | None
-    standard_error: float | None
-    lower: float | None
-    upper: float | None
-    systematic_standard_error: float | None
-    verdict: str
-
-
-@dataclass(frozen=True)
 class Description:
     """One oil's fit, with everything that its user must know.
 
@@ -104,7 +92,7 @@ class Description:
     fitted: FittedLaw
     conditions: tuple[Condition, ...]
     slip_upper: float | None
-    constants: tuple[Constant, ...]
+    constants: tuple[ConstantFacts, ...]
     quality: Mapping[str, Any]
     adore_points: tuple[Mapping[str, float], ...]
 
@@ -160,18 +148,18 @@ class Description:
         lost = np.isnan(self.fitted.coefficients.constants).any()
         return str(self.quality["certificate"]) if lost else ""
 
-    @cached_property
-    def coefficients(self) -> dict[str, Node]:
+    @property
+    def coefficients(self) -> dict[str, str]:
         """Each coefficient as a product of powers of the arguments over their references."""
         blocks = self.fitted.coefficients.constants.reshape(len(self.law.coefficients), -1)
         products = {}
         for name, (factor, *exponents) in zip(self.law.local_constants, blocks, strict=True):
             powers = [
-                (expression.name(condition.relative), float(exponent))
+                f"{condition.relative}**{float(exponent)!r}"
                 for condition, exponent in zip(self.conditions, exponents, strict=True)
                 if condition.argument and exponent != 0
             ]
-            products[name] = expression.product_of_powers(float(factor), powers)
+            products[name] = " * ".join([repr(float(factor)), *powers])
         return products
 
     @cached_property
@@ -180,18 +168,12 @@ class Description:
 
         mu is that of |S|; the last thing a function does is to give it the sign of S.
         """
-        return [
-            *(
-                (
-                    condition.relative,
-                    expression.ratio(expression.name(condition.name), condition.reference),
-                )
-                for condition in self.arguments
-            ),
-            *self.coefficients.items(),
-            ("S", expression.size(expression.name(SLIP))),
-            *self.law.definitions(),
-        ]
+        ratios = (
+            (condition.relative, f"{condition.name}/{condition.reference!r}")
+            for condition in self.arguments
+        )
+        steps = (*ratios, *self.coefficients.items(), ("S", f"abs({SLIP})"), *self.law.steps)
+        return expression.parse_steps(steps, self.argument_names)
 
     def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
         """The coefficients, with their signs, at one row of the law's groups."""
@@ -222,7 +204,7 @@ def describe(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     law: Law,
-    config: Mapping[str, Any],
+    settings: Settings,
 ) -> Description:
     """Describe one oil's fit.
 
@@ -233,9 +215,10 @@ def describe(
         coefficients: Table of coefficients.
         quality: Table of fit quality.
         law: The fitted law.
-        config: `campaign` and `exports` of the configuration.
+        settings: `campaign` and `exports` of them.
     """
-    campaign = config["campaign"]
+    campaign = settings.campaign
+    asked = [point.model_dump() for point in settings.exports.adore_points]
     fitted = FittedLaw.of(coefficients, oil, quality=quality, law=law)
     rows = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
     (row,) = tables.rows(quality[(quality["oil"] == oil) & (quality["law"] == law.name)])
@@ -244,15 +227,15 @@ def describe(
     return Description(
         oil=oil,
         identifier=identifier,
-        campaign=campaign["name"],
-        about=campaign["description"],
-        simulated=campaign["data"] == "simulated",
+        campaign=campaign.name,
+        about=campaign.description,
+        simulated=campaign.data == "simulated",
         fitted=fitted,
         conditions=_conditions(fitted, accepted),
         slip_upper=known(fitted.coefficients.box[-1, 1]),
         constants=tuple(_constant(row, meanings[row["constant"]]) for row in tables.rows(rows)),
         quality=row,
-        adore_points=_with_load(config["exports"]["adore_points"], accepted),
+        adore_points=_with_load(asked, accepted),
     )
 
 
@@ -305,7 +288,14 @@ def _meanings(law: Law) -> dict[str, str]:
     return meanings
 
 
-def _constant(row: Mapping[str, Any], meaning: str) -> Constant:
-    numbers = ("value", "standard_error", "lower", "upper", "systematic_standard_error")
-    given = {name: known(row[name]) for name in numbers}
-    return Constant(row["constant"], meaning, verdict=row["verdict"], **given)
+def _constant(row: Mapping[str, Any], meaning: str) -> ConstantFacts:
+    return ConstantFacts(
+        name=row["constant"],
+        meaning=meaning,
+        value=known(row["value"]),
+        unit="1",
+        standard_error=known(row["standard_error"]),
+        interval_95=[known(row["lower"]), known(row["upper"])],
+        systematic_standard_error=known(row["systematic_standard_error"]),
+        verdict=row["verdict"],
+    )

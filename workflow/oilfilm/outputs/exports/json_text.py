@@ -9,7 +9,6 @@ from oilfilm.outputs.exports.description import (
     SLIP,
     SLIP_MEANING,
     Condition,
-    Constant,
     Description,
     known,
 )
@@ -40,7 +39,7 @@ def json_text(
         "data": description.identity["data"],
         "law": _law(description),
         "conditions": [*map(_condition, description.conditions), _slip(description)],
-        "constants": [*map(_constant, description.constants)],
+        "constants": [constant.model_dump() for constant in description.constants],
         "fit": _fit(description.quality),
         "adore": {
             "form": FORM,
@@ -96,19 +95,6 @@ def _slip(description: Description) -> dict[str, Any]:
         "level": None,
         "reference": None,
         "tested": [0.0, description.slip_upper],
-    }
-
-
-def _constant(constant: Constant) -> dict[str, Any]:
-    return {
-        "name": constant.name,
-        "meaning": constant.meaning,
-        "value": constant.value,
-        "unit": "1",
-        "standard_error": constant.standard_error,
-        "interval_95": [constant.lower, constant.upper],
-        "systematic_standard_error": constant.systematic_standard_error,
-        "verdict": constant.verdict,
     }
 
 
