@@ -5,8 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from campaigns import printed
-from fit_points import LAW, make_points, matrix
-from oilfilm.fitting import problem as problems
+from fit_points import LAW, make_points, matrix, problem_of
 from oilfilm.fitting.descent import descend
 from oilfilm.fitting.engine import polish
 from oilfilm.fitting.problem import Problem
@@ -16,8 +15,7 @@ from oilfilm.traction.law import to_internal
 
 @pytest.fixture(scope="module")
 def task() -> Problem:
-    data = problems.curve_data(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))
-    return problems.build_problem(LAW, data, np.array([True, True, True]))
+    return problem_of(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))[0]
 
 
 def test_descents_from_many_starts_end_where_scipy_ends(task: Problem) -> None:

@@ -7,14 +7,15 @@ import pandas as pd
 import pytest
 
 from campaigns import ROOT, Campaign, printed, printed_by_name
-from fit_points import LAW, P, T, U, make_points, matrix
+from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from oilfilm.errors import OilfilmError
-from oilfilm.fitting import engine, problem
+from oilfilm.fitting import engine
 from oilfilm.fitting.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.fitting.fit_tables import sign_reach
 from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fitting.problem import Problem, curve_data
 from oilfilm.fitting.remarks import certificates
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
@@ -46,9 +47,7 @@ def test_noise_free_data_give_the_planted_constants(quick: FitSettings, oil: str
 def test_twenty_searches_from_different_seeds_end_at_one_optimum(
     quick: FitSettings, oil: str
 ) -> None:
-    data = problem.curve_data(make_points(oil, matrix(), noise=2e-4))
-    varied = problem.varied_conditions(data.conditions, SETTINGS)
-    task = problem.build_problem(LAW, data, varied)
+    task, _ = problem_of(make_points(oil, matrix(), noise=2e-4))
     ends = [engine.search(task, quick, generator(seed, "seeds")) for seed in range(20)]
     sse = np.array([end.sse for end in ends])
     assert (sse / sse.min() - 1).max() < 1e-8
@@ -80,13 +79,12 @@ def test_errors_shared_by_a_run_make_naive_errors_too_small(demo: Campaign) -> N
 def test_naive_errors_are_right_where_points_are_independent() -> None:
     """Over many simulated data sets the naive error must be the spread of the estimates."""
     points = make_points("4102", matrix(us=[25.0, 40.0], ts=[25.0, 70.0, 120.0]))
-    data = problem.curve_data(points)
-    task = problem.build_problem(LAW, data, np.array([True, True, True]))
+    task, data = problem_of(points)
     truth = to_internal(LAW, printed()["4102"])
     random = generator(11, "naive")
     estimates, errors = [], []
     for _ in range(150):
-        noisy = problem.Problem(
+        noisy = Problem(
             LAW, task.at, data.mu + 2e-4 * random.standard_normal(len(data.mu)), task.free
         )
         end = engine.polish(noisy, truth)
@@ -99,14 +97,13 @@ def test_naive_errors_are_right_where_points_are_independent() -> None:
 
 def test_curve_bootstrap_gives_the_spread_that_shared_errors_really_cause() -> None:
     """Gains of 2 % shared by a run: refits of fresh simulations against one bootstrap."""
-    data = problem.curve_data(make_points("4102", matrix()))
-    task = problem.build_problem(LAW, data, np.array([True, True, True]))
+    task, data = problem_of(make_points("4102", matrix()))
     truth = to_internal(LAW, printed()["4102"])
     random = generator(3, "gain")
 
-    def simulated() -> tuple[problem.Problem, Optimum]:
+    def simulated() -> tuple[Problem, Optimum]:
         gain = 1 + 0.02 * random.standard_normal(72)
-        noisy = problem.Problem(LAW, task.at, data.mu * gain[data.curve], task.free)
+        noisy = Problem(LAW, task.at, data.mu * gain[data.curve], task.free)
         return noisy, engine.polish(noisy, truth)
 
     worlds = [simulated() for _ in range(120)]
@@ -202,8 +199,7 @@ def test_fit_without_certificate_ends_the_run_unless_allowed(quick: FitSettings)
 
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: FitSettings) -> None:
-    data = problem.curve_data(make_points("4102", matrix(), noise=2e-4))
-    task = problem.build_problem(LAW, data, np.array([True, True, True]))
+    task, data = problem_of(make_points("4102", matrix(), noise=2e-4))
     end = engine.search(task, quick, generator(1, "x"))
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
     assert certify(task, data, [end, end], errors, quick).certified
@@ -219,8 +215,7 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: FitSetti
 
 
 def test_population_is_evaluated_as_its_members_are() -> None:
-    data = problem.curve_data(make_points("4010", matrix()))
-    task = problem.build_problem(LAW, data, np.array([True, True, True]))
+    task, _ = problem_of(make_points("4010", matrix()))
     truth = to_internal(LAW, printed()["4010"])
     population = truth[:, None] + np.linspace(-0.1, 0.1, 32)
     together = engine.population_sse(task, population)
@@ -235,7 +230,7 @@ def test_traction_is_odd_in_slip_and_the_fit_knows() -> None:
         slide_roll_ratio=-points["slide_roll_ratio"],
         traction_coefficient=-points["traction_coefficient"],
     )
-    one, other = problem.curve_data(points), problem.curve_data(mirrored)
+    one, other = curve_data(points), curve_data(mirrored)
     np.testing.assert_array_equal(one.slip, other.slip)
     np.testing.assert_array_equal(one.mu, other.mu)
 
@@ -283,7 +278,7 @@ def test_calibration_errors_reach_the_constants_as_the_equation_says(demo: Campa
 
 
 def test_unknown_calibration_gives_no_systematic_error(etm: Campaign) -> None:
-    table = etm.fit("unrecorded-oil", bootstrap=2).coefficients
+    table = etm.fit("unrecorded-oil", bootstrap=20).coefficients
     assert table["systematic_standard_error"].isna().all()
 
 

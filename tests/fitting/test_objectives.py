@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 
 from campaigns import printed
-from fit_points import LAW, P, T, U, make_points, matrix
-from oilfilm.fitting import problem as problems
+from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from oilfilm.fitting.engine import Optimum, polish
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.fitting.objectives import difference, robust_fit, weighted_fit
@@ -19,8 +18,7 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 
 def prepare(points: pd.DataFrame) -> tuple[Problem, CurveData, Optimum]:
-    data = problems.curve_data(points)
-    problem = problems.build_problem(LAW, data, np.array([True, True, True]))
+    problem, data = problem_of(points)
     return problem, data, polish(problem, to_internal(LAW, printed()["4102"]))
 
 

@@ -5,8 +5,7 @@ import pytest
 from scipy.stats import t as student
 
 from campaigns import printed
-from fit_points import LAW, make_points, matrix
-from oilfilm.fitting import problem as problems
+from fit_points import LAW, make_points, matrix, problem_of
 from oilfilm.fitting.engine import polish
 from oilfilm.fitting.profile import profile_interval, profiles
 from oilfilm.fitting.uncertainty import naive_covariance
@@ -14,8 +13,7 @@ from oilfilm.traction.law import to_internal
 
 
 def test_profile_rises_with_the_best_sse_that_the_others_allow() -> None:
-    data = problems.curve_data(make_points("4102", matrix(), noise=2e-4))
-    task = problems.build_problem(LAW, data, np.array([True, True, True]))
+    task, _ = problem_of(make_points("4102", matrix(), noise=2e-4))
     best = polish(task, to_internal(LAW, printed()["4102"]))
     errors = np.sqrt(np.diag(naive_covariance(task, best)))
     values, z = profiles(task, best, errors)

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from campaigns import printed
+from oilfilm.fitting.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -47,3 +48,9 @@ def make_points(
 
 def matrix(ps: list[float] = P, us: list[float] = U, ts: list[float] = T) -> list:
     return [(p, u, t) for p in ps for u in us for t in ts]
+
+
+def problem_of(points: pd.DataFrame) -> tuple[Problem, CurveData]:
+    """The problem of fitting the law to points in which every condition varies, and its curves."""
+    data = curve_data(points)
+    return build_problem(LAW, data, np.ones(3, dtype=bool)), data

@@ -11,7 +11,7 @@ import pytest
 from campaigns import ROOT
 from law_points import CONTACT, EVERY_LAW, MATRIX, OIL, SLIP, TRUTH, internal_of, observe, points_of
 from oilfilm.fitting import engine
-from oilfilm.fitting.fit import fit_law
+from oilfilm.fitting.fit import fit_oil
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
 from oilfilm.physics.contact import load_for_max_hertz_pressure
@@ -99,7 +99,7 @@ def test_planted_constants_are_plausible_and_within_the_bounds(law: Law) -> None
 def test_fit_read_back_from_its_tables_is_the_planted_traction(law: Law, config: Settings) -> None:
     settings = config.fit.model_copy(update={"bootstrap": 20, "searches": 1})
     points = points_of(law, noise=1e-5)
-    fit = fit_law(points, "4050", law, settings, config.seed)
+    fit = fit_oil(points, "4050", settings, config.seed, law=law)
     fitted = FittedLaw.of(fit.coefficients, "4050", fit.refits, fit.fit_quality, law)
     levels = MATRIX[list(law.conditions)].to_numpy()
     at = np.repeat(levels, len(SLIP), axis=0)

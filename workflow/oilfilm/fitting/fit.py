@@ -74,8 +74,9 @@ def fit_oil(
     settings: FitSettings,
     seed: int,
     printed: Mapping[str, float] | None = None,
+    law: Law | None = None,
 ) -> OilFit:
-    """Fit the configured law to one oil's accepted points.
+    """Fit a law to one oil's accepted points.
 
     Args:
         points: Table of points of the campaign.
@@ -83,36 +84,13 @@ def fit_oil(
         settings: Config's `fit`.
         seed: Of all random numbers.
         printed: Printed value of each constant that has one.
+        law: The configured law if not given.
 
     Returns:
         The oil's rows of the tables of a fit. Data that cannot be fitted give rows without values
         and a verdict that says why.
     """
-    of_oil = points[points["oil"] == oil]
-    return fit_law(of_oil, oil, LAWS[settings.law], settings, seed, printed)
-
-
-def fit_law(
-    points: pd.DataFrame,
-    oil: str,
-    law: Law,
-    settings: FitSettings,
-    seed: int,
-    printed: Mapping[str, float] | None = None,
-) -> OilFit:
-    """Fit one law to the accepted points of one oil.
-
-    Args:
-        points: The oil's rows of the table of points.
-        oil: Its name.
-        law: What to fit.
-        settings: As `fit_oil`; `law` of it is not asked.
-        seed: As `fit_oil`.
-        printed: As `fit_oil`.
-
-    Returns:
-        As `fit_oil`.
-    """
+    points, law = points[points["oil"] == oil], law or LAWS[settings.law]
     data = curve_data(points, law.conditions)
     varied = varied_conditions(data.conditions, settings)
     quality = {

@@ -33,26 +33,23 @@ def tables_of_fit(
         printed: Printed value of each constant that has one.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
-    about = {"oil": quality["oil"], "law": quality["law"]}
-    rows = _coefficients(solution, settings.sign_confidence)
-    quality = {**quality, **_quality(solution, settings)}
-    return {
-        "coefficients": _coefficient_table(rows, about, printed),
-        "fit_quality": tables.from_rows(
-            [{**quality, **_quality(solution, settings)}], "fit_quality"
-        ),
-        "refits": _refits(solution, about),
-        "correlations": _correlations(solution, about),
-        "profiles": _profiles(solution, about),
-        "curve_residuals": _curve_residuals(solution, about),
-    }
+    return _checked(
+        quality,
+        {
+            "coefficients": _with_printed(_coefficients(solution, settings), printed),
+            "fit_quality": pd.DataFrame([{**quality, **_quality(solution, settings)}]),
+            "refits": _refits(solution),
+            "correlations": _correlations(solution),
+            "profiles": _profiles(solution),
+            "curve_residuals": _curve_residuals(solution),
+        },
+    )
 
 
 def tables_without_fit(
     law: Law, quality: Mapping[str, Any], printed: Mapping[str, float], reason: str
 ) -> dict[str, pd.DataFrame]:
     """The same of data that could not be fitted: no values, and the reason as the verdict."""
-    about = {"oil": quality["oil"], "law": quality["law"]}
     rows = [_no_value(constant.name) for constant in law.constants if constant.known is None]
     row = {
         **dict.fromkeys(tables.columns("fit_quality"), np.nan),
@@ -64,10 +61,20 @@ def tables_without_fit(
         "certified": False,
         "certificate": f"not fitted: {reason}",
     }
+    filled = {"coefficients": _with_printed(rows, printed), "fit_quality": pd.DataFrame([row])}
+    return _checked(quality, {**filled, **dict.fromkeys(_WITH_VALUES, pd.DataFrame())})
+
+
+def _checked(
+    quality: Mapping[str, Any], frames: Mapping[str, pd.DataFrame]
+) -> dict[str, pd.DataFrame]:
+    """Each table with oil and law in every row, checked by its declaration."""
+    oil, law = quality["oil"], quality["law"]
     return {
-        "coefficients": _coefficient_table(rows, about, printed),
-        "fit_quality": tables.from_rows([row], "fit_quality"),
-        **{name: tables.empty(name) for name in _WITH_VALUES},
+        name: tables.conform(frame.assign(oil=oil, law=law), name, f"fit of {oil}")
+        if len(frame)
+        else tables.empty(name)
+        for name, frame in frames.items()
     }
 
 
@@ -75,10 +82,10 @@ def tables_without_fit(
 _WITH_VALUES = ("refits", "correlations", "profiles", "curve_residuals")
 
 
-def _coefficients(solution: Solution, sign_confidence: float) -> list[dict[str, Any]]:
+def _coefficients(solution: Solution, settings: FitSettings) -> list[dict[str, Any]]:
     """A row per constant, in the order of the law."""
     law, problem = solution.problem.law, solution.problem
-    rows = _estimated(solution, sign_confidence)
+    rows = _estimated(solution, settings.sign_confidence)
     names = [constant.name for constant in law.constants if constant.known is None]
     stuck = [
         _no_value(name) | {"value": value, "verdict": "at a bound"}
@@ -178,12 +185,9 @@ def _no_value(name: str) -> dict[str, Any]:
     }
 
 
-def _coefficient_table(
-    rows: list[dict[str, Any]], about: Mapping[str, str], printed: Mapping[str, float]
-) -> pd.DataFrame:
-    frame = pd.DataFrame(rows).assign(**about)
-    frame["printed_value"] = frame["constant"].map(dict(printed)).astype(float)
-    return tables.conform(frame, "coefficients", f"fit of {about['oil']}")
+def _with_printed(rows: list[dict[str, Any]], printed: Mapping[str, float]) -> pd.DataFrame:
+    frame = pd.DataFrame(rows)
+    return frame.assign(printed_value=frame["constant"].map(dict(printed)).astype(float))
 
 
 def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
@@ -203,7 +207,7 @@ def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
     }
 
 
-def _refits(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+def _refits(solution: Solution) -> pd.DataFrame:
     estimates = solution.estimates.reported(solution.problem)
     causes = [("curves drawn again", estimates.refits)]
     causes += [
@@ -223,38 +227,31 @@ def _refits(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
         for cause, values in causes
         if len(values)
     ]
-    if not frames:
-        return tables.empty("refits")
-    refits = pd.concat(frames, ignore_index=True).assign(**about)
-    return tables.conform(refits, "refits", f"fit of {about['oil']}")
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
 
 
-def _correlations(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+def _correlations(solution: Solution) -> pd.DataFrame:
     first, second = np.triu_indices(len(solution.problem.names), k=1)
     names = np.array(solution.problem.names)
     values = solution.estimates.reported(solution.problem).correlation[first, second]
-    frame = pd.DataFrame(
-        {"constant": names[first], "other": names[second], "correlation": values}
-    ).assign(**about)
-    return tables.conform(frame, "correlations", f"fit of {about['oil']}")
+    return pd.DataFrame({"constant": names[first], "other": names[second], "correlation": values})
 
 
-def _profiles(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+def _profiles(solution: Solution) -> pd.DataFrame:
     problem = solution.problem
     levels, z = solution.profile
     # a constant below zero falls where its logarithm rises
     turned = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
-    frame = pd.DataFrame(
+    return pd.DataFrame(
         {
             "constant": np.repeat(problem.names, levels.shape[1]),
             "value": problem.reported(levels.T).T.ravel(),
             "signed_root": (turned * z).ravel(),
         }
-    ).assign(**about)
-    return tables.conform(frame, "profiles", f"fit of {about['oil']}")
+    )
 
 
-def _curve_residuals(solution: Solution, about: Mapping[str, str]) -> pd.DataFrame:
+def _curve_residuals(solution: Solution) -> pd.DataFrame:
     problem, data = solution.problem, solution.data
     residual = problem.residual(solution.best.values)
     fitted = data.mu + residual
@@ -264,7 +261,7 @@ def _curve_residuals(solution: Solution, about: Mapping[str, str]) -> pd.DataFra
 
     counts = over_curves(np.ones(len(data.mu)))
     gain = over_curves(data.mu * fitted) / np.maximum(over_curves(fitted**2), 1e-300)
-    frame = pd.DataFrame(
+    return pd.DataFrame(
         {
             "run_id": data.runs,
             "n_points": counts.astype(np.int64),
@@ -272,5 +269,4 @@ def _curve_residuals(solution: Solution, about: Mapping[str, str]) -> pd.DataFra
             "gain": gain,
             "robust_weight": curve_weights(problem, solution.robust),
         }
-    ).assign(**about)
-    return tables.conform(frame, "curve_residuals", f"fit of {about['oil']}")
+    )

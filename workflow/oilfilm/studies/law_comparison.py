@@ -14,7 +14,7 @@ from oilfilm.fitting.cross_validation import (
     level_of,
     relative_rms,
 )
-from oilfilm.fitting.fit import OilFit, fit_law
+from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.fitting.problem import curve_data
 from oilfilm.fitting.solution import Solution
 from oilfilm.settings.resolved import Settings
@@ -68,7 +68,7 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> Comparis
     fit_settings = settings.fit.model_copy(update={"bootstrap": compare.bootstrap})
     laws = laws_of(oil, settings)
     fits = {
-        name: fit_law(of_oil, oil, laws[name], fit_settings, settings.seed)
+        name: fit_oil(of_oil, oil, fit_settings, settings.seed, law=laws[name])
         for name in compare.laws
         if name in laws
     }
