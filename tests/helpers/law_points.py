@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 
 from campaigns import ROOT, printed
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.randomness import generator
 from oilfilm.settings.messages import load
@@ -12,7 +11,6 @@ from oilfilm.settings.oil import OilFile
 from oilfilm.settings.rig import Rig
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import FloatArray, Law, Observations
-from oilfilm.units import PA_PER_GPA
 
 OIL = load(ROOT / "config/oils/4050.yaml", OilFile).properties()
 _RIG = load(ROOT / "config/rigs/ball-on-disc-20mm.yaml", Rig).contact()
@@ -29,11 +27,7 @@ MATRIX = pd.DataFrame(
     ],
     columns=["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"],
 )
-MATRIX["load_n"] = load_for_max_hertz_pressure(
-    MATRIX["max_hertz_pressure_gpa"].to_numpy() * PA_PER_GPA,
-    CONTACT.radius_m,
-    CONTACT.reduced_modulus_pa,
-)
+MATRIX["load_n"] = CONTACT.load_n(MATRIX["max_hertz_pressure_gpa"].to_numpy())
 
 # Plausible constants of each law: mu of some 0.03 with a peak or a level near S = 0.05. What
 # stands for a Wang-Deng law on load is that of Deng et al. with an own D.

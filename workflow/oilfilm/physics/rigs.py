@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from oilfilm.physics.contact import reduced_modulus
+from oilfilm.physics.contact import load_for_max_hertz_pressure, reduced_modulus
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
-from oilfilm.units import M_PER_UM
+from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,12 @@ class Contact:
     reduced_modulus_pa: float
     roughness_rq_m: float
     roughness_ra_m: float
+
+    def load_n(self, max_hertz_pressure_gpa: FloatArray | float) -> FloatArray:
+        """Load in N that gives the contact its maximum Hertz pressure in GPa."""
+        return load_for_max_hertz_pressure(
+            max_hertz_pressure_gpa * PA_PER_GPA, self.radius_m, self.reduced_modulus_pa
+        )
 
     def roughness_m(self, kind: str) -> float:
         """Combined roughness by `rq` or `ra`."""

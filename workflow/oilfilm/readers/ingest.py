@@ -14,7 +14,6 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.readers import READERS, find_reader
 from oilfilm.readers.base import (
     LARGEST_LOG,
@@ -30,7 +29,6 @@ from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
-from oilfilm.units import PA_PER_GPA
 
 _LONGEST_LABEL = 200
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
@@ -273,12 +271,7 @@ def _with_load(nominal: Nominal, rig: str, settings: Settings) -> Nominal:
     contact = settings.rigs[rig].contact()
     if contact is None:
         return nominal
-    load_n = load_for_max_hertz_pressure(
-        pressure_gpa * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
-    )
-    return Nominal(
-        pressure_gpa, float(load_n), nominal.entrainment_speed_m_s, nominal.inlet_temperature_c
-    )
+    return replace(nominal, load_n=float(contact.load_n(pressure_gpa)))
 
 
 def _together(runs: list[LoggedRun]) -> pd.DataFrame:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.readers.base import (
     LARGEST_READING,
     SET_POINTS,
@@ -27,7 +26,7 @@ from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA, rpm_to_surface_speed
+from oilfilm.units import ABSOLUTE_ZERO_C, rpm_to_surface_speed
 
 # What a log may hold -> the units that can be used of it.
 QUANTITIES = {
@@ -175,11 +174,7 @@ def _rig_name(keys: Mapping[str, str], settings: Settings) -> str:
 def _load_n(values: FloatArray, unit: str, rig: Rig) -> FloatArray:
     """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
     contact = rig.contact()
-    if unit == "N" or contact is None:
-        return values
-    return load_for_max_hertz_pressure(
-        values * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
-    )
+    return values if unit == "N" or contact is None else contact.load_n(values)
 
 
 def _surface_speeds(

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from oilfilm.bearing.ellipse import Conditions, Grid, grid
-from oilfilm.physics.contact import elliptical_contact, load_for_max_hertz_pressure
+from oilfilm.physics.contact import elliptical_contact
 from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
@@ -174,7 +174,7 @@ def _compared(
         level.ravel()[:, np.newaxis] for level in np.meshgrid(*_BOX, indexing="ij")
     )
     known = law(*np.broadcast_arrays(pressure, speed, temperature, _SLIPS))
-    load = load_for_max_hertz_pressure(pressure * PA_PER_GPA, rig.radius_m, rig.reduced_modulus_pa)
+    load = rig.load_n(pressure)
     shape = (*known.shape, 1)
 
     def each(level: FloatArray) -> FloatArray:

@@ -7,13 +7,11 @@ each plateau's own. Logs of the same size would take a minute a campaign.
 import numpy as np
 
 from oilfilm.fitting.problem import CurveData
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.rig import Rig
 from oilfilm.traction.law import FloatArray
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from oilfilm.units import PA_PER_GPA
 
 
 def simulate_curves(
@@ -42,9 +40,7 @@ def simulate_curves(
     control = random.standard_normal((runs, 3))
     gain, off, zero = random.standard_normal((3, runs, 1))
     pressure, speed, temperature = conditions.T[:, :, np.newaxis]
-    load_n = load_for_max_hertz_pressure(
-        pressure * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
-    ) * (1 + twin.control_load * control[:, :1])
+    load_n = contact.load_n(pressure) * (1 + twin.control_load * control[:, :1])
     true_pressure = pressure * np.cbrt(1 + twin.control_load * control[:, :1])
     true_speed = speed * (1 + twin.control_speed * control[:, 1:2])
     true_temperature = temperature + twin.control_temperature_c * control[:, 2:]

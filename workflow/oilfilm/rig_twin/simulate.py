@@ -16,7 +16,7 @@ import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 from scipy.signal import lfilter
 
-from oilfilm.physics.contact import load_for_max_hertz_pressure, max_hertz_pressure
+from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.rig_twin.plan import GATES, PlannedRun
 from oilfilm.rig_twin.truth import Traction
@@ -112,9 +112,7 @@ def _true_run(
     random: np.random.Generator,
 ) -> TrueRun:
     time_s, slip = slip_programme(twin)
-    nominal_load_n = load_for_max_hertz_pressure(
-        run.max_hertz_pressure_gpa * PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa
-    )
+    nominal_load_n = contact.load_n(run.max_hertz_pressure_gpa)
     load_error, speed_error, temperature_error = random.standard_normal(3)
     load_n = nominal_load_n * (1 + twin.control_load * load_error + _wander(time_s, twin, random))
     speed_m_s = run.entrainment_speed_m_s * (

@@ -9,7 +9,6 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import ThermalEhl, thermal_ehl_traction
@@ -77,11 +76,7 @@ def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.Da
             levels = conditions.model_dump()
             grid = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
             mu = traction(*(grid[name].to_numpy(dtype=float) for name in levels))
-            load_n = load_for_max_hertz_pressure(
-                grid["max_hertz_pressure_gpa"].to_numpy() * PA_PER_GPA,
-                contact.radius_m,
-                contact.reduced_modulus_pa,
-            )
+            load_n = contact.load_n(grid["max_hertz_pressure_gpa"].to_numpy())
             grids.append(
                 grid.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
             )

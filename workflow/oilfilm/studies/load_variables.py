@@ -7,10 +7,8 @@ import numpy as np
 
 from oilfilm.bearing.ellipse import Conditions
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import FloatArray, to_internal
-from oilfilm.units import PA_PER_GPA
 
 BASES = ("stress", "load", "dimensionless_load")
 # Laws on load that are fitted to the same points by a form of their own, where they are compared.
@@ -63,10 +61,7 @@ class FittedBasis:
         """Stress of the rig's contact where its basis is that of the bearing's contact."""
         if self.basis == "stress":
             return at.max_hertz_pressure_gpa
-        one_gpa_n = load_for_max_hertz_pressure(
-            PA_PER_GPA, self.rig.radius_m, self.rig.reduced_modulus_pa
-        )
-        relative = at.load_n / one_gpa_n
+        relative = at.load_n / self.rig.load_n(1.0)
         if self.basis == "dimensionless_load":
             of_rig = self.rig.reduced_modulus_pa * self.rig.radius_m**2
             relative = relative * of_rig / (at.reduced_modulus_pa * at.radius_x_m**2)

@@ -7,12 +7,11 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.film import FilmSettings, contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import CONDITIONS, Observations, to_internal
-from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
+from oilfilm.units import M_PER_UM, FloatArray
 
 AXES = (*CONDITIONS, "slide_roll_ratio")
 
@@ -104,9 +103,7 @@ class Film:
             self.oil,
             self.contact,
             self.settings,
-            load_n=load_for_max_hertz_pressure(
-                pressure * PA_PER_GPA, self.contact.radius_m, self.contact.reduced_modulus_pa
-            ),
+            load_n=self.contact.load_n(pressure),
             entrainment_speed_m_s=speed,
             inlet_temperature_c=temperature,
             slide_roll_ratio=slip,

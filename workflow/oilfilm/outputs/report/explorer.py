@@ -15,7 +15,6 @@ from scipy.special import ndtri
 
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
-from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, FilmDefinition, InletOil
 from oilfilm.settings.config import Box, NearbySettings
 from oilfilm.settings.resolved import Settings
@@ -94,7 +93,8 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
         oil: FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
         for oil in dict.fromkeys(results.coefficients["oil"])
     }
-    load_n = _load_at_1_gpa(settings)
+    contact = settings.common_contact()
+    load_n = None if contact is None else float(contact.load_n(1.0))  # at 1 GPa
     lacking = {oil: _lacking(fit, load_n) for oil, fit in fits.items()}
     shown = {oil: fit for oil, fit in fits.items() if not lacking[oil]}
     accepted = points[points["accepted"]]
@@ -124,16 +124,6 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
             "lambda_limit": settings.gates.lambda_limit,
         },
     }
-
-
-def _load_at_1_gpa(settings: Settings) -> float | None:
-    """Load of the rig's contact at 1 GPa, in N; None where it is not known or not the same."""
-    contact = settings.common_contact()
-    if contact is None:
-        return None
-    return float(
-        load_for_max_hertz_pressure(PA_PER_GPA, contact.radius_m, contact.reduced_modulus_pa)
-    )
 
 
 def _lacking(fit: FittedLaw, load_at_1_gpa: float | None) -> str:
@@ -186,19 +176,14 @@ def _axis(axis: Axis, nearby: NearbySettings) -> dict[str, Any]:
     symbol, label, unit = _LABELS[axis.name]
     relative = axis.name in ("max_hertz_pressure_gpa", "entrainment_speed_m_s")
     return {
+        **asdict(axis),
         "symbol": symbol,
-        "name": axis.name,
         "label": label,
         "unit": unit,
-        "low": axis.low,
         "high": float(axis.values[-1]),
-        "step": axis.step,
-        "steps": axis.steps,
         "digits": axis.digits,
-        "start": axis.start,
         "nearby": getattr(nearby, f"{axis.name}_relative" if relative else axis.name),
         "relative": relative,
-        "idle": axis.idle,
     }
 
 
