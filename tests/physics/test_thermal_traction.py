@@ -236,9 +236,9 @@ def test_limited_stress_stays_below_both(stress: float, limit: float) -> None:
 
 
 def test_peaks_lie_where_they_were_found_before() -> None:
-    # docs/physics.md, section "Thermal traction" [C, L-M]: mu peaks at 0.02-0.04 near S 0.03-0.1 in the test
-    # box, the
-    # 5 cSt oil above the 3 cSt; at 200 m/s and 1.5 GPa it falls steeply after a peak near S 0.01.
+    # docs/physics.md, section "Thermal traction" [C, L-M]: mu peaks at 0.02-0.04 near
+    # S 0.03-0.1 in the test box, the 5 cSt oil above the 3 cSt; at 200 m/s and 1.5 GPa it falls
+    # steeply after a peak near S 0.01.
     # Held against the middle of the box; towards its hot, light corner the peak of ours moves past
     # S 0.3 and down to 0.008 for the 3 cSt oil.
     slip = np.linspace(0, 0.3, 301)

@@ -1,4 +1,4 @@
-"""The lost signs of the printed exponents: all 512 sets of each oil, compared with the paper's text.
+"""Lost signs of the printed exponents: all 512 sets per oil, compared with the paper's text.
 
 A set's total is the number of statements that hold, each counted by the share of its box where it
 does. A sign is judged by its margin: the best total among the sets that have it, less the best
