@@ -5,8 +5,7 @@ rule audit:
         printed="data/reference/printed_coefficients.yaml",
         claims="data/reference/claims.yaml",
     output:
-        claims="<tables>/claims.parquet",
-        selection="<tables>/selection.parquet",
+        **finished("claims", "selection"),
     log:
         "<logs>/audit.log",
     params:

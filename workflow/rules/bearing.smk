@@ -29,8 +29,8 @@ rule torque_runs:
             else [(TORQUE_RAW / file).as_posix() for file in TORQUE_FILES]
         ),
     output:
-        runs="<tables>/torque_runs.parquet",
-        quarantine="<tables>/torque_quarantine.parquet",
+        torque_runs="<tables>/torque_runs.parquet",
+        torque_quarantine="<tables>/torque_quarantine.parquet",
     log:
         "<logs>/torque-runs.log",
     params:
@@ -41,17 +41,17 @@ rule torque_runs:
         "../scripts/torque_runs.py"
 
 
+# What the bearing's tables are computed from: the fitted law, and the other laws of the comparison.
+FITTED = ("coefficients", "fit_quality", "law_coefficients", "law_fit_quality")
+
+
 rule torque:
     "Measured torque against each basis of the fitted law, and the traction that it implies."
     input:
-        runs=rules.torque_runs.output.runs,
-        coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.fit_quality,
-        law_coefficients=rules.comparisons.output.law_coefficients,
-        law_quality=rules.comparisons.output.law_fit_quality,
+        **finished("torque_runs", *FITTED),
     output:
         torque="<tables>/torque.parquet",
-        inversion="<tables>/torque_inversion.parquet",
+        torque_inversion="<tables>/torque_inversion.parquet",
     log:
         "<logs>/torque.log",
     params:
@@ -64,10 +64,7 @@ rule torque:
 rule bearing_maps:
     "Cage slip over speed and load and the oil that holds it, the size effect, a published loss."
     input:
-        coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.fit_quality,
-        law_coefficients=rules.comparisons.output.law_coefficients,
-        law_quality=rules.comparisons.output.law_fit_quality,
+        **finished(*FITTED),
         published="data/reference/power_loss.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",
@@ -83,11 +80,3 @@ rule bearing_maps:
         ),
     script:
         "../scripts/bearing_maps.py"
-
-
-# The tables of the bearing, of campaigns that have torque logs.
-TORQUE = (
-    [*rules.torque_runs.output, *rules.torque.output, *rules.bearing_maps.output]
-    if CAMPAIGN.torque is not None
-    else []
-)

@@ -75,13 +75,21 @@ wildcard_constraints:
     oil="|".join(OILS),
 
 
+# Tables that a campaign without torque logs lacks, and those that one without a twin lacks.
+TORQUE_TABLES = (
+    *("torque_runs", "torque_quarantine", "torque", "torque_inversion"),
+    *("cage_slip", "slip_advice", "size_effect", "power_loss"),
+)
+EXTRAPOLATION_TABLES = ("extrapolation", "extrapolation_errors")
+
+
 def finished(*names):
     """Files of finished tables by name; no file of a table that this campaign does not have."""
     lacking = set()
     if CAMPAIGN.torque is None:
-        lacking |= {"torque_runs", "torque_quarantine", "torque", "torque_inversion", "slip_advice"}
+        lacking |= set(TORQUE_TABLES)
     if not SIMULATED:
-        lacking |= {"extrapolation"}
+        lacking |= set(EXTRAPOLATION_TABLES)
     return {name: [] if name in lacking else f"<tables>/{name}.parquet" for name in names}
 
 

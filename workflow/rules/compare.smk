@@ -4,7 +4,7 @@ COMPARE_TABLES = ("comparison", "law_coefficients", "law_fit_quality", "law_refi
 rule compare:
     "All laws fitted to one oil, judged on what they fit and on what they have not seen."
     input:
-        points=rules.collect.output.points,
+        **finished("points"),
     output:
         **{table: f"<parts>/compare/{{oil}}/{table}.parquet" for table in COMPARE_TABLES},
     log:
@@ -24,7 +24,7 @@ rule comparisons:
             for table in COMPARE_TABLES
         },
     output:
-        **{table: f"<tables>/{table}.parquet" for table in COMPARE_TABLES},
+        **finished(*COMPARE_TABLES),
     log:
         "<logs>/comparisons.log",
     params:

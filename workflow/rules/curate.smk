@@ -28,13 +28,12 @@ rule collect:
     input:
         points=expand(rules.curate.output.points, shard=SHARDS),
         runs=expand(rules.curate.output.runs, shard=SHARDS),
-        quarantine=expand(rules.curate.output.quarantine, shard=SHARDS),
-        unread=expand(rules.ingest.output.quarantine, shard=SHARDS),
+        quarantine=expand(
+            [rules.ingest.output.quarantine, rules.curate.output.quarantine], shard=SHARDS
+        ),
         samples=expand(rules.ingest.output.samples, shard=SHARDS),
     output:
-        points="<tables>/points.parquet",
-        runs="<tables>/runs.parquet",
-        quarantine="<tables>/quarantine.parquet",
+        **finished("points", "runs", "quarantine"),
         spreadsheet="<tables>/quarantine.csv",
     log:
         "<logs>/collect.log",

@@ -1,9 +1,7 @@
 rule exports:
     "Every oil's fit as C, Fortran, Modelica, MATLAB, ADORE constants, JSON and CSV."
     input:
-        points=rules.collect.output.points,
-        coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.fit_quality,
+        **finished("points", "coefficients", "fit_quality"),
     output:
         folder=directory("<results>/exports"),
     log:

@@ -3,13 +3,10 @@ if SIMULATED:
     rule extrapolation:
         "Fitted laws beside the truth at the conditions of Figs 7-10; it decides on no real oil."
         input:
-            truth=rules.truth.output.grid,
-            coefficients=rules.comparisons.output.law_coefficients,
-            refits=rules.comparisons.output.law_refits,
-            quality=rules.comparisons.output.law_fit_quality,
+            **finished("law_coefficients", "law_refits", "law_fit_quality"),
+            truth_grid=rules.truth.output.truth_grid,
         output:
-            compared="<tables>/extrapolation.parquet",
-            errors="<tables>/extrapolation_errors.parquet",
+            **finished(*EXTRAPOLATION_TABLES),
         log:
             "<logs>/extrapolation.log",
         params:
@@ -17,7 +14,3 @@ if SIMULATED:
             config=part("oils", "rigs", "same_set_point"),
         script:
             "../scripts/extrapolation.py"
-
-
-# Empty for measured campaigns, of which no truth is known.
-EXTRAPOLATION = rules.extrapolation.output if SIMULATED else []

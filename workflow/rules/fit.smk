@@ -11,7 +11,7 @@ FIT_TABLES = (
 rule fit:
     "One oil's constants, with their errors and the certificate."
     input:
-        points=rules.collect.output.points,
+        **finished("points"),
         printed="data/reference/printed_coefficients.yaml",
     output:
         **{table: f"<parts>/fit/{{oil}}/{table}.parquet" for table in FIT_TABLES},
@@ -29,7 +29,7 @@ rule fits:
     input:
         **{table: expand(f"<parts>/fit/{{oil}}/{table}.parquet", oil=OILS) for table in FIT_TABLES},
     output:
-        **{table: f"<tables>/{table}.parquet" for table in FIT_TABLES},
+        **finished(*FIT_TABLES),
     log:
         "<logs>/fits.log",
     params:
@@ -42,7 +42,7 @@ rule fits:
 rule certified:
     "The certificates of all fits; a fit without one ends the run, unless config allows it."
     input:
-        quality=rules.fits.output.fit_quality,
+        **finished("fit_quality"),
     output:
         "<tables>/certificates.txt",
     log:

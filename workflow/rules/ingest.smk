@@ -21,7 +21,7 @@ if SIMULATED:
         input:
             printed="data/reference/printed_coefficients.yaml",
         output:
-            grid="<results>/twin/truth_grid.parquet",
+            truth_grid="<results>/twin/truth_grid.parquet",
         log:
             "<logs>/truth.log",
         params:

@@ -1,17 +1,13 @@
 # Every table but the samples, which are many files.
-TABLE_FILES = [
-    rules.collect.output.runs,
-    rules.collect.output.points,
-    rules.collect.output.quarantine,
-    *rules.coverage.output,
-    *rules.fits.output,
-    *rules.comparisons.output,
-    *EXTRAPOLATION,
-    *rules.printed.output,
-    *rules.signs.output,
-    *rules.audit.output,
-    *TORQUE,
-]
+TABLE_NAMES = (
+    *("runs", "points", "quarantine", "coverage", "gate_counts"),
+    *FIT_TABLES,
+    *COMPARE_TABLES,
+    *EXTRAPOLATION_TABLES,
+    *("printed_judged", "signs", "sign_verdicts", "claims", "selection"),
+    *TORQUE_TABLES,
+)
+TABLE_FILES = [path for path in finished(*TABLE_NAMES).values() if path]
 
 
 rule metadata:
@@ -48,8 +44,6 @@ rule captions:
         "<logs>/captions.log",
     params:
         code=code("captions.py"),
-        # tables that are not named after their model
-        models={"torque_quarantine": "quarantine"},
         config=part(campaign=("description", "film_unjudged")),
     script:
         "../scripts/captions.py"

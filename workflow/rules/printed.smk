@@ -1,13 +1,10 @@
 rule printed:
     "The printed constants beside the fit: errors, distances, largest differences in mu."
     input:
-        points=rules.collect.output.points,
-        coefficients=rules.fits.output.coefficients,
-        quality=rules.fits.output.fit_quality,
-        refits=rules.fits.output.refits,
+        **finished("points", "coefficients", "fit_quality", "refits"),
         printed="data/reference/printed_coefficients.yaml",
     output:
-        judged="<tables>/printed_judged.parquet",
+        **finished("printed_judged"),
     log:
         "<logs>/printed.log",
     params:
@@ -21,11 +18,10 @@ rule printed:
 rule signs:
     "All sign sets of the printed exponents, held against the paper's text."
     input:
-        points=rules.collect.output.points,
+        **finished("points"),
         printed="data/reference/printed_coefficients.yaml",
     output:
-        signs="<tables>/signs.parquet",
-        verdicts="<tables>/sign_verdicts.parquet",
+        **finished("signs", "sign_verdicts"),
     log:
         "<logs>/signs.log",
     params:

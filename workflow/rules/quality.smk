@@ -1,12 +1,9 @@
 rule coverage:
     "What the campaign covers, condition by condition, and what each gate refused."
     input:
-        points=rules.collect.output.points,
-        runs=rules.collect.output.runs,
-        quarantine=rules.collect.output.quarantine,
+        **finished("points", "runs", "quarantine"),
     output:
-        coverage="<tables>/coverage.parquet",
-        gates="<tables>/gate_counts.parquet",
+        **finished("coverage", "gate_counts"),
     log:
         "<logs>/coverage.log",
     params:
@@ -20,11 +17,8 @@ rule refused:
     "One page per refused run, of either rig: its signals and the rows concerned."
     input:
         **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
+        **finished("points", "runs", "quarantine", "torque_quarantine"),
         samples=expand(rules.ingest.output.samples, shard=SHARDS),
-        points=rules.collect.output.points,
-        runs=rules.collect.output.runs,
-        quarantine=rules.collect.output.quarantine,
-        torque_quarantine=TORQUE and [rules.torque_runs.output.quarantine],
     output:
         pages=directory("<results>/refused"),
     log:

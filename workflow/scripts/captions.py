@@ -6,14 +6,13 @@ from oilfilm.atomic_write import write_text
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.run.job import job
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import model_of
 
 with job(snakemake):
     campaign = Settings.of(snakemake.params.config).campaign
     outputs = snakemake.output
     texts = {outputs.campaign: campaign_caption(campaign)}
     texts |= {path: figure_caption(Path(path).stem, campaign) for path in outputs.figures}
-    for path in outputs.tables:
-        table = Path(path).stem
-        texts[path] = table_caption(snakemake.params.models.get(table, table), campaign)
+    texts |= {path: table_caption(model_of(Path(path).stem), campaign) for path in outputs.tables}
     for path, text in texts.items():
         write_text(text, Path(path))

@@ -1,16 +1,12 @@
 """Find and judge the plateaus of one share of the runs."""
 
-from pathlib import Path
-
-from oilfilm import tables
 from oilfilm.curation.curate import curate
 from oilfilm.run.job import job
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as provenance:
-    samples = tables.read("samples", *map(Path, snakemake.input.samples))
-    runs = tables.read("runs", Path(snakemake.input.runs))
-    curated = curate(samples, runs, Settings.of(snakemake.params.config))
-    tables.write(curated.points, "points", Path(snakemake.output.points), provenance)
-    tables.write(curated.runs, "runs", Path(snakemake.output.runs), provenance)
-    tables.write(curated.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)
+    ingested = CampaignTables.of_job(snakemake.input)
+    settings = Settings.of(snakemake.params.config)
+    curated = curate(ingested.samples, ingested.runs, settings)
+    write_tables(vars(curated), snakemake.output, provenance)

@@ -2,18 +2,18 @@
 
 from pathlib import Path
 
-from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder, write_text
 from oilfilm.outputs.exports import export_campaign
 from oilfilm.run.job import job
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as provenance:
-    inputs = snakemake.input
+    results = CampaignTables.of_job(snakemake.input)
     files = export_campaign(
-        points=tables.read("points", Path(inputs.points)),
-        coefficients=tables.read("coefficients", Path(inputs.coefficients)),
-        quality=tables.read("fit_quality", Path(inputs.quality)),
+        points=results.points,
+        coefficients=results.coefficients,
+        quality=results.fit_quality,
         settings=Settings.of(snakemake.params.config),
         provenance=provenance,
     )

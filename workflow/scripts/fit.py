@@ -2,20 +2,19 @@
 
 from pathlib import Path
 
-from oilfilm import tables
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_values
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 from oilfilm.traction import LAWS
 
 with job(snakemake) as provenance:
     oil = snakemake.wildcards.oil
-    points = tables.read("points", Path(snakemake.input.points))
+    points = CampaignTables.of_job(snakemake.input).points
     settings = Settings.of(snakemake.params.config)
     printed = printed_values(Path(snakemake.input.printed), LAWS[settings.fit.law], oil)
     fit = fit_oil(points, oil, settings.fit, settings.seed, printed)
-    for table, rows in fit.tables.items():
-        tables.write(rows, table, Path(snakemake.output[table]), provenance)
+    write_tables(fit.tables, snakemake.output, provenance)
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         log.writelines(f"{line}\n" for line in fit.remarks())

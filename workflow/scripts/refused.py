@@ -10,16 +10,15 @@ from oilfilm.outputs.figures.refused_runs import Judged, draw_pages, judged_torq
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as provenance:
     inputs, settings = snakemake.input, Settings.of(snakemake.params.config)
-    runs, points, quarantine = (
-        tables.read(name, Path(inputs[name])) for name in ("runs", "points", "quarantine")
-    )
+    results = CampaignTables.of_job(inputs)
     samples = partial(tables.read_run, "samples", [Path(path) for path in inputs.samples])
-    rigs = [Judged(TRACTION_RIG, runs, points, quarantine, samples)]
-    for path in inputs.torque_quarantine:
-        refused = tables.read("quarantine", Path(path))
+    rigs = [Judged(TRACTION_RIG, results.runs, results.points, results.quarantine, samples)]
+    if settings.campaign.torque is not None:
+        refused = results.torque_quarantine
         folder = Path("data/raw", f"{settings.campaign.name}-torque")
         digests = expected_digests(snakemake.params.files, inputs.get("listing"))
         named = {name: digests[name] for name in digests if name in set(refused["file"])}

@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
-from oilfilm import tables
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import write_tables
 
 with job(snakemake) as provenance:
     settings = Settings.of(snakemake.params.config)
     folder = Path("data/raw", f"{settings.campaign.name}-torque")
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
     curated = check_logs(unchanged_logs(folder, digests), settings, TORQUE_RIG)
-    tables.write(curated.points, "torque_runs", Path(snakemake.output.runs), provenance)
-    tables.write(curated.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)
+    frames = {"torque_runs": curated.points, "torque_quarantine": curated.quarantine}
+    write_tables(frames, snakemake.output, provenance)

@@ -11,4 +11,4 @@ from oilfilm.settings.resolved import Settings
 with job(snakemake) as provenance:
     constants = printed_constants(Path(snakemake.input.printed))
     grid = truth_grid(Settings.of(snakemake.params.config), constants)
-    tables.write(grid, "truth_grid", Path(snakemake.output.grid), provenance)
+    tables.write(grid, "truth_grid", Path(snakemake.output.truth_grid), provenance)
