@@ -1,8 +1,9 @@
 """What tests ask of any drawn figure."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -11,6 +12,8 @@ from oilfilm.outputs.figures.registry import load_figure
 from oilfilm.settings.reference import read_reference
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+
+Draw = Callable[..., tuple[Figure, pd.DataFrame]]
 
 
 def nothing_is_cut_off(figure: Figure) -> bool:
@@ -22,7 +25,9 @@ def nothing_is_cut_off(figure: Figure) -> bool:
     return min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
 
 
-def draw(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Any:
+def draw(
+    name: str, results: CampaignTables, config: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
     """A figure and the table of what it draws, as the job of its family draws it."""
     registered = load_figure(name)
     references = {
@@ -30,3 +35,14 @@ def draw(name: str, results: CampaignTables, config: Mapping[str, Any]) -> Any:
         for reference in registered.declaration.references
     }
     return registered.draw(results, Settings.of(config), references)
+
+
+def drawing_of(results: CampaignTables, config: Mapping[str, Any]) -> Draw:
+    """Draws a figure by its name; other settings and other tables may be given."""
+
+    def drawing(
+        name: str, settings: Mapping[str, Any] = config, **replaced: pd.DataFrame
+    ) -> tuple[Figure, pd.DataFrame]:
+        return draw(name, results.replace(**replaced), settings)
+
+    return drawing

@@ -22,11 +22,11 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.randomness import generator
-from oilfilm.settings.resolved import CampaignPart
+from oilfilm.settings.resolved import CampaignPart, Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
-from pictures import draw, nothing_is_cut_off
+from pictures import Draw, drawing_of, nothing_is_cut_off
 
 BASELINE = Path(__file__).parent / "baseline"
 # Root-mean-square difference of the pictures' values, of 255. The same code gives 0; this leaves
@@ -94,6 +94,11 @@ def _profiles(coefficients: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(parts)
 
 
+@pytest.fixture(scope="module")
+def drawing(results: CampaignTables, config: Settings) -> Draw:
+    return drawing_of(results, config)
+
+
 def lines(axis: Axes) -> set[bytes]:
     """What each line of a panel holds, in bytes that can be compared exactly."""
     return {np.ascontiguousarray(line.get_xydata(), float).tobytes() for line in axis.get_lines()}
@@ -119,10 +124,8 @@ ABSCISSA = {
 
 
 @pytest.mark.parametrize("name", PANELS)
-def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(
-    results: CampaignTables, config: dict[str, Any], name: str
-) -> None:
-    figure, drawn = draw(name, results, config)
+def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(drawing: Draw, name: str) -> None:
+    figure, drawn = drawing(name)
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     lettered = zip("abcd", PANELS[name], strict=True)
     assert titles == [f"({letter}) {words}" for letter, words in lettered]
@@ -133,9 +136,9 @@ def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(
 
 @pytest.mark.parametrize("name", PANELS)
 def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
-    results: CampaignTables, config: dict[str, Any], name: str
+    drawing: Draw, name: str
 ) -> None:
-    figure, drawn = draw(name, results, config)
+    figure, drawn = drawing(name)
     abscissa = ABSCISSA[name][0]
     by = "slide_roll_ratio" if name == "fig10" else "inlet_temperature_c"
     for letter, axis in zip("abcd", figure.axes, strict=True):
@@ -155,10 +158,10 @@ def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
         assert (fitted["traction_coefficient_lower"] > 0).all()
 
 
-def test_shade_covers_what_no_test_reaches(results: CampaignTables, config: dict[str, Any]) -> None:
+def test_shade_covers_what_no_test_reaches(drawing: Draw) -> None:
     # tested: 1.0 to 1.5 GPa, 25 to 40 m/s, 25 to 120 degC
     def shaded(name: str, panel: int) -> list[tuple[float, float]]:
-        figure, _ = draw(name, results, config)
+        figure, _ = drawing(name)
         spans = [patch for patch in figure.axes[panel].patches if isinstance(patch, Rectangle)]
         return [(span.get_x(), span.get_x() + span.get_width()) for span in spans]
 
@@ -172,21 +175,20 @@ def test_shade_covers_what_no_test_reaches(results: CampaignTables, config: dict
 
 
 def test_oils_that_the_paper_does_not_know_have_no_dashed_line(
-    results: CampaignTables, config: dict[str, Any]
+    drawing: Draw, results: CampaignTables
 ) -> None:
-    unknown = results.replace(coefficients=results.coefficients.assign(printed_value=np.nan))
-    figure, drawn = draw("fig07", unknown, config)
+    unknown = results.coefficients.assign(printed_value=np.nan)
+    figure, drawn = drawing("fig07", coefficients=unknown)
     assert set(drawn["series"]) == {"refit"}
     assert "printed constants" not in {text.get_text() for text in figure.legends[0].get_texts()}
 
 
 def test_law_that_follows_no_speed_is_not_drawn_over_speed(
-    results: CampaignTables, config: dict[str, Any]
+    drawing: Draw, results: CampaignTables
 ) -> None:
     exponents = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     value = results.coefficients["value"].mask(exponents)
-    bare = results.replace(coefficients=results.coefficients.assign(value=value))
-    figure, drawn = draw("fig08", bare, config)
+    figure, drawn = drawing("fig08", coefficients=results.coefficients.assign(value=value))
     assert drawn.empty
     assert "no oil has a fitted law" in figure.axes[0].texts[0].get_text()
 
@@ -197,10 +199,9 @@ def written(figure: Figure) -> list[str]:
 
 @pytest.mark.parametrize("name", ["tab01", "tab02", "tab03"])
 def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
-    results: CampaignTables, config: dict[str, Any], name: str
+    drawing: Draw, name: str
 ) -> None:
-    figure, drawn = draw(name, results, config)
-    tables.conform(drawn, "stated_values", name)
+    figure, drawn = drawing(name)
     words = written(figure)
     assert set(drawn["words"]) <= set(words)
     assert (drawn["source"] != "").all()
@@ -208,19 +209,15 @@ def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
         assert "lost" in words
 
 
-def test_table_of_oils_has_the_viscosities_of_their_grades(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
-    _, drawn = draw("tab01", results, config)
+def test_table_of_oils_has_the_viscosities_of_their_grades(drawing: Draw) -> None:
+    _, drawn = drawing("tab01")
     grade = drawn[drawn["quantity"] == "grade"].set_index("thing")["value"]
     assert grade[["4102", "4050", "4010"]].tolist() == [7, 5, 3]  # section 1 of the paper
     assert all("stand-in" in source for source in drawn[drawn["thing"] == "4102"]["source"])
 
 
-def test_table_of_the_bearing_marks_what_is_assumed(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
-    _, drawn = draw("tab03", results, config)
+def test_table_of_the_bearing_marks_what_is_assumed(drawing: Draw) -> None:
+    _, drawn = drawing("tab03")
     stars = drawn["words"].str.endswith("*")
     assert set(drawn.loc[stars, "source"]) == {"assumed"}
     assert "ball diameter" in set(drawn.loc[~stars, "quantity"])
@@ -228,9 +225,9 @@ def test_table_of_the_bearing_marks_what_is_assumed(
 
 
 def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
-    results: CampaignTables, config: dict[str, Any]
+    drawing: Draw, config: dict[str, Any]
 ) -> None:
-    _, drawn = draw("tab03", results, config)
+    _, drawn = drawing("tab03")
     bearing = config["bearings"][config["campaign"]["torque"]["bearing"]]
     of_parts = [one for part in bearing.values() if isinstance(part, dict) for one in part.values()]
     configured = [one for one in (*bearing.values(), *of_parts) if isinstance(one, int | float)]
@@ -241,21 +238,19 @@ def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
 
 
 def test_matrix_of_a_measured_campaign_is_that_of_its_logs(
-    results: CampaignTables, config: dict[str, Any]
+    drawing: Draw, config: dict[str, Any]
 ) -> None:
     campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
-    _, planned = draw("tab02", results, config)
-    _, measured = draw("tab02", results, {**config, "campaign": campaign})
+    _, planned = drawing("tab02")
+    _, measured = drawing("tab02", {**config, "campaign": campaign})
     assert planned["words"].tolist() == measured["words"].tolist()
     assert "25, 50, 70, 85, 100, 120" in set(measured["words"])
     assert "set points of the logs" in set(measured["source"])
 
 
 @pytest.mark.parametrize("name", ["fig01", "fig05"])
-def test_schematics_draw_each_mark_of_their_table_and_no_other(
-    config: dict[str, Any], name: str
-) -> None:
-    figure, drawn = draw(name, CampaignTables.in_memory(), config)
+def test_schematics_draw_each_mark_of_their_table_and_no_other(drawing: Draw, name: str) -> None:
+    figure, drawn = drawing(name)
     patches = [patch for axis in figure.axes for patch in axis.patches]
     boxes = [(*patch.get_xy(), patch.get_width()) for patch in patches if type(patch) is Rectangle]
     expected = drawn[drawn["mark"].isin(["box", "film"])]
@@ -268,9 +263,9 @@ def test_schematics_draw_each_mark_of_their_table_and_no_other(
     assert sorted(written(figure)) == sorted(labels)
 
 
-def test_labels_of_the_schematics_do_not_overlap(config: dict[str, Any]) -> None:
+def test_labels_of_the_schematics_do_not_overlap(drawing: Draw) -> None:
     for name in ("fig01", "fig05"):
-        figure, _ = draw(name, CampaignTables.in_memory(), config)
+        figure, _ = drawing(name)
         figure.canvas.draw()
         for axis in figure.axes:
             boxes = [text.get_window_extent() for text in axis.texts]
@@ -280,21 +275,22 @@ def test_labels_of_the_schematics_do_not_overlap(config: dict[str, Any]) -> None
                 ].get_text()
 
 
-def test_schematic_of_a_rig_of_unknown_size_states_none(config: dict[str, Any]) -> None:
+def test_schematic_of_a_rig_of_unknown_size_states_none(
+    drawing: Draw, config: dict[str, Any]
+) -> None:
     rigs = {"unknown": {"name": "a rig", "source": "its log"}}
-    figure, _ = draw("fig01", CampaignTables.in_memory(), {**config, "rigs": rigs})
+    figure, _ = drawing("fig01", {**config, "rigs": rigs})
     assert not any("mm" in words for words in written(figure))
 
 
 def test_residuals_vanish_on_the_law_and_show_what_is_planted(
-    results: CampaignTables, config: dict[str, Any]
+    drawing: Draw, results: CampaignTables
 ) -> None:
-    _, drawn = draw("residuals", results, config)
+    _, drawn = drawing("residuals")
     assert drawn["y"].abs().max() < 1e-9
     hot = (results.points["oil"] == "4050") & (results.points["inlet_temperature_c"] == 120)
     mu = results.points["traction_coefficient"] + 1e-3 * hot
-    off = results.replace(points=results.points.assign(traction_coefficient=mu))
-    figure, drawn = draw("residuals", off, config)
+    figure, drawn = drawing("residuals", points=results.points.assign(traction_coefficient=mu))
     means = drawn.query("oil == '4050' and condition == 'inlet_temperature_c' and kind == 'mean'")
     np.testing.assert_allclose(means["y"], [0, 0, 0, 0, 0, 1], atol=1e-9)  # thousandths
     for letter, axis in zip("abcdefghijkl", figure.axes, strict=True):
@@ -303,21 +299,18 @@ def test_residuals_vanish_on_the_law_and_show_what_is_planted(
 
 
 def test_residuals_of_a_rig_that_reverses_the_slip_keep_their_sign(
-    results: CampaignTables, config: dict[str, Any]
+    drawing: Draw, results: CampaignTables
 ) -> None:
     both = ["slide_roll_ratio", "traction_coefficient"]
     slipping = results.points[results.points["slide_roll_ratio"] > 0]
-    mu = slipping["traction_coefficient"] + 1e-3
-    high = results.replace(points=slipping.assign(traction_coefficient=mu))
-    back = high.replace(points=high.points.assign(**{name: -high.points[name] for name in both}))
-    forward, reverse = (draw("residuals", one, config)[1] for one in (high, back))
+    high = slipping.assign(traction_coefficient=slipping["traction_coefficient"] + 1e-3)
+    back = high.assign(**{name: -high[name] for name in both})
+    forward, reverse = (drawing("residuals", points=points)[1] for points in (high, back))
     np.testing.assert_allclose(forward["y"], reverse["y"])
 
 
-def test_identifiability_draws_every_pair_and_names_the_profile_that_bends(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
-    figure, drawn = draw("identifiability", results, config)
+def test_identifiability_draws_every_pair_and_names_the_profile_that_bends(drawing: Draw) -> None:
+    figure, drawn = drawing("identifiability")
     pairs = drawn.query("oil == '4102' and kind == 'correlation'")
     squares = np.asarray(figure.axes[0].images[0].get_array().filled(np.nan))
     assert sorted(squares[~np.isnan(squares)]) == sorted(pairs["value"])
@@ -332,9 +325,9 @@ DRAWN_HERE = ["fig01", "fig05", "tab01", "fig02", "fig03", *PANELS, "residuals",
 
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_figures_are_as_wide_as_a_column_of_the_journal(
-    results: CampaignTables, config: dict[str, Any], tmp_path: Path, name: str
+    drawing: Draw, tmp_path: Path, name: str
 ) -> None:
-    figure, _ = draw(name, results, config)
+    figure, _ = drawing(name)
     style.save(figure, tmp_path / "it.png")
     width = matplotlib.image.imread(tmp_path / "it.png").shape[1]
     assert width in [round(mm / 25.4 * 300) for mm in (84, 174)]
@@ -343,7 +336,7 @@ def test_figures_are_as_wide_as_a_column_of_the_journal(
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_nothing_is_cut_off_even_of_a_campaign_with_a_long_name(
-    results: CampaignTables, config: dict[str, Any], name: str, oils: list[str]
+    drawing: Draw, config: dict[str, Any], name: str, oils: list[str]
 ) -> None:
     campaign = {
         **config["campaign"],
@@ -351,7 +344,7 @@ def test_nothing_is_cut_off_even_of_a_campaign_with_a_long_name(
         "film_unjudged": {"accept": True, "reason": "-"},
     }
     fewer = {oil: config["oils"][oil] for oil in oils}
-    figure, _ = draw(name, results, {**config, "campaign": campaign, "oils": fewer})
+    figure, _ = drawing(name, {**config, "campaign": campaign, "oils": fewer})
     assert nothing_is_cut_off(figure)
 
 
@@ -371,28 +364,23 @@ def difference(figure: Figure, name: str, folder: Path) -> str | None:
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_pictures_look_as_they_did(
-    results: CampaignTables, config: dict[str, Any], tmp_path: Path, name: str
-) -> None:
-    figure, _ = draw(name, results, config)
+def test_pictures_look_as_they_did(drawing: Draw, tmp_path: Path, name: str) -> None:
+    figure, _ = drawing(name)
     found = difference(figure, name, tmp_path)
     assert found is None, f"{found}\nIs it meant? Look at it, then copy it over the baseline."
 
 
 def test_a_broken_picture_is_seen(
-    results: CampaignTables,
-    config: dict[str, Any],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    drawing: Draw, results: CampaignTables, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def found(name: str, drawn_from: CampaignTables = results) -> str | None:
-        return difference(draw(name, drawn_from, config)[0], name, tmp_path)
+    def found(name: str, **replaced: pd.DataFrame) -> str | None:
+        return difference(drawing(name, **replaced)[0], name, tmp_path)
 
     value = results.coefficients["value"]
     shifted = results.coefficients.assign(
         value=value.where(results.coefficients["constant"] != "A0", 1.03 * value)
     )
-    assert found("fig07", results.replace(coefficients=shifted))
+    assert found("fig07", coefficients=shifted)
     with monkeypatch.context() as patched:
         swapped = {"4102": "#D55E00", "4050": "#0072B2", "4010": "#009E73"}
         patched.setattr(style, "oil_colour", lambda oil, oils: swapped[oil])
@@ -403,7 +391,7 @@ def test_a_broken_picture_is_seen(
         assert found("fig07")
     correlation = -results.correlations["correlation"]
     turned = results.correlations.assign(correlation=correlation)
-    assert found("identifiability", results.replace(correlations=turned))
+    assert found("identifiability", correlations=turned)
 
 
 def test_captions_are_sound_markup_whatever_a_campaign_is_called() -> None:
@@ -436,7 +424,7 @@ def test_description_of_a_campaign_is_no_directive(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["fig02", "fig03", "curves"])
 def test_law_on_load_is_drawn_at_the_load_of_its_points(
-    results: CampaignTables, config: dict[str, Any], name: str
+    drawing: Draw, results: CampaignTables, name: str
 ) -> None:
     law = LAWS["wang-deng-load"]
     coefficients = pd.concat(
@@ -448,7 +436,7 @@ def test_law_on_load_is_drawn_at_the_load_of_its_points(
         )
         for oil in printed()
     )
-    _, drawn = draw(name, results.replace(coefficients=coefficients), config)
+    _, drawn = drawing(name, coefficients=coefficients)
     found = drawn[(drawn["kind"] == "fit") & (drawn["slide_roll_ratio"] == 0.3)]
     # all points were made at 80 N; by one slip, mu then follows speed and temperature alone
     at = np.array([(80.0, speed, temperature) for _, speed, temperature in matrix()])

@@ -1,55 +1,63 @@
 """Figures draw what they keep, say what is simulated, and come out in the same bytes."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
 from campaigns import CLAIMS, Campaign, printed, sign_study
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.registry import load_figure
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.selection import select
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from pictures import draw, nothing_is_cut_off
+from pictures import Draw, draw, drawing_of, nothing_is_cut_off
+
+
+def tables_of(campaign: Campaign, oils: Iterable[str]) -> CampaignTables:
+    fits = [campaign.fit(oil, bootstrap=20, searches=2).coefficients for oil in oils]
+    return CampaignTables.in_memory(
+        points=campaign.curated.points,
+        runs=campaign.curated.runs,
+        coefficients=pd.concat(fits),
+        coverage=coverage(campaign.curated.runs, campaign.config),
+    )
 
 
 @pytest.fixture(scope="module")
 def results(demo: Campaign) -> CampaignTables:
-    fits = [demo.fit(oil, bootstrap=20, searches=2).coefficients for oil in demo.config["oils"]]
-    covered = coverage(demo.curated.runs, demo.config)
-    return CampaignTables.in_memory(
-        points=demo.curated.points,
-        runs=demo.curated.runs,
-        coefficients=pd.concat(fits),
-        coverage=covered,
-    )
+    return tables_of(demo, demo.config.oils)
+
+
+@pytest.fixture(scope="module")
+def drawing(results: CampaignTables, config: Settings) -> Draw:
+    return drawing_of(results, config)
+
+
+def words_around(figure: Figure) -> str:
+    """Small print above the panels, and labels of the whole figure."""
+    return " ".join(text.get_text() for text in figure.texts)
 
 
 @pytest.mark.parametrize("name", ["fig02", "fig03", "eqs11-13", "coverage"])
-def test_figure_says_that_its_data_are_simulated_and_keeps_a_valid_table(
-    results: CampaignTables, config: dict[str, Any], name: str
-) -> None:
-    figure, drawn = draw(name, results, config)
-    words = " ".join(text.get_text() for text in figure.texts)
-    assert "SIMULATED" in words
+def test_figure_says_that_its_data_are_simulated(drawing: Draw, name: str) -> None:
+    figure, _ = drawing(name)
+    assert "SIMULATED" in words_around(figure)
     assert nothing_is_cut_off(figure)
-    tables.conform(drawn, load_figure(name).table, name)
 
 
-def test_fig02_has_six_panels_by_pressure_and_by_speed(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
-    figure, drawn = draw("fig02", results, config)
+def test_fig02_has_six_panels_by_pressure_and_by_speed(drawing: Draw) -> None:
+    figure, drawn = drawing("fig02")
     assert sorted(drawn["panel"].unique()) == list("abcdef")
     assert drawn.query("panel == 'a'")["series"].nunique() == 3  # pressures of the matrix
     assert drawn.query("panel == 'b'")["series"].nunique() == 4  # speeds
@@ -60,20 +68,16 @@ def test_fig02_has_six_panels_by_pressure_and_by_speed(
     ]
 
 
-def test_drawn_numbers_are_those_on_the_axes(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
-    figure, drawn = draw("fig03", results, config)
+def test_drawn_numbers_are_those_on_the_axes(drawing: Draw) -> None:
+    figure, drawn = drawing("fig03")
     measured = drawn.query("panel == 'a' and oil == '4050' and kind == 'measured'")
     on_axis = [container.lines[0].get_xydata() for container in figure.axes[0].containers]
     expected = measured[["slide_roll_ratio", "traction_coefficient"]].to_numpy()
     assert any(len(xy) == len(expected) and np.array_equal(xy, expected) for xy in on_axis)
 
 
-def test_fitted_lines_lie_on_the_truth_of_the_twin(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
-    _, drawn = draw("fig03", results, config)
+def test_fitted_lines_lie_on_the_truth_of_the_twin(drawing: Draw) -> None:
+    _, drawn = drawing("fig03")
     line = drawn.query("panel == 'b' and oil == '4010' and kind == 'fit'")
     true = traction_coefficient(
         printed()["4010"], 1.25, 30.0, 100.0, line["slide_roll_ratio"].to_numpy()
@@ -82,22 +86,18 @@ def test_fitted_lines_lie_on_the_truth_of_the_twin(
     np.testing.assert_allclose(line["traction_coefficient"], true, rtol=0.03, atol=1e-5)
 
 
-def test_an_oil_has_one_colour_in_every_figure(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
-    colours = [style.oil_colour(oil, list(config["oils"])) for oil in config["oils"]]
+def test_an_oil_has_one_colour_in_every_figure(drawing: Draw, config: Settings) -> None:
+    colours = [style.oil_colour(oil, list(config.oils)) for oil in config.oils]
     assert len(set(colours)) == 3
-    figure, _ = draw("fig03", results, config)
+    figure, _ = drawing("fig03")
     for axis in figure.axes:
         drawn = {to_hex(line.get_color()).upper() for line in axis.get_lines()}
         assert drawn == set(colours)
 
 
-def test_files_are_the_same_bytes_each_time(
-    results: CampaignTables, config: dict[str, Any], tmp_path: Path
-) -> None:
+def test_files_are_the_same_bytes_each_time(drawing: Draw, tmp_path: Path) -> None:
     for name in ("a", "b"):
-        figure, _ = draw("fig03", results, config)
+        figure, _ = drawing("fig03")
         style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
@@ -106,41 +106,29 @@ def test_files_are_the_same_bytes_each_time(
 
 @pytest.mark.parametrize("name", ["fig02", "fig03", "curves", "eqs11-13"])
 def test_figure_without_any_accepted_point_says_so(
-    demo: Campaign, config: dict[str, Any], name: str
+    drawing: Draw, results: CampaignTables, config: Settings, name: str
 ) -> None:
-    refused = demo.curated.points.assign(accepted=False, reasons="thin_film")
-    fits = [fit_oil(refused, oil, config.fit, config.seed).coefficients for oil in config["oils"]]
-    results = CampaignTables.in_memory(
-        points=refused, runs=demo.curated.runs, coefficients=pd.concat(fits)
-    )
-    figure, drawn = draw(name, results, config)
-    tables.conform(drawn, load_figure(name).table, name)
+    refused = results.points.assign(accepted=False, reasons="thin_film")
+    fits = [fit_oil(refused, oil, config.fit, config.seed).coefficients for oil in config.oils]
+    figure, drawn = drawing(name, points=refused, coefficients=pd.concat(fits))
     if name != "eqs11-13":
         assert len(drawn) == 0
         assert "no accepted point" in figure.axes[0].texts[0].get_text()
 
 
 def test_real_curves_are_called_measured(etm: Campaign) -> None:
-    coefficients = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
-    covered = coverage(etm.curated.runs, etm.config)
-    results = CampaignTables.in_memory(
-        points=etm.curated.points,
-        runs=etm.curated.runs,
-        coefficients=coefficients,
-        coverage=covered,
-    )
-    figure, drawn = draw("curves", results, etm.config)
-    assert "Measured data" in " ".join(text.get_text() for text in figure.texts)
+    drawing = drawing_of(tables_of(etm, ["unrecorded-oil"]), etm.config)
+    figure, drawn = drawing("curves")
+    assert "Measured data" in words_around(figure)
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
-    figure, drawn = draw("eqs11-13", results, etm.config)
+    figure, drawn = drawing("eqs11-13")
     assert drawn["value"].notna().sum() == 3
 
 
-def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> None:
+def test_sign_study_names_the_verdict_of_every_sign(config: Settings) -> None:
     signs, sign_verdicts = sign_study(config, tables.empty("points"))
-    results = CampaignTables.in_memory(signs=signs, sign_verdicts=sign_verdicts)
-    figure, drawn = draw("signs", results, config)
-    tables.conform(drawn, "sign_study", "signs")
+    studied = CampaignTables.in_memory(signs=signs, sign_verdicts=sign_verdicts)
+    figure, drawn = draw("signs", studied, config)
     words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
     assert words == [
         f"{sign} {verdict}".replace("-", "\N{MINUS SIGN}")
@@ -151,10 +139,13 @@ def test_sign_study_names_the_verdict_of_every_sign(config: dict[str, Any]) -> N
     assert (drawn["panel"] == "a").sum() == 512
 
 
-def test_sign_study_of_oils_without_printed_constants_says_so(config: dict[str, Any]) -> None:
-    figure, drawn = draw("signs", CampaignTables.in_memory(), config)
+@pytest.mark.parametrize(
+    ("name", "words"), [("signs", "no oil of this campaign"), ("selection", "no map")]
+)
+def test_figure_of_oils_that_are_not_there_says_so(config: Settings, name: str, words: str) -> None:
+    figure, drawn = draw(name, CampaignTables.in_memory(), config)
     assert drawn.empty
-    assert "no oil of this campaign" in figure.axes[0].texts[0].get_text()
+    assert words in figure.axes[0].texts[0].get_text().lower()
 
 
 def test_shades_run_from_dark_to_light() -> None:
@@ -163,29 +154,29 @@ def test_shades_run_from_dark_to_light() -> None:
     assert len(style.shades("#0072B2", 1)) == 1
 
 
+@pytest.fixture(scope="module")
+def without_matrix(config: Settings) -> Settings:
+    return config.with_changes({"campaign": {"matrix": None}})
+
+
 @pytest.mark.parametrize("name", ["fig02", "fig03"])
 def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
-    results: CampaignTables, config: dict[str, Any], name: str
+    drawing: Draw, without_matrix: Settings, name: str
 ) -> None:
-    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
-    drawn = draw(name, results, {**config, "campaign": campaign})[1]
-    expected = draw(name, results, config)[1]
-    pd.testing.assert_frame_equal(drawn, expected)
+    pd.testing.assert_frame_equal(drawing(name, without_matrix)[1], drawing(name)[1])
 
 
 def test_campaign_without_set_points_says_that_nothing_can_be_shown(
-    results: CampaignTables, config: dict[str, Any]
+    drawing: Draw, results: CampaignTables, without_matrix: Settings
 ) -> None:
-    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
     unset = results.runs.assign(nominal_max_hertz_pressure_gpa=np.nan, nominal_load_n=np.nan)
-    bare = results.replace(runs=unset)
-    figure, drawn = draw("fig03", bare, {**config, "campaign": campaign})
+    figure, drawn = drawing("fig03", without_matrix, runs=unset)
     assert drawn.empty
     assert "no accepted point" in figure.axes[0].texts[0].get_text()
 
 
 @pytest.fixture(scope="module")
-def audited(config: dict[str, Any]) -> CampaignTables:
+def audited(config: Settings) -> CampaignTables:
     """Claims and selection by the printed constants, no other table."""
     bases = [
         replace(printed_evidence(printed(), list(printed()), config), basis=basis)
@@ -197,10 +188,9 @@ def audited(config: dict[str, Any]) -> CampaignTables:
 
 
 def test_bars_of_the_claims_are_as_long_as_their_shares(
-    audited: CampaignTables, config: dict[str, Any]
+    audited: CampaignTables, config: Settings
 ) -> None:
     figure, drawn = draw("claims", audited, config)
-    tables.conform(drawn, "claims_page", "claims")
     bars = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] != (1, 1, 1)]
     frame = next(p for p in figure.axes[0].patches if p.get_facecolor()[:3] == (1, 1, 1))
     lengths = [bar.get_width() / frame.get_width() for bar in bars]
@@ -213,27 +203,19 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     assert not any(re.match(r"GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN}", line) for line in lines)
     assert any("140\N{NO-BREAK SPACE}\N{DEGREE SIGN}C" in line for line in lines)
     assert len(drawn) == len(audited.claims)
-    assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    assert "SIMULATED" in words_around(figure)
     assert nothing_is_cut_off(figure)
 
 
 def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
-    audited: CampaignTables, config: dict[str, Any]
+    audited: CampaignTables, config: Settings
 ) -> None:
     figure, drawn = draw("selection", audited, config)
-    tables.conform(drawn, "selection_map", "selection")
     assert set(drawn["basis"]) == {"refit"}
-    settings = config["selection"]["map"]
-    assert drawn["panel"].nunique() == len(settings["inlet_temperature_c"]) * len(
-        settings["slide_roll_ratio"]
-    )
+    levels = config.selection.map
+    panels = len(levels.inlet_temperature_c) * len(levels.slide_roll_ratio)
+    assert drawn["panel"].nunique() == panels
     symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
     assert symbols == (drawn["judgement"] != "agree").sum()
-    assert "STAND-IN" in " ".join(text.get_text() for text in figure.texts)
+    assert "STAND-IN" in words_around(figure)
     assert nothing_is_cut_off(figure)
-
-
-def test_map_of_oils_that_are_not_there_says_so(config: dict[str, Any]) -> None:
-    figure, drawn = draw("selection", CampaignTables.in_memory(), config)
-    assert drawn.empty
-    assert "no map" in figure.axes[0].texts[0].get_text()

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from oilfilm.outputs.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
+
+Write = Callable[..., str]
 
 
 class Page(HTMLParser):
@@ -51,15 +54,26 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def results(config: dict[str, Any]) -> CampaignTables:
+def results(config: Settings) -> CampaignTables:
     return results_of(config)
 
 
 @pytest.fixture(scope="module")
-def text(
-    results: CampaignTables, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory
-) -> str:
-    return report_of(results, config, tmp_path_factory.mktemp("report"))
+def write(
+    results: CampaignTables, config: Settings, tmp_path_factory: pytest.TempPathFactory
+) -> Write:
+    """Writes the report into a new folder; other settings and other tables may be given."""
+
+    def write(changes: dict[str, Any] | None = None, **replaced: pd.DataFrame) -> str:
+        folder = tmp_path_factory.mktemp("report")
+        return report_of(results.replace(**replaced), config.with_changes(changes or {}), folder)
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def text(write: Write) -> str:
+    return write()
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +82,7 @@ def page(text: str) -> Page:
 
 
 def test_same_results_give_the_same_bytes_wherever_they_lie(
-    results: CampaignTables, config: dict[str, Any], text: str, tmp_path: Path
+    results: CampaignTables, config: Settings, text: str, tmp_path: Path
 ) -> None:
     assert report_of(results, config, tmp_path) == text
     assert str(tmp_path.parent) not in text
@@ -110,21 +124,15 @@ def test_page_asks_the_network_for_nothing(page: Page) -> None:
 
 
 def test_hostile_names_are_text(
-    results: CampaignTables, config: dict[str, Any], page: Page, tmp_path: Path
+    results: CampaignTables, config: Settings, page: Page, tmp_path: Path
 ) -> None:
-    campaign = {**config["campaign"], "description": HOSTILE[0]}
     about = {"title": HOSTILE[1], "creators": [HOSTILE[2], HOSTILE[3]], "licence": "MIT"}
-    hostile = Page(
-        report_of(
-            with_hostile_names(results),
-            {
-                **config,
-                "campaign": campaign,
-                "dataset": {**about, "sources": [{"title": HOSTILE[1]}]},
-            },
-            tmp_path,
-        )
-    )
+    changes = {
+        "campaign": {"description": HOSTILE[0]},
+        "dataset": {**about, "sources": [{"title": HOSTILE[1]}]},
+    }
+    named = with_hostile_names(results)
+    hostile = Page(report_of(named, config.with_changes(changes), tmp_path))
     assert {tag for tag, _ in hostile.tags} == {tag for tag, _ in page.tags}
     assert len(hostile.scripts) == len(page.scripts)
     handlers = {
@@ -139,9 +147,7 @@ def test_hostile_names_are_text(
     assert set(HOSTILE) <= set(runs)
 
 
-def test_verdict_is_five_lines_with_the_numbers(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
+def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config: Settings) -> None:
     sure = {oil: sections.certainty(results, oil) for oil in OILS}
     lines = dict(verdict(results, sure, Settings.of(config)))
     assert list(lines) == ["Data", "Fit", "Error", "Trouble", "Paper"]
@@ -162,41 +168,33 @@ def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None
     assert found.median < found.largest
 
 
-def test_data_that_could_not_be_fitted_make_a_page(
-    config: dict[str, Any], results: CampaignTables, tmp_path: Path
-) -> None:
+def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: CampaignTables) -> None:
     nothing = results.coefficients.assign(
         **dict.fromkeys(["value", "standard_error", "lower", "upper"], np.nan),
         identifiable=False,
         verdict="not identifiable",
     )
-    none = results.replace(
-        coefficients=nothing,
-        refits=results.refits[:0],
-        points=results.points[:0],
-        runs=results.runs[:0],
-        quarantine=results.quarantine[:0],
-        comparison=results.comparison[:0],
-        claims=results.claims[:0],
-        torque=results.torque[:0],
-        fit_quality=results.fit_quality.assign(rmse=np.nan, certified=False),
+    empty = ("refits", "points", "runs", "quarantine", "comparison", "claims", "torque")
+    page = Page(
+        write(
+            coefficients=nothing,
+            fit_quality=results.fit_quality.assign(rmse=np.nan, certified=False),
+            **{name: results.table(name)[:0] for name in empty},
+        )
     )
-    page = Page(report_of(none, config, tmp_path))
     words = "".join(page.texts)
     assert "Nothing could be fitted." in words
     assert "No fit can be explored here." in words
     assert "No log, run or row was refused." in words
 
 
-def test_fit_without_refits_has_no_interval(
-    results: CampaignTables, config: dict[str, Any]
-) -> None:
+def test_fit_without_refits_has_no_interval(results: CampaignTables, config: Settings) -> None:
     found = explorer(results.replace(refits=results.refits[:0]), Settings.of(config))
     assert [oil["root"] for oil in found["oils"]] == [None] * 3
 
 
 def test_condition_without_exponents_moves_no_slider(
-    results: CampaignTables, config: dict[str, Any]
+    results: CampaignTables, config: Settings
 ) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
@@ -207,48 +205,37 @@ def test_condition_without_exponents_moves_no_slider(
     assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
 
 
-def test_endless_interval_is_none_in_json(
-    results: CampaignTables, config: dict[str, Any], tmp_path: Path
-) -> None:
+def test_endless_interval_is_none_in_json(write: Write, results: CampaignTables) -> None:
     endless = results.coefficients.assign(upper=np.inf)
-    page = Page(report_of(results.replace(coefficients=endless), config, tmp_path))
+    page = Page(write(coefficients=endless))
     kept = json.loads(page.data("downloads")["coefficients.json"], parse_constant=pytest.fail)
     assert {row["upper"] for row in kept} == {None}
     assert [row["value"] for row in kept] == results.coefficients["value"].tolist()
 
 
-def test_page_stays_below_its_limit_and_says_what_it_leaves_out(
-    results: CampaignTables, config: dict[str, Any], text: str, tmp_path: Path
-) -> None:
+def test_page_stays_below_its_limit_and_says_what_it_leaves_out(write: Write, text: str) -> None:
     pictures = sum(map(len, re.findall(r'(?:src|href)="(data:image[^"]+)"', text)))
     bare = len(text.encode()) - pictures
-    tight = {**config["report"], "size_max_mb": (bare + 100) / 1e6}
-    page = report_of(results, {**config, "report": tight}, tmp_path)
+    page = write({"report": {"size_max_mb": (bare + 100) / 1e6}})
     assert len(page.encode()) <= bare + 100
     assert "figures/fig02.png" in page
     assert len(text.encode()) < 8e6
 
 
-def test_endless_list_of_refusals_is_left_out_of_the_page(
-    results: CampaignTables, config: dict[str, Any], text: str, tmp_path: Path
-) -> None:
+def test_endless_list_of_refusals_is_left_out_of_the_page(write: Write, text: str) -> None:
     about = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     many = rows("quarantine", *({"file": f"{n:05}.csv", **about} for n in range(20_000)))
     assert len(csv_text(many)) > 600_000
-    report = {**config["report"], "size_max_mb": (len(text.encode()) + 300_000) / 1e6}
-    crowded = results.replace(quarantine=many)
-    page = report_of(crowded, {**config, "report": report}, tmp_path)
-    assert len(page.encode()) <= report["size_max_mb"] * 1e6
+    size_max = len(text.encode()) + 300_000
+    page = write({"report": {"size_max_mb": size_max / 1e6}}, quarantine=many)
+    assert len(page.encode()) <= size_max
     assert 'data-save="quarantine.csv"' not in page
     assert "tables/quarantine.csv" in page
     assert page.count("data:image/png") == text.count("data:image/png")
 
 
-def test_many_points_and_refusals_are_thinned_and_counted(
-    results: CampaignTables, config: dict[str, Any], tmp_path: Path
-) -> None:
-    few = {**config["report"], "points_max": 500, "rows_max": 1}
-    page = Page(report_of(results, {**config, "report": few}, tmp_path))
+def test_many_points_and_refusals_are_thinned_and_counted(write: Write) -> None:
+    page = Page(write({"report": {"points_max": 500, "rows_max": 1}}))
     found = page.data("explorer-data")
     assert (
         sum(len(oil["points"]["run"]) for oil in found["oils"]) == found["points"]["shown"] <= 500
@@ -271,19 +258,16 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
     assert len(axis.values) < 2000
 
 
-def test_measured_campaign_does_not_say_simulated(
-    results: CampaignTables, config: dict[str, Any], tmp_path: Path
-) -> None:
-    campaign = {**config["campaign"], "data": "measured"}
-    text = report_of(results, {**config, "campaign": campaign}, tmp_path)
+def test_measured_campaign_does_not_say_simulated(write: Write) -> None:
+    measured = {"campaign": {"data": "measured"}}
+    text = write(measured)
     assert "SIMULATED data" not in text
     assert "Measured data" in text
     assert "not stated in the campaign file" in text
-    dated = {**config, "campaign": campaign, "dataset": {"date": "June 2026"}}
-    assert "June 2026" in report_of(results, dated, tmp_path)
+    assert "June 2026" in write(measured | {"dataset": {"date": "June 2026"}})
 
 
-def test_runs_that_share_a_log_are_told_apart(config: dict[str, Any]) -> None:
+def test_runs_that_share_a_log_are_told_apart() -> None:
     shown = sections.refused(
         rows("quarantine", {"file": "a.csv", "run_id": "a.csv#2"}), "quarantine", "", 10
     )

@@ -8,7 +8,7 @@ import csv
 import io
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -51,12 +51,23 @@ LOADED = "#explorer[data-ready]"
 
 @dataclass
 class Opened:
-    """A page, what its console said and what it asked for beyond itself."""
+    """A page, messages of its console and its requests beyond itself."""
 
     page: Page
     address: str
-    said: list[str] = field(default_factory=list)
-    asked: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def log(self, kind: str, text: str) -> None:
+        if not text.startswith("[bokeh"):
+            self.messages.append(f"{kind}: {text}")
+
+    def ask(self, url: str) -> None:
+        if not url.startswith(("data:", "blob:")):
+            self.requests.append(url)
+
+
+Opener = Callable[..., Opened]
 
 
 @pytest.fixture(scope="module")
@@ -82,27 +93,28 @@ def report(
     return folder / "report.html"
 
 
-def open_page(browser: Browser, file: Path, fragment: str = "", width: int = 1280) -> Opened:
-    opened = Opened(browser.new_page(viewport={"width": width, "height": 900}), file.as_uri())
-    page = opened.page
-    page.on("console", lambda message: opened.said.append(f"{message.type}: {message.text}"))
-    page.on("pageerror", lambda error: opened.said.append(f"error: {error}"))
-    page.on(
-        "request",
-        lambda request: (
-            None if request.url.startswith(("data:", "blob:")) else opened.asked.append(request.url)
-        ),
-    )
-    page.goto(opened.address + fragment)
-    page.wait_for_selector(LOADED)
-    return opened
+@pytest.fixture
+def open_page(browser: Browser, report: Path) -> Iterator[Opener]:
+    """Opens a file, by default the report; its pages are closed after the test."""
+    with browser.new_context() as context:
+
+        def open_page(file: Path = report, fragment: str = "", width: int = 1280) -> Opened:
+            opened = Opened(context.new_page(), file.as_uri())
+            page = opened.page
+            page.set_viewport_size({"width": width, "height": 900})
+            page.on("console", lambda message: opened.log(message.type, message.text))
+            page.on("pageerror", lambda error: opened.log("error", str(error)))
+            page.on("request", lambda request: opened.ask(request.url))
+            page.goto(opened.address + fragment)
+            page.wait_for_selector(LOADED)
+            return opened
+
+        yield open_page
 
 
 @pytest.fixture
-def opened(browser: Browser, report: Path) -> Iterator[Opened]:
-    opened = open_page(browser, report)
-    yield opened
-    opened.page.close()
+def opened(open_page: Opener) -> Opened:
+    return open_page()
 
 
 @pytest.fixture
@@ -131,25 +143,31 @@ def slide(page: Page, symbol: str, step: int) -> None:
     page.locator(f"#slider-{symbol}").fill(str(step))
 
 
+def same_prediction(found: Any, expected: Any) -> None:
+    """Predictions of the page, one per operating point, are those of Python."""
+    agree([at["mu"] for at in found], expected.traction_coefficient)
+    agree([at["lower"] for at in found], expected.lower)
+    agree([at["upper"] for at in found], expected.upper)
+
+
 def agree(found: Any, expected: Any) -> None:
     np.testing.assert_allclose(np.asarray(found, float), expected, rtol=1e-9, atol=1e-300)
 
 
 def test_page_loads_without_a_word_and_asks_for_nothing(opened: Opened) -> None:
-    assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
-    assert opened.asked == [opened.address]
+    assert opened.messages == []
+    assert opened.requests == [opened.address]
 
 
 def test_page_of_a_release_says_which_wherever_it_lies(
-    browser: Browser, report: Path, page: Page
+    open_page: Opener, report: Path, page: Page
 ) -> None:
     assert page.inner_text("#release") == "not released"
     file = report.with_name("passed on.html")
     text = with_release(report.read_text(encoding="utf-8"), "v1-0123456789ab")
     file.write_text(text, encoding="utf-8")
-    opened = open_page(browser, file)
+    opened = open_page(file)
     assert opened.page.inner_text("#release") == "v1-0123456789ab"
-    opened.page.close()
 
 
 def test_policy_stops_scripts_that_are_not_the_pages_own(page: Page) -> None:
@@ -200,9 +218,7 @@ def test_page_predicts_what_python_does_anywhere(page: Page, results: CampaignTa
             [number, places.tolist()],
         )
         expected = python_says(results, oil, places)
-        agree([one["mu"] for one in found], expected.traction_coefficient)
-        agree([one["lower"] for one in found], expected.lower)
-        agree([one["upper"] for one in found], expected.upper)
+        same_prediction(found, expected)
         assert [one["outside"] for one in found] == expected.outside.tolist()
         agree([max(one["beyond"]) for one in found], expected.distance)
 
@@ -229,9 +245,7 @@ def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
         "([law, places]) => places.map(p => oilfilm.predict(law, p))",
         [law_of(FittedLaw(law, fit), factor), places.tolist()],
     )
-    agree([one["mu"] for one in found], expected.traction_coefficient)
-    agree([one["lower"] for one in found], expected.lower)
-    agree([one["upper"] for one in found], expected.upper)
+    same_prediction(found, expected)
 
 
 @pytest.mark.parametrize("lambda_limit", [3.0, 8.0])
@@ -317,19 +331,18 @@ def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     assert page.evaluate("oilfilm.model('above').left") == pytest.approx(40)
 
 
-def test_link_restores_the_state(browser: Browser, report: Path, page: Page) -> None:
+def test_link_restores_the_state(open_page: Opener, page: Page) -> None:
     page.select_option("#abscissa", "T")
     slide(page, "P", 33)
     slide(page, "S", 200)
     page.locator("[name=oil]").nth(1).uncheck()
     state, address = page.evaluate("oilfilm.state"), page.evaluate("location.hash")
-    again = open_page(browser, report, address)
+    again = open_page(fragment=address)
     assert again.page.evaluate("oilfilm.state") == state
     assert again.page.locator("#slider-P").input_value() == "33"
     assert again.page.locator("[name=oil]").nth(1).is_checked() is False
     assert curves(again.page, 0) == curves(page, 0)
     assert curves(again.page, 1)["mu"] == []
-    again.page.close()
 
 
 @pytest.mark.parametrize(
@@ -340,36 +353,35 @@ def test_link_restores_the_state(browser: Browser, report: Path, page: Page) -> 
         "#explorer?P=9&S=-1",
     ],
 )
-def test_link_that_makes_no_sense_does_no_harm(
-    browser: Browser, report: Path, fragment: str
-) -> None:
-    opened = open_page(browser, report, fragment)
-    assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
-    place = opened.page.evaluate("oilfilm.state.place")
-    assert all(
-        low <= at <= high
-        for at, low, high in zip(place, [0.8, 20, 20, 0], [2.5, 200, 140, 0.3], strict=True)
-    )
-    opened.page.close()
+def test_link_that_makes_no_sense_does_no_harm(open_page: Opener, fragment: str) -> None:
+    opened = open_page(fragment=fragment)
+    assert opened.messages == []
+    place = np.array(opened.page.evaluate("oilfilm.state.place"))
+    assert (([0.8, 20, 20, 0] <= place) & (place <= [2.5, 200, 140, 0.3])).all()
 
 
-def saved_csv(path: Path) -> str:
-    content = path.read_bytes()
+def saved(page: Page, button: str) -> tuple[str, bytes]:
+    """Name and content of the file that a button saves."""
+    with page.expect_download() as saving:
+        page.click(button)
+    return saving.value.suggested_filename, Path(saving.value.path()).read_bytes()
+
+
+def csv_rows(content: bytes) -> tuple[str, list[dict[str, str]]]:
     # the mark of UTF-8, as `write_csv` sets it
     assert content.startswith(codecs.BOM_UTF8)
-    return content.decode("utf-8-sig")
+    text = content.decode("utf-8-sig")
+    return text, list(csv.DictReader(io.StringIO(text, newline="")))
 
 
 def test_curve_saved_as_csv_is_the_curve(page: Page, results: CampaignTables) -> None:
     page.select_option("#abscissa", "U")
-    with page.expect_download() as saving:
-        page.click("#save-curve")
-    text = saved_csv(Path(saving.value.path()))
-    assert saving.value.suggested_filename == "curve.csv"
-    saved = list(csv.DictReader(io.StringIO(text, newline="")))
-    assert [row["oil"] for row in saved[::201]] == list(OILS)
+    name, content = saved(page, "#save-curve")
+    assert name == "curve.csv"
+    _, rows = csv_rows(content)
+    assert [row["oil"] for row in rows[::201]] == list(OILS)
     for oil in OILS:
-        own = [row for row in saved if row["oil"] == oil]
+        own = [row for row in rows if row["oil"] == oil]
         places = np.array([[float(row[name]) for name in AXES] for row in own])
         expected = python_says(results, oil, places)
         agree([row["traction_coefficient"] for row in own], expected.traction_coefficient)
@@ -378,11 +390,8 @@ def test_curve_saved_as_csv_is_the_curve(page: Page, results: CampaignTables) ->
 
 
 def test_constants_saved_and_copied_are_the_table(page: Page, results: CampaignTables) -> None:
-    with page.expect_download() as saving:
-        page.click("[data-save='coefficients.csv']")
-    text = saved_csv(Path(saving.value.path()))
-    saved = list(csv.DictReader(io.StringIO(text, newline="")))
-    assert [float(row["value"]) for row in saved] == results.coefficients["value"].tolist()
+    text, rows = csv_rows(saved(page, "[data-save='coefficients.csv']")[1])
+    assert [float(row["value"]) for row in rows] == results.coefficients["value"].tolist()
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.click("[data-copy='coefficients.csv']")
     page.wait_for_selector("#copied:not(:empty)")
@@ -392,20 +401,20 @@ def test_constants_saved_and_copied_are_the_table(page: Page, results: CampaignT
 
 
 def test_drawing_is_saved_as_it_was_made(page: Page, report: Path) -> None:
-    with page.expect_download() as saving:
-        page.click("[data-drawing=fig02]")
-    assert saving.value.suggested_filename == "fig02.svg"
-    saved = Path(saving.value.path()).read_bytes()
-    assert saved == (report.parent / "fig02.svg").read_bytes()
+    drawing = (report.parent / "fig02.svg").read_bytes()
+    assert saved(page, "[data-drawing=fig02]") == ("fig02.svg", drawing)
 
 
 def test_hostile_names_are_shown_as_text(
-    browser: Browser, results: CampaignTables, config: dict[str, Any], tmp_path: Path
+    open_page: Opener,
+    results: CampaignTables,
+    config: dict[str, Any],
+    tmp_path: Path,
 ) -> None:
     file = tmp_path / "report.html"
     text = report_of(with_hostile_names(results), config, tmp_path)
     file.write_text(text, encoding="utf-8")
-    opened = open_page(browser, file, width=375)
+    opened = open_page(file, width=375)
     page = opened.page
     page.on("dialog", lambda dialog: pytest.fail(f"the page ran {dialog.message}"))
     shown = page.locator("#quarantine").inner_text()
@@ -434,16 +443,15 @@ def test_hostile_names_are_shown_as_text(
         assert name in tip.evaluate("tip => tip.shadowRoot.textContent")
         page.mouse.move(0, 0)
     assert page.locator("img[src=x]").count() == 0
-    assert [line for line in opened.said if not line.startswith("info: [bokeh")] == []
-    assert opened.asked == [file.as_uri()]
+    assert opened.messages == []
+    assert opened.requests == [file.as_uri()]
     # a name without spaces must not push the page off a phone's screen
     assert page.evaluate("document.documentElement.scrollWidth") <= 375
-    page.close()
 
 
 @pytest.mark.parametrize("width", [375, 768, 1280])
-def test_everyone_can_use_the_page(browser: Browser, report: Path, width: int) -> None:
-    opened = open_page(browser, report, width=width)
+def test_everyone_can_use_the_page(open_page: Opener, width: int) -> None:
+    opened = open_page(width=width)
     for details in opened.page.locator("details").all():
         details.evaluate("one => { one.open = true; }")
     found = Axe().run(opened.page).response["violations"]
@@ -455,14 +463,13 @@ def test_everyone_can_use_the_page(browser: Browser, report: Path, width: int) -
     ]
     assert serious == []
     assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
-    opened.page.close()
 
 
 def test_constants_stand_side_by_side_with_their_verdicts_in_sight(
-    browser: Browser, report: Path
+    open_page: Opener,
 ) -> None:
     """At 1280 px less a scroll bar, whatever the verdict and however small the constant."""
-    opened = open_page(browser, report, width=1265)
+    opened = open_page(width=1265)
     tables = opened.page.locator(".side-by-side .scroll")
     tops = tables.evaluate_all(
         "all => all.map(one => { const cells = one.querySelectorAll('tbody tr:first-child td');"
@@ -475,7 +482,6 @@ def test_constants_stand_side_by_side_with_their_verdicts_in_sight(
     widths = tables.evaluate_all("all => all.map(one => [one.scrollWidth, one.clientWidth])")
     assert len(widths) == len(OILS)
     assert all(inner <= outer for inner, outer in widths), widths
-    opened.page.close()
 
 
 def test_explorer_works_by_keyboard_alone(page: Page) -> None:

@@ -1,7 +1,9 @@
 """The paper's claims: each has a check, planted laws get the verdict that is theirs by algebra."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,12 +31,8 @@ from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
+Judge = Callable[..., Finding]
 PHYSICS_PAGE = ROOT / "docs" / "physics.md"
-
-
-@pytest.fixture(scope="module")
-def settings(config: Settings) -> CheckSettings:
-    return CheckSettings.of(config)
 
 
 @pytest.fixture(scope="module")
@@ -47,10 +45,23 @@ def same(**changes: float) -> dict[str, list[float]]:
     return dict.fromkeys(OILS, planted(**changes))
 
 
-def judge(claim: str, evidence: Evidence, grid: Grid, settings: CheckSettings) -> Finding:
-    found = CHECKS[claim].judge(evidence, grid, settings)
-    assert found is not None
-    return found
+@pytest.fixture(scope="module")
+def settings(config: Settings) -> CheckSettings:
+    return CheckSettings.of(config)
+
+
+@pytest.fixture(scope="module")
+def judge(config: Settings, grids: dict[str, Grid]) -> Judge:
+    """The finding on one claim: by constants of each oil or by evidence, over a box or a grid."""
+
+    def judge(claim: str, basis: Any, where: Any = "extrapolated") -> Finding:
+        evidence = basis if isinstance(basis, Evidence) else evidence_of(basis, config)
+        grid = where if isinstance(where, Grid) else grids[where]
+        finding = CHECKS[claim].judge(evidence, grid, CheckSettings.of(config))
+        assert finding is not None
+        return finding
+
+    return judge
 
 
 # ---------------------------------------------------------------- the list of claims
@@ -86,27 +97,21 @@ def test_grid_has_the_traction_of_the_equation(config: Settings, grids: dict[str
 
 
 def test_linear_range_of_an_exponential_ends_where_algebra_says(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
+    judge: Judge, settings: CheckSettings
 ) -> None:
     # B next to nothing: mu = |A| (1 - exp(-x)), x = C S; chord over slope is (1 - exp(-x))/x
     end = brentq(lambda x: (1 - np.exp(-x)) / x - 0.9, 0.01, 1.0) / 30.0
-    evidence = evidence_of(same(B0=1e-9), config)
-    found = judge("linear-start", evidence, grids["tested"], settings)
+    found = judge("linear-start", same(B0=1e-9), "tested")
     np.testing.assert_allclose(found.cases["value"], end, rtol=2e-3)
     assert found.share == (1.0 if end >= settings.linear_to_slip else 0.0)
 
 
 @pytest.mark.parametrize(("slope", "rate"), [(0.5, 30.0), (0.05, 30.0), (0.4, 6.0), (2.0, 60.0)])
 def test_peak_lies_at_one_over_c_plus_a_over_b(
-    config: Settings,
-    grids: dict[str, Grid],
-    settings: CheckSettings,
-    slope: float,
-    rate: float,
+    judge: Judge, settings: CheckSettings, slope: float, rate: float
 ) -> None:
     still = {f"{letter}{place}": 0.0 for letter in "ABC" for place in (1, 2, 3)}
-    evidence = evidence_of(same(B0=slope, C0=rate, **still), config)
-    found = judge("peak-decline", evidence, grids["tested"], settings)
+    found = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
     peak = 1 / rate + 0.02 / slope
     assert found.parts["a peak"] == (1.0 if peak < settings.curve_to else 0.0)
     if peak < settings.curve_to:
@@ -120,15 +125,14 @@ def test_peak_lies_at_one_over_c_plus_a_over_b(
 
 
 def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
+    judge: Judge, grids: dict[str, Grid]
 ) -> None:
     # with A and B alike in P and C free of it, mu is P to that power
-    grid = grids["extrapolated"]
-    straight = judge("rises-with-stress", evidence_of(same(), config), grid, settings)
+    straight = judge("rises-with-stress", same())
     np.testing.assert_allclose(straight.cases["value"], 1.0, rtol=1e-12)
     assert straight.share == 1.0
-    power = judge("rises-with-stress", evidence_of(same(A1=4.0, B1=4.0), config), grid, settings)
-    pressure = np.linspace(0.8, 2.5, len(grid.max_hertz_pressure_gpa))
+    power = judge("rises-with-stress", same(A1=4.0, B1=4.0))
+    pressure = np.linspace(0.8, 2.5, len(grids["extrapolated"].max_hertz_pressure_gpa))
     r2 = np.corrcoef(pressure, pressure**4)[0, 1] ** 2
     np.testing.assert_allclose(power.cases["value"], r2, rtol=1e-12)
     assert power.share == 0.0
@@ -146,35 +150,25 @@ def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
     ],
 )
 def test_trend_holds_with_one_sign_of_its_exponent_and_fails_with_the_other(
-    config: Settings,
-    grids: dict[str, Grid],
-    settings: CheckSettings,
-    claim: str,
-    kept: dict[str, float],
-    broken: dict[str, float],
+    judge: Judge, claim: str, kept: dict[str, float], broken: dict[str, float]
 ) -> None:
-    for grid in grids.values():
-        assert judge(claim, evidence_of(same(**kept), config), grid, settings).share == 1.0
-        assert judge(claim, evidence_of(same(**broken), config), grid, settings).share == 0.0
+    for box in ("tested", "extrapolated"):
+        assert judge(claim, same(**kept), box).share == 1.0
+        assert judge(claim, same(**broken), box).share == 0.0
 
 
-def test_order_of_planted_oils_is_found_and_so_is_its_reverse(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
-) -> None:
+def test_order_of_planted_oils_is_found_and_so_is_its_reverse(judge: Judge) -> None:
     sizes = {"4102": 1.5, "4050": 1.2, "4010": 1.0}
-    right = evidence_of({oil: planted(size) for oil, size in sizes.items()}, config)
-    wrong = evidence_of({oil: planted(1 / size) for oil, size in sizes.items()}, config)
-    grid = grids["extrapolated"]
+    right = {oil: planted(size) for oil, size in sizes.items()}
+    wrong = {oil: planted(1 / size) for oil, size in sizes.items()}
     for claim in ("viscosity-order", "light-load-4102", "slip-15", "heavy-load-4010"):
-        assert judge(claim, right, grid, settings).share == 1.0, claim
-        assert judge(claim, wrong, grid, settings).share == 0.0, claim
+        assert judge(claim, right).share == 1.0, claim
+        assert judge(claim, wrong).share == 0.0, claim
     # mu goes as the size, so that the nearest pair has 1.2
-    np.testing.assert_allclose(judge("viscosity-order", right, grid, settings).worst["value"], 1.2)
-    assert "4102 > 4050 > 4010 (100%)" in " ".join(
-        judge("viscosity-order", right, grid, settings).remarks
-    )
+    np.testing.assert_allclose(judge("viscosity-order", right).worst["value"], 1.2)
+    assert "4102 > 4050 > 4010 (100%)" in " ".join(judge("viscosity-order", right).remarks)
     # a spread that is the same at each temperature is no convergence
-    flat = judge("hot-convergence", right, grid, settings)
+    flat = judge("hot-convergence", right)
     np.testing.assert_allclose(flat.cases["value"], 1.0)
     assert flat.share == 0.0
 
@@ -199,50 +193,41 @@ def test_claim_about_no_place_of_the_box_cannot_be_checked(
     assert "has no place that the claim is about" in row["finding"]
 
 
-def test_oils_converge_by_the_ratio_of_their_exponents(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
-) -> None:
+def test_oils_converge_by_the_ratio_of_their_exponents(judge: Judge) -> None:
     # one oil k times above two that are alike: spread over mean is 3 (k - 1)/(k + 2)
     steep, plain = planted(2.0, A3=-0.7, B3=-0.7), planted()
-    evidence = evidence_of({"4102": steep, "4050": plain, "4010": plain}, config)
 
     def spread(temperature: float) -> float:
         k = 2.0 * (temperature / 20) ** -0.2
         return 3 * (k - 1) / (k + 2)
 
-    found = judge("hot-convergence", evidence, grids["extrapolated"], settings)
+    found = judge("hot-convergence", {"4102": steep, "4050": plain, "4010": plain})
     np.testing.assert_allclose(found.cases["value"], spread(140) / spread(20), rtol=1e-9)
     assert found.share == 1.0
 
 
-def test_negative_traction_is_seen(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
-) -> None:
+def test_negative_traction_is_seen(judge: Judge, config: Settings) -> None:
     class Negative(Evidence):
         def traction(self, grid: Grid) -> np.ndarray:
             return super().traction(grid) - 1e-3
 
     evidence = evidence_of(same(), config)
     low = Negative(**{name: getattr(evidence, name) for name in evidence.__dataclass_fields__})
-    assert judge("non-negative", evidence, grids["extrapolated"], settings).share == 1.0
-    assert judge("non-negative", low, grids["extrapolated"], settings).share < 1.0
-    assert judge("zero-slip", evidence, grids["extrapolated"], settings).share == 1.0
-    assert judge("zero-slip", low, grids["extrapolated"], settings).share == 0.0
+    assert judge("non-negative", evidence).share == 1.0
+    assert judge("non-negative", low).share < 1.0
+    assert judge("zero-slip", evidence).share == 1.0
+    assert judge("zero-slip", low).share == 0.0
 
 
 # ---------------------------------------------------------------- the printed constants
 
 
-def test_order_of_the_oils_breaks_as_an_independent_count_says(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
-) -> None:
+def test_order_of_the_oils_breaks_as_an_independent_count_says(judge: Judge) -> None:
     # docs/physics.md, traction law: 59 %, 55 %, at most 14 % together; 4010/4102 0.41 at 0.8 GPa
     # and 1.9
     # at 2.5 GPa; 4050 above 4102 below about 1.4 GPa. That count does not state its levels, and
     # the shares move with them (even steps of P and U give 71, 37 and 10 %): within 0.05.
-    found = judge(
-        "viscosity-order", evidence_of(printed(), config), grids["extrapolated"], settings
-    )
+    found = judge("viscosity-order", printed())
     assert found.parts["4102 > 4050"] == pytest.approx(0.59, abs=0.05)
     assert found.parts["4050 > 4010"] == pytest.approx(0.55, abs=0.06)
     assert found.share <= 0.145
@@ -254,31 +239,28 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(
 
 
 def test_order_does_not_hold_on_more_of_the_box_with_other_levels(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
+    judge: Judge, grids: dict[str, Grid]
 ) -> None:
     grid = grids["extrapolated"].at(
         max_hertz_pressure_gpa=np.linspace(0.8, 2.5, 13),
         entrainment_speed_m_s=np.linspace(20, 200, 13),
     )
-    found = judge("viscosity-order", evidence_of(printed(), config), grid, settings)
+    found = judge("viscosity-order", printed(), grid)
     assert found.share < 0.145
 
 
-def test_printed_constants_contradict_the_text_as_known(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
-) -> None:
+def test_printed_constants_contradict_the_text_as_known(judge: Judge) -> None:
     # all figures: docs/physics.md, traction law
-    evidence = evidence_of(printed(), config)
-    spread = judge("hot-convergence", evidence, grids["extrapolated"], settings).remarks[0]
+    spread = judge("hot-convergence", printed()).remarks[0]
     cold, hot = map(float, re.findall(r"([\d.]+) at \d+ degC", spread))
     assert (cold, hot) == (pytest.approx(0.71, abs=0.03), pytest.approx(0.63, abs=0.02))
-    rise = judge("rises-with-stress", evidence, grids["extrapolated"], settings)
+    rise = judge("rises-with-stress", printed())
     (of_4010,) = re.findall(r"is ([\d.]+) in the median for 4010", " ".join(rise.remarks))
     assert float(of_4010) == pytest.approx(0.92, abs=0.015)  # both are rounded to two digits
-    plateau = " ".join(judge("earlier-plateau", evidence, grids["tested"], settings).remarks)
+    plateau = " ".join(judge("earlier-plateau", printed(), "tested").remarks)
     cold, hot = map(float, re.findall(r"S ([\d.]+) at \d+ degC", plateau)[:2])
     assert (cold, hot) == (pytest.approx(0.04, abs=0.005), pytest.approx(0.16, abs=0.005))
-    decline = judge("peak-decline", evidence, grids["tested"], settings)
+    decline = judge("peak-decline", printed(), "tested")
     cold_4010 = decline.cases.query("oil == '4010' and inlet_temperature_c == 25")["value"]
     assert 0.49 <= cold_4010.max() <= 0.65
 
@@ -312,19 +294,17 @@ def torque_table(load_error: float, stress_error: float) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def test_wang_deng_claims_follow_the_comparison(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
-) -> None:
+def test_wang_deng_claims_follow_the_comparison(judge: Judge, config: Settings) -> None:
     evidence = evidence_of(printed(), config, comparison=COMPARISON)
     for claim in ("wang-deng-zero", "wang-deng-overfit"):
-        assert judge(claim, evidence, grids["tested"], settings).share == 1.0
+        assert judge(claim, evidence, "tested").share == 1.0
     # errors grow by 3.0 and by 1.1
-    overfit = judge("wang-deng-overfit", evidence, grids["tested"], settings)
+    overfit = judge("wang-deng-overfit", evidence, "tested")
     assert overfit.worst["value"] == pytest.approx(3.0 / 1.1)
     tame = COMPARISON.assign(zero_slip_traction=0.0, left_out_rmse=[2.2e-4, 1.1e-4])
     evidence = evidence_of(printed(), config, comparison=tame)
     for claim in ("wang-deng-zero", "wang-deng-overfit"):
-        assert judge(claim, evidence, grids["tested"], settings).share == 0.0
+        assert judge(claim, evidence, "tested").share == 0.0
 
 
 @pytest.mark.parametrize(
@@ -405,13 +385,11 @@ def test_full_film_counts_logs_that_note_a_load_or_round_their_set_points(demo: 
     pd.testing.assert_frame_equal(*of_runs)
 
 
-def test_claim_about_oils_that_were_not_fitted_cannot_be_checked(
-    config: Settings, grids: dict[str, Grid], settings: CheckSettings
-) -> None:
-    evidence = evidence_of({"4102": printed()["4102"]}, config)
+def test_claim_about_oils_that_were_not_fitted_cannot_be_checked(judge: Judge) -> None:
+    known = {"4102": printed()["4102"]}
     with pytest.raises(NotCheckableError, match="4050: there is no fit of it"):
-        judge("viscosity-order", evidence, grids["extrapolated"], settings)
-    assert judge("zero-slip", evidence, grids["extrapolated"], settings).share == 1.0
+        judge("viscosity-order", known)
+    assert judge("zero-slip", known).share == 1.0
 
 
 def test_one_condition_of_an_unknown_oil_tells_nothing_about_trends(etm: Campaign) -> None:

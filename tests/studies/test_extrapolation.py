@@ -1,17 +1,18 @@
 """Fits held against the truth of a simulated campaign: exact where the truth is the law itself."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from bearings import printed_fits
 from campaigns import ROOT, Campaign, printed
 from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import (
     extrapolate,
     extrapolation_errors,
@@ -19,54 +20,28 @@ from oilfilm.studies.extrapolation import (
     relative_rms,
 )
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS
 from pictures import draw
-
-LAW = LAWS["deng2026"]
-
-
-BOX = {  # config/campaigns/demo.yaml
-    "max_hertz_pressure_gpa": (1.0, 1.5),
-    "entrainment_speed_m_s": (25.0, 40.0),
-    "inlet_temperature_c": (25.0, 120.0),
-    "slide_roll_ratio": (0.0, 0.3),
-}
 
 
 def constants_of(values: dict[str, np.ndarray]) -> pd.DataFrame:
     """A table of coefficients that holds given constants of the paper's law."""
-    rows = [
-        {name: np.nan for name in tables.columns("coefficients")}
-        | {"oil": oil, "law": LAW.name, "constant": constant.name, "value": value}
-        | {"identifiable": True, "verdict": "known"}
-        for oil, of_oil in values.items()
-        for constant, value in zip(LAW.constants, of_oil, strict=True)
-    ]
-    return tables.from_rows(rows, "coefficients")
-
-
-def quality_of(coefficients: pd.DataFrame, box: dict[str, Any]) -> pd.DataFrame:
-    """A table of fit quality that knows the tested box and nothing else."""
-    bounds = {
-        f"tested_{end}_{name}": level
-        for name, levels in box.items()
-        for end, level in zip(("min", "max"), levels, strict=True)
-    }
-    column_types = tables.empty("fit_quality").dtypes
-    blank = {name: np.nan if kind == float else 0 for name, kind in column_types.items()}  # noqa: E721
-    rows = [
-        blank | {"oil": oil, "law": law, **bounds}
-        for oil, law in coefficients[["oil", "law"]].drop_duplicates().to_numpy()
-    ]
-    return tables.from_rows(rows, "fit_quality")
+    rows, _ = printed_fits()
+    return rows.assign(value=np.concatenate([values[oil] for oil in rows["oil"].unique()]))
 
 
 def compared(
-    campaign: str, coefficients: pd.DataFrame, box: dict[str, Any] = BOX
-) -> tuple[dict[str, Any], pd.DataFrame]:
+    campaign: str, coefficients: pd.DataFrame, quality: pd.DataFrame | None = None
+) -> tuple[Settings, pd.DataFrame]:
     config = resolve(ROOT / "config", {"campaign": campaign})
-    truth, quality = truth_grid(config, printed()), quality_of(coefficients, box)
-    return config, extrapolate(truth, coefficients, tables.empty("refits"), quality, 0.005)
+    quality = printed_fits()[1] if quality is None else quality
+    refits = tables.empty("refits")
+    return config, extrapolate(truth_grid(config, printed()), coefficients, refits, quality, 0.005)
+
+
+def unknown_box() -> pd.DataFrame:
+    """The quality of fits of which no tested condition is known."""
+    _, quality = printed_fits()
+    return quality.assign(**dict.fromkeys(quality.filter(like="tested_"), np.nan))
 
 
 def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
@@ -139,7 +114,7 @@ def test_region_names_what_lies_outside_the_levels_tested() -> None:
 
 
 def test_all_lies_beyond_a_box_that_is_not_known() -> None:
-    _, found = compared("demo", constants_of(printed()), dict.fromkeys(BOX, (np.nan, np.nan)))
+    _, found = compared("demo", constants_of(printed()), unknown_box())
     assert set(found["beyond"]) == {"pressure, speed, temperature"}
 
 
@@ -155,7 +130,7 @@ def test_oil_that_could_not_be_fitted_has_no_errors() -> None:
 def test_law_that_was_fitted_for_one_oil_is_told_by_that_one() -> None:
     one = constants_of(printed())
     some = one.assign(value=one["value"].where(one["oil"] == "4102"))
-    _, found = compared("demo", some, dict.fromkeys(BOX, (np.nan, np.nan)))
+    _, found = compared("demo", some, unknown_box())
     (line,) = extrapolation_words(found)
     assert "% of mu beyond it; at worst" in line
     assert "tested box" not in line

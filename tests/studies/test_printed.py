@@ -1,5 +1,6 @@
 """The printed constants judged: statements by hand, planted signs, distances in closed form."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ MIRRORED = BOX | {
 }
 LIMITS = Limits(traction_max=0.15, linear_r2_min=0.95, decline_max=0.2)
 SLIPS = [0.05, 0.1, 0.15, 0.2]
+Studied = tuple[pd.DataFrame, pd.DataFrame]
 exponents = st.lists(st.floats(-3, 3), min_size=9, max_size=9)
 
 
@@ -57,42 +59,29 @@ def score(name: str, of: Surface) -> float:
 
 
 @pytest.fixture(scope="module")
-def studied(config: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
-    points = tables.empty("points")
-    return sign_study(config, points)
+def studied(config: Settings) -> Studied:
+    return sign_study(config, tables.empty("points"))
 
 
 # ---------------------------------------------------------------- statements
+
+
+PLATEAU_TRENDS = (
+    *("rises_with_stress", "linear_in_stress", "falls_with_speed", "levels_off_with_speed"),
+    *("falls_with_temperature", "levels_off_with_temperature"),
+    *("speed_mutes_stress_effect", "speed_mutes_temperature_effect"),
+)
 
 
 def test_plateau_alone_follows_the_exponents_of_a() -> None:
     """B next to nothing and C huge: mu is |A| = 0.01 P / sqrt(U/20) / (T/20)^0.3 at every slip."""
     flat = surface(constants((-0.01, 1e-9, 1e4), [1, -0.5, -0.3, 0, 0, 0, 0, 0, 0]))
     np.testing.assert_allclose(flat.mu[0, 0, 0, :, 0], 0.008, rtol=1e-6)
-    for name in (
-        "physical",
-        "rises_with_stress",
-        "linear_in_stress",
-        "falls_with_speed",
-        "levels_off_with_speed",
-        "falls_with_temperature",
-        "levels_off_with_temperature",
-        "speed_mutes_stress_effect",
-        "speed_mutes_temperature_effect",
-    ):
+    for name in ("physical", *PLATEAU_TRENDS):
         assert score(name, flat) == 1, name
     assert score("declines_slightly", flat) == 0  # the peak lies far beyond the slips
     turned = surface(constants((-0.01, 1e-9, 1e4), [-1, 0.5, 0.3, 0, 0, 0, 0, 0, 0]))
-    for name in (
-        "rises_with_stress",
-        "linear_in_stress",
-        "falls_with_speed",
-        "levels_off_with_speed",
-        "falls_with_temperature",
-        "levels_off_with_temperature",
-        "speed_mutes_stress_effect",
-        "speed_mutes_temperature_effect",
-    ):
+    for name in PLATEAU_TRENDS:
         assert score(name, turned) == 0, name
 
 
@@ -193,9 +182,7 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
 # ---------------------------------------------------------------- the study
 
 
-def test_every_statement_is_a_column_and_every_set_a_row(
-    studied: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_every_statement_is_a_column_and_every_set_a_row(studied: Studied) -> None:
     sets, verdicts = studied
     about = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best"]
     assert tables.columns("signs") == [*about, *STATEMENTS, *BETWEEN_OILS, "sse"]
@@ -204,9 +191,7 @@ def test_every_statement_is_a_column_and_every_set_a_row(
     assert len(verdicts) == 27
 
 
-def test_total_counts_the_statements_by_their_weight(
-    studied: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_total_counts_the_statements_by_their_weight(studied: Studied) -> None:
     sets, _ = studied
     halves = ["start_falls_with_temperature", "earlier_plateau_with_speed"]
     halves.append("earlier_plateau_with_temperature")
@@ -218,9 +203,7 @@ def test_total_counts_the_statements_by_their_weight(
     np.testing.assert_array_equal(sets["rank"], ranks)
 
 
-def test_margin_is_the_best_total_with_the_sign_less_that_with_the_other(
-    studied: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_margin_is_the_best_total_with_the_sign_less_that_with_the_other(studied: Studied) -> None:
     sets, verdicts = studied
     row = verdicts.set_index(["oil", "constant"]).loc[("4010", "B3")]
     totals = sets[sets["oil"] == "4010"].groupby(sets["signs"].str[5])["total"].max()
@@ -228,9 +211,7 @@ def test_margin_is_the_best_total_with_the_sign_less_that_with_the_other(
     assert row["weakest_margin"] <= row["margin"]
 
 
-def test_signs_that_the_text_settles_and_those_that_it_leaves_open(
-    studied: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Studied) -> None:
     found = studied[1].set_index(["oil", "constant"])
     # mu falls with U and T through the plateau |A| (section 4.3.2 and 4.3.4)
     assert (found.loc[(list(OILS), ["A2", "A3"]), "verdict"] == "settled").all()
@@ -241,9 +222,7 @@ def test_signs_that_the_text_settles_and_those_that_it_leaves_open(
     assert not (found["verdict"] == "against").any()
 
 
-def test_effect_of_a_tiny_exponent_is_bounded_by_its_power(
-    studied: tuple[pd.DataFrame, pd.DataFrame],
-) -> None:
+def test_effect_of_a_tiny_exponent_is_bounded_by_its_power(studied: Studied) -> None:
     """Turning 0.0022 changes C by 2^0.0044 - 1 = 0.3 % at most, and mu by less (C S e^-CS < 1)."""
     found = studied[1].set_index(["oil", "constant"])["effect"]
     assert 0 < found["4050", "C2"] < 0.0031
@@ -317,24 +296,37 @@ def test_points_that_the_law_cannot_take_have_no_error() -> None:
     assert np.isnan(squared_errors(points.assign(accepted=False), one)).all()
 
 
-def fit_of(values: np.ndarray, error: np.ndarray, oil: str = "4102") -> pd.DataFrame:
-    frame = pd.DataFrame({"oil": oil, "law": LAW.name, "constant": NAMES, "value": values})
+def fit_of(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
+    frame = pd.DataFrame({"oil": "4102", "law": LAW.name, "constant": NAMES, "value": values})
     return frame.assign(standard_error=error, systematic_standard_error=np.nan)
 
 
-def quality_of(sse: float, oil: str = "4102") -> pd.DataFrame:
-    return pd.DataFrame({"oil": [oil], "law": [LAW.name], "sse": [sse]})
+@pytest.fixture(scope="module")
+def judge(config: Settings) -> Callable[..., "pd.Series[Any]"]:
+    """The judgement on the printed constants of 4102, by default on noise-free points of them."""
+    of_law = points_of(printed()["4102"])
+
+    def judge(
+        fitted: pd.DataFrame,
+        points: pd.DataFrame = of_law,
+        sse: float = 1.0,
+        refits: pd.DataFrame | None = None,
+    ) -> "pd.Series[Any]":
+        quality = pd.DataFrame({"oil": ["4102"], "law": [LAW.name], "sse": [sse]})
+        oils = list(config.oils)
+        judged = judge_printed(points, fitted, quality, printed(), oils, config.printed, refits)
+        return judged.iloc[0]
+
+    return judge
 
 
-def test_distances_are_in_standard_errors_with_the_systematic_part(config: Settings) -> None:
+def test_distances_are_in_standard_errors_with_the_systematic_part(judge) -> None:
     of_paper = printed()["4102"]
     errors = np.abs(of_paper) * 0.01
     fitted = fit_of(of_paper + 3 * errors, errors)
     # 3-4-5: twice the random error joined by an equal multiple of a systematic one
     fitted.loc[4, "systematic_standard_error"] = np.sqrt(3.0) * errors[4]
-    row = judge_printed(
-        points_of(of_paper), fitted, quality_of(1e-6), printed(), list(config.oils), config.printed
-    ).iloc[0]
+    row = judge(fitted)
     assert row["a0_distance"] == pytest.approx(3)
     assert row["c3_distance"] == pytest.approx(3)
     assert row["b0_distance"] == pytest.approx(1.5)
@@ -352,27 +344,17 @@ def refits_of(constants: np.ndarray, steps: np.ndarray) -> pd.DataFrame:
     return pd.concat(rows).assign(oil="4102", law=LAW.name, cause="curves drawn again")
 
 
-def test_joint_distance_counts_each_constant_in_its_own_spread(config: Settings) -> None:
+def test_joint_distance_counts_each_constant_in_its_own_spread(judge) -> None:
     """24 refits, two of them off by s: variance 2 s^2 / 23; all constants off by 3 such errors."""
     spread = np.linspace(0.01, 0.05, 12)
     off = 3 * spread * np.sqrt(2 / 23)
     of_paper = printed()["4102"]
     fitted = np.where(np.arange(12) % 4 == 0, of_paper * np.exp(off), of_paper + off)
-    row = judge_printed(
-        points_of(of_paper),
-        fit_of(fitted, np.ones(12)),
-        quality_of(1.0),
-        printed(),
-        list(config.oils),
-        config.printed,
-        refits_of(fitted, np.diag(spread)),
-    ).iloc[0]
+    row = judge(fit_of(fitted, np.ones(12)), refits=refits_of(fitted, np.diag(spread)))
     assert row["joint_distance"] == pytest.approx(3 * np.sqrt(12))
 
 
-def test_errors_that_go_together_shorten_the_joint_distance_along_their_direction(
-    config: Settings,
-) -> None:
+def test_errors_that_go_together_shorten_the_joint_distance_along_their_direction(judge) -> None:
     """A1 and A2 refit at (1, 1) and (0.5, -0.5): off by (1, 1) is sqrt(23/2) errors away."""
     steps = np.eye(12)
     steps[1, 1:3] = 1.0, 1.0
@@ -380,29 +362,18 @@ def test_errors_that_go_together_shorten_the_joint_distance_along_their_directio
     of_paper = printed()["4102"]
     fitted = of_paper.copy()
     fitted[1:3] += 1.0
-    judge = (points_of(of_paper), fit_of(fitted, np.ones(12)), quality_of(1.0), printed())
-    refits = refits_of(fitted, steps)
-    row = judge_printed(*judge, list(config.oils), config.printed, refits).iloc[0]
+    fit, refits = fit_of(fitted, np.ones(12)), refits_of(fitted, steps)
+    row = judge(fit, refits=refits)
     assert row["joint_distance"] == pytest.approx(np.sqrt(23 / 2))
     # fewer refits than constants leave directions of which nothing is known
-    few = refits[refits["refit"] < 5]
-    assert np.isnan(
-        judge_printed(*judge, list(config.oils), config.printed, few).iloc[0]["joint_distance"]
-    )
+    assert np.isnan(judge(fit, refits=refits[refits["refit"] < 5])["joint_distance"])
 
 
-def test_printed_errors_are_those_of_the_difference_in_mu(config: Settings) -> None:
+def test_printed_errors_are_those_of_the_difference_in_mu(judge) -> None:
     """Points of the printed law shifted by 1e-4: their SSE is n 1e-8."""
     points = points_of(printed()["4102"])
     points["traction_coefficient"] += 1e-4
-    row = judge_printed(
-        points,
-        fit_of(printed()["4102"], np.ones(12)),
-        quality_of(96e-8),
-        printed(),
-        list(config.oils),
-        config.printed,
-    ).iloc[0]
+    row = judge(fit_of(printed()["4102"], np.ones(12)), points, sse=96e-8)
     assert row["printed_sse"] == pytest.approx(192e-8)
     assert np.isnan(row["joint_distance"])
     assert row["tested_difference"] == row["extrapolated_difference"] == 0
@@ -419,32 +390,17 @@ def test_largest_difference_lies_where_the_plateaus_part() -> None:
     assert found["slide_roll_ratio"] > 0
 
 
-def test_fit_without_all_constants_is_judged_by_its_errors_alone(config: Settings) -> None:
+def test_fit_without_all_constants_is_judged_by_its_errors_alone(judge) -> None:
     fitted = fit_of(np.full(12, np.nan), np.full(12, np.nan))
-    row = judge_printed(
-        points_of(printed()["4102"]),
-        fitted,
-        quality_of(1e-6),
-        printed(),
-        list(config.oils),
-        config.printed,
-    ).iloc[0]
+    row = judge(fitted)
     assert row["printed_sse"] == pytest.approx(0, abs=1e-25)
     assert row[[f"{name.lower()}_distance" for name in NAMES]].isna().all()
     assert np.isnan(row["tested_difference"])
 
 
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
-    oils = ["unrecorded-oil", "4050"]
-    judged = judge_printed(
-        tables.empty("points"),
-        tables.empty("coefficients"),
-        tables.empty("fit_quality"),
-        printed(),
-        oils,
-        config.printed,
-    )
-    assert judged.empty
+    nothing = map(tables.empty, ("points", "coefficients", "fit_quality"))
+    assert judge_printed(*nothing, printed(), ["unrecorded-oil", "4050"], config.printed).empty
 
 
 # ---------------------------------------------------------------- the reference file

@@ -122,9 +122,9 @@ def _draw_cut(
     tested = cut.loc[cut["beyond"] == "", abscissa]
     if len(tested):
         axis.axvspan(tested.min(), tested.max(), color="white", linewidth=0, zorder=0)
-    one = cut[cut["law"] == laws[0]]
-    axis.plot(one[abscissa], one["true_traction_coefficient"], color=colour, linewidth=1.8)
-    yield _rows(panel, "true", "", one, abscissa, "true_traction_coefficient")
+    truth = cut[cut["law"] == laws[0]]
+    axis.plot(truth[abscissa], truth["true_traction_coefficient"], color=colour, linewidth=1.8)
+    yield _rows(panel, "true", "", truth, abscissa, "true_traction_coefficient")
     for place, law in enumerate(laws):
         of_law = cut[cut["law"] == law]
         axis.plot(of_law[abscissa], of_law["traction_coefficient"], **_line_of_law(place))
@@ -132,16 +132,8 @@ def _draw_cut(
 
 
 def _rows(panel: str, kind: str, law: str, cut: pd.DataFrame, x: str, y: str) -> pd.DataFrame:
-    return pd.DataFrame(
-        {
-            "panel": panel,
-            "kind": kind,
-            "law": law,
-            "oil": cut["oil"],
-            "x": cut[x].astype(float),
-            "y": cut[y],
-        }
-    )
+    about = {"panel": panel, "kind": kind, "law": law, "oil": cut["oil"]}
+    return pd.DataFrame({**about, "x": cut[x].astype(float), "y": cut[y]})
 
 
 def _draw_errors(
@@ -159,18 +151,8 @@ def _draw_errors(
             axis.plot([inside, beyond], [height, height], color=colour, linewidth=0.8)
             axis.plot(inside, height, marker, color=colour, markerfacecolor="white", markersize=4)
             axis.plot(beyond, height, marker, color=colour, markersize=4)
-            yield pd.DataFrame(
-                [
-                    {
-                        "panel": panel,
-                        "kind": "error",
-                        "law": law,
-                        "oil": oil,
-                        "x": inside,
-                        "y": beyond,
-                    }
-                ]
-            )
+            about = {"panel": panel, "kind": "error", "law": law, "oil": oil}
+            yield pd.DataFrame([{**about, "x": inside, "y": beyond}])
     axis.set_yticks(range(len(laws)), laws)
     axis.set_ylim(len(laws) - 0.5, -0.5)
     if axis.get_xlim()[1] > 1:

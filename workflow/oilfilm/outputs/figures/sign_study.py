@@ -97,14 +97,9 @@ def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
         f"near-best sets: {near.sum()}"
     )
     axis.text(0.03, 0.06, words, va="bottom", fontsize=6.5, transform=axis.transAxes)
+    series = used.map({True: _IN_USE, False: _ALL})
     return pd.DataFrame(
-        {
-            "series": [_IN_USE if flag else _ALL for flag in sets["in_use"]],
-            "words": sets["signs"],
-            "x": places,
-            "value": sets["total"],
-            "weakest_margin": float("nan"),
-        }
+        {"series": series, "words": sets["signs"], "x": places, "value": sets["total"]}
     )
 
 
@@ -112,31 +107,13 @@ def _draw_statements(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFram
     """Share of its box where each statement holds, for the set in use and for the best one."""
     names = [name for name in sets.columns if name not in _NO_STATEMENT]
     rows = []
-    for series, one, mark in (
-        (_IN_USE, sets[sets["in_use"]], "o"),
-        (_BEST, sets.head(1), "|"),
+    for series, of_series, look in (
+        (_IN_USE, sets[sets["in_use"]], {"marker": "o", "color": colour, "markersize": 3}),
+        (_BEST, sets, {"marker": "|", "color": "black", "markersize": 7}),
     ):
-        shares = one[names].iloc[0].astype(float)
-        axis.plot(
-            shares,
-            range(len(names)),
-            mark,
-            color=colour if mark == "o" else "black",
-            markersize=3 if mark == "o" else 7,
-            clip_on=False,
-            label=series,
-        )
-        rows.append(
-            pd.DataFrame(
-                {
-                    "series": series,
-                    "words": names,
-                    "x": float("nan"),
-                    "value": shares.to_numpy(),
-                    "weakest_margin": float("nan"),
-                }
-            )
-        )
+        shares = of_series[names].iloc[0].astype(float).to_numpy()
+        axis.plot(shares, range(len(names)), linestyle="", clip_on=False, label=series, **look)
+        rows.append(pd.DataFrame({"series": series, "words": names, "value": shares}))
     axis.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=6.5)
     axis.set_ylim(len(names) - 0.5, -0.5)
     axis.set_xlim(-0.03, 1.03)
@@ -175,7 +152,6 @@ def _draw_margins(axis: Axes, verdicts: pd.DataFrame, colour: str) -> pd.DataFra
         {
             "series": verdicts["verdict"],
             "words": verdicts["constant"] + " " + verdicts["sign"],
-            "x": float("nan"),
             "value": verdicts["margin"],
             "weakest_margin": verdicts["weakest_margin"],
         }

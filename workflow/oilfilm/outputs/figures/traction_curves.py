@@ -3,7 +3,7 @@
 import itertools
 import string
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -36,15 +36,6 @@ class _Series:
     law: FittedLaw
     colour: Any
     marker: str
-
-
-@dataclass(frozen=True)
-class _Condition:
-    """One set of set points in words, its mean measured levels and its points."""
-
-    name: str
-    levels: "pd.Series[float]"
-    points: pd.DataFrame
 
 
 _CURVES = drawn_table(
@@ -123,8 +114,8 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
             title = f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, " + fixed_label.format(
                 getattr(choice, fixed)
             )
-            axis = axes[2 * row + column]
-            rows += _draw_panel(axis, panel, title, series)
+            axes[2 * row + column].set_title(title)
+            rows += _draw_series(axes[2 * row + column], panel, series)
     if not rows:
         style.say_in_panel(axes[0], _NO_POINT)
     else:
@@ -172,8 +163,8 @@ def fig03(results: CampaignTables, settings: Settings) -> Drawing:
             for oil in oils
         ]
         panel = string.ascii_letters[number]
-        title = f"({panel}) P = {pressure:g} GPa"
-        rows += _draw_panel(axis, panel, title, series)
+        axis.set_title(f"({panel}) P = {pressure:g} GPa")
+        rows += _draw_series(axis, panel, series)
     if not rows:
         style.say_in_panel(axes[0], _NO_POINT)
     else:
@@ -208,10 +199,24 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
         if of_oil.empty:
             style.say_in_panel(axis, _NO_POINT)
             continue
+        conditions = list(_conditions(results, of_oil))
+        told_apart = 1 < len(conditions) <= _CONDITIONS_TOLD_APART
+        colour = style.oil_colour(oil, oils)
+        colours: Iterable[Any] = (
+            style.shades(colour, len(conditions)) if told_apart else itertools.repeat("black")
+        )
         law = FittedLaw.of(results.coefficients, oil)
-        conditions = list(_conditions(results, of_oil, law.law.conditions))
-        draw = _draw_each if 1 < len(conditions) <= _CONDITIONS_TOLD_APART else _draw_cloud
-        rows += draw(axis, panel, oil, style.oil_colour(oil, oils), conditions, law)
+        series = [
+            _Series(name, oil, points, law, shade, marker)
+            for (name, points), shade, marker in zip(
+                conditions, colours, itertools.cycle(style.MARKERS), strict=False
+            )
+        ]
+        rows += (
+            _draw_series(axis, panel, series)
+            if told_apart
+            else _draw_cloud(axis, panel, colour, series)
+        )
         axis.legend(loc="best", fontsize=6)
     bars = "bars: 95 % (random part); " if any(len(axis.containers) for axis in axes) else ""
     _finish(figure, f"points: plateau means; {bars}lines: fit")
@@ -222,28 +227,13 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
 _CONDITIONS_TOLD_APART = 6
 
 
-def _draw_each(
-    axis: Axes, panel: str, oil: str, colour: str, conditions: list[_Condition], law: FittedLaw
-) -> list[pd.DataFrame]:
-    """A few conditions, each with its own shade, symbol and name."""
-    shades = style.shades(colour, len(conditions))
-    drawn = []
-    for number, (condition, shade) in enumerate(zip(conditions, shades, strict=True)):
-        measured = _measured_rows(panel, condition.name, oil, condition.points)
-        line = _fit_rows(panel, condition.name, oil, law, condition.levels, condition.points)
-        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=shade)
-        _draw_points(axis, measured, shade, style.MARKERS[number], condition.name)
-        drawn += [measured, line]
-    return drawn
-
-
 def _draw_cloud(
-    axis: Axes, panel: str, oil: str, colour: str, conditions: list[_Condition], law: FittedLaw
+    axis: Axes, panel: str, colour: str, series: Sequence[_Series]
 ) -> list[pd.DataFrame]:
     """All points in one colour, with the fit of each condition through them."""
-    points = pd.concat([condition.points for condition in conditions])
+    points = pd.concat([condition.points for condition in series])
     # one line lies on its points, many of them below all points
-    one = len(conditions) == 1
+    one = len(series) == 1
     many = one and len(points) > 2000
     axis.plot(
         points["slide_roll_ratio"],
@@ -257,13 +247,14 @@ def _draw_cloud(
     # a sample in the legend that can be seen
     axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
     # so many error bars would hide the points: none is drawn
-    drawn = [_measured_rows(panel, oil, oil, points).assign(traction_coefficient_se=np.nan)]
-    for condition in conditions:
-        line = _fit_rows(panel, condition.name, oil, law, condition.levels, points)
+    cloud = replace(series[0], label=series[0].oil, points=points)
+    drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
+    for condition in series:
+        line = _fit_rows(panel, condition, points)
         axis.plot(
             line["slide_roll_ratio"],
             line["traction_coefficient"],
-            color="black",
+            color=condition.colour,
             linewidth=1.1 if one else 0.3,
             zorder=3 if one else 1.5,
         )
@@ -289,82 +280,56 @@ def _select(results: CampaignTables, oil: str, where: Mapping[str, float]) -> pd
 
 
 def _conditions(
-    results: CampaignTables, points: pd.DataFrame, asked: Sequence[str]
-) -> Iterable[_Condition]:
-    """The points of each set of set points with the means of what a law asks."""
+    results: CampaignTables, points: pd.DataFrame
+) -> Iterable[tuple[str, pd.DataFrame]]:
+    """Each set of set points in words, and its points."""
     names = [f"nominal_{name}" for name in CONDITIONS]
     joined = points.merge(results.runs[["run_id", *names]], on="run_id")
-    for _, group in joined.groupby(names, dropna=False):
-        known = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
-        name = ", ".join(f"{level:g} {unit}" for level, unit in known if not np.isnan(level))
-        yield _Condition(name, group[list(asked)].mean(), group)
+    for levels, group in joined.groupby(names, dropna=False):
+        known = zip(levels, ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
+        words = ", ".join(f"{level:g} {unit}" for level, unit in known if not np.isnan(level))
+        yield words, group
 
 
-def _draw_panel(
-    axis: Axes, panel: str, title: str, series: Iterable[_Series]
-) -> list[pd.DataFrame]:
+def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.DataFrame]:
     """Draw the series of one panel and return exactly what was drawn."""
     rows = []
-    for one in series:
-        if one.points.empty:
+    for curve in series:
+        if curve.points.empty:
             continue
-        measured = _measured_rows(panel, one.label, one.oil, one.points)
-        condition = one.points[list(one.law.law.conditions)].mean()
-        line = _fit_rows(panel, one.label, one.oil, one.law, condition, one.points)
-        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=one.colour)
-        _draw_points(axis, measured, one.colour, one.marker, one.label)
+        measured, line = _measured_rows(panel, curve), _fit_rows(panel, curve, curve.points)
+        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=curve.colour)
+        axis.errorbar(
+            measured["slide_roll_ratio"],
+            measured["traction_coefficient"],
+            yerr=_SE_DRAWN * measured["traction_coefficient_se"],
+            fmt=curve.marker,
+            color=curve.colour,
+            markerfacecolor="white",
+            markeredgewidth=0.7,
+            elinewidth=0.7,
+            label=curve.label,
+        )
         rows += [measured, line]
-    axis.set_title(title)
     return rows
 
 
-def _draw_points(axis: Axes, measured: pd.DataFrame, colour: Any, marker: str, label: str) -> None:
-    axis.errorbar(
-        measured["slide_roll_ratio"],
-        measured["traction_coefficient"],
-        yerr=_SE_DRAWN * measured["traction_coefficient_se"],
-        fmt=marker,
-        color=colour,
-        markerfacecolor="white",
-        markeredgewidth=0.7,
-        elinewidth=0.7,
-        label=label,
+_DRAWN_NUMBERS = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
+
+
+def _measured_rows(panel: str, curve: _Series) -> pd.DataFrame:
+    return curve.points[_DRAWN_NUMBERS].assign(
+        panel=panel, series=curve.label, kind="measured", oil=curve.oil
     )
 
 
-def _measured_rows(panel: str, label: str, oil: str, points: pd.DataFrame) -> pd.DataFrame:
-    return pd.DataFrame(
-        {
-            "panel": panel,
-            "series": label,
-            "kind": "measured",
-            "oil": oil,
-            "slide_roll_ratio": points["slide_roll_ratio"],
-            "traction_coefficient": points["traction_coefficient"],
-            "traction_coefficient_se": points["traction_coefficient_se"],
-        }
-    )
-
-
-def _fit_rows(
-    panel: str,
-    label: str,
-    oil: str,
-    law: FittedLaw,
-    condition: "pd.Series[float]",
-    points: pd.DataFrame,
-) -> pd.DataFrame:
+def _fit_rows(panel: str, curve: _Series, points: pd.DataFrame) -> pd.DataFrame:
+    """The fit at the mean conditions of a curve, over the slip of some points."""
+    condition = curve.points[list(curve.law.law.conditions)].mean().to_numpy(dtype=np.float64)
     slip = np.linspace(0, float(points["slide_roll_ratio"].abs().max()), 151)
-    return pd.DataFrame(
-        {
-            "panel": panel,
-            "series": label,
-            "kind": "fit",
-            "oil": oil,
-            "slide_roll_ratio": slip,
-            "traction_coefficient": law.traction(np.asarray(condition, dtype=np.float64), slip),
-            "traction_coefficient_se": np.nan,
-        }
+    mu = curve.law.traction(condition, slip)
+    return pd.DataFrame({"slide_roll_ratio": slip, "traction_coefficient": mu}).assign(
+        panel=panel, series=curve.label, kind="fit", oil=curve.oil
     )
 
 
