@@ -106,10 +106,12 @@ def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
 def _draw_statements(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
     """Share of its box where each statement holds, for the set in use and for the best one."""
     names = [name for name in sets.columns if name not in _NO_STATEMENT]
+    in_use: dict[str, Any] = {"marker": "o", "color": colour, "markersize": 3}
+    best: dict[str, Any] = {"marker": "|", "color": "black", "markersize": 7}
     rows = []
     for series, of_series, look in (
-        (_IN_USE, sets[sets["in_use"]], {"marker": "o", "color": colour, "markersize": 3}),
-        (_BEST, sets, {"marker": "|", "color": "black", "markersize": 7}),
+        (_IN_USE, sets[sets["in_use"]], in_use),
+        (_BEST, sets, best),
     ):
         shares = of_series[names].iloc[0].astype(float).to_numpy()
         axis.plot(shares, range(len(names)), linestyle="", clip_on=False, label=series, **look)

@@ -285,8 +285,8 @@ def _conditions(
     """Each set of set points in words, and its points."""
     names = [f"nominal_{name}" for name in CONDITIONS]
     joined = points.merge(results.runs[["run_id", *names]], on="run_id")
-    for levels, group in joined.groupby(names, dropna=False):
-        known = zip(levels, ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
+    for _, group in joined.groupby(names, dropna=False):
+        known = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
         words = ", ".join(f"{level:g} {unit}" for level, unit in known if not np.isnan(level))
         yield words, group
 
