@@ -1,8 +1,8 @@
 """What a gate is: one function that finds a fault, with its advice and the rigs that it judges.
 
 A gate of runs looks at the signals of one run; a gate of plateaus looks at the plateaus of many
-runs at once. `run_gates.py` and `plateau_gates.py` hold them all and list them in the order in
-which they judge. A new gate is a function there and its name in the list.
+runs at once. `run_gates.py` and `plateau_gates.py` define them all in the order in which they
+judge. A new gate is one function there.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -119,25 +119,28 @@ PlateauJudge = Callable[[pd.DataFrame, Any], Judgement]
 
 
 @dataclass(frozen=True)
-class RunGate:
-    """A check of one run. `judge` gives None where the run passes."""
+class Gate:
+    """A check with its advice and the kinds of rig that it judges."""
 
     name: str
     rigs: tuple[str, ...]
     advice: str
+
+
+@dataclass(frozen=True)
+class RunGate(Gate):
+    """A check of one run. `judge` gives None where the run passes."""
+
     judge: RunJudge
 
 
 @dataclass(frozen=True)
-class PlateauGate:
+class PlateauGate(Gate):
     """A check of plateaus, which carry the oil and the set points of their run.
 
     A gate whose quantity is null (no set point, no second half) does not refuse.
     """
 
-    name: str
-    rigs: tuple[str, ...]
-    advice: str
     judge: PlateauJudge
 
 

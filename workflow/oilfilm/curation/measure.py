@@ -45,7 +45,7 @@ def measure(
         settled: Each row is a settled reading already, the zero removed by the rig.
     """
     if settled:
-        return Measured(kind.readings(signals), slice(None))
+        return Measured(_readings(signals, kind), slice(None))
     curation, limits = settings.curation, kind.zero_limits(settings)
     spike = curation.spikes.threshold
     signals = kind.usable(signals)
@@ -70,6 +70,25 @@ def measure(
         numbers = {"drift": zero.drift, "allowed": limits.max_drift}
         drifts = "zero_drift", Finding(sentence, numbers=numbers)
     return Measured(plateaus, division.working, drifts, division.too_short)
+
+
+def _readings(signals: Signals, kind: RigKind) -> Columns:
+    """Each row as a plateau without errors and changes; the rig has removed the zero."""
+    count, averaging = len(signals), kind.averaging
+    unknown = nothing(count)
+    averages = {
+        **signals.columns,
+        "first_row": signals.row,
+        "last_row": signals.row,
+        "n_samples": np.ones(count, dtype=np.int64),
+        "n_spikes": np.zeros(count, dtype=np.int64),
+        "time_s": signals.time_s,
+        "duration_s": unknown,
+        **{f"{name}_se": unknown for name in averaging.errors},
+        **{f"{name}_change": unknown for name in averaging.changes},
+        **{f"{name}_transient": unknown for name in averaging.transients},
+    }
+    return kind.derive(averages, np.zeros(count), unknown)
 
 
 def _usable_phases(

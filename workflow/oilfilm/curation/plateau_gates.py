@@ -1,4 +1,4 @@
-"""The gates of plateaus, the cause before what follows from it."""
+"""The gates of plateaus in the order in which they judge: a cause before its consequence."""
 
 from collections.abc import Sequence
 
@@ -12,6 +12,7 @@ from oilfilm.curation.gate import (
     TRACTION,
     Judgement,
     Limits,
+    PlateauGate,
     TorqueLimits,
     TractionLimits,
     plateau_gate,
@@ -20,6 +21,26 @@ from oilfilm.units import FloatArray, conversion
 
 # What a load may be in although it is labelled N.
 _LOAD_UNITS = ("kgf", "lbf", "gf")
+
+
+def _by_range(
+    fails: "pd.Series[bool]", values: "pd.Series[float]", sentence: str, **numbers: float
+) -> Judgement:
+    """Judgement by one quantity; `lowest` and `highest` of its sentence are over the plateaus."""
+    return Judgement(fails, sentence, {"lowest": values.min(), "highest": values.max(), **numbers})
+
+
+def _by_slip_or_traction(
+    points: pd.DataFrame, ending: str, most_slip: float, most_traction: float, sentence: str
+) -> Judgement:
+    """Judgement by a difference of slip or of traction within each plateau."""
+    slip, traction = points[f"slip_{ending}"].abs(), points[f"traction_{ending}"].abs()
+    numbers = {"most_slip": most_slip, "most_traction": most_traction}
+    return Judgement(
+        (slip > most_slip) | (traction > most_traction),
+        sentence + "; allowed {most_slip:g} and {most_traction:g}",
+        {"slip": slip.max(), "traction": traction.max(), **numbers},
+    )
 
 
 @plateau_gate(
@@ -38,11 +59,12 @@ def traction_missing(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
 def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Little is left of a level once it has settled."""
     duration_s, least_s = points["duration_s"], limits.min_duration_s
-    return Judgement(
+    return _by_range(
         duration_s < least_s,
-        "{shortest_s:.2f} s to {longest_s:.2f} s are left of each plateau once it has settled; "
+        duration_s,
+        "{lowest:.2f} s to {highest:.2f} s are left of each plateau once it has settled; "
         "expected {least_s:g} s or more",
-        {"shortest_s": duration_s.min(), "longest_s": duration_s.max(), "least_s": least_s},
+        least_s=least_s,
     )
 
 
@@ -77,17 +99,14 @@ def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Serie
 )
 def speed_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The entrainment speed is not the one that was set."""
-    speed = points["entrainment_speed_m_s"]
-    return Judgement(
-        _off_nominal(points, "entrainment_speed_m_s", limits.gates.speed_tolerance),
+    allowed = limits.gates.speed_tolerance
+    return _by_range(
+        _off_nominal(points, "entrainment_speed_m_s", allowed),
+        points["entrainment_speed_m_s"],
         "the entrainment speed is {lowest:.3f} to {highest:.3f} m/s, nominal {nominal:g} m/s "
         "(tolerance {allowed:.0%})",
-        {
-            "lowest": speed.min(),
-            "highest": speed.max(),
-            "nominal": points["nominal_entrainment_speed_m_s"].median(),
-            "allowed": limits.gates.speed_tolerance,
-        },
+        nominal=points["nominal_entrainment_speed_m_s"].median(),
+        allowed=allowed,
     )
 
 
@@ -97,16 +116,13 @@ def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Jud
     temperature_c = points["inlet_temperature_c"]
     nominal_c = points["nominal_inlet_temperature_c"]
     allowed_c = limits.gates.temperature_tolerance_c
-    return Judgement(
+    return _by_range(
         (temperature_c - nominal_c).abs() > allowed_c,
+        temperature_c,
         "the inlet temperature is {lowest:.1f} to {highest:.1f} degC, nominal {nominal:g} degC "
         "(tolerance {allowed:g} degC)",
-        {
-            "lowest": temperature_c.min(),
-            "highest": temperature_c.max(),
-            "nominal": nominal_c.median(),
-            "allowed": allowed_c,
-        },
+        nominal=nominal_c.median(),
+        allowed=allowed_c,
     )
 
 
@@ -117,10 +133,12 @@ def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
     least, most = limits.gates.slide_roll_ratio_min, limits.gates.slide_roll_ratio_max
-    return Judgement(
+    return _by_range(
         ~slip.between(least, most),
+        slip,
         "the slide-roll ratio is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
-        {"lowest": slip.min(), "highest": slip.max(), "least": least, "most": most},
+        least=least,
+        most=most,
     )
 
 
@@ -149,18 +167,12 @@ def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatAr
 @plateau_gate(TRACTION, advice="Let the rig settle longer, or check its control.")
 def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Slip or traction differs between the two halves of a plateau."""
-    slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
-    most_slip, most_traction = limits.gates.slip_change_max, limits.gates.traction_change_max
-    return Judgement(
-        (slip > most_slip) | (traction > most_traction),
-        "slip and traction change within the plateaus by up to {slip:.4f} and {traction:.4f}; "
-        "allowed {most_slip:g} and {most_traction:g}",
-        {
-            "slip": slip.max(),
-            "traction": traction.max(),
-            "most_slip": most_slip,
-            "most_traction": most_traction,
-        },
+    return _by_slip_or_traction(
+        points,
+        "change",
+        limits.gates.slip_change_max,
+        limits.gates.traction_change_max,
+        "slip and traction change within the plateaus by up to {slip:.4f} and {traction:.4f}",
     )
 
 
@@ -170,53 +182,46 @@ def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
 )
 def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The beginning of a plateau differs from the rest of it."""
-    slip, traction = points["slip_transient"].abs(), points["traction_transient"].abs()
-    most_slip, most_traction = limits.gates.slip_transient_max, limits.gates.traction_transient_max
-    return Judgement(
-        (slip > most_slip) | (traction > most_traction),
-        "the first {share:.0%} of the plateaus differ from the rest by up to {slip:.4f} in slip "
-        "and {traction:.4f} in traction; allowed {most_slip:g} and {most_traction:g}",
-        {
-            "share": limits.transient_share,
-            "slip": slip.max(),
-            "traction": traction.max(),
-            "most_slip": most_slip,
-            "most_traction": most_traction,
-        },
+    return _by_slip_or_traction(
+        points,
+        "transient",
+        limits.gates.slip_transient_max,
+        limits.gates.traction_transient_max,
+        f"the first {limits.transient_share:.0%} of the plateaus differ from the rest by up to "
+        "{slip:.4f} in slip and {traction:.4f} in traction",
     )
 
 
 @plateau_gate(TORQUE, advice="Wait until the bearing has warmed through.")
 def torque_drifts(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque differs between the two halves of a plateau."""
-    change, torque = points["torque_change_n_m"].abs(), points["torque_n_m"].abs()
-    return Judgement(
-        change > limits.gates.torque_change_max * torque,
-        "the torque changes within the plateaus by up to {change:.1%}; allowed {allowed:.1%}",
-        {"change": (change / torque).max(), "allowed": limits.gates.torque_change_max},
+    change = points["torque_change_n_m"].abs() / points["torque_n_m"].abs()
+    allowed = limits.gates.torque_change_max
+    sentence = (
+        "the torque changes within the plateaus by up to {highest:.1%}; allowed {allowed:.1%}"
     )
+    return _by_range(change > allowed, change, sentence, allowed=allowed)
 
 
 @plateau_gate(*BOTH, advice="Check the load's control, and hold the load while the {level} steps.")
 def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The load differs between the two halves of a plateau."""
-    change = points["load_change"].abs()
-    return Judgement(
-        change > limits.signals.load_change_max,
-        "the load changes within the plateaus by up to {change:.1%}; allowed {allowed:.1%}",
-        {"change": change.max(), "allowed": limits.signals.load_change_max},
-    )
+    change, allowed = points["load_change"].abs(), limits.signals.load_change_max
+    sentence = "the load changes within the plateaus by up to {highest:.1%}; allowed {allowed:.1%}"
+    return _by_range(change > allowed, change, sentence, allowed=allowed)
 
 
 @plateau_gate(*BOTH, advice="Wait until the temperature of the oil is steady.")
 def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The oil's temperature differs between the two halves of a plateau."""
     change_c = points["temperature_change_c"].abs()
-    return Judgement(
-        change_c > limits.signals.temperature_change_max_c,
-        "the temperature changes within the plateaus by up to {change_c:.2f} degC; allowed "
+    allowed_c = limits.signals.temperature_change_max_c
+    return _by_range(
+        change_c > allowed_c,
+        change_c,
+        "the temperature changes within the plateaus by up to {highest:.2f} degC; allowed "
         "{allowed_c:g} degC",
-        {"change_c": change_c.max(), "allowed_c": limits.signals.temperature_change_max_c},
+        allowed_c=allowed_c,
     )
 
 
@@ -273,26 +278,26 @@ def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgemen
     """The force of one direction of slip had not reversed."""
     asymmetry, allowed = points["force_asymmetry"], limits.gates.asymmetry_max
     sliding = points["slide_roll_ratio"].abs() > limits.gates.asymmetry_slip_min
-    return Judgement(
+    return _by_range(
         sliding & (asymmetry > allowed),
+        asymmetry,
         "|TF1 + TF2| is {lowest:.2f} to {highest:.2f} of |TF1| + |TF2|, allowed {allowed:g}: one "
         "direction of the slip had not reversed",
-        {"lowest": asymmetry.min(), "highest": asymmetry.max(), "allowed": allowed},
+        allowed=allowed,
     )
 
 
 @plateau_gate(TRACTION, advice="Check the zero and the calibration of the force sensor.")
 def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The traction coefficient is one that no oil has."""
-    mu, least, most = (
-        points["traction_coefficient"],
-        limits.gates.traction_min,
-        limits.gates.traction_max,
-    )
-    return Judgement(
+    mu = points["traction_coefficient"]
+    least, most = limits.gates.traction_min, limits.gates.traction_max
+    return _by_range(
         (mu < least) | (mu > most),
+        mu,
         "the traction coefficient is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
-        {"lowest": mu.min(), "highest": mu.max(), "least": least, "most": most},
+        least=least,
+        most=most,
     )
 
 
@@ -302,11 +307,11 @@ def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
 )
 def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film does not separate the surfaces."""
-    ratio = points["lambda_ratio"]
-    return Judgement(
+    return _by_range(
         points["film_judgement"] == "below limit",
+        points["lambda_ratio"],
         "the lambda ratio is {lowest:.2f} to {highest:.2f}; full film needs more than {limit:g}",
-        {"lowest": ratio.min(), "highest": ratio.max(), "limit": limits.gates.lambda_limit},
+        limit=limits.gates.lambda_limit,
     )
 
 
@@ -329,11 +334,8 @@ def film_not_judged(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
 def torque_not_positive(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque does not resist the motion."""
     torque = points["torque_n_m"]
-    return Judgement(
-        ~(torque > 0),
-        "the torque is {lowest:.3g} to {highest:.3g} N m; expected more than 0",
-        {"lowest": torque.min(), "highest": torque.max()},
-    )
+    sentence = "the torque is {lowest:.3g} to {highest:.3g} N m; expected more than 0"
+    return _by_range(~(torque > 0), torque, sentence)
 
 
 @plateau_gate(
@@ -343,11 +345,8 @@ def torque_not_positive(points: pd.DataFrame, limits: TorqueLimits) -> Judgement
 def turns_backwards(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The speed is negative."""
     speed = points["inner_speed_rpm"]
-    return Judgement(
-        speed < 0,
-        "the speed is {lowest:.0f} to {highest:.0f} rpm; expected more than 0",
-        {"lowest": speed.min(), "highest": speed.max()},
-    )
+    sentence = "the speed is {lowest:.0f} to {highest:.0f} rpm; expected more than 0"
+    return _by_range(speed < 0, speed, sentence)
 
 
 @plateau_gate(
@@ -356,33 +355,8 @@ def turns_backwards(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
 def unloaded(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """Nothing pushes the bearing together."""
     load = points["axial_load_n"]
-    return Judgement(
-        ~(load > 0),
-        "the axial load is {lowest:.3g} to {highest:.3g} N; expected more than 0",
-        {"lowest": load.min(), "highest": load.max()},
-    )
+    sentence = "the axial load is {lowest:.3g} to {highest:.3g} N; expected more than 0"
+    return _by_range(~(load > 0), load, sentence)
 
 
-PLATEAU_GATES = (
-    traction_missing,
-    too_short,
-    load_off_nominal,
-    speed_off_nominal,
-    temperature_off_nominal,
-    slip_out_of_range,
-    slip_off_set_point,
-    not_steady,
-    transient_not_ended,
-    torque_drifts,
-    load_changes,
-    temperature_changes,
-    spiky,
-    film_off_trend,
-    force_not_reversed,
-    traction_unphysical,
-    thin_film,
-    film_not_judged,
-    torque_not_positive,
-    turns_backwards,
-    unloaded,
-)
+PLATEAU_GATES = tuple(each for each in list(globals().values()) if isinstance(each, PlateauGate))

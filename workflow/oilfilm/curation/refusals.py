@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import Finding, Judgement, PlateauGate, RunGate
+from oilfilm.curation.gate import Finding, Gate, Judgement, PlateauGate, RunGate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
@@ -35,7 +35,8 @@ def plateau_gates(kind: RigKind) -> list[PlateauGate]:
 
 def advice_for(rule: str, kind: RigKind) -> str:
     """What to do about a refusal by the gate or rule of that name."""
-    gates = {gate.name: gate.advice for gate in (*RUN_GATES, *PLATEAU_GATES)}
+    every_gate: tuple[Gate, ...] = (*RUN_GATES, *PLATEAU_GATES)
+    gates = {gate.name: gate.advice for gate in every_gate}
     return {**gates, **_ADVICE, **kind.advice}[rule].format(**kind.words)
 
 

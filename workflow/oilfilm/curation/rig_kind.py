@@ -59,7 +59,7 @@ class ZeroLimits:
 
 
 class RigKind(Protocol):
-    """A kind of rig.
+    """A kind of rig. `TractionRig` and `TorqueRig` inherit from it.
 
     Attributes:
         name: As the gates name it.
@@ -92,8 +92,8 @@ class RigKind(Protocol):
         ...
 
     def usable(self, signals: Signals) -> Signals:
-        """The samples from which plateaus can be made."""
-        ...
+        """The samples from which plateaus can be made: all of them, where a rig has no reason."""
+        return signals
 
     def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Rest and levels of a run."""
@@ -102,8 +102,8 @@ class RigKind(Protocol):
     def phase_problem(
         self, signals: Signals, part: slice, name: str, settings: Settings
     ) -> Finding | None:
-        """Why a phase that is long enough gives no zero, if so."""
-        ...
+        """Why a phase that is long enough gives no zero, if a rig has such a reason."""
+        return None
 
     def zero_limits(self, settings: Settings) -> ZeroLimits:
         """Limits of the zero."""
@@ -113,14 +113,11 @@ class RigKind(Protocol):
         """Plateaus with the zero removed and what follows from one plateau alone.
 
         Args:
-            averages: `<column>`, and `<column>_se`, `_change` and `_transient` as `averaging` says.
+            averages: `<column>`, and `<column>_se`, `_change` and `_transient` as `averaging` says;
+                every signal, where the rows of the log are settled readings.
             zero: The sensor's zero at each plateau; NaN where there is none.
             zero_se: Its standard error.
         """
-        ...
-
-    def readings(self, signals: Signals) -> Columns:
-        """Plateaus of a run whose rows are settled readings already."""
         ...
 
     def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""The gates of runs: clock, sensors, sign, temperature, the way back."""
+"""The gates of runs in the order in which they judge: clock, sensors, temperature, way back."""
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from oilfilm.curation.gate import (
     Finding,
     Limits,
     Run,
+    RunGate,
     TorqueLimits,
     TractionLimits,
     run_gate,
@@ -207,13 +208,4 @@ def _turning_point(slip: FloatArray, least: int) -> int | None:
     return turn if from_end.max() >= least else None
 
 
-RUN_GATES = (
-    time_disorder,
-    clock_jump,
-    never_turns,
-    stuck_sensor,
-    swapped_sign,
-    saturated,
-    temperature_drift,
-    branches_differ,
-)
+RUN_GATES = tuple(each for each in list(globals().values()) if isinstance(each, RunGate))

@@ -14,7 +14,7 @@ import pandas as pd
 from oilfilm.curation.gate import TORQUE as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TorqueLimits
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, ZeroLimits
+from oilfilm.curation.rig_kind import Averaging, Division, RigKind, ZeroLimits
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.torque_log import TORQUE
@@ -31,7 +31,7 @@ _SIGNALS = (
 )
 
 
-class TorqueRig:
+class TorqueRig(RigKind):
     """See `RigKind`."""
 
     name = NAME
@@ -68,10 +68,6 @@ class TorqueRig:
         columns = {name: samples[name] for name in _SIGNALS}
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def usable(self, signals: Signals) -> Signals:
-        """All of them."""
-        return signals
-
     def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Levels of speed between the first and the last sample at which the bearing turns."""
         torque_logs = settings.torque_logs
@@ -83,12 +79,6 @@ class TorqueRig:
         starts, stops, too_short = _levels(signals, first, last, torque_logs.plateaus)
         rest = {"opening": slice(0, first), "closing": slice(last, len(turning))}
         return Division(rest, starts, stops, slice(first, last), too_short)
-
-    def phase_problem(
-        self, signals: Signals, part: slice, name: str, settings: Settings
-    ) -> Finding | None:
-        """None: `divide` takes nothing for rest that turns."""
-        return None
 
     def zero_limits(self, settings: Settings) -> ZeroLimits:
         """See `RigKind.zero_limits`."""
@@ -109,10 +99,6 @@ class TorqueRig:
             "temperature_change_c": averages["oil_temperature_c_change"],
             "load_change": averages["axial_load_n_change"] / loaded,
         }
-
-    def readings(self, signals: Signals) -> Columns:
-        """No torque log is of settled readings."""
-        raise NotImplementedError
 
     def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         """The rig of a torque log is its bearing."""

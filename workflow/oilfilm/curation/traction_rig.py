@@ -4,10 +4,8 @@ A step is a step of slip, rest is pure rolling, and mu = F/W is derived, then pr
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.calibration import with_calibration
@@ -15,7 +13,7 @@ from oilfilm.curation.film_state import LEAST_LOAD_N, with_film
 from oilfilm.curation.gate import TRACTION as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TractionLimits
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, ZeroLimits, nothing
+from oilfilm.curation.rig_kind import Averaging, Division, RigKind, ZeroLimits, nothing
 from oilfilm.curation.signals import Signals
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
@@ -39,7 +37,7 @@ _LOGGED = (
 )
 
 
-class TractionRig:
+class TractionRig(RigKind):
     """See `RigKind`."""
 
     name = NAME
@@ -150,40 +148,26 @@ class TractionRig:
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
         unknown = nothing(len(zero))
-        return _with_traction(
-            averages["traction_force_n"] - zero,
-            np.hypot(averages["traction_force_n_se"], zero_se),
-            averages,
-            force_asymmetry=unknown,
-            measured_film_thickness_um=unknown,
-        )
-
-    def readings(self, signals: Signals) -> Columns:
-        """Rows of a rig that settles itself; it may log the force of either direction of slip."""
-        unknown = nothing(len(signals))
-        first, second = signals["traction_force_1_n"], signals["traction_force_2_n"]
-        both = np.abs(first) + np.abs(second)
-        asymmetry = np.divide(np.abs(first + second), both, out=unknown.copy(), where=both > 0)
-        averaging = self.averaging
-        averages = {
-            "first_row": signals.row,
-            "last_row": signals.row,
-            "n_samples": np.ones(len(signals), dtype=np.int64),
-            "n_spikes": np.zeros(len(signals), dtype=np.int64),
-            "time_s": signals.time_s,
-            "duration_s": unknown,
-            **{name: signals[name] for name in averaging.means},
-            **{f"{name}_se": unknown for name in averaging.errors},
-            **{f"{name}_change": unknown for name in averaging.changes},
-            **{f"{name}_transient": unknown for name in averaging.transients},
+        force_n = averages["traction_force_n"] - zero
+        load = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
+        mu = force_n / load
+        force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
+        kept = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
+        return {
+            **{name: averages[name] for name in (*kept, *self.averaging.means)},
+            "force_asymmetry": _asymmetry(averages),
+            "measured_film_thickness_um": averages.get("measured_film_thickness_um", unknown),
+            "slide_roll_ratio_se": averages["slide_roll_ratio_se"],
+            "slip_change": averages["slide_roll_ratio_change"],
+            "slip_transient": averages["slide_roll_ratio_transient"],
+            "traction_force_n": force_n,
+            "traction_coefficient": mu,
+            "traction_coefficient_se": np.hypot(force_se_n, mu * averages["load_n_se"]) / load,
+            "traction_change": averages["traction_force_n_change"] / load,
+            "traction_transient": averages["traction_force_n_transient"] / load,
+            "load_change": averages["load_n_change"] / load,
+            "temperature_change_c": averages["inlet_temperature_c_change"],
         }
-        return _with_traction(
-            averages["traction_force_n"],
-            unknown,
-            averages,
-            force_asymmetry=asymmetry,
-            measured_film_thickness_um=signals["measured_film_thickness_um"],
-        )
 
     def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         """With contact pressure, film, lambda and the calibration of the rig's sensors."""
@@ -213,23 +197,11 @@ class TractionRig:
 TRACTION_RIG = TractionRig()
 
 
-def _with_traction(
-    force_n: npt.NDArray[Any], force_se_n: FloatArray, averages: Columns, **more: FloatArray
-) -> Columns:
-    load = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
-    mu = force_n / load
-    kept = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
-    return {
-        **{name: averages[name] for name in (*kept, *TRACTION_RIG.averaging.means)},
-        **more,
-        "slide_roll_ratio_se": averages["slide_roll_ratio_se"],
-        "slip_change": averages["slide_roll_ratio_change"],
-        "slip_transient": averages["slide_roll_ratio_transient"],
-        "traction_force_n": force_n,
-        "traction_coefficient": mu,
-        "traction_coefficient_se": np.hypot(force_se_n, mu * averages["load_n_se"]) / load,
-        "traction_change": averages["traction_force_n_change"] / load,
-        "traction_transient": averages["traction_force_n_transient"] / load,
-        "load_change": averages["load_n_change"] / load,
-        "temperature_change_c": averages["inlet_temperature_c_change"],
-    }
+def _asymmetry(averages: Columns) -> FloatArray:
+    """|TF1 + TF2| over |TF1| + |TF2| of a rig that logs the force of either direction of slip."""
+    unknown = nothing(len(averages["time_s"]))
+    if "traction_force_1_n" not in averages:
+        return unknown
+    first, second = averages["traction_force_1_n"], averages["traction_force_2_n"]
+    both = np.abs(first) + np.abs(second)
+    return np.divide(np.abs(first + second), both, out=unknown, where=both > 0)

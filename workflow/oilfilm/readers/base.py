@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -69,17 +69,17 @@ class Refusal:
     refused_rows: int = 0
     numbers: Mapping[str, Any] = field(default_factory=dict)
 
+    def of_rows(self, run_id: str, first: int, last: int) -> "Refusal":
+        """The refusal of the rows from `first` to `last`; of none where `last` is smaller."""
+        count = last - first + 1
+        return replace(
+            self, run_id=run_id, first_row=min(first, last), last_row=last, refused_rows=count
+        )
+
     def row(self) -> dict[str, Any]:
         """What the table of quarantine holds of it."""
-        return {
-            "rule": self.rule,
-            "reason": self.reason,
-            "advice": self.advice,
-            "run_id": self.run_id,
-            "first_row": self.first_row,
-            "last_row": self.last_row,
-            "refused_rows": self.refused_rows,
-        }
+        names = (each.name for each in fields(self) if each.name != "numbers")
+        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True)
@@ -128,21 +128,27 @@ def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64])
     return {"row": row, **dict.fromkeys(names, nothing), **given}
 
 
-def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:
+def refused_file(rows: int, refusal: Refusal) -> Reading:
     """The reading of a file of which nothing can be used."""
-    whole = Refusal(rule, reason, advice, "", min(1, rows), rows, rows)
-    return Reading(rows, [], [whole])
+    return Reading(rows, [], [refusal.of_rows("", 1, rows)])
+
+
+def refused_ranges(
+    run_id: str, rows: npt.NDArray[np.int64], rule: str, problem: str, advice: str
+) -> list[Refusal]:
+    """One refusal per unbroken range of rows that have the same problem."""
+    return [
+        Refusal(rule, f"rows {first} to {last}: {problem}", advice).of_rows(run_id, first, last)
+        for first, last in as_ranges(rows)
+    ]
 
 
 def damaged_file(form: str, error: Exception) -> Reading:
     """The reading of a file that its format's library stumbles over, whatever it raised."""
     what = " ".join(str(error).split())[:200] or type(error).__name__
-    return refused_file(
-        0,
-        "damaged_file",
-        f"the file begins like {form}, but cannot be read: {what}",
-        "Copy it again from the rig, or export it again; what it held cannot be told.",
-    )
+    reason = f"the file begins like {form}, but cannot be read: {what}"
+    advice = "Copy it again from the rig, or export it again; what it held cannot be told."
+    return refused_file(0, Refusal("damaged_file", reason, advice))
 
 
 def number(text: str) -> float:

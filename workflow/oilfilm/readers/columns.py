@@ -12,12 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.readers.base import LARGEST_READING, Flaw, LoggedRun, Refusal, as_ranges
-from oilfilm.readers.log_kind import Column, FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.readers.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, conversion
 
 # No oil is liquid there; its properties have no meaning.
 _HOTTEST_C = 1000.0
+ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 
 
@@ -124,30 +125,30 @@ def find_columns(
     return (*(found[quantity] for quantity in needed), *spare)
 
 
-def oil_problem(keys: Mapping[str, str], settings: Settings) -> tuple[str, str, str] | None:
-    """Why the oil of a log's header cannot be used: rule, reason, advice."""
+def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+    """Why the oil of a log's header cannot be used."""
     if "oil" not in keys:
         reason = "the header has no line `# oil: ...` and no property `oil`"
-        return "header", reason, f"Add it. {FORMAT_ADVICE}"
+        return Refusal("header", reason, f"Add it. {FORMAT_ADVICE}")
     return unknown("oil", keys["oil"], settings.oils)
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> tuple[str, str, str] | None:
+def unknown(kind: str, name: str, known: Iterable[str]) -> Refusal | None:
     """Why the name of an oil or a rig in a log's header cannot be used."""
     if name in known:
         return None
-    return (
+    return Refusal(
         f"unknown_{kind}",
         f"the header says {kind} {name[:60]!r}; the campaign knows {', '.join(known)}",
         f"Correct the header, or add the {kind} to the campaign file.",
     )
 
 
-def simulation_problem(keys: Mapping[str, str], settings: Settings) -> tuple[str, str, str] | None:
+def simulation_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why a simulated log cannot be used in a campaign of measured ones."""
     if keys.get("simulated", "no") == "no" or settings.campaign.data != "measured":
         return None
-    return (
+    return Refusal(
         "simulated_log",
         "the header says that the log is simulated; the campaign file says data: measured",
         "Take the log out, or say data: simulated in the campaign file.",
@@ -178,6 +179,11 @@ class LoggedTable:
     first_row: int = 1
     flaw: Flaw | None = None
 
+    def refused(self, refusal: Refusal) -> tuple[list[LoggedRun], list[Refusal]]:
+        """No run, and the refusal of all its rows."""
+        last = self.first_row + self.rows - 1
+        return [], [refusal.of_rows(self.run_id, self.first_row, last)]
+
 
 def read_table(
     table: LoggedTable, settings: Settings, kind: LogKind
@@ -187,13 +193,15 @@ def read_table(
         columns = find_columns(
             table.names, table.units, kind.renamed(settings.campaign), kind.vocabulary
         )
-        columns = tuple(one for one in columns if not one.spare or _has_numbers(table, one.place))
+        columns = tuple(
+            column for column in columns if not column.spare or _has_numbers(table, column.place)
+        )
         logged = [_numbers(table, column.place) for column in columns]
     except ValueError as error:
-        return [], [refused_table(table, "columns", str(error), columns_advice(kind.vocabulary))]
+        return table.refused(Refusal("columns", str(error), columns_advice(kind.vocabulary)))
     problem = kind.header_problem(table.keys, columns, settings)
     if problem:
-        return [], [refused_table(table, *problem)]
+        return table.refused(problem)
     every, good = converted(columns, logged)
     rows = np.arange(table.first_row, table.first_row + table.rows)
     values = {quantity: numbers[good] for quantity, numbers in every.items()}
@@ -201,15 +209,8 @@ def read_table(
     for first, last in as_ranges(rows[~good]):
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
         refusals.append(unreadable_rows(table.run_id, first, last, seen))
-    run = kind.run(table.run_id, rows[good], values, columns, table.keys, settings, table.flaw)
-    return [run], refusals
-
-
-def refused_table(table: LoggedTable, rule: str, reason: str, advice: str) -> Refusal:
-    """All rows of a table refused for one reason."""
-    last = table.first_row + table.rows - 1
-    first = min(table.first_row, last)
-    return Refusal(rule, reason, advice, table.run_id, first, last, table.rows)
+    log = ContinuousLog(table.run_id, table.keys, columns, rows[good], values, table.flaw)
+    return [kind.run(log, settings)], refusals
 
 
 def _has_numbers(table: LoggedTable, place: int) -> bool:
@@ -261,12 +262,8 @@ def unreadable_rows(run_id: str, first: int, last: int, seen: str, where: str = 
         "unreadable_row",
         f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
         f"{first}{where} reads {seen[:80]!r}",
-        "Look at these rows of the raw log; the rows around them are used.",
-        run_id,
-        first,
-        last,
-        last - first + 1,
-    )
+        ROWS_ADVICE,
+    ).of_rows(run_id, first, last)
 
 
 def header_text(value: object) -> str:

@@ -22,7 +22,7 @@ from oilfilm.readers.layout import (
     normalise,
     truncated,
 )
-from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.log_kind import ContinuousLog, LogKind
 from oilfilm.settings.resolved import Settings
 
 FloatArray = npt.NDArray[np.float64]
@@ -49,11 +49,12 @@ class CsvReader:
         try:
             layout = find_layout(content, kind.renamed(settings.campaign), vocabulary)
         except LayoutError as error:
-            return refused_file(error.rows, "columns", str(error), columns_advice(vocabulary))
+            refusal = Refusal("columns", str(error), columns_advice(vocabulary))
+            return refused_file(error.rows, refusal)
         problem = kind.header_problem(layout.keys, layout.columns, settings)
         rows = count_rows(layout.table)
         if problem:
-            return refused_file(rows, *problem)
+            return refused_file(rows, problem)
         whole, _, tail = layout.table.rpartition(b"\n")
         values, numbers, bad = _parse(whole, layout)
         lines = layout.table.split(b"\n") if len(bad) else []
@@ -65,9 +66,8 @@ class CsvReader:
         cut = cut_row(cells, layout.width, rows, file)
         if cut is not None:
             refusals.append(cut)
-        flaw = truncated(cut)
-        run = kind.run(file, numbers, values, layout.columns, layout.keys, settings, flaw)
-        return Reading(rows, [run], refusals)
+        log = ContinuousLog(file, layout.keys, layout.columns, numbers, values, flaw=truncated(cut))
+        return Reading(rows, [kind.run(log, settings)], refusals)
 
 
 def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:

@@ -21,10 +21,11 @@ from oilfilm.readers.base import (
     Nominal,
     Reading,
     Refusal,
-    as_ranges,
     printable,
     refused_file,
+    refused_ranges,
 )
+from oilfilm.readers.columns import ROWS_ADVICE
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -133,32 +134,23 @@ def read_log(
         AssertionError: The reader lost a row.
     """
     if len(content) > LARGEST_LOG:
-        return "none", refused_file(
-            0,
-            "too_large",
-            f"the file is larger than {LARGEST_LOG >> 20} MiB",
-            "Let the logger begin a file for each run.",
-        )
+        reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
+        advice = "Let the logger begin a file for each run."
+        return "none", refused_file(0, Refusal("too_large", reason, advice))
     try:
         content = unpack(content)
     except OSError as error:
-        return "none", refused_file(
-            0,
-            "damaged_archive",
-            f"the compressed file cannot be unpacked: {error}",
-            "Copy it again from the rig; what it held cannot be told.",
-        )
+        reason = f"the compressed file cannot be unpacked: {error}"
+        advice = "Copy it again from the rig; what it held cannot be told."
+        return "none", refused_file(0, Refusal("damaged_archive", reason, advice))
     reader = find_reader(content)
     if reader is None:
         return "none", _unknown(content)
     reading = _without_absurd(reader.read(content, file, settings, kind))
     if not reading.runs and not reading.refusals:
-        return reader.name, refused_file(
-            reading.rows,
-            "no_rows",
-            f"the file looks like {reader.name}, but holds no row of data",
-            "Take it out, or export it again.",
-        )
+        reason = f"the file looks like {reader.name}, but holds no row of data"
+        refusal = Refusal("no_rows", reason, "Take it out, or export it again.")
+        return reader.name, refused_file(reading.rows, refusal)
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
@@ -180,18 +172,10 @@ def _without_absurd(reading: Reading) -> Reading:
             if max(np.fmax.reduce(values, initial=0), -np.fmin.reduce(values, initial=0)) < LARGEST:
                 continue
             absurd = held & (np.abs(values) >= LARGEST)
-            refusals += [
-                Refusal(
-                    "unreadable_row",
-                    f"rows {first} to {last}: {name} comes out as {LARGEST:g} or more",
-                    "Look at these rows of the raw log; the rows around them are used.",
-                    run.run_id,
-                    first,
-                    last,
-                    last - first + 1,
-                )
-                for first, last in as_ranges(run.samples["row"][absurd])
-            ]
+            problem = f"{name} comes out as {LARGEST:g} or more"
+            refusals += refused_ranges(
+                run.run_id, run.samples["row"][absurd], "unreadable_row", problem, ROWS_ADVICE
+            )
             held &= ~absurd
         kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
         runs.append(replace(run, samples=kept))
@@ -233,12 +217,10 @@ def _unknown(content: bytes) -> Reading:
     hint = (
         "; an Excel workbook or a zip archive: export it as csv, or unpack it" if is_archive else ""
     )
-    found = f"no reader knows this content, which begins {seen!r}{hint}"
+    reason = f"no reader knows this content, which begins {seen!r}{hint}"
+    advice = f"Formats read: {known}. data/raw/README.md describes them."
     return refused_file(
-        0,
-        "unknown_format",
-        found if content else "the file is empty",
-        f"Formats read: {known}. data/raw/README.md describes them.",
+        0, Refusal("unknown_format", reason if content else "the file is empty", advice)
     )
 
 

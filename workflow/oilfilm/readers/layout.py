@@ -81,7 +81,7 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
     except ValueError as error:
         raise LayoutError(str(error), count_rows(table)) from error
     # not the first row alone: it may hold whole numbers only
-    numbers = (row[one.place] for row in rows for one in columns if one.place < len(row))
+    numbers = (row[column.place] for row in rows for column in columns if column.place < len(row))
     decimal_mark = "," if delimiter != "," and any("," in cell for cell in numbers) else "."
     return Layout(
         _header_keys(decoded[:number], delimiter),
@@ -159,9 +159,10 @@ def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
     if cells < columns:
         reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
         advice = "Nothing can be made of half a row; see what became of the run."
-        return Refusal("cut_row", reason, advice, run_id, row, row, 1)
+        return Refusal("cut_row", reason, advice).of_rows(run_id, row, row)
     reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-    return Refusal("unterminated_row", reason, "End the file with a line end.", run_id, row, row, 1)
+    advice = "End the file with a line end."
+    return Refusal("unterminated_row", reason, advice).of_rows(run_id, row, row)
 
 
 def truncated(cut: Refusal | None) -> Flaw | None:
@@ -230,7 +231,7 @@ def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
         marks = [mark for mark in (":", "=", delimiter) if mark in plain]
         if marks:
             key, _, value = plain.partition(min(marks, key=plain.index))
-            name, said = plain_key(key), value.strip().strip(delimiter).strip()
+            name, text = plain_key(key), value.strip().strip(delimiter).strip()
             # two values are none: what needs this key refuses the log
-            keys[name] = said if keys.get(name, said) == said else f"{keys[name]} / {said}"
+            keys[name] = text if keys.get(name, text) == text else f"{keys[name]} / {text}"
     return keys

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.readers.base import Flaw, LoggedRun
+from oilfilm.readers.base import Columns, Flaw, LoggedRun, Nominal, Refusal
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -58,6 +58,32 @@ def named_columns(columns: campaign_file.Columns | campaign_file.TorqueColumns) 
     return {quantity: column for quantity, column in columns if column is not None}
 
 
+@dataclass(frozen=True)
+class ContinuousLog:
+    """The usable rows of a log whose header has no problem.
+
+    Attributes:
+        run_id: Unique name of the run.
+        keys: Header keys.
+        columns: As `find_columns` gave them.
+        rows: Row numbers in the log, shape (n,).
+        values: Quantity -> numbers in the units of `columns`, each of shape (n,).
+        flaw: Why the run cannot be used, if so.
+    """
+
+    run_id: str
+    keys: Mapping[str, str]
+    columns: Sequence[Column]
+    rows: IndexArray
+    values: Mapping[str, FloatArray]
+    flaw: Flaw | None = None
+
+    def run(self, rig: str, nominal: Nominal, samples: Columns) -> LoggedRun:
+        """The run of a rig that it makes."""
+        oil, label = self.keys["oil"], self.keys.get("run", "")
+        return LoggedRun(self.run_id, oil, rig, "continuous", nominal, samples, self.flaw, label)
+
+
 class LogKind(Protocol):
     """A kind of log: formats find names, units, keys and numbers, and it makes a run of them."""
 
@@ -69,29 +95,10 @@ class LogKind(Protocol):
 
     def header_problem(
         self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-    ) -> tuple[str, str, str] | None:
-        """Why a log with these keys and columns cannot be used: rule, reason, advice."""
+    ) -> Refusal | None:
+        """Why a log with these keys and columns cannot be used."""
         ...
 
-    def run(
-        self,
-        run_id: str,
-        rows: IndexArray,
-        values: Mapping[str, FloatArray],
-        columns: Sequence[Column],
-        keys: Mapping[str, str],
-        settings: Settings,
-        flaw: Flaw | None = None,
-    ) -> LoggedRun:
-        """A continuous run out of the numbers of a log whose header has no problem.
-
-        Args:
-            run_id: Unique name of the run.
-            rows: Row numbers in the log, shape (n,).
-            values: Quantity -> numbers in the units of `columns`, each of shape (n,).
-            columns: As `find_columns` gave them.
-            keys: Header keys.
-            settings: Settings of the run.
-            flaw: Why the run cannot be used, if so.
-        """
+    def run(self, log: ContinuousLog, settings: Settings) -> LoggedRun:
+        """The run that a log makes."""
         ...

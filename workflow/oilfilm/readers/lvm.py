@@ -19,7 +19,6 @@ from oilfilm.readers.columns import (
     meaning,
     plain_key,
     read_table,
-    refused_table,
 )
 from oilfilm.readers.layout import cut_row, normalise, truncated
 from oilfilm.readers.log_kind import LogKind
@@ -64,7 +63,8 @@ class LvmReader:
         header, segments = _split(lines, separator)
         if not segments:
             reason = "the header does not end: no segment with a line `Channels` follows it"
-            return refused_file(0, "columns", reason, f"Export it again. {FORMAT_ADVICE}")
+            advice = f"Export it again. {FORMAT_ADVICE}"
+            return refused_file(0, Refusal("columns", reason, advice))
         runs: list[LoggedRun] = []
         refusals: list[Refusal] = []
         rows = 0
@@ -92,7 +92,7 @@ def _read(
         return [], []
     if not segment.names:
         reason = "the segment has no line `X_Value` with the names of its channels"
-        return [], [refused_table(table, "columns", reason, FORMAT_ADVICE)]
+        return table.refused(Refusal("columns", reason, FORMAT_ADVICE))
     return read_table(table, settings, kind)
 
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
+from oilfilm.readers.base import LARGEST_LOG, Reading, Refusal, damaged_file, refused_file
 from oilfilm.readers.columns import (
     LoggedTable,
     header_text,
@@ -40,9 +40,8 @@ class ParquetReader:
     def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
         """See `Reader.read`."""
         if content.startswith(b"PARE"):
-            return refused_file(
-                0, "damaged_file", "the file is encrypted Parquet", "Export it without encryption."
-            )
+            advice = "Export it without encryption."
+            return refused_file(0, Refusal("damaged_file", "the file is encrypted Parquet", advice))
         try:
             log = parquet.ParquetFile(arrow.BufferReader(content))
             metadata = log.schema_arrow.metadata or {}
@@ -58,12 +57,9 @@ class ParquetReader:
 
 def _own_table(rows: int, footer: bytes) -> Reading:
     name = footer.decode("utf-8", "replace")[:80]
-    return refused_file(
-        rows,
-        "own_table",
-        f"this is a table that oilfilm made itself, not a raw log ({name!r})",
-        "Take it out of the raw folder; tables belong into results.",
-    )
+    reason = f"this is a table that oilfilm made itself, not a raw log ({name!r})"
+    advice = "Take it out of the raw folder; tables belong into results."
+    return refused_file(rows, Refusal("own_table", reason, advice))
 
 
 def _table(log: parquet.ParquetFile, file: str, campaign: Campaign, kind: LogKind) -> LoggedTable:

@@ -21,9 +21,9 @@ from oilfilm.readers.base import (
     Nominal,
     Reading,
     Refusal,
-    as_ranges,
     number,
     refused_file,
+    refused_ranges,
     samples_of_run,
 )
 from oilfilm.readers.log_kind import LogKind
@@ -96,21 +96,19 @@ class PcsReader:
         steps = _with_own_labels(_steps(text.splitlines()))
         rows = sum(len(step.lines) for step in steps)
         if kind is not TRACTION:
-            return refused_file(
-                rows,
-                "columns",
-                f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log",
-                "Move it to the folder of the campaign's traction logs.",
+            reason = (
+                f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log"
             )
+            advice = "Move it to the folder of the campaign's traction logs."
+            return refused_file(rows, Refusal("columns", reason, advice))
         oils = list(settings.oils)
         if len(oils) != 1 or len(settings.rigs) != 1:
-            return refused_file(
-                rows,
-                "unknown_oil",
+            reason = (
                 f"a PCS export does not name its oil, and the campaign has {len(oils)} oils and "
-                f"{len(settings.rigs)} rigs",
-                "Put logs of one oil and one rig into a campaign of their own.",
+                f"{len(settings.rigs)} rigs"
             )
+            advice = "Put logs of one oil and one rig into a campaign of their own."
+            return refused_file(rows, Refusal("unknown_oil", reason, advice))
         runs: list[LoggedRun] = []
         refusals = list(_misdated(steps))
         cut = bool(text) and not text.endswith(("\n", "\r"))
@@ -205,36 +203,28 @@ def _read_step(
             "not_a_sweep",
             f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep",
             "Nothing to do: such rows carry no traction curve.",
-            run_id,
-            first,
-            last,
-            len(step.lines),
         )
-        return None, [refusal]
+        return None, [refusal.of_rows(run_id, first, last)]
     if missing:
         refusal = Refusal(
             "columns",
             f"step {step.number} lacks the columns {', '.join(missing)}",
             "Export the step again with all columns.",
-            run_id,
-            first,
-            last,
-            len(step.lines),
         )
-        return None, [refusal]
+        return None, [refusal.of_rows(run_id, first, last)]
     values, readable = _cells(step, places)
     if cut:
         readable[-1] = False
     sound = readable & _identities_hold(values)
     refusals = [
-        *_refuse(
+        *refused_ranges(
             run_id,
             step.rows[~readable],
             "unreadable_row",
             "cells are missing, cut or no numbers",
             "Look at these rows of the raw file.",
         ),
-        *_refuse(
+        *refused_ranges(
             run_id,
             step.rows[readable & ~sound],
             "identity_broken",
@@ -317,17 +307,6 @@ def _surface_speeds(values: Mapping[str, FloatArray]) -> tuple[FloatArray, Float
     slower = np.where(two_ways, (values["ball_1"] + values["disc_2"]) / 2, values["ball_1"])
     faster = np.where(two_ways, (values["disc_1"] + values["ball_2"]) / 2, values["disc_1"])
     return slower, faster
-
-
-def _refuse(
-    run_id: str, rows: npt.NDArray[np.int64], rule: str, what: str, advice: str
-) -> list[Refusal]:
-    return [
-        Refusal(
-            rule, f"rows {first} to {last}: {what}", advice, run_id, first, last, last - first + 1
-        )
-        for first, last in as_ranges(rows)
-    ]
 
 
 def _run(

@@ -71,12 +71,11 @@ class TdmsReader:
         flaw = _cut(content)
         try:
             groups = [group for group in _groups(content) if any(map(len, group.values))]
-        except (
-            Exception
-        ) as error:  # the library raises whatever a damaged file makes it stumble over
+        except Exception as error:  # whatever a damaged file makes the library stumble over
             return damaged_file("tdms", error)
         if flaw and not groups:
-            return refused_file(0, "damaged_file", flaw.reason, "Copy it again, or repeat the run.")
+            advice = "Copy it again, or repeat the run."
+            return refused_file(0, Refusal("damaged_file", flaw.reason, advice))
         labels = distinct(group.name for group in groups)
         runs: list[LoggedRun] = []
         refusals: list[Refusal] = []
@@ -211,8 +210,4 @@ def _behind(run_id: str, lengths: Mapping[str, int], first: int, rows: int) -> R
         "unequal_channels",
         f"rows {first} to {last}: the channels are of different lengths ({ends[:200]})",
         "The rows that all channels have are used; let the logger write them together.",
-        run_id,
-        first,
-        last,
-        rows,
-    )
+    ).of_rows(run_id, first, last)

@@ -3,16 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from oilfilm.errors import OilfilmError
-from oilfilm.readers.base import Flaw, LoggedRun, Nominal
+from oilfilm.readers.base import LoggedRun, Nominal, Refusal
 from oilfilm.readers.columns import oil_problem, simulation_problem
-from oilfilm.readers.log_kind import (
-    Column,
-    FloatArray,
-    IndexArray,
-    Renamed,
-    Vocabulary,
-    named_columns,
-)
+from oilfilm.readers.log_kind import Column, ContinuousLog, Renamed, Vocabulary, named_columns
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
@@ -49,7 +42,7 @@ class TorqueLog:
 
     def header_problem(
         self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-    ) -> tuple[str, str, str] | None:
+    ) -> Refusal | None:
         """See `LogKind.header_problem`."""
         bearing = torque_of(settings.campaign).bearing
         return (
@@ -58,30 +51,11 @@ class TorqueLog:
             or simulation_problem(keys, settings)
         )
 
-    def run(
-        self,
-        run_id: str,
-        rows: IndexArray,
-        values: Mapping[str, FloatArray],
-        columns: Sequence[Column],
-        keys: Mapping[str, str],
-        settings: Settings,
-        flaw: Flaw | None = None,
-    ) -> LoggedRun:
+    def run(self, log: ContinuousLog, settings: Settings) -> LoggedRun:
         """See `LogKind.run`."""
-        samples = {name: values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
+        samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
         bearing = torque_of(settings.campaign).bearing
-        label = keys.get("run", "")
-        return LoggedRun(
-            run_id,
-            keys["oil"],
-            bearing,
-            "continuous",
-            Nominal(),
-            {"row": rows, **samples},
-            flaw,
-            label,
-        )
+        return log.run(bearing, Nominal(), {"row": log.rows, **samples})
 
 
 TORQUE = TorqueLog()
@@ -101,10 +75,10 @@ def torque_of(campaign: Campaign) -> Torque:
     return campaign.torque
 
 
-def _bearing_problem(named: str, bearing: str) -> tuple[str, str, str] | None:
+def _bearing_problem(named: str, bearing: str) -> Refusal | None:
     if named == bearing:
         return None
-    return (
+    return Refusal(
         "other_bearing",
         f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
         "Correct the header, or put the log into a campaign of its own.",

@@ -1,6 +1,7 @@
 """Logs of a traction rig: what they hold, and the run that their columns make."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,12 +11,14 @@ from oilfilm.readers.base import (
     Flaw,
     LoggedRun,
     Nominal,
+    Refusal,
     number,
     samples_of_run,
 )
 from oilfilm.readers.columns import FORMAT_ADVICE, oil_problem, simulation_problem, unknown
 from oilfilm.readers.log_kind import (
     Column,
+    ContinuousLog,
     FloatArray,
     IndexArray,
     Renamed,
@@ -71,7 +74,7 @@ class TractionLog:
 
     def header_problem(
         self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-    ) -> tuple[str, str, str] | None:
+    ) -> Refusal | None:
         """See `LogKind.header_problem`."""
         rig = _rig_name(keys, settings)
         return (
@@ -82,26 +85,17 @@ class TractionLog:
             or _rig_problem(columns, rig, settings.rigs[rig])
         )
 
-    def run(
-        self,
-        run_id: str,
-        rows: IndexArray,
-        values: Mapping[str, FloatArray],
-        columns: Sequence[Column],
-        keys: Mapping[str, str],
-        settings: Settings,
-        flaw: Flaw | None = None,
-    ) -> LoggedRun:
+    def run(self, log: ContinuousLog, settings: Settings) -> LoggedRun:
         """See `LogKind.run`."""
-        rig_name = _rig_name(keys, settings)
-        rig = settings.rigs[rig_name]
-        units = {column.quantity: column.to.unit for column in columns}
-        log = settings.campaign.semantics_for(rig_name)
-        ball, disc = _surface_speeds(values, units, rig, log)
-        if "ball_speed" in values and flaw is None:
-            flaw = _contradiction(values, ball, disc, rows, log, settings.logged_twice)
+        rig_name, values = _rig_name(log.keys, settings), log.values
+        rig, semantics = settings.rigs[rig_name], settings.campaign.semantics_for(rig_name)
+        units = {column.quantity: column.to.unit for column in log.columns}
+        ball, disc = _surface_speeds(values, units, rig, semantics)
+        if "ball_speed" in values and log.flaw is None:
+            flaw = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
+            log = replace(log, flaw=flaw)
         samples = samples_of_run(
-            row=rows,
+            row=log.rows,
             time_s=values["time"],
             load_n=_load_n(values["load"], units["load"], rig),
             traction_force_n=values["traction_force"],
@@ -109,22 +103,19 @@ class TractionLog:
             disc_speed_m_s=disc,
             inlet_temperature_c=values["inlet_temperature"],
         )
-        given = {name: _set_point(name, keys[name]) for name in SET_POINTS if name in keys}
+        given = {name: _set_point(name, log.keys[name]) for name in SET_POINTS if name in log.keys}
         header = {name: value for name, value in given.items() if value is not None}
-        nominal = Nominal.planned(settings.campaign, header)
-        return LoggedRun(
-            run_id, keys["oil"], rig_name, "continuous", nominal, samples, flaw, keys.get("run", "")
-        )
+        return log.run(rig_name, Nominal.planned(settings.campaign, header), samples)
 
 
 TRACTION = TractionLog()
 
 
-def _set_point_problem(keys: Mapping[str, str]) -> tuple[str, str, str] | None:
+def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
     """What is wrong with a set point of the header."""
     for name in SET_POINTS:
         if name in keys and _set_point(name, keys[name]) is None:
-            return (
+            return Refusal(
                 "header",
                 f"the header says {name}: {keys[name][:60]!r}; expected a number above "
                 f"{_least(name):g}, below {_most(name):g}",
@@ -150,7 +141,7 @@ def _most(name: str) -> float:
     return _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 
 
-def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> tuple[str, str, str] | None:
+def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | None:
     """What the columns need of the rig and its file does not say."""
     units = {column.quantity: column.to.unit for column in columns}
     needed = [
@@ -160,7 +151,7 @@ def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> tuple[str, s
     missing = [key for key in needed if getattr(rig, key) is None]
     if not missing:
         return None
-    return (
+    return Refusal(
         "rig",
         f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
         f"Add it to config/rigs/{name}.yaml.",
