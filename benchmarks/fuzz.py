@@ -14,9 +14,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
-import bad_logs  # noqa: E402  (the tests' own helpers)
-from campaigns import REAL_PCS, printed  # noqa: E402
-from mutations import carry, mutate, other_formats  # noqa: E402
+from campaigns import REAL_PCS, printed  # noqa: E402  (the tests' own helpers)
+from damages import SOUND  # noqa: E402
+from mutations import carry, mutate  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
@@ -30,7 +30,7 @@ def seeds() -> list[tuple[bytes, dict]]:
     demo = resolve(ROOT / "config", {"campaign": "demo"})
     log = next(content for run, content, _ in simulate_campaign(demo, printed()) if not run.defect)
     good = [(log, demo), (b"".join(log.splitlines(True)[:600]), demo)]
-    good += [(content, demo) for content in other_formats(bad_logs.good()).values()]
+    good += [(SOUND["traction"].written(name), demo) for name in ("tdms", "lvm", "parquet")]
     if REAL_PCS.is_dir():
         etm = resolve(ROOT / "config", {"campaign": "etm-slim"})
         lines = (REAL_PCS / "ETM_slim_mapper.txt").read_bytes().splitlines(True)

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import ROOT, Campaign, printed
+from damages import SOUND, stuck
 from oilfilm import tables
 from oilfilm.cli import main, quantity
 from oilfilm.errors import OilfilmError
@@ -29,6 +30,20 @@ def test_bad_log_is_refused_with_reason_and_advice(
     assert "REFUSED" in said
     assert f"{gate}: " in said
     assert "  -> " in said
+
+
+def test_torque_logs_are_checked_by_the_gates_of_torque_rigs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sound = SOUND["torque"]
+    for name, content in {"sound": sound.text(), "stuck": stuck(sound)}.items():
+        (tmp_path / name).write_bytes(content)
+    assert main(["check", "--torque", str(tmp_path / "sound"), *CONFIG]) == 0
+    assert "ACCEPTED, 3 of 3 plateaus" in capsys.readouterr().out
+    assert main(["check", "--torque", *map(str, tmp_path.iterdir()), *CONFIG]) == 1
+    report = capsys.readouterr().out
+    assert "stuck: stuck_sensor: the torque is exactly" in report
+    assert "-> Check the torque sensor" in report
 
 
 def test_file_that_is_no_log_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

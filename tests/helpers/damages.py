@@ -39,6 +39,10 @@ class SoundLog:
     rest: int  # rows of the opening phase at rest, and of the closing one
     held: slice  # rows of one level in the middle of the run
 
+    def written(self, name: str) -> bytes:
+        """The log in one of the formats."""
+        return formats.WRITERS[name](self.values, self.units, self.keys)
+
     def text(self, values: Columns | None = None, **keys: Any) -> bytes:
         rounded = {name: np.round(column, 4) for name, column in (values or self.values).items()}
         return formats.csv(rounded, self.units, {**self.keys, **keys})

@@ -1,13 +1,18 @@
 """The same run written in each raw format, for the tests of readers."""
 
 import io
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+
+from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.torque_log import TORQUE
+from oilfilm.readers.traction_log import TRACTION
 
 Columns = Mapping[str, np.ndarray]
 Units = Mapping[str, str]
@@ -136,3 +141,75 @@ def as_parquet(
     values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS, **options: Any
 ) -> bytes:
     return parquet_file(table(values, units, keys), **options)
+
+
+WRITERS: dict[str, Callable[..., bytes]] = {
+    "csv": csv,
+    "tdms": tdms,
+    "lvm": lvm,
+    "parquet": as_parquet,
+}
+
+
+def torque_columns(rows: int) -> dict[str, np.ndarray]:
+    """Numbers of a torque log without regard to what a bearing would do."""
+    random = np.random.default_rng(2)
+    return {
+        "time": np.arange(rows) / 50,
+        "axial_load": 10 + random.standard_normal(rows),
+        "inner_speed": 600 + random.standard_normal(rows),
+        "oil_temperature": 373 + random.standard_normal(rows),
+        "outer_ring_temperature": 230 + random.standard_normal(rows),
+        "torque": 2000 + random.standard_normal(rows),
+    }
+
+
+@dataclass(frozen=True)
+class Example:
+    """A log of one kind of rig in unusual units, and its samples by the units' definitions."""
+
+    kind: LogKind
+    columns: Callable[[int], dict[str, np.ndarray]]
+    units: Units
+    samples: Callable[[Columns], Mapping[str, np.ndarray]]
+    load: str
+
+
+EXAMPLES = {
+    "traction": Example(
+        TRACTION,
+        columns,
+        UNITS,
+        # 1 kgf = 9.80665 N and 0 degC = 273.15 K by definition
+        lambda logged: {
+            "time_s": logged["time"],
+            "load_n": logged["load"] * 9.80665,
+            "traction_force_n": logged["traction_force"],
+            "ball_speed_m_s": logged["ball_speed"] * 2 * np.pi / 60 * 0.010,
+            "disc_speed_m_s": logged["disc_speed"] * 2 * np.pi / 60 * 0.040,
+            "inlet_temperature_c": logged["inlet_temperature"] - 273.15,
+        },
+        "load",
+    ),
+    "torque": Example(
+        TORQUE,
+        torque_columns,
+        {
+            "time": "s",
+            "axial_load": "kN",
+            "inner_speed": "rad/s",
+            "oil_temperature": "K",
+            "outer_ring_temperature": "degF",
+            "torque": "N mm",
+        },
+        lambda logged: {
+            "time_s": logged["time"],
+            "axial_load_n": logged["axial_load"] * 1e3,
+            "inner_speed_rpm": logged["inner_speed"] * 30 / np.pi,
+            "oil_temperature_c": logged["oil_temperature"] - 273.15,
+            "outer_ring_temperature_c": (logged["outer_ring_temperature"] - 32) / 1.8,
+            "torque_n_m": logged["torque"] / 1e3,
+        },
+        "axial_load",
+    ),
+}

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-import bad_logs
-import formats
-from oilfilm import tables
-from oilfilm.curation.curate import collect, curate
-from oilfilm.readers.ingest import ingest_logs
+from oilfilm.curation.curate import check_logs
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.settings.resolved import Settings
 
 _ABSURD = [
     b"\x00" * 50,
@@ -35,15 +34,6 @@ _ABSURD = [
     b"Channels\t99999999999999999999\n",
     b"X_Value\t",
 ]
-
-
-def other_formats(values: formats.Columns) -> dict[str, bytes]:
-    """A good run in the formats that are no text in columns."""
-    return {
-        "tdms": formats.tdms(values, bad_logs.UNITS, bad_logs.KEYS, segments=4),
-        "lvm": formats.lvm(values, bad_logs.UNITS, bad_logs.KEYS),
-        "parquet": formats.as_parquet(values, bad_logs.UNITS, bad_logs.KEYS),
-    }
 
 
 def mutate(content: bytes, random: np.random.Generator) -> bytes:
@@ -82,19 +72,16 @@ def _damage(content: bytes, random: np.random.Generator) -> bytes:
     return content[stop:]
 
 
-def carry(content: bytes, config: dict) -> str:
-    """Read, curate and collect one damaged file; the rule or verdict it ends in.
+def carry(content: bytes, config: Settings, kind: RigKind = TRACTION_RIG) -> str:
+    """Read and curate one damaged file; the rule or verdict it ends in.
 
-    Asserts what must hold for any bytes: rows are conserved and every run has a verdict.
+    Asserts what must hold for any bytes. Readers raise where a row is lost.
     """
-    found = ingest_logs([("log", content)], config)
-    samples = found.all_samples()
-    tables.conform(samples, "samples", "samples")
-    whole = collect([curate(samples, found.runs, config)], [found.quarantine], config)
-    assert len(whole.points) == whole.runs["plateaus"].sum()
-    assert ((whole.runs["verdict"] == "accepted") | (whole.runs["reason"] != "")).all()
-    assert (whole.quarantine["reason"] != "").all()
-    assert len(whole.runs) + len(whole.quarantine) > 0
-    if len(whole.quarantine):
-        return str(whole.quarantine["rule"].iloc[0])
-    return str(whole.runs["verdict"].iloc[0])
+    verdict = check_logs([("log", content)], config, kind)
+    points, runs, quarantine = verdict.points, verdict.runs, verdict.quarantine
+    assert len(points) == runs["plateaus"].sum()
+    assert not np.isinf(points.select_dtypes("float")).any(axis=None)
+    assert ((runs["verdict"] == "accepted") | (runs["reason"] != "")).all()
+    assert (quarantine["reason"] != "").all()
+    assert len(runs) + len(quarantine) > 0
+    return str(quarantine["rule"].iloc[0] if len(quarantine) else runs["verdict"].iloc[0])

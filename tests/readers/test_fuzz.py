@@ -5,22 +5,15 @@ from typing import Any
 
 import pytest
 
-import bad_logs
-from campaigns import ROOT, Campaign
-from mutations import carry, mutate, other_formats
+from campaigns import ROOT
+from damages import SOUND
+from formats import WRITERS
+from mutations import carry, mutate
 from oilfilm.randomness import generator
 from oilfilm.settings.load import resolve
 from oilfilm.settings.resolved import Settings
 
-FILES = 100  # of each of five formats; `make bench-fuzz` takes 20 000
-
-
-def test_damaged_csv_logs_end_in_a_verdict(demo: Campaign, config: Settings) -> None:
-    good = (demo.folder / "4102_P1.25_U25_T070.csv").read_bytes()
-    short = b"".join(good.splitlines(keepends=True)[:1200])
-    random = generator(1, "fuzz csv")
-    verdicts = Counter(carry(mutate(short, random), config) for _ in range(FILES))
-    assert len(verdicts) >= 4, verdicts  # the damages are not all of one kind
+FILES = 100  # of each format; `make bench-fuzz` takes 20 000
 
 
 def test_damaged_pcs_logs_end_in_a_verdict(real_pcs: Any) -> None:
@@ -34,10 +27,14 @@ def test_damaged_pcs_logs_end_in_a_verdict(real_pcs: Any) -> None:
     assert len(verdicts) >= 4, verdicts
 
 
-@pytest.mark.parametrize("name", ["tdms", "lvm", "parquet"])
-def test_damaged_logs_of_other_formats_end_in_a_verdict(name: str) -> None:
-    whole, random = other_formats(bad_logs.good()), generator(1, f"fuzz {name}")
-    verdicts = Counter(carry(mutate(whole[name], random), bad_logs.CONFIG) for _ in range(FILES))
+@pytest.mark.parametrize("rig", SOUND)
+@pytest.mark.parametrize("name", WRITERS)
+def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str) -> None:
+    log, random = SOUND[rig], generator(1, f"fuzz {rig} {name}")
+    whole = log.written(name)
+    damaged = [whole[: int(share * len(whole))] for share in (0.03, 0.5, 0.9, 0.999)]
+    damaged += [mutate(whole, random) for _ in range(FILES // 2)]
+    verdicts = Counter(carry(content, log.config, log.kind) for content in damaged)
     assert len(verdicts) >= 3, verdicts
 
 

@@ -127,12 +127,6 @@ def test_comments_beside_rows_are_no_numbers_and_do_no_harm(read) -> None:
     assert len(read("\n".join(lines)).runs[0]) == 40
 
 
-def test_header_that_does_not_end_is_refused_in_words(read) -> None:
-    (refusal,) = read("\n".join(formats.lvm_header(formats.KEYS)[:6]) + "\n").refusals
-    assert refusal.rule == "columns"
-    assert "header does not end" in refusal.reason
-
-
 def test_header_cells_are_never_evaluated(read) -> None:
     content = formats.lvm(VALUES).replace(b"Channels\t5", b"Channels\t" + 9000 * b"(")
     assert len(read(content).runs[0]) == 40

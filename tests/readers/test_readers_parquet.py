@@ -123,11 +123,6 @@ def test_cut_file_is_refused_in_words(read, kept: int) -> None:
     assert "\n" not in refusal.reason
 
 
-def test_encrypted_file_is_refused_in_words(read) -> None:
-    (refusal,) = read(b"PARE" + bytes(40) + b"PARE").refusals
-    assert "encrypted" in refusal.reason
-
-
 def test_file_that_unfolds_to_more_than_any_log_is_refused_unread(
     read, monkeypatch: pytest.MonkeyPatch
 ) -> None:

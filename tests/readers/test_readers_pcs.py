@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import bad_logs
-from campaigns import ROOT, Campaign
+from bad_logs import PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
+from campaigns import Campaign
 from oilfilm.curation.curate import check_logs, curate
 from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import read_log
-from oilfilm.settings.load import resolve
 from oilfilm.settings.resolved import Settings
 
 # docs/physics.md, PCS logs: rows where one force direction had not reversed
@@ -18,27 +17,9 @@ HALF_REVERSED_STEPS = [
     28, 60, 65, 91, 100, 134, 161, 165, 220, 281, 296, 344, 367, 389, 398, 454, 489, 509,
 ]  # fmt: skip
 
-TABLE = (
-    "SRR (%)\tTraction Coeff (-)\t\tStep Time (s)\tLube RTD Temp (degC)\tBall Load (N)\t"
-    "Ball Speed 1\tBall Speed 2\tDisc Speed 1\tDisc Speed 2\tRolling Speed (mm/s)\t"
-    "Sliding Speed (mm/s)\tSRR (%)\tTF1 (N)\tTF2 (N)\tTraction Force (N)\tTraction Coeff (-)"
-)
-GOOD = "20.000\t0.0500\t\t6\t40.0\t1000.000\t22.50\t27.50\t27.50\t22.50\t25.00\t5.00\t20.000\t"
-GOOD += "50.0000\t-50.0000\t50.0000\t0.0500"
 
-
-@pytest.fixture(scope="module")
-def pcs_config() -> Settings:
-    return resolve(ROOT / "config", {"campaign": "etm-slim"})
-
-
-def export(*rows: str, kind: str = "Traction") -> bytes:
-    head = f"Step 1 started at 06/05/2019 19:48:30\nStep type\t{kind}\n{TABLE}\n"
-    return (head + "\n".join(rows) + "\n\nAll steps completed\n").encode()
-
-
-def read(content: bytes, config: Settings) -> Reading:
-    return read_log(content, "log.txt", config)[1]
+def read(content: bytes) -> Reading:
+    return read_log(content, "log.txt", PCS_CONFIG)[1]
 
 
 def test_real_etm_log_gives_20500_traction_rows_in_500_sweeps(etm: Campaign) -> None:
@@ -94,11 +75,9 @@ def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> N
     assert (strict.runs["verdict"] == "refused").all()
 
 
-def test_real_ehd_log_confirms_the_speed_exponent_of_the_film(
-    real_pcs: Path, pcs_config: Settings
-) -> None:
+def test_real_ehd_log_confirms_the_speed_exponent_of_the_film(real_pcs: Path) -> None:
     content = (real_pcs / "demo_12.txt").read_bytes()
-    reading = read_log(content, "demo_12.txt", pcs_config)[1]
+    reading = read_log(content, "demo_12.txt", PCS_CONFIG)[1]
     assert reading.rows == 94
     assert len(reading.runs) == 3  # 40, 60 and 80 degC
     slopes = []
@@ -113,8 +92,8 @@ def test_real_ehd_log_confirms_the_speed_exponent_of_the_film(
     np.testing.assert_allclose(slopes, [0.74, 0.72, 0.78], atol=0.01)
 
 
-def test_good_row_becomes_a_sample(pcs_config: Settings) -> None:
-    (run,) = read(export(GOOD), pcs_config).runs
+def test_good_row_becomes_a_sample() -> None:
+    (run,) = read(pcs(PCS_ROW)).runs
     sample = {name: values[0] for name, values in run.samples.items()}
     assert sample["ball_speed_m_s"] == pytest.approx(0.0225)
     assert sample["disc_speed_m_s"] == pytest.approx(0.0275)
@@ -132,55 +111,34 @@ def test_good_row_becomes_a_sample(pcs_config: Settings) -> None:
         ("5.00\t20.000", "5.00\t22.000"),  # SRR is not 100 sliding/rolling
     ],
 )
-def test_row_that_contradicts_itself_is_refused(pcs_config: Settings, old: str, new: str) -> None:
-    assert old in GOOD
-    reading = read(export(GOOD, GOOD.replace(old, new), GOOD), pcs_config)
+def test_row_that_contradicts_itself_is_refused(old: str, new: str) -> None:
+    assert old in PCS_ROW
+    reading = read(pcs(PCS_ROW, PCS_ROW.replace(old, new), PCS_ROW))
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.last_row) == ("identity_broken", 2, 2)
     assert reading.runs[0].samples["row"].tolist() == [1, 3]
 
 
-def test_unreadable_and_cut_rows_are_refused(pcs_config: Settings) -> None:
-    reading = read(export(GOOD, GOOD.replace("1000.000", "oops"), GOOD), pcs_config)
-    assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
-    content = export(GOOD, GOOD)
+def test_cut_row_is_refused() -> None:
+    content = pcs(PCS_ROW, PCS_ROW)
     cut = content[: content.rindex(b"0.0500") + 4]
-    reading = read(cut, pcs_config)
+    reading = read(cut)
     assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
 
 
-def test_step_that_is_no_sweep_or_lacks_columns_is_refused_whole(
-    pcs_config: Settings,
-) -> None:
-    reading = read(export(GOOD, kind="BodTimed"), pcs_config)
-    assert [refusal.rule for refusal in reading.refusals] == ["not_a_sweep"]
-    lacking = export(GOOD).replace(b"Ball Load (N)", b"Ball Weight (N)")
-    reading = read(lacking, pcs_config)
-    assert [refusal.rule for refusal in reading.refusals] == ["columns"]
-    assert "Ball Load (N)" in reading.refusals[0].reason
-
-
-def test_export_in_a_campaign_of_several_oils_is_refused(config: Settings) -> None:
-    reading = read(export(GOOD), config)
-    assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
-    assert reading.refusals[0].refused_rows == 1
-
-
-def test_row_cut_in_the_middle_of_a_file_is_counted_and_refused(pcs_config: Settings) -> None:
-    reading = read(export(GOOD, "\t".join(GOOD.split("\t")[:2]), GOOD), pcs_config)
+def test_row_cut_in_the_middle_of_a_file_is_counted_and_refused() -> None:
+    reading = read(pcs(PCS_ROW, "\t".join(PCS_ROW.split("\t")[:2]), PCS_ROW))
     assert reading.rows == 3
     assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
 
 
-def test_degree_sign_of_western_windows_is_understood(pcs_config: Settings) -> None:
-    content = export(GOOD).decode().replace("Lube RTD Temp (degC)", "Lube Temp (°C)")
-    (run,) = read(content.encode("cp1252"), pcs_config).runs
+def test_degree_sign_of_western_windows_is_understood() -> None:
+    content = pcs(PCS_ROW).decode().replace("Lube RTD Temp (degC)", "Lube Temp (°C)")
+    (run,) = read(content.encode("cp1252")).runs
     assert np.isfinite(run.samples["inlet_temperature_c"]).all()
 
 
-def test_table_without_its_line_of_names_is_refused_row_by_row(
-    real_pcs: Path, pcs_config: Settings
-) -> None:
+def test_table_without_its_line_of_names_is_refused_row_by_row(real_pcs: Path) -> None:
     content = (real_pcs / "ETM_slim_mapper.txt").read_bytes()
     lines = content.split(b"\n")
     names = [number for number, line in enumerate(lines) if b"Step Time (s)" in line]
@@ -191,15 +149,15 @@ def test_table_without_its_line_of_names_is_refused_row_by_row(
     ]
     for damaged in (names[5], next(start for start in starts if start > names[5])):
         spoiled = b"\n".join([*lines[:damaged], b"#?", *lines[damaged + 1 :]])
-        reading = read_log(spoiled, "log", pcs_config)[1]
+        reading = read_log(spoiled, "log", PCS_CONFIG)[1]
         assert reading.rows == 20_560  # docs/physics.md, PCS logs
         rows = np.concatenate([run.samples["row"] for run in reading.runs])
         assert len(np.unique(rows)) == len(rows)
 
 
 def test_export_without_a_temperature_is_judged_by_the_other_gates() -> None:
-    rows = [bad_logs.PCS_ROW.replace("\t6\t", f"\t{6 * step}\t") for step in range(1, 9)]
-    table = bad_logs.PCS_TABLE.replace("Lube RTD Temp (degC)", "Room")
-    verdict = check_logs([("log", bad_logs.pcs(*rows, table=table))], bad_logs.PCS_CONFIG)
+    rows = [PCS_ROW.replace("\t6\t", f"\t{6 * step}\t") for step in range(1, 9)]
+    table = PCS_TABLE.replace("Lube RTD Temp (degC)", "Room")
+    verdict = check_logs([("log", pcs(*rows, table=table))], PCS_CONFIG)
     assert verdict.runs["reason"].tolist() == [""]
     assert verdict.points["inlet_temperature_c"].isna().all()

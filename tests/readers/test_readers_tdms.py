@@ -183,15 +183,6 @@ def test_scalings_without_end_are_refused(read, name: str) -> None:
     assert name in refusal.reason
 
 
-def test_text_where_numbers_are_needed_is_refused_in_words(read) -> None:
-    values = {**formats.columns(3), "load": np.array(["a", "b", "c"])}
-    (refusal,) = read(
-        formats.tdms_file([RootObject(formats.KEYS), *formats.tdms_channels("r", values)])
-    ).refusals
-    assert refusal.rule == "columns"
-    assert "'load' does not hold numbers" in refusal.reason
-
-
 def test_group_names_are_made_printable_and_stay_apart(read) -> None:
     values = formats.columns(3)
     names = ["a\x1b", "a\x07", "../../etc"]
