@@ -1,7 +1,6 @@
 """The csv reader: every row is kept or refused, and a refusal says which row and why."""
 
 import numpy as np
-import pytest
 
 from oilfilm.readers.base import Reading, as_ranges
 from oilfilm.readers.ingest import read_log
@@ -10,14 +9,6 @@ from oilfilm.settings.resolved import Settings
 HEADER = b"# oil: 4102\n# max_hertz_pressure_gpa: 1.25\n# entrainment_speed_m_s: 30\n"
 NAMES = b"time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
 ROW = b"0.02,82.2,0.5,28647.9,7161.97,70.0\n"
-
-
-@pytest.fixture
-def read(config: Settings):
-    def read(content: bytes) -> Reading:
-        return read_log(content, "log.csv", config)[1]
-
-    return read
 
 
 def rules(reading: Reading) -> list[str]:

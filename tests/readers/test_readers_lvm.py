@@ -7,22 +7,11 @@ import numpy as np
 import pytest
 
 import formats
-from oilfilm.readers.base import Flaw, Reading
+from oilfilm.readers.base import Flaw
 from oilfilm.readers.ingest import read_log
 from oilfilm.settings.resolved import Settings
 
 VALUES = formats.columns(40)
-
-
-@pytest.fixture
-def read(config: Settings):
-    def read(content: bytes | str) -> Reading:
-        content = content.encode() if isinstance(content, str) else content
-        reader, reading = read_log(content, "log", config)
-        assert reader == "lvm"
-        return reading
-
-    return read
 
 
 def test_decimal_comma_of_a_german_labview_is_read(read) -> None:

@@ -12,21 +12,9 @@ import pytest
 
 import formats
 from oilfilm import tables
-from oilfilm.readers.base import LARGEST_LOG, Reading
-from oilfilm.readers.ingest import read_log
-from oilfilm.settings.resolved import Settings
+from oilfilm.readers.base import LARGEST_LOG
 
 VALUES = formats.columns(40)
-
-
-@pytest.fixture
-def read(config: Settings):
-    def read(content: bytes) -> Reading:
-        reader, reading = read_log(content, "log", config)
-        assert reader == "parquet"
-        return reading
-
-    return read
 
 
 def with_load(column: Any) -> bytes:

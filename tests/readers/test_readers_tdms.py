@@ -8,20 +8,7 @@ import pytest
 from nptdms import ChannelObject, GroupObject, RootObject
 
 import formats
-from oilfilm.readers.base import Reading
-from oilfilm.readers.ingest import read_log
 from oilfilm.readers.tdms import _check_claims
-from oilfilm.settings.resolved import Settings
-
-
-@pytest.fixture
-def read(config: Settings):
-    def read(content: bytes) -> Reading:
-        reader, reading = read_log(content, "log", config)
-        assert reader == "tdms"
-        return reading
-
-    return read
 
 
 def without_time(rows: int, properties: list[dict[str, float]]) -> bytes:

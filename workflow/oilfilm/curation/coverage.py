@@ -40,27 +40,27 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         settings: Settings of the run.
     """
     planned = _planned(settings)
-    tested = _counted(_with_levels(runs, planned, settings))
+    tested = _counted(with_levels(runs, settings))
     known = set(_keys(tested))
     rigs = settings.campaign.rigs
     missing = planned[[key not in known for key in _keys(planned)]].assign(
         rig=rigs[0] if len(rigs) == 1 else "", **dict.fromkeys(_COUNTS, 0)
     )
-    # an empty part would decide the types of the whole
+    # an empty part would decide the types of all
     parts = [part for part in (tested, missing) if len(part)]
     if not parts:
         return tables.empty("coverage")
-    whole = pd.concat(parts, ignore_index=True)
-    wanted = set(_keys(planned))
-    whole = whole.assign(
-        state=np.select(
-            [whole["runs_accepted"] > 0, whole["runs_refused"] > 0],
-            ["accepted", "refused"],
-            "missing",
-        ),
-        planned=[key in wanted for key in _keys(whole)],
+    conditions = pd.concat(parts, ignore_index=True)
+    planned_keys = set(_keys(planned))
+    state = np.select(
+        [conditions["runs_accepted"] > 0, conditions["runs_refused"] > 0],
+        ["accepted", "refused"],
+        "missing",
+    )
+    conditions = conditions.assign(
+        state=state, planned=[key in planned_keys for key in _keys(conditions)]
     ).sort_values(["oil", "rig", *SET_POINTS])
-    return tables.conform(whole[tables.columns("coverage")], "coverage", "coverage")
+    return tables.conform(conditions[tables.columns("coverage")], "coverage", "coverage")
 
 
 def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
@@ -72,13 +72,25 @@ def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """
     if settings.campaign.matrix is None:
         return runs
-    planned = _planned(settings)
-    wanted = set(_keys(planned))
-    return runs[[key in wanted for key in _keys(_with_levels(runs, planned, settings))]]
+    planned = set(_keys(_planned(settings)))
+    return runs[[key in planned for key in _keys(with_levels(runs, settings))]]
+
+
+def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    """Runs with a pressure for a load, and each set point moved to the level that it means.
+
+    Args:
+        runs: Table of runs.
+        settings: Settings of the run.
+    """
+    planned, same = _planned(settings), settings.same_set_point
+    noted = _with_pressure(runs, settings.rigs)
+    levels = {name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}
+    return noted.assign(**levels)
 
 
 def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
-    """One row a planned condition, all rigs together: oil, set points and the best state."""
+    """One row per planned condition, all rigs together: oil, set points and the best state."""
     best_first = {"accepted": 0, "refused": 1, "missing": 2}
     planned = coverage[coverage["planned"]].sort_values(
         "state", key=lambda states: states.map(best_first), kind="stable"
@@ -90,12 +102,12 @@ def describe_condition(condition: Mapping[Any, Any]) -> str:
     """A condition in words, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
     names = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
     values = [condition[name] for name in SET_POINTS]
-    words = [
+    set_points = [
         name.format(value)
         for name, value in zip(names, values, strict=True)
         if not math.isnan(value)
     ]
-    return ", ".join(words) or "no set points"
+    return ", ".join(set_points) or "no set points"
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
@@ -106,8 +118,8 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
         points: Table of points with their verdicts.
         quarantine: Table of what was refused.
     """
-    found = pd.concat([_from_quarantine(quarantine), _from_points(points, runs)])
-    if found.empty:
+    refusals = pd.concat([_from_quarantine(quarantine), _from_points(points, runs)])
+    if refusals.empty:
         return tables.empty("gate_counts")
     rows = [
         {
@@ -121,7 +133,7 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
             "rows": of_gate["refused_rows"].sum(),
             "advice": of_gate["advice"].iloc[0],
         }
-        for (stage, gate, what), of_gate in found.groupby(["stage", "rule", "what"])
+        for (stage, gate, what), of_gate in refusals.groupby(["stage", "rule", "what"])
     ]
     return tables.from_rows(rows, "gate_counts")
 
@@ -156,23 +168,6 @@ def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
             pressure[rows] = pressure_pa / PA_PER_GPA
     load = runs["nominal_load_n"].where(pressure.isna())
     return runs.assign(nominal_max_hertz_pressure_gpa=pressure, nominal_load_n=load)
-
-
-def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """Runs with a pressure for a load, and each set point moved to the level it is a note of.
-
-    Args:
-        runs: Table of runs.
-        settings: Settings of the run.
-    """
-    return _with_levels(runs, _planned(settings), settings)
-
-
-def _with_levels(runs: pd.DataFrame, planned: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    noted, same = _with_pressure(runs, settings.rigs), settings.same_set_point
-    return noted.assign(
-        **{name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}
-    )
 
 
 def _levels(
@@ -215,17 +210,17 @@ def _keys(frame: pd.DataFrame) -> Iterable[tuple[Any, ...]]:
 
 def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:
     names = {gate.name for gate in PLATEAU_GATES}
-    whole_runs = quarantine["stage"] == "curate"
+    by_curation = quarantine["stage"] == "curate"
     what = np.select(
-        [quarantine["rule"].isin(names), whole_runs, quarantine["run_id"] == ""],
+        [quarantine["rule"].isin(names), by_curation, quarantine["run_id"] == ""],
         ["point", "run", "file"],
         "rows",
     )
-    return quarantine.assign(what=what, runs_refused=whole_runs.astype(int), points=0)
+    return quarantine.assign(what=what, runs_refused=by_curation.astype(int), points=0)
 
 
 def _from_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """One row a gate and run whose points it refused."""
+    """One row per gate and run whose points it refused."""
     refused = failed_gates.one_row_per_gate(points)
     counts = refused.groupby(["run_id", "rule"], as_index=False).size()
     names = {gate.name for gate in PLATEAU_GATES}

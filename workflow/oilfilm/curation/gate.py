@@ -88,11 +88,13 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the gates of every rig compare with."""
+    """What the gates of every rig compare with; the drift of the zero in the sensor's unit."""
 
     signals: SignalGateSettings
     stuck: StuckSettings
     min_duration_s: float
+    zero_min_duration_s: float
+    zero_drift_max: float
 
 
 @dataclass(frozen=True)

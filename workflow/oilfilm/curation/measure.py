@@ -46,7 +46,7 @@ def measure(
     """
     if settled:
         return Measured(_readings(signals, kind), slice(None))
-    curation, limits = settings.curation, kind.zero_limits(settings)
+    curation, limits = settings.curation, kind.limits(settings)
     spike = curation.spikes.threshold
     signals = kind.usable(signals)
     division = kind.divide(signals, rig, settings)
@@ -62,12 +62,12 @@ def measure(
     time_s = averages["time_s"]
     plateaus = kind.derive(averages, zero.at(time_s), zero.standard_error_at(time_s))
     drifts = None
-    if abs(zero.drift) > limits.max_drift:
+    if abs(zero.drift) > limits.zero_drift_max:
         sentence = (
             "the zero of the {sensor} moves by {drift:.3g} {sensor_unit} during the run; allowed "
             "{allowed:g} {sensor_unit}"
         )
-        numbers = {"drift": zero.drift, "allowed": limits.max_drift}
+        numbers = {"drift": zero.drift, "allowed": limits.zero_drift_max}
         drifts = "zero_drift", Finding(sentence, numbers=numbers)
     return Measured(plateaus, division.working, drifts, division.too_short)
 
@@ -95,7 +95,7 @@ def _usable_phases(
     signals: Signals, division: Division, kind: RigKind, settings: Settings
 ) -> tuple[list[slice], Finding | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
-    least_s = kind.zero_limits(settings).min_duration_s
+    least_s = kind.limits(settings).zero_min_duration_s
     usable: list[slice] = []
     for name, part in division.rest.items():
         problem = phase_too_short(signals, part, name, least_s)

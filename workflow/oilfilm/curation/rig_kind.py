@@ -50,14 +50,6 @@ class Averaging:
     transients: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class ZeroLimits:
-    """Limits of the zero; the drift in the sensor's unit."""
-
-    min_duration_s: float
-    max_drift: float
-
-
 class RigKind(Protocol):
     """A kind of rig. `TractionRig` and `TorqueRig` inherit from it.
 
@@ -105,10 +97,6 @@ class RigKind(Protocol):
         """Why a phase that is long enough gives no zero, if a rig has such a reason."""
         return None
 
-    def zero_limits(self, settings: Settings) -> ZeroLimits:
-        """Limits of the zero."""
-        ...
-
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Plateaus with the zero removed and what follows from one plateau alone.
 
@@ -125,7 +113,7 @@ class RigKind(Protocol):
         ...
 
     def limits(self, settings: Settings) -> Limits:
-        """The limits of its gates."""
+        """The limits of its gates and of its zero."""
         ...
 
     def repeats(self, settings: Settings) -> tuple[str, ...]:

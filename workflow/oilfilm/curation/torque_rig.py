@@ -14,7 +14,7 @@ import pandas as pd
 from oilfilm.curation.gate import TORQUE as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TorqueLimits
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, RigKind, ZeroLimits
+from oilfilm.curation.rig_kind import Averaging, Division, RigKind
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.torque_log import TORQUE
@@ -80,11 +80,6 @@ class TorqueRig(RigKind):
         rest = {"opening": slice(0, first), "closing": slice(last, len(turning))}
         return Division(rest, starts, stops, slice(first, last), too_short)
 
-    def zero_limits(self, settings: Settings) -> ZeroLimits:
-        """See `RigKind.zero_limits`."""
-        tare = settings.torque_logs.tare
-        return ZeroLimits(tare.min_duration_s, tare.max_drift_n_m)
-
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
         load = averages["axial_load_n"]
@@ -111,6 +106,8 @@ class TorqueRig(RigKind):
             signals=torque_logs.gates,
             stuck=settings.curation.stuck,
             min_duration_s=torque_logs.plateaus.min_duration_s,
+            zero_min_duration_s=torque_logs.tare.min_duration_s,
+            zero_drift_max=torque_logs.tare.max_drift_n_m,
             gates=torque_logs.gates,
             standstill_rpm=torque_logs.tare.max_speed_rpm,
         )

@@ -13,7 +13,7 @@ from oilfilm.curation.film_state import LEAST_LOAD_N, with_film
 from oilfilm.curation.gate import TRACTION as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TractionLimits
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, RigKind, ZeroLimits, nothing
+from oilfilm.curation.rig_kind import Averaging, Division, RigKind, nothing
 from oilfilm.curation.signals import Signals
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
@@ -140,11 +140,6 @@ class TractionRig(RigKind):
             },
         )
 
-    def zero_limits(self, settings: Settings) -> ZeroLimits:
-        """See `RigKind.zero_limits`."""
-        zero = settings.curation.zero_reference
-        return ZeroLimits(zero.min_duration_s, zero.max_drift_n)
-
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
         unknown = nothing(len(zero))
@@ -181,6 +176,8 @@ class TractionRig(RigKind):
             signals=settings.gates,
             stuck=curation.stuck,
             min_duration_s=curation.plateaus.min_duration_s,
+            zero_min_duration_s=curation.zero_reference.min_duration_s,
+            zero_drift_max=curation.zero_reference.max_drift_n,
             gates=settings.gates,
             transient_share=curation.plateaus.transient_share,
             planned_slips=campaign.set_points.slide_roll_ratio or (),

@@ -54,10 +54,10 @@ def _apart(name: str) -> tuple[str, str | None]:
     if not name.endswith(("]", ")")):
         return name, None
     inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
-    opened = [place for mark in "[(" if (place := name.find(mark, inside)) >= 0]
-    if not opened:
+    brackets = [name.find(mark, inside) for mark in "[(" if mark in name[inside:]]
+    if not brackets:
         return name, None
-    return name[: min(opened)].rstrip(" \t_"), name[min(opened) + 1 : -1]
+    return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
 
 
 def plain_key(text: str) -> str:
@@ -92,13 +92,13 @@ def find_columns(
         ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
             message is a sentence for the user.
     """
-    found: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
     for place, (name, own_unit) in enumerate(zip(names, units, strict=True)):
         known = meaning(name, renamed, vocabulary)
         if known is None:
             continue
         quantity, unit = known[0], own_unit or known[1]
-        if quantity in found:
+        if quantity in columns:
             raise ValueError(f"the log repeats the column {quantity!r}")
         if not unit:
             raise ValueError(
@@ -106,23 +106,25 @@ def find_columns(
                 f"names or under `{vocabulary.columns_key}` of the campaign file"
             )
         try:
-            found[quantity] = Column(
+            columns[quantity] = Column(
                 quantity, place, conversion(unit, vocabulary.quantities[quantity])
             )
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
     either = vocabulary.either
-    chosen = next((some for some in either if all(name in found for name in some)), either[0])
+    chosen = next((some for some in either if all(name in columns for name in some)), either[0])
     needed = [*vocabulary.always, *chosen]
-    missing = [quantity for quantity in needed if quantity not in found]
+    missing = [quantity for quantity in needed if quantity not in columns]
     if missing:
         raise ValueError(
             f"the log lacks the columns {', '.join(missing)}; its own are "
             f"{', '.join(names)[:200]!r}"
         )
-    again = [name for some in either[either.index(chosen) + 1 :] for name in some if name in found]
-    spare = [replace(found[quantity], spare=True) for quantity in again]
-    return (*(found[quantity] for quantity in needed), *spare)
+    again = [
+        name for some in either[either.index(chosen) + 1 :] for name in some if name in columns
+    ]
+    spare = [replace(columns[quantity], spare=True) for quantity in again]
+    return (*(columns[quantity] for quantity in needed), *spare)
 
 
 def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:

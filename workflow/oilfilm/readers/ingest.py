@@ -155,8 +155,8 @@ def read_log(
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    told = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
-    return reader.name, replace(reading, refusals=told)
+    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return reader.name, replace(reading, refusals=refusals)
 
 
 def _without_absurd(reading: Reading) -> Reading:

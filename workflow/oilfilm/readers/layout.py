@@ -19,16 +19,16 @@ _DELIMITERS = (",", ";", "\t", "|")
 _EMPTY_LINES = re.compile(rb"\n{2,}")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
-# The line of names stands near the top; beyond this a file is no log of ours.
+# The line of names is near the top; beyond this a file is no log of ours.
 _LINES_SEARCHED = 200
 _HEAD_SEARCHED = 1 << 16
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What was found of a log; `table` holds the rows alone, as UTF-8 with LF line ends.
+    """How a log is written; `table` holds the rows alone, as UTF-8 with LF line ends.
 
-    `first_line` is the line of the file that the first row stands in, counted from 1; 0 where
+    `first_line` is the line of the file with the first row, counted from 1; 0 where
     empty lines make the count uncertain.
     """
 

@@ -42,9 +42,9 @@ class Vocabulary:
 
 @dataclass(frozen=True)
 class Column:
-    """Where a quantity stands in a row and what makes the reader's unit of it.
+    """Place of a quantity in a row and its conversion to the reader's unit.
 
-    A `spare` one says again what others say: it is compared, and no row needs it.
+    A `spare` column repeats what others give: it is compared, and no row needs it.
     """
 
     quantity: str

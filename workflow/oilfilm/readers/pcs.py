@@ -65,7 +65,7 @@ _REQUIRED = ("time_s", "load_n", "ball_1", "disc_1", "rolling", "sliding", "srr"
 
 @dataclass
 class _Step:
-    """One step as it stands in the file."""
+    """One step of the file."""
 
     number: int
     started: str
@@ -86,7 +86,7 @@ class PcsReader:
     name = "pcs"
 
     def recognises(self, head: bytes) -> bool:
-        """True where a PCS step or the title of a PCS file stands in the first lines."""
+        """True where the first lines have a PCS step or the title of a PCS file."""
         text = head.decode("utf-8-sig", "replace")
         return any(_STEP.match(line) or "Test Data File" in line for line in text.splitlines()[:40])
 
@@ -158,7 +158,7 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
 
 
 def _with_own_labels(steps: Iterable[_Step]) -> list[_Step]:
-    """Steps labelled by their number; one that repeats a number says the how manieth it is."""
+    """Steps labelled by their number, and by a count where a number is repeated."""
     seen: Counter[int] = Counter()
     labelled = []
     for step in steps:
@@ -195,23 +195,21 @@ def _read_step(
     step: _Step, file: str, settings: Settings, cut: bool
 ) -> tuple[LoggedRun | None, list[Refusal]]:
     run_id = f"{file}:{step.label}"
-    first, last = int(step.rows[0]), int(step.rows[-1])
     places = _column_places(step.names)
     missing = [_COLUMNS[name][0] for name in _REQUIRED if name not in places]
+    problem = None
     if step.type.lower() not in _SWEEPS:
-        refusal = Refusal(
+        problem = Refusal(
             "not_a_sweep",
             f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep",
             "Nothing to do: such rows carry no traction curve.",
         )
-        return None, [refusal.of_rows(run_id, first, last)]
-    if missing:
-        refusal = Refusal(
-            "columns",
-            f"step {step.number} lacks the columns {', '.join(missing)}",
-            "Export the step again with all columns.",
-        )
-        return None, [refusal.of_rows(run_id, first, last)]
+    elif missing:
+        reason = f"step {step.number} lacks the columns {', '.join(missing)}"
+        problem = Refusal("columns", reason, "Export the step again with all columns.")
+    if problem is not None:
+        rows = step.rows
+        return None, [problem.of_rows(run_id, int(rows[0]), int(rows[-1]))]
     values, readable = _cells(step, places)
     if cut:
         readable[-1] = False

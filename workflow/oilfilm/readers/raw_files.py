@@ -1,4 +1,4 @@
-"""Which raw logs a campaign has. Standard library only: the Snakefile asks."""
+"""Which raw logs a campaign has. Standard library only: the Snakefile imports it."""
 
 import hashlib
 import re
@@ -10,7 +10,7 @@ from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 
 # Snakemake takes braces for wildcards, a manifest backslashes for folders, a listing ends with the
-# line; bytes that are no UTF-8 stand in Python's names as halves of letters.
+# line; Python writes bytes that are no UTF-8 as surrogates.
 _UNFIT = re.compile(r"[{}\\\r\n\ud800-\udfff]")
 
 
@@ -38,10 +38,10 @@ def raw_files(folder: Path) -> list[str]:
             raise OilfilmError(
                 f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
             )
-        if found := _UNFIT.search(relative.as_posix()):
+        if unfit := _UNFIT.search(relative.as_posix()):
             named = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
             raise OilfilmError(
-                f"{named}: {found[0]!r} cannot be in the name of a log: expected text in UTF-8 "
+                f"{named}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 "
                 "without braces, backslashes or line breaks. Rename it."
             )
         files.append(relative.as_posix())
@@ -77,7 +77,7 @@ def read_listing(path: Path) -> dict[str, str]:
 
 
 def refuse_altered(folder: Path, path: Path) -> None:
-    """What the rig twin wrote must lie there as it was written, once the listing says how.
+    """The simulated logs must not be edited; the listing has their digests.
 
     Snakemake sees no change inside a folder that a job has made.
 

@@ -63,7 +63,7 @@ class TdmsReader:
     name = "tdms"
 
     def recognises(self, head: bytes) -> bool:
-        """True where the first segment's tag stands at the very beginning."""
+        """True where the file begins with the tag of a segment."""
         return head.startswith(_TAG)
 
     def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
