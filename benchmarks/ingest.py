@@ -35,7 +35,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from campaigns import printed  # noqa: E402  (the tests' own helper)
 from oilfilm import tables  # noqa: E402
 from oilfilm.curation.curate import Curated, collect, curate  # noqa: E402
-from oilfilm.readers.ingest import ingest  # noqa: E402
+from oilfilm.readers.ingest import ingest_logs, read_bytes  # noqa: E402
 from oilfilm.readers.raw_files import shard_of  # noqa: E402
 from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
 from oilfilm.settings.load import resolve  # noqa: E402
@@ -103,7 +103,7 @@ def carry_share(share: int, folder: Path, out: Path, config: dict[str, Any]) -> 
         for path in sorted(folder.iterdir())
         if shard_of(path.name, config["shards"]) == share
     ]
-    found = ingest(folder, files, config)
+    found = ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
     paths = [out / f"samples/oil={oil}/part-{share}.parquet" for oil in found.samples]
     for frame, path in zip(found.samples.values(), paths, strict=True):
         tables.write(frame, "samples", path, PROVENANCE)

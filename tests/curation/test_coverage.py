@@ -130,25 +130,28 @@ def test_notes_of_one_set_point_are_one_condition(
     assert len(free) == 217
 
 
-def test_how_far_notes_of_one_set_point_may_be_apart_is_configured(demo: Campaign) -> None:
+@pytest.mark.parametrize(
+    ("speeds_m_s", "temperatures_c", "same", "conditions"),
+    [
+        ([2.0, 2.0], [40.0, 40.4], {}, 1),
+        ([2.0, 2.0], [40.0, 40.4], {"relative": 0.0, "temperature_c": 0.0}, 2),
+        ([2.0, 2.02], [40.0, 40.0], {}, 2),
+    ],
+)
+def test_how_far_notes_of_one_set_point_may_be_apart_is_configured(
+    demo: Campaign,
+    speeds_m_s: list[float],
+    temperatures_c: list[float],
+    same: dict[str, float],
+    conditions: int,
+) -> None:
     runs = demo.curated.runs.iloc[:2].assign(
         nominal_max_hertz_pressure_gpa=1.0,
-        nominal_entrainment_speed_m_s=2.0,
-        nominal_inlet_temperature_c=[40.0, 40.4],
+        nominal_entrainment_speed_m_s=speeds_m_s,
+        nominal_inlet_temperature_c=temperatures_c,
     )
-    free = without_matrix(demo.config)
-    assert len(coverage(runs, free)) == 1
-    exact = {"relative": 0.0, "temperature_c": 0.0}
-    assert len(coverage(runs, free.with_changes({"same_set_point": exact}))) == 2
-
-
-def test_neighbouring_set_points_stay_apart(demo: Campaign) -> None:
-    runs = demo.curated.runs.iloc[:2].assign(
-        nominal_max_hertz_pressure_gpa=1.0,
-        nominal_entrainment_speed_m_s=[2.0, 2.02],
-        nominal_inlet_temperature_c=40.0,
-    )
-    assert len(coverage(runs, without_matrix(demo.config))) == 2
+    free = without_matrix(demo.config).with_changes({"same_set_point": same})
+    assert len(coverage(runs, free)) == conditions
 
 
 def test_load_set_point_covers_the_pressure_of_the_matrix(demo: Campaign) -> None:

@@ -15,7 +15,7 @@ from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.readers.ingest import Ingested, ingest
+from oilfilm.readers.ingest import Ingested, ingest_logs
 from oilfilm.settings.messages import load
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.reference import falling_viscosity, printed_constants, printed_values
@@ -66,7 +66,7 @@ def printed_by_name(oil: str) -> dict[str, float]:
 
 
 def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Campaign:
-    found = ingest(folder, files, config)
+    found = ingest_logs(((file, (folder / file).read_bytes()) for file in files), config)
     samples = found.all_samples()
     share = curate(samples, found.runs, config)
     return Campaign(

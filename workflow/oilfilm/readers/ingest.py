@@ -3,7 +3,7 @@
 import errno
 import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -49,25 +49,20 @@ class Ingested:
         return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
 
 
-def ingest(folder: Path, files: Sequence[str], settings: Settings) -> Ingested:
-    """Read raw files into samples, runs and quarantine.
-
-    Args:
-        folder: The campaign's raw folder.
-        files: Paths of the logs, relative to `folder`.
-        settings: Settings of the run.
-
-    Raises:
-        OilfilmError: A file cannot be read at all, or has the name of a run of another one.
-        AssertionError: A reader lost a row (a defect of oilfilm, never of the log).
-    """
-    return ingest_logs(((file, read_bytes(folder / file)) for file in files), settings)
-
-
 def ingest_logs(
     logs: Iterable[tuple[str, bytes]], settings: Settings, kind: LogKind = TRACTION
 ) -> Ingested:
-    """The same for logs given by name and content, of either kind of rig."""
+    """Read raw logs into samples, runs and quarantine.
+
+    Args:
+        logs: Name of each log, unique among them, and its bytes.
+        settings: Settings of the run.
+        kind: Whose logs they are.
+
+    Raises:
+        OilfilmError: A log has the name of a run of another one.
+        RuntimeError: A reader lost a row (a defect of oilfilm, never of the log).
+    """
     logged: dict[str, list[LoggedRun]] = {oil: [] for oil in settings.oils}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
@@ -131,7 +126,7 @@ def read_log(
         kind: Whose log it is to be.
 
     Raises:
-        AssertionError: The reader lost a row.
+        RuntimeError: The reader lost a row.
     """
     if len(content) > LARGEST_LOG:
         reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"

@@ -37,11 +37,12 @@ _FREE_TEXT = ("description", "notes")
 
 @dataclass(frozen=True)
 class _Segment:
-    """One segment: cells of its header by their key, column names, rows."""
+    """One segment: cells of its header by their key, column names, rows, cells' separator."""
 
     header: Cells
     names: Sequence[str]
     rows: Sequence[str]
+    separator: str
 
 
 class LvmReader:
@@ -72,13 +73,11 @@ class LvmReader:
             run_id = f"{file}:segment{number}" if len(segments) > 1 else file
             complete = whole or number < len(segments)
             try:
-                table, cut = _table(
-                    header, segment, separator, complete, run_id, rows + 1, settings, kind
-                )
+                table, cut = _table(header, segment, complete, run_id, rows + 1, settings, kind)
             except Exception as error:  # whatever a damaged file makes the library stumble over
                 return damaged_file("lvm", error)
-            found, refused = _read(table, segment, settings, kind)
-            runs += found
+            segment_runs, refused = _read(table, segment, settings, kind)
+            runs += segment_runs
             refusals += [*refused, *cut]
             rows += len(segment.rows)
         return Reading(rows, runs, refusals)
@@ -112,10 +111,12 @@ def _segment(lines: Sequence[str], separator: str) -> _Segment:
         cells = line.split(separator)
         if cells[0] == "X_Value":
             names = [cell.strip() for cell in cells]
-            return _Segment(_header(lines[:number], separator), names, lines[number + 1 :])
+            return _Segment(
+                _header(lines[:number], separator), names, lines[number + 1 :], separator
+            )
     ends = [number for number, line in enumerate(lines, start=1) if line.startswith(_END)]
     end = ends[0] if ends else len(lines)
-    return _Segment(_header(lines[:end], separator), [], lines[end:])
+    return _Segment(_header(lines[:end], separator), [], lines[end:], separator)
 
 
 def _header(lines: Sequence[str], separator: str) -> Cells:
@@ -126,7 +127,6 @@ def _header(lines: Sequence[str], separator: str) -> Cells:
 def _table(
     header: Cells,
     segment: _Segment,
-    separator: str,
     complete: bool,
     run_id: str,
     first_row: int,
@@ -137,13 +137,13 @@ def _table(
     kept, cut = list(segment.rows), []
     if not complete and kept:
         row = first_row + len(kept) - 1
-        cells = kept.pop().count(separator) + 1
+        cells = kept.pop().count(segment.separator) + 1
         # the column of comments need not be there
         columns = len(segment.names) - (segment.names[-1:] == ["Comment"])
-        found = cut_row(cells, columns, row, run_id)
-        cut = [found] if found else []
+        refusal = cut_row(cells, columns, row, run_id)
+        cut = [refusal] if refusal else []
     decimal_mark = (header.get("decimal_separator") or ["."])[0] or "."
-    values = _numbers(segment.names, kept, separator, decimal_mark)
+    values = _numbers(segment.names, kept, segment.separator, decimal_mark)
     names, units, columns_ = _named(header, segment, values, decimal_mark, settings.campaign, kind)
     flaw = _flaw(segment, cut)
     keys = _keys(header) | _keys(segment.header)
@@ -219,7 +219,7 @@ def _named(
     renamed = kind.renamed(campaign)
     known = [meaning(name, renamed, kind.vocabulary) for name in names]
     is_time = (segment.header.get("x_dimension") or ["Time"])[0] in {"Time", ""}
-    if not names or not is_time or any(found and found[0] == "time" for found in known):
+    if not names or not is_time or any(column and column[0] == "time" for column in known):
         return names, units, columns
     x_unit = (segment.header.get("x_unit_label") or [""])[0] or "s"
     if (header.get("x_columns") or ["One"])[0] != "No":
@@ -230,8 +230,8 @@ def _named(
         return ["time", *names[1:]], [x_unit, *units[1:]], columns
     steps = {
         (_first(segment.header, "x0", place, decimal_mark), increment)
-        for place, found in enumerate(known)
-        if found is not None
+        for place, column in enumerate(known)
+        if column is not None
         and np.isfinite(increment := _first(segment.header, "delta_x", place, decimal_mark))
     }
     if len(steps) != 1:

@@ -83,8 +83,8 @@ class TdmsReader:
         for group, label in zip(groups, labels, strict=True):
             run_id = f"{file}:{label}" if len(groups) > 1 else file
             table, behind = _table(group, run_id, rows + 1, flaw, settings.campaign, kind)
-            found, refused = read_table(table, settings, kind)
-            runs += found
+            group_runs, refused = read_table(table, settings, kind)
+            runs += group_runs
             refusals += refused + behind
             rows += table.rows + sum(refusal.refused_rows for refusal in behind)
         return Reading(rows, runs, refusals)
@@ -193,7 +193,7 @@ def _table(
     names, units = list(group.names), list(group.units)
     values = [column[:rows] for column in group.values]
     steps = {step for name, step in group.steps.items() if known[name] is not None}
-    if len(steps) == 1 and not any(found and found[0] == "time" for found in known.values()):
+    if len(steps) == 1 and not any(column and column[0] == "time" for column in known.values()):
         ((start, increment),) = steps
         names.append("time")
         units.append("s")

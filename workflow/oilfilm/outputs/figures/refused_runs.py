@@ -31,7 +31,7 @@ from oilfilm.units import FloatArray
 
 _HEIGHT_IN = 7.2
 _LETTERS = 112  # of 7 pt in a line of the page
-_LINES = 4  # of one sentence; the listing has the whole
+_LINES = 4  # of one sentence; the listing has all of it
 _DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
 _PASSING, _FAILING = "#56B4E9", "#E69F00"
 
@@ -120,7 +120,7 @@ def listing(
         kind: The kind of rig.
     """
     without_run = ~quarantine["run_id"].isin(runs["run_id"])
-    # what is said of a file that has runs is no refusal of the file
+    # a remark on a file that has runs is no refusal of the file
     of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
     about = runs.set_index("run_id")
     # levels that were held too briefly refuse no run
@@ -136,12 +136,10 @@ def listing(
     rows = []
     for number, entry in enumerate(tables.rows(refused)):
         run_id, shown = entry["run_id"], number in paged
-        place = ("", 0, 0)
+        marked = ("", 0, 0)
         if shown:
-            named = quarantine[
-                (quarantine["run_id"] == run_id) & (quarantine["reason"] == entry["reason"])
-            ]
-            place = _place(named, plateaus.get(run_id, points.iloc[:0]))
+            same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(entry["reason"])
+            marked = _marked(quarantine[same], plateaus.get(run_id, points.iloc[:0]))
         rows.append(
             {
                 "run_id": run_id,
@@ -149,7 +147,7 @@ def listing(
                 "oil": about.at[run_id, "oil"] if run_id in about.index else "",
                 "page": page_name(run_id, kind.name) if shown else "",
                 "rule": entry["rule"],
-                **dict(zip(("place", "first_row", "last_row"), place, strict=True)),
+                **dict(zip(("place", "first_row", "last_row"), marked, strict=True)),
                 "reason": entry["reason"],
                 "advice": entry["advice"],
             }
@@ -177,7 +175,7 @@ def draw_page(
     settings: Settings,
     kind: RigKind = TRACTION_RIG,
 ) -> Figure:
-    """One page: what is wrong in words, then the signals against time with the rows marked.
+    """One page: the reason in words, then the signals against time with the rows marked.
 
     Args:
         entry: The run's row of the listing.
@@ -205,15 +203,15 @@ def draw_page(
         axis.tick_params(labelbottom=axis is axes[-1])
     axes[-1].set_xlabel("Time since the log's start (s)")
     figure.align_ylabels(list(axes[1:]))
-    _say_place(axes[1], signals, entry)
-    _say_key(figure)
+    _label_marked_rows(axes[1], signals, entry)
+    _draw_legend(figure)
     style.say_source(figure, settings.campaign)
     return figure
 
 
-def _place(named: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
-    """What to mark: the rows that the refusal names, else failing plateaus, else everything."""
-    with_rows = named[named["first_row"] > 0]
+def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
+    """What to mark: the rows of the refusals, else failing plateaus, else the whole run."""
+    with_rows = refusals[refusals["first_row"] > 0]
     if len(with_rows):
         return "rows", int(with_rows["first_row"].min()), int(with_rows["last_row"].max())
     failing = points[_fail_alone(points)]
@@ -317,8 +315,8 @@ def _mark(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
         axis.axvline(edge, color=style.STATE_COLOURS["refused"], linewidth=1.0, linestyle="-")
 
 
-def _say_place(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
-    """A bar above the first panel over the place that is marked, and its rows."""
+def _label_marked_rows(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
+    """A bar above the first panel over the marked rows, with their numbers."""
     colour = style.STATE_COLOURS["refused"]
     start, stop = _times(signals, entry["first_row"], entry["last_row"])
     above = blended_transform_factory(axis.transData, axis.transAxes)
@@ -335,13 +333,13 @@ def _say_place(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
     )
     low, high = _span(signals.time_s)
     right = (start + stop) / 2 > (low + high) / 2
-    words = {
+    label = {
         "rows": f"rows concerned: {_range(entry)}",
         "plateaus": f"failing plateaus: {_range(entry)}",
         "whole run": "concerns the whole run",
     }[entry["place"]]
     axis.annotate(
-        words,
+        label,
         (stop if right else start, 1.06),
         xytext=(0, 4),
         xycoords=above,
@@ -359,7 +357,7 @@ def _range(entry: Mapping[str, Any]) -> str:
 
 
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
-    """Times between which rows lie, 0 and 0 being all; the nearest where none was readable."""
+    """First and last time of a range of rows; 0 and 0 mean all, unread rows the nearest one."""
     if last_row == 0:
         return float(signals.time_s.min()), float(signals.time_s.max())
     inside = (signals.row >= first_row) & (signals.row <= last_row)
@@ -375,7 +373,7 @@ def _span(time_s: FloatArray) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _say_key(figure: Figure) -> None:
+def _draw_legend(figure: Figure) -> None:
     failing: dict[str, Any] = {
         "edgecolor": style.tint(_FAILING, 0.6),
         "hatch": "///",
