@@ -26,14 +26,14 @@ def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFr
     """
     rig = points["rig"].astype("category")
 
-    def stated(key: str) -> "pd.Series[float]":
+    def from_rig(key: str) -> "pd.Series[float]":
         values = {name: getattr(file.calibration, key, None) for name, file in rigs.items()}
         return rig.map(values).astype(float)
 
     return points.assign(
         **{
-            column: points[quantity].abs() * stated(key)
+            column: points[quantity].abs() * from_rig(key)
             for column, (quantity, key) in _RELATIVE.items()
         },
-        inlet_temperature_systematic_c=stated("temperature_c"),
+        inlet_temperature_systematic_c=from_rig("temperature_c"),
     )

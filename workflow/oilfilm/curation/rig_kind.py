@@ -64,7 +64,7 @@ class RigKind(Protocol):
         advice: What to do about a refusal by a rule that is no gate.
         carried: Columns of the table of runs that every plateau carries.
         keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.
-        drawn: Signals on the page of a refused run, with their labels.
+        shown_signals: Signals on the page of a refused run, with their labels.
     """
 
     name: str
@@ -77,7 +77,7 @@ class RigKind(Protocol):
     advice: Mapping[str, str]
     carried: tuple[str, ...]
     keeps_refused_runs: bool
-    drawn: Mapping[str, str]
+    shown_signals: Mapping[str, str]
 
     def signals(self, samples: Columns, rig: str, settings: Settings) -> Signals:
         """The signals of one run of a rig, in the senses that the gates take them."""

@@ -56,7 +56,7 @@ class TorqueRig(RigKind):
     }
     carried: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
     keeps_refused_runs = False
-    drawn: Mapping[str, str] = {
+    shown_signals: Mapping[str, str] = {
         "torque_n_m": "Torque (N m)",
         "axial_load_n": "Axial load\n(N)",
         "inner_speed_rpm": "Speed (rpm)",

@@ -78,7 +78,7 @@ class TractionRig(RigKind):
         "nominal_inlet_temperature_c",
     )
     keeps_refused_runs = True
-    drawn: Mapping[str, str] = {
+    shown_signals: Mapping[str, str] = {
         "traction_force_n": "Traction\nforce (N)",
         "load_n": "Load (N)",
         "slide_roll_ratio": "Slide-roll\nratio S (1)",

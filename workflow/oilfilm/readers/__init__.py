@@ -1,4 +1,4 @@
-"""Raw formats: one module a format, listed here. Adding a format touches its module and this list.
+"""Raw formats: one module per format. Adding one touches its module and the list here.
 
 A file's format is recognised by its content, never by its name.
 """

@@ -247,9 +247,9 @@ def converted(
             if not column.spare
         ]
     )
-    whole = bool(good.all())
+    all_good = bool(good.all())
     values = {
-        column.quantity: column.to.of(numbers if whole else np.where(good, numbers, np.nan))
+        column.quantity: column.to.of(numbers if all_good else np.where(good, numbers, np.nan))
         for column, numbers in zip(columns, logged, strict=True)
     }
     for quantity, numbers in values.items():

@@ -1,4 +1,4 @@
-"""Text logs with one row an instant: a header, one line of column names, then the rows.
+"""Text logs with one row per instant: a header, one line of column names, then the rows.
 
 data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
@@ -55,8 +55,8 @@ class CsvReader:
         rows = count_rows(layout.table)
         if problem:
             return refused_file(rows, problem)
-        whole, _, tail = layout.table.rpartition(b"\n")
-        values, numbers, bad = _parse(whole, layout)
+        complete_rows, _, tail = layout.table.rpartition(b"\n")
+        values, numbers, bad = _parse(complete_rows, layout)
         lines = layout.table.split(b"\n") if len(bad) else []
         refusals = [
             _bad_range(file, first, last, lines[first - 1], layout.first_line)

@@ -59,7 +59,7 @@ class LvmReader:
         text = normalise(content).decode("utf-8", "replace")
         mark = _SEPARATOR.search(text[:4000])
         separator = mark[1] if mark else "\t"
-        whole = text.endswith("\n")
+        ends_with_line = text.endswith("\n")
         lines = text.removesuffix("\n").split("\n")
         header, segments = _split(lines, separator)
         if not segments:
@@ -71,7 +71,7 @@ class LvmReader:
         rows = 0
         for number, segment in enumerate(segments, start=1):
             run_id = f"{file}:segment{number}" if len(segments) > 1 else file
-            complete = whole or number < len(segments)
+            complete = ends_with_line or number < len(segments)
             try:
                 table, cut = _table(header, segment, complete, run_id, rows + 1, settings, kind)
             except Exception as error:  # whatever a damaged file makes the library stumble over

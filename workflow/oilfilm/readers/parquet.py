@@ -1,4 +1,4 @@
-"""Parquet logs: a row an instant, header keys in the file's metadata."""
+"""Parquet logs: one row per instant, header keys in the file's metadata."""
 
 import json
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ _BYTES_A_NUMBER = 8
 
 
 class ParquetReader:
-    """Parquet files with a column a quantity; a file is a run."""
+    """Parquet files with one column per quantity; a file is a run."""
 
     name = "parquet"
 

@@ -189,13 +189,13 @@ def draw_page(
     head = _head(entry, run)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, _HEIGHT_IN))
     axes = figure.subplots(
-        len(kind.drawn) + 1,
+        len(kind.shown_signals) + 1,
         1,
         sharex=False,
-        height_ratios=[0.15 + 0.13 * len(head), *[1.2] * len(kind.drawn)],
+        height_ratios=[0.15 + 0.13 * len(head), *[1.2] * len(kind.shown_signals)],
     )
     _write(axes[0], head)
-    for axis, (name, label) in zip(axes[1:], kind.drawn.items(), strict=True):
+    for axis, (name, label) in zip(axes[1:], kind.shown_signals.items(), strict=True):
         _draw_signal(axis, signals.time_s, signals[name], label)
         _shade_plateaus(axis, signals, points)
         _mark(axis, signals, entry)
