@@ -49,8 +49,6 @@ A value outside its range, as of another unit, is refused with file, line and ke
 The default of a key of `config/config.yaml` is its value in the file that comes with the project.
 """
 _TABLE_BEGINS = "| key | default | unit | range | meaning |\n| --- | --- | --- | --- | --- |"
-# One line each in a schema: what is nested deeper than this.
-_LINE_DEPTH = 4
 
 
 def generated_files() -> dict[str, str]:
@@ -67,9 +65,10 @@ def generated_files() -> dict[str, str]:
 
 
 def schema_text(model: Any) -> str:
-    """The JSON schema of a model, one line per key."""
+    """The JSON schema of a model, on one line."""
     schema = _for_editors(schema_of(model))
-    return _lines({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, 0) + "\n"
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    return json.dumps(schema, ensure_ascii=False) + "\n"
 
 
 def _for_editors(node: Any) -> Any:
@@ -86,16 +85,6 @@ def _for_editors(node: Any) -> Any:
         for name, part in node.items()
         if not (name == "title" and isinstance(part, str)) and not (name == "default" and not part)
     }
-
-
-def _lines(node: Any, depth: int) -> str:
-    """JSON, one line per key of a group."""
-    named = isinstance(node, dict) and any(isinstance(part, dict) for part in node.values())
-    if not named or depth >= _LINE_DEPTH:
-        return json.dumps(node, ensure_ascii=False)
-    indent = " " * (depth + 1)
-    parts = [f"{indent}{json.dumps(name)}: {_lines(node[name], depth + 1)}" for name in node]
-    return "{\n" + ",\n".join(parts) + "\n" + " " * depth + "}"
 
 
 def reference_page() -> str:
