@@ -9,9 +9,9 @@ import pytest
 
 from campaigns import ROOT
 from formats import EXAMPLES, WRITERS, Example
-from oilfilm.readers import READERS
 from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import ingest_logs, read_log
+from oilfilm.readers.registry import READERS
 from oilfilm.settings.resolved import Settings
 
 KEYS = {"oil": "4102"}

@@ -14,7 +14,6 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.readers import READERS, find_reader
 from oilfilm.readers.base import (
     LARGEST_LOG,
     LoggedRun,
@@ -27,6 +26,7 @@ from oilfilm.readers.base import (
 )
 from oilfilm.readers.columns import ROWS_ADVICE
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.registry import READERS, find_reader
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
