@@ -90,7 +90,14 @@ def refuse_gaps(project: Path, law: str) -> None:
     assert (results / "figures/fig06.png").stat().st_size > 1000
 
 
-@pytest.mark.parametrize("law", LAWS)
+# `make test` runs the two laws that differ most from the default one; `make nightly` runs all.
+OFTEN = ("eyring", "wang-deng-critical-load")
+
+
+@pytest.mark.parametrize(
+    "law",
+    [pytest.param(law, marks=[pytest.mark.nightly] if law not in OFTEN else []) for law in LAWS],
+)
 def test_every_law_goes_through_the_whole_workflow(project: Path, law: str) -> None:
     told = run(project, law)
     assert "Traceback" not in told
