@@ -64,7 +64,7 @@ def test_snakemakes_own_report_has_every_figure_and_table_with_its_caption(
     done = snakemake("--config", "campaign=small", "--report", "report-snakemake.html")
     assert done.returncode == 0, done.stdout + done.stderr
     page = (place / "report-snakemake.html").read_text(encoding="utf-8")
-    for words in ("Fitted constants beside the printed ones", "All curves", "Data quality"):
+    for words in ("Fitted and printed constants", "All curves", "Data quality"):
         assert words in page
     for name in ("coefficients", "fit_quality", "points", "quarantine"):
         assert f"tables/{name}.parquet" in page

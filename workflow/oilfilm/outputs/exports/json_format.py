@@ -55,8 +55,8 @@ class ConstantFacts(Group):
     standard_error: float | None = key("From the bootstrap over whole runs.")
     interval_95: Ends = key("2.5 % and 97.5 % quantile of the bootstrap.")
     systematic_standard_error: float | None = key("From the calibration of the rig's sensors.")
-    verdict: Literal["known", "sign unknown", "no interval", "not identifiable"] = key(
-        "sign unknown: zero is within the errors, for all constants together."
+    verdict: Literal["known", "sign unknown", "no interval", "at a bound", "not identifiable"] = (
+        key("sign unknown: zero is within the errors, for all constants together.")
     )
 
 
