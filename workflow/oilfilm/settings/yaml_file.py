@@ -11,8 +11,6 @@ from oilfilm.errors import OilfilmError
 
 # No quantity of a rig or an oil is larger in its unit. Larger numbers would overflow.
 LARGEST_NUMBER = 1e15
-# The parser in C is ten times as fast; not every build of PyYAML has it.
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # No file of the project nests deeper than six groups.
 _DEEPEST_GROUP = 50
 
@@ -120,7 +118,7 @@ def _compose(path: Path) -> yaml.Node | None:
     text = _text_of(path)
     try:
         depth = 0
-        for event in yaml.parse(text, Loader=_LOADER):
+        for event in yaml.parse(text, Loader=yaml.SafeLoader):
             # an alias can unfold one small file into gigabytes
             if isinstance(event, yaml.AliasEvent):
                 line = _line(event.start_mark)
@@ -134,7 +132,7 @@ def _compose(path: Path) -> yaml.Node | None:
                 raise OilfilmError(
                     f"{path}, line {line}: groups are nested more than {_DEEPEST_GROUP} deep."
                 )
-        return yaml.compose(text, Loader=_LOADER)
+        return yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.YAMLError as error:
         raise _yaml_error(path, error) from error
 
