@@ -92,7 +92,7 @@ def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> Campaign
             {**claim, "basis": "printed", "verdict": "fails", "finding": "Holds in 10%."},
         ),
         torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
-        torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "tare"}),
+        torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "zero_drift"}),
         torque=rows(
             "torque",
             *({**torque, "load_variable": "stress", "relative_error": e} for e in (0.1, -0.3)),

@@ -420,7 +420,8 @@ def test_the_summary_tells_of_logs_errors_and_advice(config):
     )
     text = "\n".join(bearing_words(results))
     assert "torque logs 2 read of 3; plateaus 8 accepted of 8" in text
-    assert "torque quarantine, tare 1: 4050_F05000_T070.csv: the tare moves" in text
+    refusal = "zero_drift 1: 4050_F05000_T070.csv: the zero of the torque moves"
+    assert f"torque quarantine, {refusal}" in text
     assert "; load " in text
     assert "of 24 equilibria none not found" in text
     assert "pressure " in text
