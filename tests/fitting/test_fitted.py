@@ -148,7 +148,7 @@ def test_unknown_law_and_impossible_conditions_are_told() -> None:
 
 
 def test_refits_in_the_table_are_the_ones_behind_the_interval(fit: OilFit) -> None:
-    drawn = fit.refits[fit.refits["cause"] == "curves drawn again"]
+    drawn = fit.refits[fit.refits["cause"] == "resampled curves"]
     spread = drawn.groupby("constant")["value"].quantile([0.025, 0.975]).unstack()
     rows = fit.coefficients.set_index("constant")
     pd.testing.assert_series_equal(

@@ -47,7 +47,7 @@ def results() -> CampaignTables:
     random = generator(1, "refits")
     refits = pd.concat(
         coefficients[["oil", "law", "constant"]].assign(
-            cause="curves drawn again",
+            cause="resampled curves",
             refit=number,
             value=coefficients["value"] * random.normal(1, 0.01, len(coefficients)),
         )

@@ -341,7 +341,7 @@ def refits_of(constants: np.ndarray, steps: np.ndarray) -> pd.DataFrame:
     for number, step in enumerate(np.concatenate([steps, -steps])):
         moved = np.where(np.arange(12) % 4 == 0, constants * np.exp(step), constants + step)
         rows.append(pd.DataFrame({"refit": number, "constant": NAMES, "value": moved}))
-    return pd.concat(rows).assign(oil="4102", law=LAW.name, cause="curves drawn again")
+    return pd.concat(rows).assign(oil="4102", law=LAW.name, cause="resampled curves")
 
 
 def test_joint_distance_counts_each_constant_in_its_own_spread(judge) -> None:

@@ -209,7 +209,7 @@ def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
 
 def _refits(solution: Solution) -> pd.DataFrame:
     estimates = solution.estimates.reported(solution.problem)
-    causes = [("curves drawn again", estimates.refits)]
+    causes = [("resampled curves", estimates.refits)]
     causes += [
         (f"calibration of {sensor}", row[np.newaxis])
         for sensor, row in zip(SENSORS, estimates.shifted, strict=False)

@@ -126,12 +126,12 @@ class FittedLaw:
         if refits is not None:
             of_oil = refits[(refits["oil"] == oil) & (refits["law"] == law.name)]
             wide = of_oil.pivot(index=["cause", "refit"], columns="constant", values="value")
-            drawn = wide.index.get_level_values("cause") == "curves drawn again"
+            calibration = wide.index.get_level_values("cause").str.startswith("calibration")
             if len(wide):
                 spread, shifted = (
                     # constants at a bound stay there in every refit
                     np.where(np.isnan(refitted := _in_order(law, some)), values, refitted)
-                    for some in (wide[drawn], wide[~drawn])
+                    for some in (wide[~calibration], wide[calibration])
                 )
         box = np.full((len(law.conditions) + 1, 2), np.nan)
         if quality is not None:

@@ -87,8 +87,8 @@ def _beyond(calculated: pd.DataFrame) -> list[str]:
         for what, value in mean.items()
     ]
     return [
-        f"  traction makes {share.min():.0%} to {share.max():.0%} of the torque; of its heat lies "
-        f"beyond the tested box, in the mean: {', '.join(told)}"
+        f"  traction makes {share.min():.0%} to {share.max():.0%} of the torque; mean share of its "
+        f"heat beyond the tested box: {', '.join(told)}"
     ]
 
 

@@ -170,13 +170,13 @@ def _fits(results: CampaignTables) -> list[str]:
         rows = coefficients[coefficients["oil"] == fit["oil"]]
         if rows.loc[rows["identifiable"], "standard_error"].isna().all():
             lines.append(
-                f"    no honest errors: {fit['n_curves']} curves are too few to be drawn again "
+                f"    no bootstrap errors: {fit['n_curves']} curves are too few to be resampled "
                 "(fit.min_curves_to_resample of config.yaml)"
             )
         open_signs = rows.loc[rows["verdict"] == "sign unknown", "constant"]
         if len(open_signs):
             lines.append(
-                "    their sign is not known, zero lies within their errors: "
+                "    their sign is not known, because zero is within their errors: "
                 + ", ".join(open_signs)
             )
         lost = rows.loc[~rows["identifiable"], "constant"]

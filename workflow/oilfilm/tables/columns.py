@@ -238,7 +238,7 @@ _FITS = (
         )
         for end, size in (("min", "smallest"), ("max", "largest"))
     ),
-    text("cause", "curves drawn again: bootstrap over whole curves; calibration of a sensor: that "
+    text("cause", "resampled curves: bootstrap over whole curves; calibration of a sensor: that "
         "sensor is wrong by its standard uncertainty"),
     count("refit", "number of the refit, within one cause"),
     number("correlation", "1", "correlation of two constants over the bootstrap; by the Jacobian "

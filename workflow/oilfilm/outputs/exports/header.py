@@ -53,9 +53,11 @@ def origin(description: Description) -> str:
 
 
 def certificate(description: Description) -> str:
-    """The certificate's verdict: its first clause where all is well, else the whole."""
-    verdict = str(description.quality["certificate"])
-    return plain(verdict.partition(";")[0] if description.quality["certified"] else verdict)
+    """How many searches agree where the fit is certified, else why it is not."""
+    fit = description.quality
+    if fit["certified"]:
+        return f"certified: {fit['searches_agreeing']} of {fit['searches']} searches agree"
+    return plain(str(fit["certificate"]))
 
 
 def law_in_words(description: Description) -> list[str]:
