@@ -15,7 +15,6 @@ from oilfilm.physics.contact import (
     load_for_max_hertz_pressure,
     max_hertz_pressure,
     reduced_modulus,
-    reduced_radius,
 )
 
 M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)  # the rig's steel (docs/physics.md, check 1)
@@ -73,17 +72,9 @@ def test_softer_body_decides_the_reduced_modulus() -> None:
     assert reduced_modulus(70e9, 0.3, np.inf, 0.3) == pytest.approx(2 * 70e9 / 0.91)
 
 
-def test_flat_partner_leaves_the_ball_its_radius() -> None:
-    assert reduced_radius(BALL_RADIUS_M, np.inf) == BALL_RADIUS_M
-
-
-def test_groove_tighter_than_the_ball_has_no_positive_radius() -> None:
-    assert reduced_radius(10e-3, -9e-3) < 0
-
-
 def test_groove_tighter_than_the_ball_is_refused() -> None:
     with pytest.raises(ValueError, match="must be positive"):
-        elliptical_contact(100.0, 5e-3, reduced_radius(10e-3, -9e-3), M50)
+        elliptical_contact(100.0, 5e-3, 1 / (1 / 10e-3 - 1 / 9e-3), M50)
 
 
 @given(loads_n, radii_m, moduli_pa)
@@ -165,7 +156,7 @@ def angular_contact(
     ball = ball_mm * 1e-3 / 2
     pitch_along_normal = pitch_mm * 1e-3 / (2 * np.cos(np.radians(angle_deg)))
     race = pitch_along_normal - ball if ring == "inner" else -(pitch_along_normal + ball)
-    along, across = reduced_radius(ball, race), reduced_radius(ball, -groove_mm * 1e-3)
+    along, across = 1 / (1 / ball + 1 / race), 1 / (1 / ball - 1e3 / groove_mm)
     return elliptical_contact(load_n, along, across, steel)
 
 
@@ -216,8 +207,7 @@ def test_hamrock_anderson_bearing_is_near_the_simplified_solution(
     # docs/physics.md, check 2. Its four figures are those of the simplified solution
     # k = (Ry/Rx)^(2/pi), which lies about 1 % off the exact one used here.
     steel = reduced_modulus(200e9, 0.3, 200e9, 0.3)
-    along = reduced_radius(6.35e-3, race_mm * 1e-3)
-    across = reduced_radius(6.35e-3, -6.604e-3)
+    along, across = 1 / (1 / 6.35e-3 + 1e3 / race_mm), 1 / (1 / 6.35e-3 - 1 / 6.604e-3)
     contact = elliptical_contact(5 * 8900 / 9, along, across, steel)
     assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, rel=0.015)
     assert contact.approach_m * 1e6 == pytest.approx(approach_um, rel=0.015)

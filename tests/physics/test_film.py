@@ -1,6 +1,7 @@
 """Film thickness against the worked checks of docs/physics.md and the exponents of its formulas."""
 
-from typing import Any
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -13,17 +14,12 @@ from oilfilm.physics.contact import (
     load_for_max_hertz_pressure,
     max_hertz_pressure,
     reduced_modulus,
-    reduced_radius,
 )
 from oilfilm.physics.film import (
-    FilmDefinition,
     InletOil,
-    central_film_thickness,
     contact_film,
     film_thickness,
-    lambda_ratio,
-    minimum_film_thickness,
-    thermal_loading_parameter,
+    isothermal_film_thickness,
     thermal_reduction_factor,
 )
 from oilfilm.physics.rigs import Contact
@@ -46,7 +42,10 @@ WORST_CORNER = CHECK_1 | {
     "pressure_viscosity_coefficient_1_pa": 0.681e-8,
 }
 RIG_ROUGHNESS_M = combined_roughness(rq_from_ra(0.014e-6), rq_from_ra(0.010e-6))
+THICKNESSES: tuple[Literal["central", "minimum"], ...] = ("central", "minimum")
 
+central, minimum = (partial(isothermal_film_thickness, thickness) for thickness in THICKNESSES)
+reduction = partial(thermal_reduction_factor, max_hertz_pressure_pa=1.5e9, reduced_modulus_pa=M50)
 factors = st.floats(0.05, 20.0)
 slips = st.floats(-2.0, 2.0)
 thermal_loadings = st.floats(0.0, 10.0)
@@ -54,24 +53,14 @@ thermal_loadings = st.floats(0.0, 10.0)
 
 def test_check_1_film_thickness_agrees() -> None:
     # docs/physics.md, check 1 [C], printed to 0.0005 um
-    assert central_film_thickness(**CHECK_1) * 1e6 == pytest.approx(0.360, abs=0.0005)
-    assert minimum_film_thickness(**CHECK_1) * 1e6 == pytest.approx(0.211, abs=0.0005)
+    assert central(**CHECK_1) * 1e6 == pytest.approx(0.360, abs=0.0005)
+    assert minimum(**CHECK_1) * 1e6 == pytest.approx(0.211, abs=0.0005)
 
 
 def test_check_1_thermal_reduction_agrees() -> None:
     # docs/physics.md, check 1 [C], printed to 0.0005; beta and k_oil by its formulas, by hand
-    loading = thermal_loading_parameter(
-        entrainment_speed_m_s=25.0,
-        dynamic_viscosity_pa_s=5.006e-3,
-        temperature_viscosity_coefficient_1_k=0.019963,
-        thermal_conductivity_w_mk=0.14724,
-    )
-    factor = thermal_reduction_factor(
-        max_hertz_pressure_pa=1.5e9,
-        reduced_modulus_pa=M50,
-        slide_roll_ratio=np.array([0.0, 0.3]),
-        thermal_loading=loading,
-    )
+    loading = InletOil(5.006e-3, 1.103e-8, 0.019963, 0.14724).thermal_loading(25.0)
+    factor = reduction(slide_roll_ratio=np.array([0.0, 0.3]), thermal_loading=loading)
     assert loading == pytest.approx(0.424, abs=0.0005)
     assert factor == pytest.approx(np.array([0.835, 0.766]), abs=0.0005)
 
@@ -85,7 +74,7 @@ def test_check_2_film_thickness_in_a_radial_ball_bearing_agrees(
 ) -> None:
     # docs/physics.md, check 2 [C], printed to 0.0005 um. The published 0.557 and 0.665 are [M].
     ball_m, pitch_m = 12.700e-3, (52.291e-3 + 77.706e-3) / 2
-    along = reduced_radius(ball_m / 2, race_mm * 1e-3)
+    along = 1 / (2 / ball_m + 1e3 / race_mm)
     contact: dict[str, Any] = {
         "load_n": 5 * 8900 / 9,
         # inner ring 400 rad/s, outer at rest, by kinematics: u = omega (dm^2 - d^2)/(4 dm)
@@ -94,34 +83,31 @@ def test_check_2_film_thickness_in_a_radial_ball_bearing_agrees(
         "pressure_viscosity_coefficient_1_pa": 2.3e-8,
         "radius_x_m": along,
         "reduced_modulus_pa": reduced_modulus(200e9, 0.3, 200e9, 0.3),
-        "ellipticity": ellipticity(along, reduced_radius(ball_m / 2, -6.604e-3)),
+        "ellipticity": ellipticity(along, 1 / (2 / ball_m - 1 / 6.604e-3)),
     }
-    assert minimum_film_thickness(**contact) * 1e6 == pytest.approx(minimum_um, abs=0.0005)
-    assert central_film_thickness(**contact) * 1e6 == pytest.approx(central_um, abs=0.0005)
+    assert minimum(**contact) * 1e6 == pytest.approx(minimum_um, abs=0.0005)
+    assert central(**contact) * 1e6 == pytest.approx(central_um, abs=0.0005)
 
 
 def test_round_contact_loses_the_printed_share_to_side_leakage() -> None:
     # docs/physics.md [S, H]: brackets 0.706 (central) and 0.493 (minimum) at k = 1, printed to
     # 0.0005
     wide = CHECK_1 | {"ellipticity": 1e3}
-    central = central_film_thickness(**CHECK_1) / central_film_thickness(**wide)
-    minimum = minimum_film_thickness(**CHECK_1) / minimum_film_thickness(**wide)
-    assert central == pytest.approx(0.706, abs=0.0005)
-    assert minimum == pytest.approx(0.493, abs=0.0005)
+    assert central(**CHECK_1) / central(**wide) == pytest.approx(0.706, abs=0.0005)
+    assert minimum(**CHECK_1) / minimum(**wide) == pytest.approx(0.493, abs=0.0005)
 
 
 def test_worst_corner_of_the_rig_has_the_printed_film() -> None:
     # docs/physics.md [C], printed to 0.0005 um
-    assert minimum_film_thickness(**WORST_CORNER) * 1e6 == pytest.approx(0.092, abs=0.0005)
-    assert central_film_thickness(**WORST_CORNER) * 1e6 == pytest.approx(0.155, abs=0.0005)
+    assert minimum(**WORST_CORNER) * 1e6 == pytest.approx(0.092, abs=0.0005)
+    assert central(**WORST_CORNER) * 1e6 == pytest.approx(0.155, abs=0.0005)
 
 
 def test_worst_corner_of_the_rig_runs_at_the_printed_lambda() -> None:
     # docs/physics.md: lambda 3.9 with Rq 0.0215 um, printed to 0.05; thermally reduced, S = 0
     conductivity = 0.1333  # between 0.13395 at 367 K and 0.13265 at 422 K
-    oil = InletOil(*map(np.asarray, (2.09e-3, 0.681e-8, 0.0145, conductivity)))
     film_m = film_thickness(
-        oil,
+        InletOil(2.09e-3, 0.681e-8, 0.0145, conductivity),
         thickness="minimum",
         load_n=LOAD_N,
         max_hertz_pressure_pa=1.5e9,
@@ -130,61 +116,63 @@ def test_worst_corner_of_the_rig_runs_at_the_printed_lambda() -> None:
         radius_x_m=0.010,
         reduced_modulus_pa=M50,
     )
-    assert lambda_ratio(film_m, RIG_ROUGHNESS_M) == pytest.approx(3.9, abs=0.05)
+    assert film_m / RIG_ROUGHNESS_M == pytest.approx(3.9, abs=0.05)
 
 
 @pytest.mark.parametrize(
-    ("definition", "film_um"),
-    [
-        (FilmDefinition(), 0.211 * 0.766),
-        (FilmDefinition(thickness="central"), 0.360 * 0.766),
-        (FilmDefinition(thermal_reduction=False), 0.211),
-    ],
+    ("thickness", "thermal_reduction", "film_um"),
+    [("minimum", True, 0.211 * 0.766), ("central", True, 0.360 * 0.766), ("minimum", False, 0.211)],
 )
 def test_film_of_an_oil_in_the_rig_is_that_of_check_1(
-    definition: FilmDefinition, film_um: float
+    thickness: Literal["minimum", "central"], thermal_reduction: bool, film_um: float
 ) -> None:
     # docs/physics.md, check 1 [C], printed to 0.0005 um; at S = 0.3
-    contact = Contact(0.010, float(M50), float(RIG_ROUGHNESS_M), 0.0172e-6)
-    at = {"load_n": 142.0, "entrainment_speed_m_s": 25.0, "slide_roll_ratio": 0.3}
-    temperatures = np.array([100.0, 1000.0])  # no oil is liquid at the second
-    film = contact_film(oil_of("4050"), contact, definition, inlet_temperature_c=temperatures, **at)
-    assert film.thickness_m[0] * 1e6 == pytest.approx(film_um, rel=0.005)
-    assert film.lambda_ratio[0] == pytest.approx(film_um / 0.0215, rel=0.01)
-    assert np.isnan(film.thickness_m[1])
+    film_m, lambda_ratio = contact_film(
+        oil_of("4050"),
+        Contact(0.010, float(M50), float(RIG_ROUGHNESS_M), 0.0172e-6),
+        thickness=thickness,
+        thermal_reduction=thermal_reduction,
+        roughness="rq",
+        load_n=np.array(142.0),
+        entrainment_speed_m_s=np.array(25.0),
+        inlet_temperature_c=np.array([100.0, 1000.0]),  # no oil is liquid at the second
+        slide_roll_ratio=np.array(0.3),
+    )
+    assert film_m[0] * 1e6 == pytest.approx(film_um, rel=0.005)
+    assert lambda_ratio[0] == pytest.approx(film_um / 0.0215, rel=0.01)
+    assert np.isnan(film_m[1])
 
 
-@given(factors)
-def test_film_grows_with_speed_to_the_published_power(factor: float) -> None:
-    # Hamrock and Dowson (1977): U^0.67 in the centre, U^0.68 at the sides
-    faster = CHECK_1 | {"entrainment_speed_m_s": factor * 25.0}
-    central = central_film_thickness(**faster) / central_film_thickness(**CHECK_1)
-    minimum = minimum_film_thickness(**faster) / minimum_film_thickness(**CHECK_1)
-    assert central == pytest.approx(factor**0.67)
-    assert minimum == pytest.approx(factor**0.68)
+# Hamrock and Dowson (1977): powers in the centre and at the sides
+@pytest.mark.parametrize(
+    ("quantity", "central_power", "minimum_power"),
+    [("entrainment_speed_m_s", 0.67, 0.68), ("load_n", -0.067, -0.073)],
+)
+@given(factor=factors)
+def test_film_follows_speed_and_load_by_the_published_powers(
+    quantity: str, central_power: float, minimum_power: float, factor: float
+) -> None:
+    changed = CHECK_1 | {quantity: factor * CHECK_1[quantity]}
+    assert central(**changed) / central(**CHECK_1) == pytest.approx(factor**central_power)
+    assert minimum(**changed) / minimum(**CHECK_1) == pytest.approx(factor**minimum_power)
 
 
-@given(factors)
-def test_film_hardly_yields_to_load(factor: float) -> None:
-    # Hamrock and Dowson (1977): W^-0.067 in the centre, W^-0.073 at the sides
-    heavier = CHECK_1 | {"load_n": factor * LOAD_N}
-    central = central_film_thickness(**heavier) / central_film_thickness(**CHECK_1)
-    minimum = minimum_film_thickness(**heavier) / minimum_film_thickness(**CHECK_1)
-    assert central == pytest.approx(factor**-0.067)
-    assert minimum == pytest.approx(factor**-0.073)
+@pytest.mark.parametrize("thickness", THICKNESSES)
+@given(factor=factors)
+def test_doubling_viscosity_thickens_the_film_as_doubling_speed_does(
+    thickness: Literal["minimum", "central"], factor: float
+) -> None:
+    thicker_oil, faster = (
+        isothermal_film_thickness(thickness, **CHECK_1 | {name: factor * CHECK_1[name]})
+        for name in ("dynamic_viscosity_pa_s", "entrainment_speed_m_s")
+    )
+    assert thicker_oil == pytest.approx(faster)
 
 
-@given(factors)
-def test_doubling_viscosity_thickens_the_film_as_doubling_speed_does(factor: float) -> None:
-    thicker_oil = CHECK_1 | {"dynamic_viscosity_pa_s": factor * 5.006e-3}
-    faster = CHECK_1 | {"entrainment_speed_m_s": factor * 25.0}
-    assert minimum_film_thickness(**thicker_oil) == pytest.approx(minimum_film_thickness(**faster))
-    assert central_film_thickness(**thicker_oil) == pytest.approx(central_film_thickness(**faster))
-
-
-@given(factors)
+@pytest.mark.parametrize("thickness", THICKNESSES)
+@given(size=factors)
 def test_model_of_another_size_at_equal_pressure_and_rate_has_the_same_film_in_proportion(
-    size: float,
+    thickness: Literal["minimum", "central"], size: float
 ) -> None:
     # lengths x s, load x s^2 and speed x s leave U, G and W as they are
     scaled = CHECK_1 | {
@@ -193,60 +181,37 @@ def test_model_of_another_size_at_equal_pressure_and_rate_has_the_same_film_in_p
         "entrainment_speed_m_s": size * 25.0,
     }
     assert max_hertz_pressure(scaled["load_n"], scaled["radius_x_m"], M50) == pytest.approx(1.5e9)
-    for film in (central_film_thickness, minimum_film_thickness):
-        assert film(**scaled) == pytest.approx(size * film(**CHECK_1))
+    film = isothermal_film_thickness(thickness, **scaled)
+    assert film == pytest.approx(size * isothermal_film_thickness(thickness, **CHECK_1))
 
 
 @given(st.floats(1.0, 8.0))
 def test_film_is_thinner_at_the_sides_than_in_the_centre(k: float) -> None:
     # within the range of ellipticity that the formulas were fitted to
     contact = CHECK_1 | {"ellipticity": k}
-    assert minimum_film_thickness(**contact) < central_film_thickness(**contact)
+    assert minimum(**contact) < central(**contact)
 
 
 def test_cold_inlet_film_is_not_reduced() -> None:
-    factor = thermal_reduction_factor(
-        max_hertz_pressure_pa=1.5e9,
-        reduced_modulus_pa=M50,
-        slide_roll_ratio=0.3,
-        thermal_loading=0.0,
-    )
-    assert factor == 1
+    assert reduction(slide_roll_ratio=0.3, thermal_loading=0.0) == 1
 
 
 @given(slips, thermal_loadings)
-def test_heating_never_thickens_the_film(slip: float, loading: float) -> None:
-    factor = thermal_reduction_factor(
-        max_hertz_pressure_pa=1.5e9,
-        reduced_modulus_pa=M50,
-        slide_roll_ratio=slip,
-        thermal_loading=loading,
-    )
-    assert 0 < factor <= 1
-
-
-@given(slips, thermal_loadings)
-def test_which_surface_is_faster_makes_no_difference_to_heating(
+def test_heating_never_thickens_the_film_whichever_surface_is_faster(
     slip: float, loading: float
 ) -> None:
-    factors_both_ways = thermal_reduction_factor(
-        max_hertz_pressure_pa=1.5e9,
-        reduced_modulus_pa=M50,
-        slide_roll_ratio=np.array([slip, -slip]),
-        thermal_loading=loading,
+    one_way, other_way = reduction(
+        slide_roll_ratio=np.array([slip, -slip]), thermal_loading=loading
     )
-    assert factors_both_ways[0] == factors_both_ways[1]
+    assert 0 < one_way <= 1
+    assert one_way == other_way
 
 
 @given(factors)
 def test_inlet_heating_grows_with_the_square_of_speed(factor: float) -> None:
-    loading = thermal_loading_parameter(
-        entrainment_speed_m_s=np.array([25.0, factor * 25.0]),
-        dynamic_viscosity_pa_s=5.006e-3,
-        temperature_viscosity_coefficient_1_k=0.02,
-        thermal_conductivity_w_mk=0.147,
-    )
-    assert loading[1] / loading[0] == pytest.approx(factor**2)
+    oil = InletOil(5.006e-3, 1.103e-8, 0.02, 0.147)
+    slow, fast = oil.thermal_loading(np.array([25.0, factor * 25.0]))
+    assert fast / slow == pytest.approx(factor**2)
 
 
 def test_rig_has_the_printed_roughness() -> None:
@@ -263,4 +228,4 @@ def test_combined_roughness_does_not_depend_on_the_order(rq_1_um: float, rq_2_um
 
 def test_missing_speed_gives_a_missing_film_and_spares_its_neighbours() -> None:
     points = CHECK_1 | {"entrainment_speed_m_s": np.array([25.0, np.nan, 30.0])}
-    assert np.isnan(minimum_film_thickness(**points)).tolist() == [False, True, False]
+    assert np.isnan(minimum(**points)).tolist() == [False, True, False]

@@ -9,7 +9,7 @@ import pytest
 from campaigns import printed
 from claim_evidence import OILS, PLAIN, evidence_of, planted
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.film import minimum_film_thickness
+from oilfilm.physics.film import isothermal_film_thickness
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import films, printed_evidence
 from oilfilm.studies.audit.evidence import Evidence
@@ -48,7 +48,8 @@ def test_film_without_thermal_reduction_is_the_isothermal_one(config: Settings) 
         film.contact, film.oil, film.settings.model_copy(update={"thermal_reduction": False})
     )
     grid = Grid(*(np.array([value]) for value in (1.0, 30.0, 120.0, 0.1)))
-    expected = minimum_film_thickness(
+    expected = isothermal_film_thickness(
+        "minimum",
         load_n=42.1,  # at 1.0 GPa (docs/physics.md)
         entrainment_speed_m_s=30.0,
         dynamic_viscosity_pa_s=float(film.oil.dynamic_viscosity_pa_s(120.0)),

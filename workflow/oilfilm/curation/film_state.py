@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.physics.contact import max_hertz_pressure
-from oilfilm.physics.film import FilmSettings, contact_film
+from oilfilm.physics.film import contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
+from oilfilm.settings.config import FilmSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import M_PER_UM, PA_PER_GPA
 
@@ -53,15 +54,13 @@ def contact_state(
     derived = pd.DataFrame({"max_hertz_pressure_gpa": pressure_pa / PA_PER_GPA}, points.index)
     if oil is None:
         return derived
-    film = contact_film(
+    thickness_m, lambda_ratio = contact_film(
         oil,
         contact,
-        settings,
+        **settings.model_dump(),
         load_n=load,
         entrainment_speed_m_s=points["entrainment_speed_m_s"].to_numpy(),
         inlet_temperature_c=points["inlet_temperature_c"].to_numpy(),
         slide_roll_ratio=points["slide_roll_ratio"].to_numpy(),
     )
-    return derived.assign(
-        film_thickness_um=film.thickness_m / M_PER_UM, lambda_ratio=film.lambda_ratio
-    )
+    return derived.assign(film_thickness_um=thickness_m / M_PER_UM, lambda_ratio=lambda_ratio)

@@ -61,29 +61,6 @@ def reduced_modulus(e1_pa: Floats, nu1: Floats, e2_pa: Floats, nu2: Floats) -> F
     return np.asarray(2 / ((1 - nu1**2) / e1_pa + (1 - nu2**2) / e2_pa))
 
 
-def reduced_radius(radius_1_m: Floats, radius_2_m: Floats) -> FloatArray:
-    """Effective radius of two curved surfaces in one plane.
-
-        1/R = 1/R1 + 1/R2
-
-    Args:
-        radius_1_m: Radius of the first surface, in m; negative where concave, inf where flat.
-        radius_2_m: The same of the second surface.
-
-    Returns:
-        R, in m; negative where the concave surface is the more curved one (no point contact).
-
-    Reference: K. L. Johnson, Contact Mechanics, Cambridge (1985), section 4.1.
-
-    Examples:
-        A ball of 12.7 mm in a groove of 6.604 mm radius, by hand 6.35 * 6.604/(6.604 - 6.35) mm:
-
-        >>> print(f"{reduced_radius(6.35e-3, -6.604e-3) * 1e3:.1f} mm")
-        165.1 mm
-    """
-    return np.asarray(1 / (1 / radius_1_m + 1 / radius_2_m))
-
-
 def max_hertz_pressure(load_n: Floats, radius_m: Floats, reduced_modulus_pa: Floats) -> FloatArray:
     """Maximum pressure of a circular contact.
 
@@ -241,8 +218,8 @@ def elliptical_contact(
 
         >>> ball, cosine = 22.23e-3 / 2, np.cos(np.radians(41.50))
         >>> steel = reduced_modulus(207.5e9, 0.3, 207.5e9, 0.3)
-        >>> along = reduced_radius(ball, 125.26e-3 / (2 * cosine) - ball)
-        >>> across = reduced_radius(ball, -11.63e-3)
+        >>> along = 1 / (1 / ball + 1 / (125.26e-3 / (2 * cosine) - ball))
+        >>> across = 1 / (1 / ball - 1 / 11.63e-3)
         >>> contact = elliptical_contact(1679, along, across, steel)
         >>> print(f"{contact.max_hertz_pressure_pa / 1e9:.3f} GPa")
         1.526 GPa

@@ -8,7 +8,7 @@ practice takes the minimum film, reduced by inlet heating, over the combined Rq.
 """
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -23,7 +23,15 @@ _OIL_TEMPERATURES_C = (-100.0, 500.0)
 Thickness = Literal["minimum", "central"]
 
 
-def central_film_thickness(
+# a, b, c, d, e, f of h/Rx = a U^b G^c W^-d (1 - e exp(-f k))
+_HAMROCK_DOWSON = {
+    "central": (2.69, 0.67, 0.53, 0.067, 0.61, 0.73),
+    "minimum": (3.63, 0.68, 0.49, 0.073, 1.0, 0.68),
+}
+
+
+def isothermal_film_thickness(
+    thickness: Thickness,
     *,
     load_n: Floats,
     entrainment_speed_m_s: Floats,
@@ -33,13 +41,15 @@ def central_film_thickness(
     reduced_modulus_pa: Floats,
     ellipticity: Floats = 1.0,
 ) -> FloatArray:
-    """Film thickness in the centre of a fully flooded, isothermal point contact.
+    """Film thickness in a fully flooded, isothermal point contact: in its centre, or the smallest.
 
-        h_c/Rx = 2.69 U^0.67 G^0.53 W^-0.067 (1 - 0.61 exp(-0.73 k))
+        h_c/Rx   = 2.69 U^0.67 G^0.53 W^-0.067 (1 - 0.61 exp(-0.73 k))
+        h_min/Rx = 3.63 U^0.68 G^0.49 W^-0.073 (1 - exp(-0.68 k))
 
         U = eta0 u/(E' Rx),   G = alpha E',   W = w/(E' Rx^2)
 
     Args:
+        thickness: `central` (h_c), or `minimum` (h_min, at the sides).
         load_n: Normal load w, in N; above 0.
         entrainment_speed_m_s: Mean u = (u1 + u2)/2 of the two surface speeds, in m/s; 0 or more.
         dynamic_viscosity_pa_s: eta0 at the inlet temperature and ambient pressure, in Pa s.
@@ -50,7 +60,7 @@ def central_film_thickness(
             flat, where the authors' fit 1.0339 (Ry/Rx)^0.636 would thicken the film by 1 to 2 %.
 
     Returns:
-        h_c, in m.
+        h, in m.
 
     Validity: full film, ample oil, steady rolling along x. Fitted to 34 numerical solutions, of
         k from 1 to 8 and U up to the order of 1e-11 (both limits not checked against print); the
@@ -61,96 +71,22 @@ def central_film_thickness(
         contacts, Part III, J. Lubr. Technol. 99 (1977) 264, doi 10.1115/1.3453074.
 
     Examples:
-        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC:
+        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC, 0.360 um in the centre:
 
-        >>> h = central_film_thickness(
-        ...     load_n=142, entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
-        ...     pressure_viscosity_coefficient_1_pa=1.103e-8, radius_x_m=0.010,
-        ...     reduced_modulus_pa=221.6e9)
-        >>> print(f"{h * 1e6:.3f} um")
-        0.360 um
-    """
-    u = dynamic_viscosity_pa_s * entrainment_speed_m_s / (reduced_modulus_pa * radius_x_m)
-    g = pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
-    w = load_n / (reduced_modulus_pa * radius_x_m**2)
-    side_leakage = 1 - 0.61 * np.exp(-0.73 * ellipticity)
-    return np.asarray(2.69 * u**0.67 * g**0.53 * w**-0.067 * side_leakage * radius_x_m)
-
-
-def minimum_film_thickness(
-    *,
-    load_n: Floats,
-    entrainment_speed_m_s: Floats,
-    dynamic_viscosity_pa_s: Floats,
-    pressure_viscosity_coefficient_1_pa: Floats,
-    radius_x_m: Floats,
-    reduced_modulus_pa: Floats,
-    ellipticity: Floats = 1.0,
-) -> FloatArray:
-    """Smallest film thickness, at the sides of a fully flooded, isothermal point contact.
-
-        h_min/Rx = 3.63 U^0.68 G^0.49 W^-0.073 (1 - exp(-0.68 k))
-
-    Arguments, U, G, W and validity are those of `central_film_thickness`.
-
-    Returns:
-        h_min, in m.
-
-    Reference: B. J. Hamrock and D. Dowson, Isothermal elastohydrodynamic lubrication of point
-        contacts, Part III, J. Lubr. Technol. 99 (1977) 264, doi 10.1115/1.3453074.
-
-    Examples:
-        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC:
-
-        >>> h = minimum_film_thickness(
-        ...     load_n=142, entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
+        >>> h = isothermal_film_thickness(
+        ...     "minimum", load_n=142, entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
         ...     pressure_viscosity_coefficient_1_pa=1.103e-8, radius_x_m=0.010,
         ...     reduced_modulus_pa=221.6e9)
         >>> print(f"{h * 1e6:.3f} um")
         0.211 um
     """
+    factor, speed_power, oil_power, load_power, leakage, leakage_rate = _HAMROCK_DOWSON[thickness]
     u = dynamic_viscosity_pa_s * entrainment_speed_m_s / (reduced_modulus_pa * radius_x_m)
     g = pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
     w = load_n / (reduced_modulus_pa * radius_x_m**2)
-    side_leakage = 1 - np.exp(-0.68 * ellipticity)
-    return np.asarray(3.63 * u**0.68 * g**0.49 * w**-0.073 * side_leakage * radius_x_m)
-
-
-def thermal_loading_parameter(
-    *,
-    entrainment_speed_m_s: Floats,
-    dynamic_viscosity_pa_s: Floats,
-    temperature_viscosity_coefficient_1_k: Floats,
-    thermal_conductivity_w_mk: Floats,
-) -> FloatArray:
-    """How strongly shear in the inlet heats the oil there (dimensionless).
-
-        L = eta0 beta u^2 / k_oil
-
-    Args:
-        entrainment_speed_m_s: Mean u = (u1 + u2)/2 of the two surface speeds, in m/s.
-        dynamic_viscosity_pa_s: eta0 at the inlet temperature, in Pa s.
-        temperature_viscosity_coefficient_1_k: beta = -d ln(eta0)/dT, in 1/K.
-        thermal_conductivity_w_mk: k_oil at the inlet temperature, in W/(m K).
-
-    Returns:
-        L.
-
-    Reference: P. K. Gupta, H. S. Cheng, D. Zhu, N. H. Forster and J. B. Schrand, Viscoelastic
-        effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
-
-    Examples:
-        MIL-L-23699 oil at 100 degC and 25 m/s:
-
-        >>> loading = thermal_loading_parameter(
-        ...     entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
-        ...     temperature_viscosity_coefficient_1_k=0.01996,
-        ...     thermal_conductivity_w_mk=0.1472)
-        >>> print(f"{loading:.3f}")
-        0.424
-    """
-    heating = dynamic_viscosity_pa_s * temperature_viscosity_coefficient_1_k
-    return np.asarray(heating * entrainment_speed_m_s**2 / thermal_conductivity_w_mk)
+    side_leakage = 1 - leakage * np.exp(-leakage_rate * ellipticity)
+    relative = factor * u**speed_power * g**oil_power * w**-load_power * side_leakage
+    return np.asarray(relative * radius_x_m)
 
 
 @dataclass(frozen=True)
@@ -183,7 +119,7 @@ def thermal_reduction_factor(
         max_hertz_pressure_pa: Maximum pressure p0, in Pa; 0 leaves the pressure term out.
         reduced_modulus_pa: E' = 2 E*, in Pa.
         slide_roll_ratio: S; its sign makes no difference.
-        thermal_loading: L of `thermal_loading_parameter`, 0 or more.
+        thermal_loading: L of `InletOil.thermal_loading`, 0 or more.
 
     Returns:
         phi_T, 1 where L = 0.
@@ -222,10 +158,10 @@ class InletOil:
         thermal_conductivity_w_mk: k_oil, in W/(m K).
     """
 
-    dynamic_viscosity_pa_s: FloatArray
-    pressure_viscosity_coefficient_1_pa: FloatArray
-    temperature_viscosity_coefficient_1_k: FloatArray
-    thermal_conductivity_w_mk: FloatArray
+    dynamic_viscosity_pa_s: Floats
+    pressure_viscosity_coefficient_1_pa: Floats
+    temperature_viscosity_coefficient_1_k: Floats
+    thermal_conductivity_w_mk: Floats
 
     @classmethod
     def of(cls, oil: Oil, temperature_c: Floats) -> "InletOil":
@@ -238,13 +174,24 @@ class InletOil:
         )
 
     def thermal_loading(self, entrainment_speed_m_s: Floats) -> FloatArray:
-        """L of `thermal_loading_parameter` at a speed in m/s."""
-        return thermal_loading_parameter(
-            entrainment_speed_m_s=entrainment_speed_m_s,
-            dynamic_viscosity_pa_s=self.dynamic_viscosity_pa_s,
-            temperature_viscosity_coefficient_1_k=self.temperature_viscosity_coefficient_1_k,
-            thermal_conductivity_w_mk=self.thermal_conductivity_w_mk,
-        )
+        """Thermal loading parameter: how strongly shear in the inlet heats the oil there.
+
+            L = eta0 beta u^2 / k_oil
+
+        Args:
+            entrainment_speed_m_s: Mean u = (u1 + u2)/2 of the two surface speeds, in m/s.
+
+        Reference: P. K. Gupta, H. S. Cheng, D. Zhu, N. H. Forster and J. B. Schrand, Viscoelastic
+            effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
+
+        Examples:
+            MIL-L-23699 oil at 100 degC and 25 m/s:
+
+            >>> print(f"{InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472).thermal_loading(25):.3f}")
+            0.424
+        """
+        heating = self.dynamic_viscosity_pa_s * self.temperature_viscosity_coefficient_1_k
+        return np.asarray(heating * entrainment_speed_m_s**2 / self.thermal_conductivity_w_mk)
 
 
 def film_thickness(
@@ -264,7 +211,7 @@ def film_thickness(
 
     Args:
         oil: The oil at the inlet temperature.
-        thickness: `minimum` (`minimum_film_thickness`) or `central` (`central_film_thickness`).
+        thickness: `minimum` or `central`, as in `isothermal_film_thickness`.
         thermal_reduction: Whether phi_T of `thermal_reduction_factor` applies.
         load_n: Normal load, in N; above 0.
         max_hertz_pressure_pa: Maximum pressure, in Pa; 0 leaves out the pressure term of phi_T.
@@ -280,7 +227,7 @@ def film_thickness(
     Examples:
         MIL-L-23699 oil at 100 degC on a 20 mm ball: 0.2108 um, reduced by 0.766:
 
-        >>> oil = InletOil(*map(np.asarray, (5.006e-3, 1.103e-8, 0.01996, 0.1472)))
+        >>> oil = InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472)
         >>> h = film_thickness(
         ...     oil, thickness="minimum", load_n=142, max_hertz_pressure_pa=1.5e9,
         ...     entrainment_speed_m_s=25, slide_roll_ratio=0.3, radius_x_m=0.010,
@@ -288,8 +235,8 @@ def film_thickness(
         >>> print(f"{h * 1e6:.3f} um")
         0.161 um
     """
-    formula = {"minimum": minimum_film_thickness, "central": central_film_thickness}[thickness]
-    isothermal = formula(
+    isothermal = isothermal_film_thickness(
+        thickness,
         load_n=load_n,
         entrainment_speed_m_s=entrainment_speed_m_s,
         dynamic_viscosity_pa_s=oil.dynamic_viscosity_pa_s,
@@ -308,97 +255,43 @@ def film_thickness(
     )
 
 
-def lambda_ratio(film_thickness_m: Floats, combined_roughness_m: Floats) -> FloatArray:
-    """Film thickness over combined roughness; above 3 the film is taken as full.
-
-        lambda = h / sigma
-
-    Args:
-        film_thickness_m: h, in m; say whether minimum or central, and thermally reduced or not.
-        combined_roughness_m: sigma of `combined_roughness`, in m; say whether of Rq or Ra.
-
-    Returns:
-        lambda.
-
-    Examples:
-        The rig's worst corner without thermal reduction, 0.092 um over 0.0215 um (docs/physics.md):
-
-        >>> print(f"{lambda_ratio(0.092e-6, 0.0215e-6):.1f}")
-        4.3
-    """
-    return np.asarray(film_thickness_m / combined_roughness_m)
-
-
-class FilmSettings(Protocol):
-    """Definition of film thickness and lambda: `film` of the configuration."""
-
-    @property
-    def thickness(self) -> Thickness:
-        """Which film thickness."""
-
-    @property
-    def thermal_reduction(self) -> bool:
-        """Whether inlet heating reduces it."""
-
-    @property
-    def roughness(self) -> Literal["rq", "ra"]:
-        """Which roughness lambda refers to."""
-
-
-@dataclass(frozen=True)
-class FilmDefinition:
-    """`FilmSettings` as bearing practice has them."""
-
-    thickness: Thickness = "minimum"
-    thermal_reduction: bool = True
-    roughness: Literal["rq", "ra"] = "rq"
-
-
-@dataclass(frozen=True)
-class ContactFilm:
-    """Film of an oil in a contact; NaN where the formulas do not hold.
-
-    Attributes:
-        thickness_m: Film thickness, in m.
-        lambda_ratio: Film thickness over combined roughness.
-    """
-
-    thickness_m: FloatArray
-    lambda_ratio: FloatArray
-
-
 def contact_film(
     oil: Oil,
     contact: Contact,
-    settings: FilmSettings,
     *,
+    thickness: Thickness,
+    thermal_reduction: bool,
+    roughness: Literal["rq", "ra"],
     load_n: FloatArray,
     entrainment_speed_m_s: FloatArray,
     inlet_temperature_c: FloatArray,
     slide_roll_ratio: FloatArray,
-) -> ContactFilm:
+) -> tuple[FloatArray, FloatArray]:
     """Film thickness and lambda of an oil in the contact of a ball on a flat.
 
     Args:
         oil: The oil.
         contact: The contact.
-        settings: Which film over which roughness.
+        thickness: As in `film_thickness`.
+        thermal_reduction: As in `film_thickness`.
+        roughness: Which roughness lambda refers to.
         load_n: Normal load, in N (`contact.load_for_max_hertz_pressure` where p0 is known).
         entrainment_speed_m_s: Mean of the two surface speeds, in m/s.
         inlet_temperature_c: Oil temperature at the inlet, in degC.
         slide_roll_ratio: S.
 
     Returns:
-        The film, of the arguments' broadcast shape. NaN where speed or temperature is not
-        possible, or where the thermal reduction is used outside its range.
+        Film thickness h, in m, and lambda = h/sigma, sigma the combined roughness, of the
+        arguments' broadcast shape. NaN where speed or temperature is not possible, or where the
+        thermal reduction is used outside its range.
     """
     low, high = _OIL_TEMPERATURES_C
     speed = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
     is_liquid = (inlet_temperature_c >= low) & (inlet_temperature_c <= high)
     thickness_m = film_thickness(
         InletOil.of(oil, np.where(is_liquid, inlet_temperature_c, np.nan)),
-        thickness=settings.thickness,
-        thermal_reduction=settings.thermal_reduction,
+        thickness=thickness,
+        thermal_reduction=thermal_reduction,
         load_n=load_n,
         max_hertz_pressure_pa=max_hertz_pressure(
             load_n, contact.radius_m, contact.reduced_modulus_pa
@@ -410,5 +303,4 @@ def contact_film(
     )
     is_film = np.isfinite(thickness_m) & (thickness_m > 0)
     thickness_m = np.where(is_film, thickness_m, np.nan)
-    roughness_m = contact.roughness_m(settings.roughness)
-    return ContactFilm(thickness_m, lambda_ratio(thickness_m, roughness_m))
+    return thickness_m, thickness_m / contact.roughness_m(roughness)

@@ -5,9 +5,8 @@ temperatures in degC, floats or arrays. Results are in SI units and have the sam
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -160,11 +159,31 @@ class MilL7808(Oil):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MilL23699(Oil):
+class _PressureViscosityByViscosity(Oil):
+    """Oil whose pressure-viscosity coefficient follows from its viscosity.
+
+        alpha = exp(m ln(eta/1 Pa s) - n)/eta
+
+    Attributes:
+        pressure_viscosity_exponent: m, dimensionless.
+        pressure_viscosity_offset: n, dimensionless (alpha in 1/Pa, eta in Pa s).
+    """
+
+    pressure_viscosity_exponent: float
+    pressure_viscosity_offset: float
+
+    def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
+        """Pressure-viscosity coefficient: exp(m ln(eta) - n)/eta, in 1/Pa."""
+        eta_pa_s = self.dynamic_viscosity_pa_s(temperature_c)
+        exponent = self.pressure_viscosity_exponent * np.log(eta_pa_s)
+        return np.exp(exponent - self.pressure_viscosity_offset) / eta_pa_s
+
+
+@dataclass(frozen=True, kw_only=True)
+class MilL23699(_PressureViscosityByViscosity):
     """Oil by the MIL-L-23699 functions of the bearing-dynamics code ADORE, T in K.
 
         eta   = eta_r exp(c1 d + c2 d^2),   d = 1/T - 1/T_r
-        alpha = exp(m ln(eta/1 Pa s) - n)/eta
         beta  = (c1 + 2 c2 d)/T^2
 
     beta is the derivative of the first line. The densities that go with it are given for 233 to
@@ -177,30 +196,18 @@ class MilL23699(Oil):
         reference_viscosity_pa_s: eta_r, in Pa s.
         viscosity_first_order_k: c1, in K.
         viscosity_second_order_k2: c2, in K2.
-        pressure_viscosity_exponent: m, dimensionless.
-        pressure_viscosity_offset: n, dimensionless (alpha in 1/Pa, eta in Pa s).
     """
 
     reference_temperature_k: float
     reference_viscosity_pa_s: float
     viscosity_first_order_k: float
     viscosity_second_order_k2: float
-    pressure_viscosity_exponent: float
-    pressure_viscosity_offset: float
 
     def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
         """Dynamic viscosity: eta_r exp(c1 d + c2 d^2), in Pa s."""
         d = self._inverse_temperature_difference(_kelvin(temperature_c))
         exponent = self.viscosity_first_order_k * d + self.viscosity_second_order_k2 * d**2
         return self.reference_viscosity_pa_s * np.exp(exponent)
-
-    def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
-        """Pressure-viscosity coefficient: exp(m ln(eta) - n)/eta, in 1/Pa."""
-        return _alpha_from_viscosity(
-            self.dynamic_viscosity_pa_s(temperature_c),
-            self.pressure_viscosity_exponent,
-            self.pressure_viscosity_offset,
-        )
 
     def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
         """Temperature-viscosity coefficient: (c1 + 2 c2 d)/T^2, in 1/K."""
@@ -213,15 +220,14 @@ class MilL23699(Oil):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AstmD341(Oil):
+class AstmD341(_PressureViscosityByViscosity):
     """Oil known by its kinematic viscosity at two temperatures, T in K, nu in cSt.
 
         log10 log10(nu + 0.7) = A - B log10 T,   eta = nu rho
-        alpha = exp(m ln(eta/1 Pa s) - n)/eta
         beta  = B ln(10) log10(nu + 0.7) (nu + 0.7)/(nu T) - (d rho/dT)/rho
 
     beta is the derivative of the first line. Holds for nu above 2 cSt; the standard adds terms
-    below that. alpha follows the rule of `MilL23699`.
+    below that.
 
     Reference: ASTM D341, Standard practice for viscosity-temperature charts for liquid petroleum
         products, the line without its low-viscosity terms.
@@ -229,27 +235,15 @@ class AstmD341(Oil):
     Attributes:
         viscosity_intercept: A, dimensionless.
         viscosity_slope: B, dimensionless.
-        pressure_viscosity_exponent: m, dimensionless.
-        pressure_viscosity_offset: n, dimensionless (alpha in 1/Pa, eta in Pa s).
     """
 
     viscosity_intercept: float
     viscosity_slope: float
-    pressure_viscosity_exponent: float
-    pressure_viscosity_offset: float
 
     def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
         """Dynamic viscosity: nu rho, in Pa s."""
         nu_cst = 10 ** self._log_shifted_viscosity(_kelvin(temperature_c)) - 0.7
         return nu_cst * 1e-6 * self.density_kg_m3(temperature_c)
-
-    def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
-        """Pressure-viscosity coefficient: exp(m ln(eta) - n)/eta, in 1/Pa."""
-        return _alpha_from_viscosity(
-            self.dynamic_viscosity_pa_s(temperature_c),
-            self.pressure_viscosity_exponent,
-            self.pressure_viscosity_offset,
-        )
 
     def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
         """Temperature-viscosity coefficient: the sum of those of nu and rho, in 1/K."""
@@ -261,66 +255,6 @@ class AstmD341(Oil):
 
     def _log_shifted_viscosity(self, t: FloatArray) -> FloatArray:
         return np.asarray(10 ** (self.viscosity_intercept - self.viscosity_slope * np.log10(t)))
-
-
-_MODELS: dict[str, type[Oil]] = {
-    "adore-mil-l-7808": MilL7808,
-    "adore-mil-l-23699": MilL23699,
-    "astm-d341": AstmD341,
-}
-
-
-def oil_from_config(config: Mapping[str, Any]) -> Oil:
-    """The oil that a file of config/oils describes.
-
-    Args:
-        config: Content of the file, as `workflow/schemas/oil.schema.json` has it.
-
-    Returns:
-        The oil, ready to be asked for its properties.
-
-    Raises:
-        ValueError: The property model is not known.
-
-    Examples:
-        The stand-in of 4102 has 7.0 cSt at 100 degC and 40.2 at 40 degC (docs/physics.md):
-
-        >>> from pathlib import Path
-        >>> from oilfilm.settings.load import load_checked
-        >>> file = Path(__file__).parents[3] / "config" / "oils" / "4102.yaml"
-        >>> oil = oil_from_config(load_checked(file, "oil"))
-        >>> (oil.kinematic_viscosity_m2_s(np.array([100.0, 40.0])) * 1e6).round(1)
-        array([ 7. , 40.2])
-    """
-    model = config["model"]
-    if model not in _MODELS:
-        allowed = ", ".join(_MODELS)
-        raise ValueError(
-            f"oil {config['id']}: found the property model {model!r}; expected one of {allowed}"
-        )
-    return _MODELS[model](
-        id=config["id"],
-        name=config["name"],
-        display_name=config["display_name"],
-        nominal_kinematic_viscosity_100c_cst=config["nominal_kinematic_viscosity_100c_cst"],
-        stand_in=config["stand_in"],
-        note=config["note"],
-        source=config["source"],
-        relative_uncertainty=config.get("relative_uncertainty", {}),
-        density=_piecewise_linear(config["density_kg_m3"]),
-        specific_heat=_piecewise_linear(config["specific_heat_j_kgk"]),
-        thermal_conductivity=_piecewise_linear(config["thermal_conductivity_w_mk"]),
-        **config["coefficients"],
-    )
-
-
-def _piecewise_linear(rows: Iterable[tuple[float, float]]) -> PiecewiseLinear:
-    temperature_k, value = zip(*sorted(rows), strict=True)
-    return PiecewiseLinear(temperature_k, value)
-
-
-def _alpha_from_viscosity(eta_pa_s: FloatArray, exponent: float, offset: float) -> FloatArray:
-    return np.exp(exponent * np.log(eta_pa_s) - offset) / eta_pa_s
 
 
 def _kelvin(temperature_c: Floats) -> FloatArray:

@@ -1,12 +1,9 @@
 """Traction rigs: geometry, materials and roughness, as far as they are known."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from oilfilm.physics.contact import load_for_max_hertz_pressure, reduced_modulus
-from oilfilm.physics.roughness import combined_roughness, rq_from_ra
-from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.units import PA_PER_GPA, FloatArray
 
 
 @dataclass(frozen=True)
@@ -34,27 +31,3 @@ class Contact:
     def roughness_m(self, kind: str) -> float:
         """Combined roughness by `rq` or `ra`."""
         return {"rq": self.roughness_rq_m, "ra": self.roughness_ra_m}[kind]
-
-
-def contact_of(rig: Mapping[str, Any]) -> Contact | None:
-    """The contact of a rig file; None where its geometry and materials were not recorded."""
-    if "ball_radius_m" not in rig:
-        return None
-    ball, disc = rig["ball"], rig["disc"]
-    modulus_pa = reduced_modulus(
-        ball["youngs_modulus_pa"],
-        ball["poisson_ratio"],
-        disc["youngs_modulus_pa"],
-        disc["poisson_ratio"],
-    )
-    ra_m = [rig[f"{body}_roughness_ra_um"] * M_PER_UM for body in ("ball", "disc")]
-    rq_m = [
-        rig[key] * M_PER_UM if (key := f"{body}_roughness_rq_um") in rig else float(rq_from_ra(ra))
-        for body, ra in zip(("ball", "disc"), ra_m, strict=True)
-    ]
-    return Contact(
-        rig["ball_radius_m"],
-        float(modulus_pa),
-        float(combined_roughness(*rq_m)),
-        float(combined_roughness(*ra_m)),
-    )

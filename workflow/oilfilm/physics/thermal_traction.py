@@ -129,34 +129,6 @@ def eyring_stress(
     )
 
 
-def carreau_stress(
-    viscosity_pa_s: Floats, shear_rate_1_s: Floats, critical_stress_pa: Floats, exponent: Floats
-) -> FloatArray:
-    """Shear stress of a film that thins by a power law.
-
-        tau = eta gamma [1 + (eta gamma/G)^2]^((n - 1)/2)
-
-    Args:
-        viscosity_pa_s: eta at rest, at the film's pressure and temperature, in Pa s.
-        shear_rate_1_s: gamma, in 1/s.
-        critical_stress_pa: G, at which thinning begins, in Pa.
-        exponent: n, the slope of ln(tau) against ln(gamma) far above G; 1 is Newtonian.
-
-    Returns:
-        tau, in Pa: eta gamma where that is small against G.
-
-    Reference: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99, in S. Bair's form with a stress.
-
-    Examples:
-        At eta gamma = G a film of n = 0.5 bears G/2^(1/4):
-
-        >>> print(f"{carreau_stress(1.0, 5e6, 5e6, 0.5) / 1e6:.3f} MPa")
-        4.204 MPa
-    """
-    newtonian = viscosity_pa_s * shear_rate_1_s
-    return np.asarray(newtonian * np.hypot(1, newtonian / critical_stress_pa) ** (exponent - 1))
-
-
 def limiting_stress(
     pressure_pa: Floats,
     temperature_c: Floats,
@@ -292,6 +264,43 @@ def film_temperature_rise(
     return np.asarray(heat_flux_w_m2 * film_thickness_m / (12 * conductivity_w_mk))
 
 
+def film_stress(
+    oil: Oil,
+    constants: ThermalEhl,
+    pressure_pa: FloatArray,
+    film_temperature_c: FloatArray,
+    shear_rate_1_s: FloatArray,
+) -> FloatArray:
+    """Shear stress of a film of known temperature; it falls as the temperature rises.
+
+        tau = limited_stress(eyring_stress(eta(p, T), gamma), limiting_stress(p, T))
+
+    Args:
+        oil: The oil; its viscosity and pressure-viscosity coefficient are those of the film.
+        constants: Stresses.
+        pressure_pa: p, in Pa.
+        film_temperature_c: T, in degC.
+        shear_rate_1_s: gamma, in 1/s.
+
+    Returns:
+        tau, in Pa.
+    """
+    viscosity = barus_viscosity(
+        oil.dynamic_viscosity_pa_s(film_temperature_c),
+        oil.pressure_viscosity_coefficient_1_pa(film_temperature_c),
+        pressure_pa,
+    )
+    limit = limiting_stress(
+        pressure_pa,
+        film_temperature_c,
+        ratio=constants.limiting_stress_ratio,
+        reference_c=constants.limiting_stress_reference_c,
+        decay_1_k=constants.limiting_stress_decay_1_k,
+    )
+    thinned = eyring_stress(viscosity, shear_rate_1_s, constants.eyring_stress_pa)
+    return limited_stress(thinned, limit)
+
+
 def thermal_ehl_traction(
     oil: Oil,
     constants: ThermalEhl,
@@ -306,7 +315,7 @@ def thermal_ehl_traction(
     """Traction of a circular contact, with the heat that its own sliding makes.
 
         mu    = tau/p,   p = 2/3 p0,   gamma = S U/h
-        tau   = limited_stress(eyring_stress(eta(p, T), gamma), limiting_stress(p, T))
+        tau   = film_stress(p, T, gamma)
         T     = T_inlet + dT_flash(tau S U/2) + dT_film(tau S U)
         h     = phi_T h_c
 
@@ -402,10 +411,10 @@ def _stress_with_heat(
         shear_rate: FloatArray,
         pressure: FloatArray,
     ) -> FloatArray:
-        return stress - _stress(oil, constants, pressure, inlet + rise * stress, shear_rate)
+        return stress - film_stress(oil, constants, pressure, inlet + rise * stress, shear_rate)
 
     # the stress is largest in a film that stays cold; the factor allows for rounding
-    coldest = _stress(oil, constants, mean_pressure_pa, inlet_temperature_c, shear_rate_1_s)
+    coldest = film_stress(oil, constants, mean_pressure_pa, inlet_temperature_c, shear_rate_1_s)
     with np.errstate(divide="ignore"):
         hottest = (_HOTTEST_C - inlet_temperature_c) / rise_k_pa
     highest = np.minimum(coldest * (1 + 1e-9), hottest)
@@ -418,27 +427,3 @@ def _stress_with_heat(
         args=(inlet_temperature_c, rise_k_pa, shear_rate_1_s, mean_pressure_pa),
     )
     return np.asarray(root.x)
-
-
-def _stress(
-    oil: Oil,
-    constants: ThermalEhl,
-    pressure_pa: FloatArray,
-    temperature_c: FloatArray,
-    shear_rate_1_s: FloatArray,
-) -> FloatArray:
-    """Shear stress of a film of known temperature; it falls with it."""
-    viscosity = barus_viscosity(
-        oil.dynamic_viscosity_pa_s(temperature_c),
-        oil.pressure_viscosity_coefficient_1_pa(temperature_c),
-        pressure_pa,
-    )
-    limit = limiting_stress(
-        pressure_pa,
-        temperature_c,
-        ratio=constants.limiting_stress_ratio,
-        reference_c=constants.limiting_stress_reference_c,
-        decay_1_k=constants.limiting_stress_decay_1_k,
-    )
-    thinned = eyring_stress(viscosity, shear_rate_1_s, constants.eyring_stress_pa)
-    return limited_stress(thinned, limit)

@@ -17,14 +17,7 @@ from oilfilm.physics.contact import elliptical_contact
 from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.physics.thermal_traction import (
-    ThermalEhl,
-    barus_viscosity,
-    eyring_stress,
-    film_temperature_rise,
-    limited_stress,
-    limiting_stress,
-)
+from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, film_temperature_rise
 from oilfilm.units import PA_PER_GPA, FloatArray
 
 # P in GPa, U in m/s, T in degC, S -> mu of the traction rig's contact
@@ -97,28 +90,10 @@ class LocalTraction:
         )
         temperature = inlet + np.zeros_like(rise * pressure)
         for _ in range(_FIXED_POINTS):
-            stress = self._stress(pressure, sliding / film, temperature)
+            stress = film_stress(self.oil, constants, pressure, temperature, sliding / film)
             temperature = (temperature + inlet + rise * stress) / 2
-        return self._stress(pressure, sliding / film, temperature) / pressure
-
-    def _stress(
-        self, pressure: FloatArray, shear_rate: FloatArray, temperature_c: FloatArray
-    ) -> FloatArray:
-        constants = self.constants
-        viscosity = barus_viscosity(
-            self.oil.dynamic_viscosity_pa_s(temperature_c),
-            self.oil.pressure_viscosity_coefficient_1_pa(temperature_c),
-            pressure,
-        )
-        limit = limiting_stress(
-            pressure,
-            temperature_c,
-            ratio=constants.limiting_stress_ratio,
-            reference_c=constants.limiting_stress_reference_c,
-            decay_1_k=constants.limiting_stress_decay_1_k,
-        )
-        thinned = eyring_stress(viscosity, shear_rate, constants.eyring_stress_pa)
-        return limited_stress(thinned, limit)
+        stress = film_stress(self.oil, constants, pressure, temperature, sliding / film)
+        return stress / pressure
 
 
 def misfit(oil: Oil, constants: ThermalEhl, law: LawOfRig, rig: Contact) -> float:

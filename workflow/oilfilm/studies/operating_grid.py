@@ -7,9 +7,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.physics.film import FilmSettings, contact_film
+from oilfilm.physics.film import contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
+from oilfilm.settings.config import FilmSettings
 from oilfilm.traction.law import CONDITIONS, Observations, to_internal
 from oilfilm.units import M_PER_UM, FloatArray
 
@@ -96,17 +97,14 @@ class Film:
 
         Null where the thermal reduction is asked for heat beyond its range.
         """
-        pressure, speed, temperature, slip = (
-            axis.ravel() for axis in np.meshgrid(*grid.levels, indexing="ij")
-        )
-        film = contact_film(
+        pressure, speed, temperature, slip = np.meshgrid(*grid.levels, indexing="ij")
+        thickness_m, lambda_ratio = contact_film(
             self.oil,
             self.contact,
-            self.settings,
+            **self.settings.model_dump(),
             load_n=self.contact.load_n(pressure),
             entrainment_speed_m_s=speed,
             inlet_temperature_c=temperature,
             slide_roll_ratio=slip,
         )
-        thickness_um = film.thickness_m / M_PER_UM
-        return thickness_um.reshape(grid.shape), film.lambda_ratio.reshape(grid.shape)
+        return thickness_m / M_PER_UM, lambda_ratio

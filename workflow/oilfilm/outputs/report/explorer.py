@@ -15,7 +15,7 @@ from scipy.special import ndtri
 
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
-from oilfilm.physics.film import THERMAL_REDUCTION_FIT, FilmDefinition, InletOil
+from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
 from oilfilm.settings.config import Box, NearbySettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import films
@@ -227,20 +227,16 @@ def _film(film: Film, temperatures_c: FloatArray) -> dict[str, Any]:
     Every isothermal film is a power law of pressure and speed; only the temperature's part has a
     form of its own.
     """
-    cold = replace(
-        film,
-        settings=FilmDefinition(
-            film.settings.thickness, thermal_reduction=False, roughness=film.settings.roughness
-        ),
-    )
+    isothermal = film.settings.model_copy(update={"thermal_reduction": False})
+    cold = replace(film, settings=isothermal)
     unit, none = np.ones(1), np.zeros(1)
-    isothermal = cold.over(Grid(unit, unit, temperatures_c, none))[1].ravel()
+    lambda_ratio = cold.over(Grid(unit, unit, temperatures_c, none))[1].ravel()
     two = np.array([1.0, 2.0])
     powers = np.log2(cold.over(Grid(two, two, np.array([100.0]), none))[1][:, :, 0, 0])
     loading = InletOil.of(film.oil, temperatures_c).thermal_loading(1.0)
     heated = film.settings.thermal_reduction
     return {
-        "lambda": [_plain(value) for value in isothermal],
+        "lambda": [_plain(value) for value in lambda_ratio],
         "pressure_power": float(powers[1, 0] - powers[0, 0]),
         "speed_power": float(powers[0, 1] - powers[0, 0]),
         "loading": [_plain(value) for value in loading] if heated else [],

@@ -7,9 +7,9 @@ thinning begins, L = tau_L/p. n and the stress G p are taken for properties of t
 every condition, hence G = G0 P^-1. n stays below 0.9: nearer to 1 nothing thins and G could be
 anything. The law rises with slip for ever: nothing heats it.
 
-References: S. Bair, High Pressure Rheology for Quantitative Elastohydrodynamics, Elsevier (2007);
-S. Bair, W. O. Winer, J. Lubr. Technol. 101 (1979) 258; the stresses as in
-`oilfilm.physics.thermal_traction`.
+References: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99, in the form with a stress of S. Bair,
+High Pressure Rheology for Quantitative Elastohydrodynamics, Elsevier (2007); S. Bair, W. O. Winer,
+J. Lubr. Technol. 101 (1979) 258.
 """
 
 from oilfilm.traction.law import Coefficient, Law
