@@ -25,7 +25,7 @@ from oilfilm.bearing.resistance import (
     rolling_force_n,
 )
 from oilfilm.bearing.torque import SLIDINGS, cage_slip, torque_terms
-from oilfilm.studies.load_variables import BASES
+from oilfilm.studies.load_variables import LOAD_VARIABLES
 
 
 class Coulomb:
@@ -109,13 +109,13 @@ def test_the_land_drags_as_oil_sheared_across_its_gap_does():
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-@pytest.mark.parametrize("basis", BASES)
-def test_power_put_in_is_the_sum_of_all_heat(name, basis):
+@pytest.mark.parametrize("load_variable", LOAD_VARIABLES)
+def test_power_put_in_is_the_sum_of_all_heat(name, load_variable):
     bearing = shipped(name)
     speed = np.array([0.3e6, 1e6, 2e6, 3e6]) / (bearing.pitch_diameter_m * 1e3) * RPM
     points = OperatingPoints.axial(3e7 * bearing.ball_diameter_m**2, speed)
     terms = torque_terms(
-        bearing, points, lubrication("4050", 100, 4), printed_law("4050", basis), TESTED
+        bearing, points, lubrication("4050", 100, 4), printed_law("4050", load_variable), TESTED
     )
     assert terms["converged"].all()
     np.testing.assert_allclose(terms["energy_error"], 0, atol=1e-6)
@@ -425,13 +425,13 @@ def test_on_the_rigs_own_contact_all_bases_say_the_same():
         radius_x_m=np.full((3, 1), rig.radius_m),
         reduced_modulus_pa=rig.reduced_modulus_pa,
     )
-    for basis in BASES:
-        np.testing.assert_allclose(printed_law("4102", basis)(at, slip), stress(at, slip))
+    for load_variable in LOAD_VARIABLES:
+        np.testing.assert_allclose(printed_law("4102", load_variable)(at, slip), stress(at, slip))
 
 
-def test_the_dimensionless_basis_cannot_tell_ball_sizes_apart_and_the_load_basis_can():
+def test_dimensionless_load_cannot_tell_ball_sizes_apart_and_load_can():
     # on circular contacts W/(E' R^2) goes with (p/E')^3 alone
-    stress, load, dimensionless = (printed_law("4050", basis) for basis in BASES)
+    stress, load, dimensionless = (printed_law("4050", name) for name in LOAD_VARIABLES)
     rig, slip = stress.rig, np.array([[0.05]])
 
     def at(radius_m):

@@ -13,7 +13,7 @@ from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
-from oilfilm.studies.load_variables import FittedBasis
+from oilfilm.studies.load_variables import LawInBearing
 from oilfilm.traction import LAWS
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -33,10 +33,10 @@ def shipped(name: str) -> Bearing:
     return load(FOLDER / f"{name}.yaml", BearingFile).bearing(name)
 
 
-def printed_law(oil: str, basis: str = "stress") -> FittedBasis:
+def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:
     law = LAWS["deng2026"]
     fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
-    return FittedBasis(fitted, basis, RIG, SETTINGS.law_floor.model_dump())
+    return LawInBearing(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
 
 
 def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -> Lubrication:

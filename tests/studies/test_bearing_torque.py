@@ -1,8 +1,8 @@
-"""The fitted law in bearings: bases told apart, traction found again, tables and figures whole."""
+"""The fitted law in bearings: load variables compared, traction found again, tables and figures."""
 
 import itertools
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -26,7 +26,7 @@ from oilfilm.bearing.ellipse import Conditions
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.bearing_sentences import bearing_words
@@ -43,16 +43,19 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.studies.bearing_torque import (
     OilInBearing,
     cage_slip_table,
+    oils_in_bearings,
     power_loss_table,
     size_effect_table,
     torque_table,
 )
-from oilfilm.studies.load_variables import BASES, FittedBasis
+from oilfilm.studies.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.studies.slip_advice import advise
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import Observations, to_constants, to_internal
 from pictures import draw, nothing_is_cut_off
+
+SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
 
 
 @pytest.fixture(scope="module")
@@ -64,54 +67,51 @@ def config() -> Settings:
     return resolve(ROOT / "config", {}).with_changes({"bearing": small})
 
 
-def plateaus(torque_n_m: np.ndarray, speed_rpm: np.ndarray, se: float = 0.01) -> pd.DataFrame:
+@pytest.fixture(scope="module")
+def oils(config: Settings) -> list[OilInBearing]:
+    return oils_in_bearings(*printed_fits(), config)
+
+
+def plateaus(
+    torque_n_m: Sequence[float], speed_rpm: Sequence[float], se: float = 0.01
+) -> pd.DataFrame:
     """Accepted plateaus of oil 4050 at 20 kN and 100 degC."""
-    numbers = {name: 0.0 for name in tables.columns("torque_runs")}
+    about = {
+        "run_id": "a.csv",
+        "oil": "4050",
+        "bearing": "mainshaft-167",
+        "sha256": "",
+        "reader": "csv",
+        "axial_load_n": 20000.0,
+        "oil_temperature_c": 100.0,
+        "torque_n_m_se": se,
+        "accepted": True,
+        "failed_gates": "",
+    }
     rows = [
-        numbers
-        | {
-            "run_id": "a.csv",
-            "oil": "4050",
-            "bearing": "mainshaft-167",
-            "sha256": "",
-            "reader": "csv",
-            "first_row": place,
-            "inner_speed_rpm": speed,
-            "axial_load_n": 20000.0,
-            "oil_temperature_c": 100.0,
-            "torque_n_m": torque,
-            "torque_n_m_se": se,
-            "accepted": True,
-            "failed_gates": "",
-        }
-        for place, (torque, speed) in enumerate(zip(torque_n_m, speed_rpm, strict=True))
+        dict.fromkeys(tables.columns("torque_runs"), 0.0)
+        | about
+        | {"first_row": number, "inner_speed_rpm": speed, "torque_n_m": torque}
+        for number, (torque, speed) in enumerate(zip(torque_n_m, speed_rpm, strict=True))
     ]
     return tables.from_rows(rows, "torque_runs")
 
 
-@dataclass(frozen=True)
-class Stronger:
-    """The printed law of 4050, a third stronger."""
-
-    def __call__(self, at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
-        return 1.33 * printed_law("4050")(at, slide_roll_ratio)
-
-
-def test_inversion_finds_the_traction_that_was_planted(config):
-    speed = np.array([6000.0, 9000.0, 12000.0])
+def test_inversion_finds_the_traction_that_was_planted(config, oils):
+    law = printed_law("4050")
     truth = torque_terms(
         shipped("mainshaft-167"),
-        OperatingPoints.axial(20000.0, speed * RPM),
+        OperatingPoints.axial(20000.0, SPEED_RPM * RPM),
         lubrication("4050", 100, 3),
-        Stronger(),
+        lambda at, slide_roll_ratio: 1.33 * law(at, slide_roll_ratio),
         TESTED,
     )
-    torque, inversion = torque_table(plateaus(truth["torque_n_m"], speed), *printed_fits(), config)
+    torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, config)
     np.testing.assert_allclose(
         inversion["traction_coefficient"], truth["mean_traction_coefficient"], rtol=0.02
     )
     assert (inversion["law_traction_coefficient"] < inversion["traction_coefficient"]).all()
-    # what the other terms may be wrong by leaves a large doubt: traction decides a part alone
+    # the uncertainty of the other terms is large: traction decides only a part of the torque
     assert (inversion["traction_share"] < 0.4).all()
     assert (
         inversion["traction_coefficient_systematic"] > inversion["traction_coefficient_se"]
@@ -119,11 +119,11 @@ def test_inversion_finds_the_traction_that_was_planted(config):
     assert set(torque["load_variable"]) == {"stress", "load", "dimensionless_load"}
 
 
-def test_doubt_of_the_inversion_is_what_a_torque_wrong_by_it_would_give(config):
-    speed, se = np.array([9000.0]), 0.02
+def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(config, oils):
+    se = 0.02
     calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
     exact = dict.fromkeys(("rolling", "hysteresis", "drag", "pocket", "land"), 0.0)
-    # the calibration's offset alone, so that its doubt is known: 3/2 of the random one
+    # the calibration's offset alone, so that its uncertainty is known: 3/2 of the random one
     alone = config.with_changes(
         {
             "campaign": {"torque": {"calibration": calibration}},
@@ -131,8 +131,8 @@ def test_doubt_of_the_inversion_is_what_a_torque_wrong_by_it_would_give(config):
         }
     )
     first, moved = (
-        torque_table(plateaus(np.array([value]), speed, se), *printed_fits(), alone)[1].iloc[0]
-        for value in (7.0, 7.0 + se)
+        torque_table(plateaus([torque], [9000.0], se), oils, alone)[1].iloc[0]
+        for torque in (7.0, 7.0 + se)
     )
     change = moved["traction_coefficient"] - first["traction_coefficient"]
     assert first["verdict"] == "determined"
@@ -140,35 +140,31 @@ def test_doubt_of_the_inversion_is_what_a_torque_wrong_by_it_would_give(config):
     assert first["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
 
 
-def test_a_torque_that_no_traction_gives_is_said_to_have_no_solution(config):
-    _, inversion = torque_table(
-        plateaus(np.array([500.0]), np.array([6000.0])), *printed_fits(), config
-    )
+def test_a_torque_that_no_traction_gives_has_no_solution(config, oils):
+    _, inversion = torque_table(plateaus([500.0], [6000.0]), oils, config)
     assert list(inversion["verdict"]) == ["no solution"]
     assert inversion["traction_coefficient"].isna().all()
 
 
-def test_a_bearing_loaded_beyond_reason_is_told_why_it_has_no_torque(config):
+def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils):
     # 20 kN logged as 20 MN
-    runs = plateaus(np.array([5.0, 5.0]), np.array([6000.0, 9000.0]))
+    runs = plateaus([5.0, 5.0], [6000.0, 9000.0])
     runs["axial_load_n"] *= [1000.0, 1.0]
-    torque, inversion = torque_table(runs, *printed_fits(), config)
-    crushed = torque[torque["first_row"] == 0]
+    torque, inversion = torque_table(runs, oils, config)
+    crushed, sound = (torque[torque["first_row"] == row] for row in (0, 1))
     assert not crushed["converged"].any()
     assert crushed["torque_n_m"].isna().all()
     assert crushed["why"].str.contains("check the axial load and its unit").all()
-    sound = torque[torque["first_row"] == 1]
     assert sound["converged"].all()
     assert (sound["why"] == "").all()
     assert list(inversion["verdict"].iloc[:1]) == ["no solution"]
 
 
-def test_a_ball_that_lies_nowhere_is_told_how_far_it_is_from_balance(config):
+def test_a_ball_without_equilibrium_has_its_imbalance_as_the_reason(oils):
     # hardly any load at four million dmn: the balls leave the inner race
-    known = OilInBearing.of("4050", *printed_fits(), config)
+    (oil,) = (oil for oil in oils if oil.name == "4050")
     bearing = replace(shipped("harris-218"), groove_curvature=(0.55, 0.55))
-    at = np.array([0.01]), np.array([4e6 / 125.26]), np.array([100.0])
-    (row,) = known.run(bearing, *at, known.basis("stress")).to_dict("records")
+    (row,) = oil.run(bearing, 0.01, 4e6 / 125.26, 100.0).to_dict("records")
     assert not row["converged"]
     assert "out of balance" in row["why"]
     assert np.isnan(row["torque_n_m"])
@@ -176,13 +172,11 @@ def test_a_ball_that_lies_nowhere_is_told_how_far_it_is_from_balance(config):
 
 def test_an_oil_without_a_fit_is_left_out(config):
     coefficients, quality = printed_fits()
-    unfitted = coefficients.assign(value=np.nan)
-    torque, inversion = torque_table(
-        plateaus(np.array([5.0]), np.array([6000.0])), unfitted, quality, config
-    )
+    oils = oils_in_bearings(coefficients.assign(value=np.nan), quality, config)
+    torque, inversion = torque_table(plateaus([5.0], [6000.0]), oils, config)
     assert torque.empty
     assert inversion.empty
-    assert cage_slip_table(unfitted, quality, config).empty
+    assert cage_slip_table(oils, config).empty
 
 
 def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray:
@@ -193,18 +187,26 @@ def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray
     curve = np.repeat(np.arange(len(conditions)), len(slip))
     at = Observations(law.design(conditions), curve, np.tile(slip, len(conditions)))
     mu = traction(*conditions[curve].T, at.slip)
-    found = least_squares(
+    fit = least_squares(
         lambda internal: law.traction(internal, at) - mu,
         to_internal(law, printed()["4050"]),
         lambda internal: law.jacobian(internal, at),
         method="lm",
         x_scale="jac",
     )
-    return to_constants(law, found.x)
+    return to_constants(law, fit.x)
 
 
-def test_torque_of_local_physics_is_met_nearest_by_the_stress_basis():
-    # truth: thermal EHL at every place of the ellipse; law: fitted to that film on the traction rig
+def curated_logs(settings: Settings) -> tuple[dict[str, str], Curated, pd.DataFrame]:
+    """Planted defect of each simulated log, the curated logs, and the table of the truth."""
+    logs = list(simulate_torque(settings, printed()))
+    curated = check_logs([(plan.name, content) for plan, content, _ in logs], settings, TORQUE_RIG)
+    truth = tables.from_rows([row for *_, rows in logs for row in rows], "torque_truth")
+    return {plan.name: plan.defect for plan, *_ in logs}, curated, truth
+
+
+def test_torque_of_local_physics_is_met_nearest_by_the_law_on_pressure():
+    # truth: thermal EHL at every point of the ellipse; law: fitted to that film on the traction rig
     matrix = {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
     campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
     config = resolve(ROOT / "config", {"campaign": "thermal"}).with_changes({"campaign": campaign})
@@ -212,44 +214,39 @@ def test_torque_of_local_physics_is_met_nearest_by_the_stress_basis():
     coefficients, quality = printed_fits()
     of_oil = coefficients["oil"] == "4050"
     coefficients.loc[of_oil, "value"] = fitted_to(traction, config.campaign.matrix)
-    logs = list(simulate_torque(config, printed()))
-    curated = check_logs([(plan.name, content) for plan, content, _ in logs], config, TORQUE_RIG)
-    runs, refused = curated.points, curated.quarantine
-    assert refused.empty
-    truth = tables.from_rows([row for _, _, rows in logs for row in rows], "torque_truth")
-    expected = truth.sort_values(["run_id", "inner_speed_rpm"])["torque_n_m"].to_numpy()
-    found = runs.sort_values(["run_id", "inner_speed_rpm"])
-    # 0.3 % calibration and the noise
-    np.testing.assert_allclose(found["torque_n_m"], expected, rtol=0.02)
-    table, _ = torque_table(runs, coefficients, quality, config)
-    error = (
-        table.assign(error=table["relative_error"].abs()).groupby("load_variable")["error"].median()
+    _, curated, truth = curated_logs(config)
+    assert curated.quarantine.empty
+    measured, true = (
+        frame.sort_values(["run_id", "inner_speed_rpm"])["torque_n_m"].to_numpy()
+        for frame in (curated.points, truth)
     )
-    # how much nearer hangs on the oil: a limiting stress makes traction follow pressure weakly
+    # 0.3 % calibration and the noise
+    np.testing.assert_allclose(measured, true, rtol=0.02)
+    table, _ = torque_table(curated.points, oils_in_bearings(coefficients, quality, config), config)
+    error = table["relative_error"].abs().groupby(table["load_variable"]).median()
+    # how much nearer depends on the oil: with a limiting stress traction hardly follows pressure
     assert error["stress"] < error["load"]
     assert error["stress"] < error["dimensionless_load"]
     assert error["stress"] < 0.05
 
 
 def test_a_planted_defect_of_the_twin_is_caught(config):
-    logs = {plan: content for plan, content, _ in simulate_torque(config, printed())}
-    named = [(plan.name, content) for plan, content in logs.items()]
-    curated = check_logs(named, config, TORQUE_RIG)
+    defects, curated, _ = curated_logs(config)
     runs, refused = curated.points, curated.quarantine
     gates = {"tare_drift": "zero_drift", "truncated": "truncated", "warming": "torque_drifts"}
-    for plan in logs:
-        of_run = runs[runs["run_id"] == plan.name]
-        if not plan.defect:
-            assert of_run["accepted"].all(), plan.name
+    for name, defect in defects.items():
+        of_run = runs[runs["run_id"] == name]
+        if not defect:
+            assert of_run["accepted"].all(), name
             assert len(of_run) == 4
             continue
-        found = [*of_run["failed_gates"], *refused[refused["run_id"] == plan.name]["rule"]]
-        assert gates[plan.defect] in found, plan.name
+        refusals = [*of_run["failed_gates"], *refused[refused["run_id"] == name]["rule"]]
+        assert gates[defect] in refusals, name
         assert not of_run["accepted"].any()
 
 
-def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_not(config):
-    table = size_effect_table(*printed_fits(), config)
+def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_not(config, oils):
+    table = size_effect_table(oils, config)
     of_size = table[(table["varied"] == "ball size") & (table["oil"] == "4050")]
     error = of_size.pivot(
         index="ball_diameter_mm", columns="load_variable", values="relative_to_stress"
@@ -259,8 +256,8 @@ def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_n
     assert np.ptp(error["dimensionless_load"]) < 0.2
 
 
-def test_cage_slip_grows_with_speed_and_falls_with_load(config):
-    table = cage_slip_table(*printed_fits(), config)
+def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
+    table = cage_slip_table(oils, config)
     assert table["converged"].all()
     for _, of_oil in table.groupby("oil"):
         grid = of_oil.pivot(
@@ -271,17 +268,16 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config):
 
 
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])
-def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, name):
-    fits = printed_fits()
-    runs = plateaus(np.array([5.0, 6.5]), np.array([6000.0, 9000.0]))
+def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, oils, name):
+    runs = plateaus([5.0, 6.5], [6000.0, 9000.0])
     published = load_settings(ROOT / "data/reference/power_loss.yaml", PublishedPowerLoss)
-    slip = cage_slip_table(*fits, config)
+    slip = cage_slip_table(oils, config)
     results = CampaignTables.in_memory(
-        torque=torque_table(runs, *fits, config)[0],
+        torque=torque_table(runs, oils, config)[0],
         cage_slip=slip,
         slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
-        size_effect=size_effect_table(*fits, config),
-        power_loss=power_loss_table(published, *fits, config),
+        size_effect=size_effect_table(oils, config),
+        power_loss=power_loss_table(published, oils, config),
     )
     figure, drawn = draw(name, results, config)
     tables.conform(drawn, load_figure(name).table, name)
@@ -290,9 +286,9 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, nam
     assert nothing_is_cut_off(figure)
 
 
-def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config):
+def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config, oils):
     published = load_settings(ROOT / "data/reference/power_loss.yaml", PublishedPowerLoss)
-    table = power_loss_table(published, *printed_fits(), config)
+    table = power_loss_table(published, oils, config)
     figure, _ = draw("power-loss", CampaignTables.in_memory(power_loss=table), config)
     (axis,) = figure.axes
     (points,) = axis.lines
@@ -314,7 +310,10 @@ def load_law_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
     law = LAWS["wang-deng-load"]
     coefficients, quality = (table[table["oil"] == "4050"] for table in printed_fits())
     rows = pd.concat([coefficients.iloc[:1]] * len(law.constants), ignore_index=True)
-    names, values = [one.name for one in law.constants], np.where(WANG_DENG == 0, 1e-9, WANG_DENG)
+    names, values = (
+        [constant.name for constant in law.constants],
+        np.where(WANG_DENG == 0, 1e-9, WANG_DENG),
+    )
     return (
         rows.assign(law=law.name, constant=names, value=values),
         quality.assign(law=law.name),
@@ -327,29 +326,30 @@ WANG_DENG = np.array(
 )
 
 
-def test_a_law_on_load_of_its_own_stands_beside_the_bases(config):
-    law, runs = LAWS["wang-deng-load"], plateaus(np.array([5.0]), np.array([9000.0]))
-    torque, _ = torque_table(runs, *printed_fits(), config, load_law_fits())
+def test_a_law_on_load_is_compared_as_well(config):
+    law, runs = LAWS["wang-deng-load"], plateaus([5.0], [9000.0])
+    oils = oils_in_bearings(*printed_fits(), config, load_law_fits())
+    torque, _ = torque_table(runs, oils, config)
     row = torque.set_index("load_variable").loc["wang-deng-load"]
     assert row["converged"]
-    assert set(torque["load_variable"]) == {*BASES, law.name}
+    assert set(torque["load_variable"]) == {*LOAD_VARIABLES, law.name}
     # 20 kN over 20 balls press each with little more than 1 kN
-    known = OilInBearing.of("4050", *printed_fits(), config, load_law_fits())
-    asked = []
+    (in_bearing,) = (oil.laws[law.name] for oil in oils if law.name in oil.laws)
+    calls = []
 
-    def told(at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
-        mu = known.basis(law.name)(at, slide_roll_ratio)
-        asked.append((at.load_n.ravel(), at.entrainment_speed_m_s.ravel(), slide_roll_ratio, mu))
+    def recorded(at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
+        mu = in_bearing(at, slide_roll_ratio)
+        calls.append((at.load_n.ravel(), at.entrainment_speed_m_s.ravel(), slide_roll_ratio, mu))
         return mu
 
-    found = friction_equilibrium(
+    equilibrium = friction_equilibrium(
         shipped("mainshaft-167"),
         OperatingPoints.axial(20000.0, 9000 * RPM),
         lubrication("4050", 100, 1),
-        told,
+        recorded,
     )
-    load, speed, slip, mu = asked[-1]
-    contacts = found.balance.contacts
+    load, speed, slip, mu = calls[-1]
+    contacts = equilibrium.balance.contacts
     np.testing.assert_array_equal(load, contacts.load_n.ravel())
     push = contacts.load_n[0, 0, 0] * np.sin(contacts.contact_angle_rad[0, 0, 0])
     assert 20 * push == pytest.approx(20000.0, rel=0.03)  # friction carries a little
@@ -377,8 +377,8 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
         return np.broadcast_to(values, (2,))[:, np.newaxis].astype(float)
 
     at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
-    basis = FittedBasis(fitted, "stress", RIG, SETTINGS.law_floor.model_dump())
-    mu = basis(at, np.full((2, 1), 0.02))
+    in_bearing = LawInBearing(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
+    mu = in_bearing(at, np.full((2, 1), 0.02))
     eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
     groups = (
         load / (modulus * radius**2) / 1e-6,
@@ -394,29 +394,26 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
 
 def test_shares_beyond_an_unknown_box_are_unknown(config):
     coefficients, quality = printed_fits()
-    blank = quality.assign(
-        tested_min_max_hertz_pressure_gpa=np.nan, tested_max_max_hertz_pressure_gpa=np.nan
-    )
-    runs = plateaus(np.array([5.0]), np.array([9000.0]))
-    table, _ = torque_table(runs, coefficients, blank, config)
+    ends = ("tested_min_max_hertz_pressure_gpa", "tested_max_max_hertz_pressure_gpa")
+    unknown = quality.assign(**dict.fromkeys(ends, np.nan))
+    oils = oils_in_bearings(coefficients, unknown, config)
+    table, _ = torque_table(plateaus([5.0], [9000.0]), oils, config)
     assert table["share_beyond_pressure"].isna().all()
     assert table["share_beyond_speed"].between(0, 1).all()
 
 
-def test_the_summary_tells_of_logs_errors_and_advice(config):
-    logs = list(simulate_torque(small(config), printed()))
-    curated = check_logs([(plan.name, content) for plan, content, _ in logs], config, TORQUE_RIG)
-    runs, refused = curated.points, curated.quarantine
-    fits = printed_fits()
-    torque, inversion = torque_table(runs, *fits, config)
-    slip = cage_slip_table(*fits, config)
-    advice = advise(slip, config.selection, config.gates.lambda_limit)
+def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
+    matrix = {"oil_temperature_c": [70]}
+    campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
+    _, curated, _ = curated_logs(config.with_changes({"campaign": campaign}))
+    torque, inversion = torque_table(curated.points, oils, config)
+    slip = cage_slip_table(oils, config)
     results = CampaignTables.in_memory(
-        torque_runs=runs,
-        torque_quarantine=refused,
+        torque_runs=curated.points,
+        torque_quarantine=curated.quarantine,
         torque=torque,
         torque_inversion=inversion,
-        slip_advice=advice,
+        slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
     )
     text = "\n".join(bearing_words(results))
     assert "torque logs 2 read of 3; plateaus 8 accepted of 8" in text
@@ -430,12 +427,6 @@ def test_the_summary_tells_of_logs_errors_and_advice(config):
     assert nothing[1] == "  torque logs 0 read of 0; plateaus 0 accepted of 0"
 
 
-def small(config: Settings) -> Settings:
-    """The campaign with three torque logs of one oil."""
-    torque = {"matrix": {"oil_temperature_c": [70]}}
-    return config.with_changes({"campaign": {"oils": ["4050"], "torque": torque}})
-
-
 def test_bearing_without_contact_angle_has_no_outside_opinion_by_palmgren() -> None:
-    found = palmgren_torque_n_m(np.array([1e3, 0.0]), 1e3, 8e-6, 0.1, 0.0, 1.0, 1e-3)
-    assert np.isnan(found).all()
+    torque = palmgren_torque_n_m(np.array([1e3, 0.0]), 1e3, 8e-6, 0.1, 0.0, 1.0, 1e-3)
+    assert np.isnan(torque).all()

@@ -1,4 +1,4 @@
-"""Ask the bearing for cage slip, the size effect and a published power loss."""
+"""Calculate cage slip, the size effect and a published power loss."""
 
 from pathlib import Path
 
@@ -6,7 +6,12 @@ from oilfilm.run.job import job
 from oilfilm.settings.messages import load
 from oilfilm.settings.reference import PublishedPowerLoss
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.bearing_torque import cage_slip_table, power_loss_table, size_effect_table
+from oilfilm.studies.bearing_torque import (
+    cage_slip_table,
+    oils_in_bearings,
+    power_loss_table,
+    size_effect_table,
+)
 from oilfilm.studies.slip_advice import advise
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
@@ -14,13 +19,13 @@ with job(snakemake) as provenance:
     results = CampaignTables.of_job(snakemake.input)
     settings = Settings.of(snakemake.params.config)
     published = load(Path(snakemake.input.published), PublishedPowerLoss)
-    fits = results.coefficients, results.fit_quality, settings
-    others = results.law_coefficients, results.law_fit_quality
-    cage_slip = cage_slip_table(*fits)
+    other_fits = results.law_coefficients, results.law_fit_quality
+    oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, other_fits)
+    cage_slip = cage_slip_table(oils, settings)
     frames = {
         "cage_slip": cage_slip,
         "slip_advice": advise(cage_slip, settings.selection, settings.gates.lambda_limit),
-        "size_effect": size_effect_table(*fits, others),
-        "power_loss": power_loss_table(published, *fits),
+        "size_effect": size_effect_table(oils, settings),
+        "power_loss": power_loss_table(published, oils, settings),
     }
     write_tables(frames, snakemake.output, provenance)

@@ -38,7 +38,7 @@ class Conditions:
     reduced_modulus_pa: float
 
 
-class TractionBasis(Protocol):
+class TractionLaw(Protocol):
     """A traction law as a function of the conditions and the slip of contacts."""
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
@@ -206,7 +206,7 @@ def conditions(
 
 
 def traction(
-    contacts: Contacts, slip: Sliding, at: Conditions, law: TractionBasis, rule: Grid
+    contacts: Contacts, slip: Sliding, at: Conditions, law: TractionLaw, rule: Grid
 ) -> Traction:
     """Force, moments and heat of the film's traction, by quadrature over the ellipse.
 

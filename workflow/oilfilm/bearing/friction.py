@@ -17,7 +17,7 @@ from oilfilm.bearing.ellipse import (
     Conditions,
     Grid,
     Traction,
-    TractionBasis,
+    TractionLaw,
     conditions,
     grid,
     sliding,
@@ -118,7 +118,7 @@ def balance(
     motion: Motion,
     ring_speed_rad_s: FloatArray,
     lubrication: Lubrication,
-    law: TractionBasis,
+    law: TractionLaw,
     rule: Grid,
     share: float = 1.0,
 ) -> Balance:
@@ -314,7 +314,7 @@ def friction_equilibrium(
     bearing: Bearing,
     points: OperatingPoints,
     lubrication: Lubrication,
-    law: TractionBasis,
+    law: TractionLaw,
     quadrature: tuple[int, int] = QUADRATURE,
     tolerance: float = 1e-10,
     max_iterations: int = 100,
@@ -365,7 +365,7 @@ class _Problem:
     bearing: Bearing
     points: OperatingPoints
     lubrication: Lubrication
-    law: TractionBasis
+    law: TractionLaw
     rule: Grid
 
     @cached_property

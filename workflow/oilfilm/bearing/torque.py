@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from oilfilm.bearing.ellipse import Conditions, TractionBasis, grid, sliding, traction
+from oilfilm.bearing.ellipse import Conditions, TractionLaw, grid, sliding, traction
 from oilfilm.bearing.friction import (
     HEATS,
     QUADRATURE,
@@ -28,7 +28,7 @@ def torque_terms(
     bearing: Bearing,
     points: OperatingPoints,
     lubrication: Lubrication,
-    law: TractionBasis,
+    law: TractionLaw,
     tested: Mapping[str, tuple[float, float]],
     quadrature: tuple[int, int] = QUADRATURE,
 ) -> dict[str, FloatArray]:
@@ -173,7 +173,7 @@ def _heat_by_sliding(
 def _traction_heat(
     bearing: Bearing,
     points: OperatingPoints,
-    law: TractionBasis,
+    law: TractionLaw,
     equilibrium: FrictionEquilibrium,
     quadrature: tuple[int, int],
 ) -> FloatArray:

@@ -59,7 +59,7 @@ class LocalTraction:
     radius_y_m: FloatArray
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        """See `oilfilm.bearing.ellipse.TractionBasis`."""
+        """See `oilfilm.bearing.ellipse.TractionLaw`."""
         load = np.maximum(at.load_n, 1e-3)
         contact = elliptical_contact(load, at.radius_x_m, self.radius_y_m, at.reduced_modulus_pa)
         peak = np.maximum(at.max_hertz_pressure_gpa * PA_PER_GPA, 1e6)

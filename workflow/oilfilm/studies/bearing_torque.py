@@ -1,6 +1,6 @@
 """A fitted traction law in bearings: tables of torque, inversion, cage slip and size effect."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,94 +8,132 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
-from oilfilm.bearing.ellipse import Conditions, TractionBasis
+from oilfilm.bearing.ellipse import Conditions, TractionLaw
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.reference import PublishedPowerLoss
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
-from oilfilm.studies.load_variables import BASES, LOAD_LAWS, FittedBasis
+from oilfilm.studies.load_variables import LOAD_LAWS, LOAD_VARIABLES, LawInBearing
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
-
-
-# Coefficients and fit quality of further laws, as the comparison of laws makes them.
-OtherFits = tuple[pd.DataFrame, pd.DataFrame] | None
+# Of a ball's load; a larger residual is no number worth a table.
+_LARGEST_RESIDUAL = 1e9
+# Beyond this inner contact angle no groove is left to guide the ball.
+_SHOULDER_DEG = 65.0
+# Factors on all traction, among which the inversion looks for that of a measured torque.
+_FACTORS = np.geomspace(1 / 8, 8, 25)
 
 
 @dataclass(frozen=True)
 class OilInBearing:
-    """One oil as bearings know it: its properties, its fitted laws and the rig behind them.
+    """One oil in bearings: its properties and its fitted laws.
 
     Attributes:
         name: As in config/oils.
         oil: Its properties.
-        laws: Fitted law by basis; each of `BASES` has the campaign's own.
-        rig: Contact of the traction rig.
+        laws: Law by load variable: the campaign's own with each of `LOAD_VARIABLES`, and laws on
+            load by their names.
         tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
         settings: The settings' `bearing`.
     """
 
     name: str
     oil: Oil
-    laws: Mapping[str, FittedLaw]
-    rig: Contact
+    laws: Mapping[str, TractionLaw]
     tested: Mapping[str, tuple[float, float]]
     settings: BearingSettings
-
-    @classmethod
-    def of(
-        cls,
-        name: str,
-        coefficients: pd.DataFrame,
-        quality: pd.DataFrame,
-        settings: Settings,
-        others: OtherFits = None,
-    ) -> "OilInBearing | None":
-        """The oil; None where its law, its properties or its rig are not known."""
-        # by load a law means the ball of its rig: of several, one and the same
-        rig, oil = settings.common_contact(), settings.properties_of(name)
-        fitted = FittedLaw.of(coefficients, name, quality=quality)
-        if rig is None or oil is None or np.isnan(fitted.coefficients.constants).any():
-            return None
-        laws = dict.fromkeys(BASES, fitted)
-        if others is not None:
-            laws |= _load_laws(name, *others, settings)
-        row = quality[(quality["oil"] == name) & (quality["law"] == fitted.law.name)].iloc[0]
-        tested = {
-            of: (float(row[f"tested_min_{of}"]), float(row[f"tested_max_{of}"])) for of in _TESTED
-        }
-        return cls(name, oil, laws, rig, tested, settings.bearing)
-
-    def basis(self, basis: str) -> FittedBasis:
-        """The fitted law on a basis."""
-        return FittedBasis(self.laws[basis], basis, self.rig, self.settings.law_floor.model_dump())
 
     def run(
         self,
         bearing: Bearing,
-        axial_load_n: FloatArray,
-        speed_rpm: FloatArray,
-        inlet_temperature_c: FloatArray,
-        law: TractionBasis,
+        axial_load_n: Floats,
+        inner_speed_rpm: Floats,
+        inlet_temperature_c: Floats,
+        load_variable: str = "stress",
+        traction_factor: float = 1.0,
     ) -> pd.DataFrame:
-        """Friction at operating points, columns as of the tables of bearing friction."""
-        points = OperatingPoints.axial(axial_load_n, speed_rpm * RAD_S_PER_RPM)
+        """Friction at operating points, one row per point, with the columns of `torque_terms`.
+
+        Args:
+            bearing: The bearing.
+            axial_load_n: Axial load.
+            inner_speed_rpm: Speed of the inner ring.
+            inlet_temperature_c: Temperature of the oil.
+            load_variable: Key of `laws`.
+            traction_factor: Factor on all traction.
+        """
+        load, speed, temperature = np.broadcast_arrays(
+            np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c
+        )
+        law = self.laws[load_variable]
+
+        def scaled(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+            return traction_factor * law(at, slide_roll_ratio)
+
         lubrication = Lubrication.of(
             self.oil,
-            inlet_temperature_c,
+            temperature,
             self.settings.drag_coefficient,
             self.settings.oil_volume_fraction,
         )
-        return _without_failures(torque_terms(bearing, points, lubrication, law, self.tested))
+        points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
+        terms = torque_terms(bearing, points, lubrication, scaled, self.tested)
+        return _without_failures(terms).assign(
+            oil=self.name,
+            bearing=bearing.name,
+            load_variable=load_variable,
+            axial_load_n=load,
+            inner_speed_rpm=speed,
+            inlet_temperature_c=temperature,
+        )
+
+
+def oils_in_bearings(
+    coefficients: pd.DataFrame,
+    quality: pd.DataFrame,
+    settings: Settings,
+    other_fits: tuple[pd.DataFrame, pd.DataFrame] | None = None,
+) -> list[OilInBearing]:
+    """The campaign's oils whose law, properties and traction rig are known.
+
+    Args:
+        coefficients: Table of coefficients.
+        quality: Table of fit quality.
+        settings: The settings.
+        other_fits: Coefficients and fit quality of further laws, as the comparison of laws makes
+            them; those on load are evaluated as well.
+    """
+    # a law on load refers to the ball of its rig: several rigs must have the same one
+    rig = settings.common_contact()
+    floor = settings.bearing.law_floor.model_dump()
+    oils = []
+    for name in settings.oils:
+        oil, fitted = (
+            settings.properties_of(name),
+            FittedLaw.of(coefficients, name, quality=quality),
+        )
+        if rig is None or oil is None or np.isnan(fitted.coefficients.constants).any():
+            continue
+        laws = {variable: LawInBearing(fitted, variable, rig, floor) for variable in LOAD_VARIABLES}
+        if other_fits is not None:
+            for law, other in _load_laws(name, *other_fits, settings).items():
+                laws[law] = LawInBearing(other, law, rig, floor)
+        row = quality[(quality["oil"] == name) & (quality["law"] == fitted.law.name)].iloc[0]
+        tested = {
+            level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))
+            for level in _TESTED
+        }
+        oils.append(OilInBearing(name, oil, laws, tested, settings.bearing))
+    return oils
 
 
 def _load_laws(
@@ -116,22 +154,15 @@ def _load_laws(
 
 def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Null where there is no equilibrium, with the reason."""
-    found, residual = terms["converged"].astype(bool), terms["residual"]
-    known = zip(residual, terms["inner_contact_angle_deg"], terms["widest_contact"], strict=True)
-    why = ["" if fine else _why(*told) for fine, told in zip(found, known, strict=True)]
-    about = {
-        "converged": found,
-        "residual": np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
-        "why": np.array(why, dtype=object),
-    }
-    cleared = {name: np.where(found, values, np.nan) for name, values in terms.items()}
-    return pd.DataFrame(cleared | about)
-
-
-# Of a ball's load; a trial beyond it is no number worth a table.
-_LARGEST_RESIDUAL = 1e9
-# Beyond this inner contact angle no groove is left for the ball to lie in.
-_SHOULDER_DEG = 65.0
+    converged, residual = terms["converged"].astype(bool), terms["residual"]
+    cleared = {name: np.where(converged, values, np.nan) for name, values in terms.items()}
+    states = zip(residual, terms["inner_contact_angle_deg"], terms["widest_contact"], strict=True)
+    why = ["" if good else _why(*state) for good, state in zip(converged, states, strict=True)]
+    return pd.DataFrame(cleared).assign(
+        converged=converged,
+        residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
+        why=np.array(why, dtype=object),
+    )
 
 
 def _why(residual: float, inner_angle_deg: float, widest_contact: float) -> str:
@@ -140,27 +171,21 @@ def _why(residual: float, inner_angle_deg: float, widest_contact: float) -> str:
             f"the contacts would be {widest_contact:.2g} times as wide as the balls; check the "
             "axial load and its unit"
         )
-    found = f"forces stay {residual:.2g} of a ball's load out of balance"
+    imbalance = f"forces stay {residual:.2g} of a ball's load out of balance"
     if inner_angle_deg > _SHOULDER_DEG:
-        return f"{found}; the ball climbs the inner shoulder ({inner_angle_deg:.0f} degrees)"
-    return f"{found}; no steady motion was found, which need not mean that there is none"
+        return f"{imbalance}; the ball climbs the inner shoulder ({inner_angle_deg:.0f} degrees)"
+    return f"{imbalance}; no steady motion was found, which need not mean that there is none"
 
 
 def torque_table(
-    runs: pd.DataFrame,
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    settings: Settings,
-    others: OtherFits = None,
+    runs: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measured plateaus against every basis, and the traction that each plateau has by inversion.
+    """Measured plateaus against every load variable, and the traction of each by inversion.
 
     Args:
         runs: Table of torque runs; refused plateaus are left out.
-        coefficients: Table of coefficients.
-        quality: Table of fit quality.
+        oils: Oils with their laws.
         settings: The settings.
-        others: Fits of further laws; those on load are compared as well.
 
     Returns:
         The tables `torque` and `torque_inversion`.
@@ -169,127 +194,100 @@ def torque_table(
     accepted = runs[runs["accepted"]]
     torque: list[pd.DataFrame] = []
     inversion: list[pd.DataFrame] = []
-    for known in _known_oils(coefficients, quality, settings, others):
-        rows = accepted[accepted["oil"] == known.name].reset_index(drop=True)
-        if len(rows):
-            of_basis = {basis: _torque(bearing, rows, known, basis) for basis in known.laws}
-            torque += of_basis.values()
-            inversion.append(_inversion(bearing, rows, known, of_basis["stress"], settings))
+    for oil in oils:
+        plateaus = accepted[accepted["oil"] == oil.name].reset_index(drop=True)
+        if len(plateaus):
+            by_law = {variable: _torque(bearing, plateaus, oil, variable) for variable in oil.laws}
+            torque += by_law.values()
+            inversion.append(_inversion(bearing, plateaus, oil, by_law["stress"], settings))
     return _table(torque, "torque"), _table(inversion, "torque_inversion")
 
 
-def _conditions(rows: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return (
-        rows["axial_load_n"].to_numpy(),
-        rows["inner_speed_rpm"].to_numpy(),
-        rows["oil_temperature_c"].to_numpy(),
-    )
+def _run(
+    bearing: Bearing,
+    plateaus: pd.DataFrame,
+    oil: OilInBearing,
+    load_variable: str,
+    traction_factor: float = 1.0,
+) -> pd.DataFrame:
+    """Calculated friction of each plateau."""
+    columns = ["axial_load_n", "inner_speed_rpm", "oil_temperature_c"]
+    load, speed, temperature = plateaus[columns].to_numpy().T
+    return oil.run(bearing, load, speed, temperature, load_variable, traction_factor)
 
 
-def _torque(bearing: Bearing, rows: pd.DataFrame, known: OilInBearing, basis: str) -> pd.DataFrame:
-    load, speed, temperature = _conditions(rows)
-    terms = known.run(bearing, load, speed, temperature, known.basis(basis))
-    viscosity = known.oil.kinematic_viscosity_m2_s(temperature)
-    palmgren = known.settings.palmgren
+def _torque(
+    bearing: Bearing, plateaus: pd.DataFrame, oil: OilInBearing, load_variable: str
+) -> pd.DataFrame:
+    terms = _run(bearing, plateaus, oil, load_variable)
+    load, speed = plateaus["axial_load_n"].to_numpy(), plateaus["inner_speed_rpm"].to_numpy()
+    viscosity = oil.oil.kinematic_viscosity_m2_s(plateaus["oil_temperature_c"].to_numpy())
     return terms.assign(
-        run_id=rows["run_id"],
-        first_row=rows["first_row"],
-        oil=known.name,
-        bearing=bearing.name,
-        load_variable=basis,
-        inner_speed_rpm=speed,
-        axial_load_n=load,
-        inlet_temperature_c=temperature,
-        measured_torque_n_m=rows["torque_n_m"],
-        measured_torque_n_m_se=rows["torque_n_m_se"],
-        relative_error=terms["torque_n_m"] / rows["torque_n_m"] - 1,
+        run_id=plateaus["run_id"],
+        first_row=plateaus["first_row"],
+        measured_torque_n_m=plateaus["torque_n_m"],
+        measured_torque_n_m_se=plateaus["torque_n_m_se"],
+        relative_error=terms["torque_n_m"] / plateaus["torque_n_m"] - 1,
         palmgren_torque_n_m=palmgren_torque_n_m(
             load,
             speed,
             viscosity,
             bearing.pitch_diameter_m,
             bearing.contact_angle_rad,
-            palmgren.f0,
-            palmgren.f1,
+            oil.settings.palmgren.f0,
+            oil.settings.palmgren.f1,
         ),
         skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, bearing.pitch_diameter_m),
     )
 
 
-@dataclass(frozen=True)
-class _Scaled:
-    """A law with all traction times one factor."""
-
-    law: TractionBasis
-    factor: float
-
-    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        return self.factor * self.law(at, slide_roll_ratio)
-
-
-# Factors on all traction among which that of a measured torque is looked for.
-_FACTORS = np.geomspace(1 / 8, 8, 25)
-
-
 def _inversion(
     bearing: Bearing,
-    rows: pd.DataFrame,
-    known: OilInBearing,
+    plateaus: pd.DataFrame,
+    oil: OilInBearing,
     by_law: pd.DataFrame,
     settings: Settings,
 ) -> pd.DataFrame:
     """Traction that gives the measured torque, all of it scaled alike; the other terms stay.
 
-    The torque is calculated for a row of factors. Between the two next to each other, nearest to
-    the law's own 1, that have the measured torque between them, factor and traction coefficient
-    are interpolated.
+    The torque is calculated for each of `_FACTORS`. Traction coefficient is interpolated linearly
+    between the two neighbouring factors whose torques enclose the measured one; of several such
+    pairs the one nearest to the law's own factor 1 is taken.
     """
-    load, speed, temperature = _conditions(rows)
-    law = known.basis("stress")
-    tried = [
-        known.run(bearing, load, speed, temperature, _Scaled(law, factor)) for factor in _FACTORS
-    ]
-    torque = np.stack([one["torque_n_m"].to_numpy() for one in tried])
-    coefficient = np.stack([one["mean_traction_coefficient"].to_numpy() for one in tried])
-    above = torque - rows["torque_n_m"].to_numpy()
-    crossing = above[:-1] * above[1:] <= 0
-    away = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
-    place = np.where(crossing, away, np.inf).argmin(axis=0)
-    each = np.arange(len(rows))
-    rise, span = np.diff(torque, axis=0)[place, each], np.diff(coefficient, axis=0)[place, each]
-    found = np.where(crossing.any(axis=0), coefficient[place, each], np.nan)
+    calculated = [_run(bearing, plateaus, oil, "stress", factor) for factor in _FACTORS]
+    torque = np.stack([terms["torque_n_m"] for terms in calculated])
+    coefficient = np.stack([terms["mean_traction_coefficient"] for terms in calculated])
+    above = torque - plateaus["torque_n_m"].to_numpy()
+    encloses = above[:-1] * above[1:] <= 0
+    distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
+    lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(plateaus))
+    rise, span = np.diff(torque, axis=0)[lower], np.diff(coefficient, axis=0)[lower]
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(rise != 0, span / rise, np.inf)
-        value = found - above[place, each] * slope
-        random = np.abs(slope) * rows["torque_n_m_se"].to_numpy()
-        systematic = np.abs(slope) * _systematic_n_m(rows, by_law, settings)
-    whole = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
-    doubt = np.where(whole, np.hypot(random, systematic), np.nan)
-    verdict = np.where(whole, np.where(doubt < value, "determined", "undetermined"), "no solution")
-    return pd.DataFrame(
-        {
-            "run_id": rows["run_id"],
-            "first_row": rows["first_row"],
-            "oil": known.name,
-            "inner_speed_rpm": speed,
-            "axial_load_n": load,
-            "inlet_temperature_c": temperature,
-            "traction_share": by_law["traction_torque_n_m"] / by_law["torque_n_m"],
-            "law_traction_coefficient": by_law["mean_traction_coefficient"],
-            "traction_coefficient": np.where(whole, value, np.nan),
-            "traction_coefficient_se": np.where(whole, random, np.nan),
-            "traction_coefficient_systematic": np.where(whole, systematic, np.nan),
-            "verdict": verdict,
-        }
+        value = np.where(encloses.any(axis=0), coefficient[lower], np.nan) - above[lower] * slope
+        random = np.abs(slope) * plateaus["torque_n_m_se"].to_numpy()
+        systematic = np.abs(slope) * _systematic_n_m(plateaus, by_law, settings)
+    solved = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
+    uncertainty = np.where(solved, np.hypot(random, systematic), np.nan)
+    verdict = np.select(
+        [~solved, uncertainty < value], ["no solution", "determined"], "undetermined"
+    )
+    return by_law.assign(
+        traction_share=by_law["traction_torque_n_m"] / by_law["torque_n_m"],
+        law_traction_coefficient=by_law["mean_traction_coefficient"],
+        traction_coefficient=np.where(solved, value, np.nan),
+        traction_coefficient_se=np.where(solved, random, np.nan),
+        traction_coefficient_systematic=np.where(solved, systematic, np.nan),
+        verdict=verdict,
     )
 
 
-def _systematic_n_m(rows: pd.DataFrame, by_law: pd.DataFrame, settings: Settings) -> FloatArray:
+def _systematic_n_m(plateaus: pd.DataFrame, by_law: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the traction's part in the torque, calibration and other terms."""
     calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
     parts = [
-        calibration.torque_n_m + 0 * rows["torque_n_m"],
-        calibration.torque_relative * rows["torque_n_m"],
+        calibration.torque_n_m + 0 * plateaus["torque_n_m"],
+        calibration.torque_relative * plateaus["torque_n_m"],
         *(
             relative * by_law[f"{term}_torque_n_m"]
             for term, relative in settings.bearing.term_uncertainty
@@ -298,92 +296,48 @@ def _systematic_n_m(rows: pd.DataFrame, by_law: pd.DataFrame, settings: Settings
     return np.sqrt(np.sum(np.square(np.array(parts, dtype=float)), axis=0))
 
 
-def cage_slip_table(
-    coefficients: pd.DataFrame, quality: pd.DataFrame, settings: Settings
-) -> pd.DataFrame:
+def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
     """Cage slip of each oil over speed and axial load, by `bearing.cage_slip`."""
+    bearing, cage_slip = settings.tested_bearing(), settings.bearing.cage_slip
+    grid = np.meshgrid(cage_slip.pitch_speed_mm_rpm, cage_slip.axial_load_n, indexing="ij")
+    pitch_speed, load = (levels.ravel() for levels in grid)
+    speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
     return _table(
-        (_cage_slip(known, settings) for known in _known_oils(coefficients, quality, settings)),
+        (
+            oil.run(bearing, load, speed, cage_slip.inlet_temperature_c).assign(
+                pitch_speed_mm_rpm=pitch_speed
+            )
+            for oil in oils
+        ),
         "cage_slip",
     )
 
 
-def _known_oils(
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    settings: Settings,
-    others: OtherFits = None,
-) -> Iterator[OilInBearing]:
-    for oil in settings.oils:
-        known = OilInBearing.of(oil, coefficients, quality, settings, others)
-        if known is not None:
-            yield known
+def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
+    """Every load variable on balls of other sizes and closer grooves, by `bearing.size_effect`."""
+    return _table((part for oil in oils for part in _size_effect(oil, settings)), "size_effect")
 
 
-def _cage_slip(known: OilInBearing, settings: Settings) -> pd.DataFrame:
-    bearing, cage_slip = settings.tested_bearing(), settings.bearing.cage_slip
-    pitch_speed, load = (
-        grid.ravel()
-        for grid in np.meshgrid(cage_slip.pitch_speed_mm_rpm, cage_slip.axial_load_n, indexing="ij")
-    )
-    speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
-    temperature = np.full(len(speed), cage_slip.inlet_temperature_c)
-    terms = known.run(bearing, load, speed, temperature, known.basis("stress"))
-    return terms.assign(
-        oil=known.name,
-        bearing=bearing.name,
-        pitch_speed_mm_rpm=pitch_speed,
-        inner_speed_rpm=speed,
-        axial_load_n=load,
-        inlet_temperature_c=temperature,
-    )
-
-
-def size_effect_table(
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    settings: Settings,
-    others: OtherFits = None,
-) -> pd.DataFrame:
-    """Every basis on balls of other sizes and closer grooves, by `bearing.size_effect`."""
-    return _table(
-        (
-            part
-            for known in _known_oils(coefficients, quality, settings, others)
-            for part in _size_effect(known, settings)
-        ),
-        "size_effect",
-    )
-
-
-def _size_effect(known: OilInBearing, settings: Settings) -> Iterator[pd.DataFrame]:
-    bearing, asked = settings.tested_bearing(), settings.bearing.size_effect
-    varied = [
-        ("ball size", _scaled(bearing, factor), factor) for factor in asked.ball_size_factors
-    ] + [
+def _size_effect(oil: OilInBearing, settings: Settings) -> Iterator[pd.DataFrame]:
+    bearing, study = settings.tested_bearing(), settings.bearing.size_effect
+    sizes = [("ball size", _scaled(bearing, size), size) for size in study.ball_size_factors]
+    grooves = [
         ("conformity", replace(bearing, groove_curvature=(groove, groove)), 1.0)
-        for groove in asked.groove_curvatures
+        for groove in study.groove_curvatures
     ]
-    for what, changed, factor in varied:
-        load = np.array([asked.axial_load_n * factor**2])
-        speed = np.array([asked.inner_speed_rpm / factor])
-        temperature = np.array([asked.inlet_temperature_c])
-        of_basis = {
-            basis: known.run(changed, load, speed, temperature, known.basis(basis))
-            for basis in known.laws
-        }
-        by_stress = of_basis["stress"]["traction_torque_n_m"]
-        for basis, terms in of_basis.items():
+    for varied, changed, factor in sizes + grooves:
+        point = (
+            study.axial_load_n * factor**2,
+            study.inner_speed_rpm / factor,
+            study.inlet_temperature_c,
+        )
+        by_law = {variable: oil.run(changed, *point, variable) for variable in oil.laws}
+        by_stress = by_law["stress"]["traction_torque_n_m"]
+        for terms in by_law.values():
             yield terms.assign(
-                oil=known.name,
-                bearing=bearing.name,
-                varied=what,
+                varied=varied,
                 ball_diameter_mm=changed.ball_diameter_m * MM_PER_M,
                 groove_curvature=changed.groove_curvature[0],
-                load_variable=basis,
-                axial_load_n=load,
-                inner_speed_rpm=speed,
-                inlet_temperature_c=temperature,
                 relative_to_stress=terms["traction_torque_n_m"] / by_stress - 1,
             )
 
@@ -405,42 +359,29 @@ def _scaled(bearing: Bearing, factor: float) -> Bearing:
 
 
 def power_loss_table(
-    published: PublishedPowerLoss,
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    settings: Settings,
+    published: PublishedPowerLoss, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
     """Published power loss of a bearing beside the calculated one.
 
     Args:
         published: Content of data/reference/power_loss.yaml.
-        coefficients: Table of coefficients.
-        quality: Table of fit quality.
+        oils: Oils with their laws.
         settings: The settings.
     """
-    of_name = {one.name: one for one in _known_oils(coefficients, quality, settings)}
     name = published.bearing
-    if published.oil not in of_name or name not in settings.bearings:
-        return tables.empty("power_loss")
-    known = of_name[published.oil]
-    bearing = settings.bearings[name].bearing(name)
     speed, power = np.array(published.rows).T
-    load = np.full(len(speed), published.axial_load_n)
-    temperature = np.full(len(speed), published.inlet_temperature_c)
-    terms = known.run(bearing, load, speed, temperature, known.basis("stress"))
-    about = terms.assign(
-        bearing=name,
-        oil=known.name,
-        inner_speed_rpm=speed,
-        axial_load_n=load,
-        inlet_temperature_c=temperature,
-        published_power_w=power,
-        power_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,
-    )
-    return _table([about], "power_loss")
+    frames = []
+    for oil in oils:
+        if oil.name == published.oil and name in settings.bearings:
+            bearing = settings.bearings[name].bearing(name)
+            point = published.axial_load_n, speed, published.inlet_temperature_c
+            terms = oil.run(bearing, *point)
+            calculated = terms["torque_n_m"] * speed * RAD_S_PER_RPM
+            frames.append(terms.assign(published_power_w=power, power_w=calculated))
+    return _table(frames, "power_loss")
 
 
 def _table(parts: Iterable[pd.DataFrame], table: str) -> pd.DataFrame:
     frames = list(parts)
-    whole = pd.concat(frames, ignore_index=True) if frames else tables.empty(table)
-    return tables.conform(whole[tables.columns(table)], table, f"table {table}")
+    joined = pd.concat(frames, ignore_index=True) if frames else tables.empty(table)
+    return tables.conform(joined[tables.columns(table)], table, f"table {table}")

@@ -1,4 +1,4 @@
-"""Traction laws as a bearing asks them: by contact stress, by load, by dimensionless load."""
+"""Traction laws in a bearing: evaluated with contact pressure, load or dimensionless load."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,36 +10,36 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import FloatArray, to_internal
 
-BASES = ("stress", "load", "dimensionless_load")
+LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
 # Laws on load that are fitted to the same points by a form of their own, where they are compared.
 LOAD_LAWS = ("wang-deng-load", "wang-deng-groups")
 
 
 @dataclass(frozen=True)
-class FittedBasis:
+class LawInBearing:
     """A fitted law with its power law of stress taken as one of stress, of load or of W/(E' R^2).
 
     On the one ball and flat of a traction rig the three say the same: load goes with the cube of
     the stress, so that data which one fits the others fit as well, with a third of the exponents.
     In a bearing, with other balls and elliptical contacts, they differ; R is then Rx, the reduced
-    radius along the rolling direction. A law that was fitted to load itself is the same on every
-    basis: it is given the load of the contact, or groups made with its Rx and E'.
+    radius along the rolling direction. A law that was fitted to load itself is the same with every
+    load variable: it is given the load of the contact, or groups made with its Rx and E'.
 
     Attributes:
         fitted: The law.
-        basis: One of `BASES`.
+        load_variable: One of `LOAD_VARIABLES`, or the name of a law on load.
         rig: Contact of the traction rig on which the law was found.
         floor: Smallest level of each condition that the power laws are given; they have no value
             at zero.
     """
 
     fitted: FittedLaw
-    basis: str
+    load_variable: str
     rig: Contact
     floor: Mapping[str, float]
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        """See `TractionBasis`."""
+        """See `TractionLaw`."""
         law, coefficients = self.fitted.law, self.fitted.coefficients
         levels = {
             "max_hertz_pressure_gpa": self._stress_gpa(at),
@@ -58,11 +58,11 @@ class FittedBasis:
         return law.value(sizes.reshape(-1, *conditions.shape[:-1]), slide_roll_ratio)
 
     def _stress_gpa(self, at: Conditions) -> FloatArray:
-        """Stress of the rig's contact where its basis is that of the bearing's contact."""
-        if self.basis == "stress":
+        """Stress of the rig's contact where its load variable is that of the bearing's contact."""
+        if self.load_variable == "stress":
             return at.max_hertz_pressure_gpa
         relative = at.load_n / self.rig.load_n(1.0)
-        if self.basis == "dimensionless_load":
+        if self.load_variable == "dimensionless_load":
             of_rig = self.rig.reduced_modulus_pa * self.rig.radius_m**2
             relative = relative * of_rig / (at.reduced_modulus_pa * at.radius_x_m**2)
         return np.cbrt(relative)
