@@ -38,7 +38,7 @@ def covered(oil: str, refits: int, number: int) -> FloatArray:
     constants = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")[oil]
     truth = to_internal(LAW, constants)
     conditions = np.array(list(itertools.product(*campaign.matrix.model_dump().values())))
-    random = generator(config["seed"], "coverage", oil, number)
+    random = generator(config.seed, "coverage", oil, number)
     rig = next(iter(config.rigs.values()))
     data = simulate_curves(constants, conditions, campaign.twin, rig, random)
     problem = build_problem(LAW, data, varied_conditions(data.conditions, config.fit))

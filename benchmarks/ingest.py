@@ -23,7 +23,6 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,7 +37,7 @@ from oilfilm.curation.curate import Curated, collect, curate  # noqa: E402
 from oilfilm.readers.ingest import ingest_logs, read_bytes  # noqa: E402
 from oilfilm.readers.raw_files import shard_of  # noqa: E402
 from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
-from oilfilm.settings.load import resolve  # noqa: E402
+from oilfilm.settings.resolve import resolve  # noqa: E402
 from oilfilm.settings.resolved import Settings  # noqa: E402
 
 CORES = 2
@@ -50,12 +49,12 @@ PROVENANCE = {"campaign": "bench", "data": "simulated"}
 def configuration(shards: int) -> Settings:
     """The demonstration campaign, stretched to 5 000 rows a run, repeats allowed."""
     config = resolve(ROOT / "config", {"campaign": "demo"})
-    twin = {**config["campaign"]["twin"], "step_s": 3.02, "baseline_s": 3.2, "defects": []}
-    campaign = {**config["campaign"], "twin": twin, "repeated_conditions": "accept"}
-    return Settings.of({**config, "campaign": campaign, "shards": shards})
+    twin = {"step_s": 3.02, "baseline_s": 3.2, "defects": []}
+    campaign = {"twin": twin, "repeated_conditions": "accept"}
+    return config.with_changes({"campaign": campaign, "shards": shards})
 
 
-def write_logs(folder: Path, runs: int, config: dict[str, Any]) -> int:
+def write_logs(folder: Path, runs: int, config: Settings) -> int:
     """Write the logs; returns how many rows they hold."""
     rows = 0
     different = min(20, runs)
@@ -96,12 +95,12 @@ def carry_naively(path: Path, out: Path) -> None:
     points.to_parquet(out / f"{path.stem}-points.parquet", compression="zstd")
 
 
-def carry_share(share: int, folder: Path, out: Path, config: dict[str, Any]) -> Curated:
+def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curated:
     """One share of the logs through ingest and curation, every table written and read back."""
     files = [
         path.name
         for path in sorted(folder.iterdir())
-        if shard_of(path.name, config["shards"]) == share
+        if shard_of(path.name, config.shards) == share
     ]
     found = ingest_logs(((file, read_bytes(folder / file)) for file in files), config)
     paths = [out / f"samples/oil={oil}/part-{share}.parquet" for oil in found.samples]
@@ -116,10 +115,10 @@ def carry_share(share: int, folder: Path, out: Path, config: dict[str, Any]) -> 
     return Curated(curated.points, curated.runs, refused)
 
 
-def carry_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: dict[str, Any]) -> None:
+def carry_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: Settings) -> None:
     """All shares on all cores, then collected and written."""
     carry = partial(carry_share, folder=folder, out=out, config=config)
-    whole = collect(list(pool.map(carry, range(config["shards"]))), [], config)
+    whole = collect(list(pool.map(carry, range(config.shards))), [], config)
     tables.write(whole.points, "points", out / "points.parquet", PROVENANCE)
     tables.write(whole.runs, "runs", out / "runs.parquet", PROVENANCE)
     tables.write(whole.quarantine, "quarantine", out / "quarantine.parquet", PROVENANCE)

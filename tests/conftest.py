@@ -2,7 +2,6 @@
 
 import os
 from pathlib import Path
-from typing import Any
 
 # Before NumPy is imported, here and in the workers: small matrices lose by threads, sixtyfold.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -14,6 +13,7 @@ from campaigns import REAL_PCS, ROOT, Campaign, carry_through, printed
 from oilfilm import tables
 from oilfilm.rig_twin.campaign import simulate_campaign
 from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 
 # No timed assertions, and the same examples in every run: a slow machine must not fail a test.
 settings.register_profile(
@@ -27,12 +27,12 @@ settings.load_profile("oilfilm")
 
 
 @pytest.fixture(scope="session")
-def config() -> dict[str, Any]:
+def config() -> Settings:
     return resolve(ROOT / "config", {"campaign": "demo"})
 
 
 @pytest.fixture(scope="session")
-def demo(config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+def demo(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     """The whole demonstration campaign, simulated and curated."""
     folder = tmp_path_factory.mktemp("demo")
     truth = []

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import Campaign
+from campaigns import Campaign, without
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
 from oilfilm.outputs.figures import style
@@ -24,11 +24,6 @@ def results(demo: Campaign) -> CampaignTables:
     return CampaignTables.in_memory(points=curated.points, runs=curated.runs, coverage=covered)
 
 
-def without_matrix(config: Settings) -> Settings:
-    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
-    return Settings.of({**config, "campaign": campaign})
-
-
 def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]:
     names = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
     rows = covered[covered["oil"] == oil]
@@ -38,7 +33,7 @@ def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]
     return row
 
 
-def map_of(covered: pd.DataFrame, config: dict[str, Any]) -> tuple[Any, pd.DataFrame, str]:
+def map_of(covered: pd.DataFrame, config: Settings) -> tuple[Any, pd.DataFrame, str]:
     figure, drawn = draw("coverage", CampaignTables.in_memory(coverage=covered), config)
     figure.canvas.draw()
     words = [text.get_text() for axis in figure.axes for text in axis.texts]
@@ -86,7 +81,7 @@ def test_run_that_was_never_made_is_missing(demo: Campaign, results: CampaignTab
 
 
 def test_nothing_is_missing_without_a_matrix(demo: Campaign) -> None:
-    covered = coverage(demo.curated.runs.iloc[:5], without_matrix(demo.config))
+    covered = coverage(demo.curated.runs.iloc[:5], without(demo.config, "matrix"))
     assert set(covered["state"]) <= {"accepted", "refused"}
     assert not covered["planned"].any()
     assert covered["runs_accepted"].sum() + covered["runs_refused"].sum() == 5
@@ -95,7 +90,7 @@ def test_nothing_is_missing_without_a_matrix(demo: Campaign) -> None:
 def test_all_is_missing_where_no_run_was_read(demo: Campaign) -> None:
     covered = coverage(tables.empty("runs"), demo.config)
     assert (covered["state"] == "missing").sum() == len(covered) == 216
-    assert coverage(tables.empty("runs"), without_matrix(demo.config)).empty
+    assert coverage(tables.empty("runs"), without(demo.config, "matrix")).empty
 
 
 def test_condition_on_either_of_two_rigs_is_not_missing(demo: Campaign) -> None:
@@ -126,7 +121,7 @@ def test_notes_of_one_set_point_are_one_condition(
     covered = coverage(runs, demo.config)
     assert len(covered) == 217
     assert not (covered["state"] == "missing").any()
-    free = coverage(runs, without_matrix(demo.config))
+    free = coverage(runs, without(demo.config, "matrix"))
     assert len(free) == 217
 
 
@@ -150,7 +145,7 @@ def test_how_far_notes_of_one_set_point_may_be_apart_is_configured(
         nominal_entrainment_speed_m_s=speeds_m_s,
         nominal_inlet_temperature_c=temperatures_c,
     )
-    free = without_matrix(demo.config).with_changes({"same_set_point": same})
+    free = without(demo.config, "matrix").with_changes({"same_set_point": same})
     assert len(coverage(runs, free)) == conditions
 
 
@@ -164,7 +159,7 @@ def test_load_set_point_covers_the_pressure_of_the_matrix(demo: Campaign) -> Non
 
 def test_load_stands_where_no_pressure_can_be_given(demo: Campaign) -> None:
     runs = demo.curated.runs.assign(nominal_max_hertz_pressure_gpa=np.nan, rig="unknown")
-    covered = coverage(runs, without_matrix(demo.config))
+    covered = coverage(runs, without(demo.config, "matrix"))
     assert covered["nominal_load_n"].notna().all()
     _, drawn, _ = map_of(covered, demo.config)
     assert len(drawn) == 217
@@ -231,7 +226,7 @@ def test_map_of_many_runs_at_one_condition_is_one_cell(etm: Campaign) -> None:
 
 def test_map_without_set_points_says_so(demo: Campaign) -> None:
     unknown = {name: np.nan for name in demo.curated.runs if name.startswith("nominal_")}
-    covered = coverage(demo.curated.runs.assign(**unknown), without_matrix(demo.config))
+    covered = coverage(demo.curated.runs.assign(**unknown), without(demo.config, "matrix"))
     assert len(covered) == 3
     _, drawn, words = map_of(covered, demo.config)
     assert drawn.empty
@@ -243,7 +238,7 @@ def test_map_without_set_points_says_so(demo: Campaign) -> None:
 def test_more_conditions_than_a_page_holds_are_told_in_words(demo: Campaign) -> None:
     runs = demo.curated.runs
     noted = runs.assign(nominal_inlet_temperature_c=np.arange(len(runs)) * 2.0)
-    _, drawn, words = map_of(coverage(noted, without_matrix(demo.config)), demo.config)
+    _, drawn, words = map_of(coverage(noted, without(demo.config, "matrix")), demo.config)
     assert drawn.empty
     assert "218 different conditions" in words
 

@@ -32,7 +32,7 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import PlateauSettings
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -481,7 +481,7 @@ def test_sign_and_slower_body_lead_to_the_same_signals(
         disc_speed_m_s=fast if disc_faster else slow,
         ball_speed_m_s=slow if disc_faster else fast,
     )
-    settings = Settings.of({"campaign": {"semantics": log.model_dump()}})
+    settings = Settings.of({"campaign": {"semantics": log.model_dump(), "semantics_of_rig": {}}})
     signals = TRACTION_RIG.signals(arrays_of(samples), "any", settings)
     assert signals["traction_force_n"].tolist() == [2.0]
     assert signals["slide_roll_ratio"].tolist() == [0.2]

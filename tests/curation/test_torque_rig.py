@@ -10,7 +10,7 @@ import formats
 from campaigns import ROOT
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from torque_logs import BEARING, RATE_HZ, UNITS, by_quantity, signals, text

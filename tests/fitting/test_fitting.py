@@ -20,7 +20,7 @@ from oilfilm.fitting.remarks import certificates
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 

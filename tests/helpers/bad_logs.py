@@ -18,7 +18,8 @@ from nptdms import RootObject
 import formats
 from campaigns import ROOT, printed, rig_contact
 from oilfilm.physics.contact import load_for_max_hertz_pressure
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 Columns = dict[str, np.ndarray]
@@ -49,7 +50,7 @@ def good(
     """A run that every gate accepts: slip in steps, with a little noise on every sensor."""
     random = np.random.default_rng(7)
     slip = np.repeat(phases, round(seconds * RATE_HZ))
-    rig, contact = CONFIG["rigs"]["ball-on-disc-20mm"], rig_contact()
+    rig, contact = CONFIG.rigs["ball-on-disc-20mm"], rig_contact()
     load = load_for_max_hertz_pressure(1.25e9, contact.radius_m, contact.reduced_modulus_pa)
     mu = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, slip)
 
@@ -62,9 +63,9 @@ def good(
         "load": load + noise(0.1),
         "traction_force": mu * load + noise(0.02),
         "ball_speed": (speed_m_s * (1 - slip / 2) + noise(0.005))
-        / (per_rpm * rig["ball_track_radius_m"]),
+        / (per_rpm * rig.ball_track_radius_m),
         "disc_speed": (speed_m_s * (1 + slip / 2) + noise(0.005))
-        / (per_rpm * rig["disc_track_radius_m"]),
+        / (per_rpm * rig.disc_track_radius_m),
         "inlet_temperature": 70 + noise(0.05),
     }
 
@@ -175,7 +176,7 @@ class Bad:
     rule: str
     words: str
     used: bool = False
-    config: Mapping[str, Any] = None  # type: ignore[assignment]
+    config: Settings = CONFIG
 
 
 def _bad_logs() -> Iterator[Bad]:

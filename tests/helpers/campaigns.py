@@ -34,14 +34,14 @@ REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 class Campaign:
     """A campaign carried through the library: logs, samples, points, fits."""
 
-    config: dict[str, Any]
+    config: Settings
     folder: Path
     truth: pd.DataFrame
     ingested: Ingested
     curated: Curated
 
     def fit(self, oil: str, **settings: Any) -> OilFit:
-        config = Settings.of(self.config).with_changes({"fit": settings})
+        config = self.config.with_changes({"fit": settings})
         return fit_oil(self.curated.points, oil, config.fit, config.seed, printed_by_name(oil))
 
 
@@ -65,13 +65,20 @@ def printed_by_name(oil: str) -> dict[str, float]:
     return printed_values(REFERENCE, DENG2026, oil)
 
 
-def carry_through(config: dict[str, Any], folder: Path, files: list[str]) -> Campaign:
+def carry_through(config: Settings, folder: Path, files: list[str]) -> Campaign:
     found = ingest_logs(((file, (folder / file).read_bytes()) for file in files), config)
     samples = found.all_samples()
     share = curate(samples, found.runs, config)
     return Campaign(
         config, folder, tables.empty("truth"), found, collect([share], [found.quarantine], config)
     )
+
+
+def without(settings: Settings, *keys: str) -> Settings:
+    """Settings of a campaign whose file lacks some keys."""
+    plain = settings.plain()
+    campaign = {key: value for key, value in plain["campaign"].items() if key not in keys}
+    return Settings.of({**plain, "campaign": campaign})
 
 
 def sign_study(

@@ -17,7 +17,7 @@ from campaigns import ROOT
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 Columns = dict[str, np.ndarray]

@@ -1,7 +1,6 @@
 """What tests ask of any drawn figure."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -25,23 +24,21 @@ def nothing_is_cut_off(figure: Figure) -> bool:
     return min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
 
 
-def draw(
-    name: str, results: CampaignTables, config: Mapping[str, Any]
-) -> tuple[Figure, pd.DataFrame]:
+def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, pd.DataFrame]:
     """A figure and the table of what it draws, as the job of its family draws it."""
     registered = load_figure(name)
     references = {
         reference: read_reference(ROOT / f"data/reference/{reference}.yaml")
         for reference in registered.declaration.references
     }
-    return registered.draw(results, Settings.of(config), references)
+    return registered.draw(results, config, references)
 
 
-def drawing_of(results: CampaignTables, config: Mapping[str, Any]) -> Draw:
+def drawing_of(results: CampaignTables, config: Settings) -> Draw:
     """Draws a figure by its name; other settings and other tables may be given."""
 
     def drawing(
-        name: str, settings: Mapping[str, Any] = config, **replaced: pd.DataFrame
+        name: str, settings: Settings = config, **replaced: pd.DataFrame
     ) -> tuple[Figure, pd.DataFrame]:
         return draw(name, results.replace(**replaced), settings)
 

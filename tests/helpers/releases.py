@@ -4,7 +4,6 @@ import shutil
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -29,12 +28,12 @@ def project(root: Path) -> Path:
 
 def made(
     root: Path,
-    config: Mapping[str, Any],
+    settings: Settings,
     raw: Mapping[str, bytes],
     frames: Mapping[str, pd.DataFrame],
 ) -> FinishedRun:
     """A finished run in a project: its raw logs, tables, one figure, one log."""
-    name = config["campaign"]["name"]
+    name = settings.campaign.name
     logs, results = root / "data/raw" / name, Path("results", name)
     about = {"campaign": name, "data": "simulated", "rule": "test"}
     logs.mkdir(parents=True, exist_ok=True)
@@ -58,7 +57,7 @@ def made(
     single = [path for path in others if path.parts[2] not in {"exports", "logs"}]
     return FinishedRun(
         root=root,
-        settings=Settings.of(config),
+        settings=settings,
         results=results,
         files=[*files, sample, *single, results / "exports"],
         raw={

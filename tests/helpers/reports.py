@@ -56,11 +56,11 @@ def measured(oil: str) -> pd.DataFrame:
     )
 
 
-def results_of(config: dict[str, Any], oils: tuple[str, ...] = OILS) -> CampaignTables:
+def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables:
     """Three oils fitted; one run, one log and one torque log refused; two claims."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
-    settings = Settings.of(config).fit.model_copy(update={"searches": 2, "bootstrap": 40})
-    fits = [fit_oil(points, oil, settings, config["seed"], printed_by_name(oil)) for oil in oils]
+    settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
+    fits = [fit_oil(points, oil, settings, config.seed, printed_by_name(oil)) for oil in oils]
     together = {
         name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")
@@ -111,8 +111,8 @@ def drawn(
     return {name: (folder / f"{name}.png", folder / f"{name}.svg") for name in names}
 
 
-def report_of(results: CampaignTables, config: dict[str, Any], folder: Path) -> str:
-    return page(results, drawn(folder), folder, Settings.of(config), PROVENANCE)
+def report_of(results: CampaignTables, config: Settings, folder: Path) -> str:
+    return page(results, drawn(folder), folder, config, PROVENANCE)
 
 
 def with_hostile_names(results: CampaignTables) -> CampaignTables:

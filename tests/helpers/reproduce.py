@@ -170,10 +170,11 @@ def compare(one: Path, other: Path) -> str:
 
 def take_logs(campaign: str, place: Path) -> None:
     """Copy a campaign's measured logs; what a twin writes it writes again."""
-    about = resolve(ROOT / "config", {"campaign": campaign})["campaign"]
-    for name, described in ((campaign, about), (f"{campaign}-torque", about.get("torque", {}))):
+    keys = resolve(ROOT / "config", {"campaign": campaign}).campaign
+    twins = {campaign: keys.twin, f"{campaign}-torque": keys.torque and keys.torque.twin}
+    for name, twin in twins.items():
         raw = ROOT / "data/raw" / name
-        if "twin" not in described and raw.is_dir():
+        if twin is None and raw.is_dir():
             shutil.copytree(raw, place / "data/raw" / name)
 
 

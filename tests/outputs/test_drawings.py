@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.testing.compare import compare_images
 
 from bearings import printed_fits
-from campaigns import printed
+from campaigns import printed, without
 from fit_points import make_points, matrix
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
@@ -225,10 +225,10 @@ def test_table_of_the_bearing_marks_what_is_assumed(drawing: Draw) -> None:
 
 
 def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
-    drawing: Draw, config: dict[str, Any]
+    drawing: Draw, config: Settings
 ) -> None:
     _, drawn = drawing("tab03")
-    bearing = config["bearings"][config["campaign"]["torque"]["bearing"]]
+    bearing = config.bearings[config.campaign.torque.bearing].model_dump()
     of_parts = [one for part in bearing.values() if isinstance(part, dict) for one in part.values()]
     configured = [one for one in (*bearing.values(), *of_parts) if isinstance(one, int | float)]
     stated = set(drawn["words"].str.rstrip("*"))
@@ -237,12 +237,9 @@ def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
         assert stated & {f"{factor * number:.12g}" for factor in (1, 1e3, 1e-9)}, number
 
 
-def test_matrix_of_a_measured_campaign_is_that_of_its_logs(
-    drawing: Draw, config: dict[str, Any]
-) -> None:
-    campaign = {key: value for key, value in config["campaign"].items() if key != "matrix"}
+def test_matrix_of_a_measured_campaign_is_that_of_its_logs(drawing: Draw, config: Settings) -> None:
     _, planned = drawing("tab02")
-    _, measured = drawing("tab02", {**config, "campaign": campaign})
+    _, measured = drawing("tab02", without(config, "matrix"))
     assert planned["words"].tolist() == measured["words"].tolist()
     assert "25, 50, 70, 85, 100, 120" in set(measured["words"])
     assert "set points of the logs" in set(measured["source"])
@@ -275,11 +272,9 @@ def test_labels_of_the_schematics_do_not_overlap(drawing: Draw) -> None:
                 ].get_text()
 
 
-def test_schematic_of_a_rig_of_unknown_size_states_none(
-    drawing: Draw, config: dict[str, Any]
-) -> None:
+def test_schematic_of_a_rig_of_unknown_size_states_none(drawing: Draw, config: Settings) -> None:
     rigs = {"unknown": {"name": "a rig", "source": "its log"}}
-    figure, _ = drawing("fig01", {**config, "rigs": rigs})
+    figure, _ = drawing("fig01", Settings.of({**config.plain(), "rigs": rigs}))
     assert not any("mm" in words for words in written(figure))
 
 
@@ -336,15 +331,16 @@ def test_figures_are_as_wide_as_a_column_of_the_journal(
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_nothing_is_cut_off_even_of_a_campaign_with_a_long_name(
-    drawing: Draw, config: dict[str, Any], name: str, oils: list[str]
+    drawing: Draw, config: Settings, name: str, oils: list[str]
 ) -> None:
+    plain = config.plain()
     campaign = {
-        **config["campaign"],
+        **plain["campaign"],
         "name": "a-" * 40,
         "film_unjudged": {"accept": True, "reason": "-"},
     }
-    fewer = {oil: config["oils"][oil] for oil in oils}
-    figure, _ = drawing(name, {**config, "campaign": campaign, "oils": fewer})
+    fewer = {oil: plain["oils"][oil] for oil in oils}
+    figure, _ = drawing(name, Settings.of({**plain, "campaign": campaign, "oils": fewer}))
     assert nothing_is_cut_off(figure)
 
 

@@ -149,7 +149,7 @@ def test_hostile_names_are_text(
 
 def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config: Settings) -> None:
     sure = {oil: sections.certainty(results, oil) for oil in OILS}
-    lines = dict(verdict(results, sure, Settings.of(config)))
+    lines = dict(verdict(results, sure, config))
     assert list(lines) == ["Data", "Fit", "Error", "Trouble", "Paper"]
     assert "SIMULATED" in lines["Data"]
     assert "54 of 55 runs and 1674 of 1674 points" in lines["Data"]
@@ -189,7 +189,7 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
 
 
 def test_fit_without_refits_has_no_interval(results: CampaignTables, config: Settings) -> None:
-    found = explorer(results.replace(refits=results.refits[:0]), Settings.of(config))
+    found = explorer(results.replace(refits=results.refits[:0]), config)
     assert [oil["root"] for oil in found["oils"]] == [None] * 3
 
 
@@ -198,9 +198,7 @@ def test_condition_without_exponents_moves_no_slider(
 ) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
-    found = explorer(
-        results.replace(coefficients=table, refits=results.refits[:0]), Settings.of(config)
-    )
+    found = explorer(results.replace(coefficients=table, refits=results.refits[:0]), config)
     assert [axis["idle"] for axis in found["axes"]] == [False, True, False, False]
     assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
 

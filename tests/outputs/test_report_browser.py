@@ -20,6 +20,7 @@ from oilfilm import predict
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.report.explorer import law_of
 from oilfilm.outputs.report.release_id import with_release
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import Evidence
 from oilfilm.studies.operating_grid import AXES, Grid
@@ -80,13 +81,13 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def results(config: dict[str, Any]) -> CampaignTables:
+def results(config: Settings) -> CampaignTables:
     return results_of(config)
 
 
 @pytest.fixture(scope="module")
 def report(
-    results: CampaignTables, config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory
+    results: CampaignTables, config: Settings, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
     folder = tmp_path_factory.mktemp("report")
     (folder / "report.html").write_text(report_of(results, config, folder), encoding="utf-8")
@@ -250,7 +251,7 @@ def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
 
 @pytest.mark.parametrize("lambda_limit", [3.0, 8.0])
 def test_page_advises_what_python_does(
-    page: Page, results: CampaignTables, config: dict[str, Any], lambda_limit: float
+    page: Page, results: CampaignTables, config: Settings, lambda_limit: float
 ) -> None:
     laws = {oil: fitted(results, oil) for oil in OILS}
     evidence = Evidence("refit", OILS, laws, {}, films(config), lambda_limit)
@@ -285,7 +286,7 @@ def test_without_slip_there_is_nothing_to_choose(page: Page) -> None:
 
 
 def test_film_of_the_page_is_that_of_python_at_every_step(
-    page: Page, results: CampaignTables, config: dict[str, Any]
+    page: Page, results: CampaignTables, config: Settings
 ) -> None:
     grid = Grid(
         np.array([0.8, 1.37, 2.5]),
@@ -408,7 +409,7 @@ def test_drawing_is_saved_as_it_was_made(page: Page, report: Path) -> None:
 def test_hostile_names_are_shown_as_text(
     open_page: Opener,
     results: CampaignTables,
-    config: dict[str, Any],
+    config: Settings,
     tmp_path: Path,
 ) -> None:
     file = tmp_path / "report.html"

@@ -7,7 +7,6 @@ from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.outputs.summary import summarise
 from oilfilm.rig_twin.truth import truth_grid
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.extrapolation import extrapolate
 from oilfilm.studies.printed.judge import judge_printed
@@ -19,13 +18,13 @@ def text_of(campaign: Campaign, oil: str) -> str:
     coefficients, quality = fit.coefficients, fit.fit_quality
     covered = coverage(campaign.curated.runs, campaign.config)
     extrapolation = tables.empty("extrapolation")
-    if "twin" in campaign.config["campaign"]:
+    if campaign.config.campaign.twin:
         extrapolation = extrapolate(
             truth_grid(campaign.config, printed()),
             fit.coefficients,
             fit.refits,
             fit.fit_quality,
-            campaign.config["same_set_point"]["relative"],
+            campaign.config.same_set_point.relative,
         )
     points = campaign.curated.points
     signs, sign_verdicts = sign_study(campaign.config, points)
@@ -51,7 +50,7 @@ def text_of(campaign: Campaign, oil: str) -> str:
         sign_verdicts=sign_verdicts,
         claims=audit(read_claims(CLAIMS), [basis], campaign.config),
     )
-    return summarise(results, Settings.of(campaign.config))
+    return summarise(results, campaign.config)
 
 
 def test_summary_of_the_demonstration(demo: Campaign) -> None:

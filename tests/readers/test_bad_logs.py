@@ -83,16 +83,15 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
 
 def test_wrong_track_radius_shows_where_the_log_has_its_own_speed() -> None:
     name = "ball-on-disc-20mm"
-    rig = dict(CONFIG["rigs"][name])
-    rig["ball_track_radius_m"] *= 1.02
-    config = CONFIG.with_changes({"rigs": {name: rig}})
+    radius_m = CONFIG.rigs[name].ball_track_radius_m * 1.02
+    config = CONFIG.with_changes({"rigs": {name: {"ball_track_radius_m": radius_m}}})
     (found,) = check_logs([("log", csv(said_twice(), UNITS_TWICE))], config).quarantine["reason"]
     assert "entrainment_speed is 30 in row" in found
 
 
 @pytest.mark.parametrize("bad", BAD_LOGS, ids=lambda bad: bad.name)
 def test_bad_log_gets_its_verdict_in_words(bad: Bad) -> None:
-    verdict = check_logs([("log", bad.content)], bad.config or CONFIG)
+    verdict = check_logs([("log", bad.content)], bad.config)
     said = verdict.quarantine[["rule", "reason"]].to_dict("records")
     reasons = [each["reason"] for each in said if each["rule"] == bad.rule]
     assert reasons, said

@@ -10,7 +10,7 @@ from damages import SOUND
 from formats import WRITERS
 from mutations import carry, mutate
 from oilfilm.randomness import generator
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 FILES = 100  # of each format; `make bench-fuzz` takes 20 000

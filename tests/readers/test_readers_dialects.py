@@ -16,7 +16,6 @@ from oilfilm.readers import ingest
 from oilfilm.readers.ingest import read_log, unpack
 from oilfilm.readers.layout import encoding_of
 from oilfilm.settings.resolve import resolve
-from oilfilm.settings.resolved import Settings
 from oilfilm.units import conversion
 
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
@@ -109,13 +108,13 @@ def test_what_is_written_comes_back_whatever_the_dialect(
     _, reading = read_log(write(dialect, values), "log", CONFIG)
     assert reading.refusals == []
     (run,) = reading.runs
-    rig = CONFIG["rigs"]["ball-on-disc-20mm"]
+    rig = CONFIG.rigs["ball-on-disc-20mm"]
     for name, logged in values.items():
         unit = dialect.units[name]
         expected = (logged - ZERO_C.get(unit, 0.0)) * UNITS[name][unit]
         if name.endswith("speed"):
             body = name.removesuffix("_speed")
-            expected = expected * 2 * np.pi / 60 * rig[f"{body}_track_radius_m"]
+            expected = expected * 2 * np.pi / 60 * getattr(rig, f"{body}_track_radius_m")
         read = run.samples[SAMPLE_COLUMNS[name]]
         # 1e-12 relative; degF and K subtract 255 K, whose rounding is 3e-14
         np.testing.assert_allclose(read, expected, rtol=1e-12, atol=2e-13 * 300)
@@ -192,10 +191,10 @@ def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
 
 
 def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
-    rigs = {"pcs-etm": {"name": "x", "source": "y"}}
+    settings = resolve(ROOT / "config", {"campaign": "etm-slim"})
     names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
     content = f"# oil: 4102\n{names}\n0,1,2,3,4,5\n".encode()
-    (refusal,) = read_log(content, "log", Settings.of({**CONFIG, "rigs": rigs}))[1].refusals
+    (refusal,) = read_log(content, "log", settings)[1].refusals
     assert refusal.rule == "rig"
     assert "ball_track_radius_m" in refusal.reason
     assert refusal.refused_rows == 1

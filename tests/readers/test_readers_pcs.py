@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from bad_logs import PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
-from campaigns import Campaign
+from campaigns import Campaign, without
 from oilfilm.curation.curate import check_logs, curate
 from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import read_log
-from oilfilm.settings.resolved import Settings
 
 # docs/physics.md, PCS logs: rows where one force direction had not reversed
 HALF_REVERSED_STEPS = [
@@ -67,9 +66,8 @@ def test_film_of_unrecorded_geometry_is_not_judged_and_the_campaign_says_why(
 
 
 def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> None:
-    campaign = {key: v for key, v in etm.config["campaign"].items() if key != "film_unjudged"}
     (samples,) = etm.ingested.samples.values()
-    strict = curate(samples, etm.ingested.runs, Settings.of({**etm.config, "campaign": campaign}))
+    strict = curate(samples, etm.ingested.runs, without(etm.config, "film_unjudged"))
     assert not strict.points["accepted"].any()
     assert strict.points["failed_gates"].str.contains("film_not_judged").all()
     assert (strict.runs["verdict"] == "refused").all()

@@ -2,10 +2,9 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -31,6 +30,7 @@ from oilfilm.releases.page import page
 from oilfilm.releases.pin import pin
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from releases import PNG, made, project, released, tables_of
@@ -174,7 +174,7 @@ Make = Callable[..., Path]
 def make(demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path) -> Make:
     """Releases of the same tables without raw logs, some of them or settings replaced."""
 
-    def release(config: Mapping[str, Any] = demo.config, **replaced: pd.DataFrame) -> Path:
+    def release(config: Settings = demo.config, **replaced: pd.DataFrame) -> Path:
         root = project(tmp_path / str(len(list(tmp_path.iterdir()))))
         return released(made(root, config, {}, {**frames, **replaced}))
 
@@ -201,7 +201,7 @@ def test_point_and_constant_that_change_their_verdict_are_named(
 
 
 def test_changed_setting_is_named_with_its_key(make: Make, demo: Campaign) -> None:
-    config = {**demo.config, "gates": {**demo.config["gates"], "lambda_limit": 2.5}}
+    config = demo.config.with_changes({"gates": {"lambda_limit": 2.5}})
     comparison = comparison_of(make(), make(config))
     assert comparison.config.rows == [("gates.lambda_limit", "3.0", "2.5")]
 
@@ -224,7 +224,7 @@ def test_condition_tested_at_one_level_is_compared_there() -> None:
 def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not_gated(
     make: Make, demo: Campaign, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = {**demo.config, "campaign": {**demo.config["campaign"], "name": "elsewhere"}}
+    config = demo.config.with_changes({"campaign": {"name": "elsewhere"}})
     both = [str(make(config)), str(make(config))]
     assert main(["diff", *both, *CONFIG]) == 0
     assert main(["diff", *both, "--gate", *CONFIG]) == 2
@@ -393,10 +393,9 @@ def alter(release: Path, path: str, content: bytes) -> None:
 def test_settings_that_no_encoding_holds_make_a_page(
     make: Make, demo: Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    about = {**demo.config["campaign"], "description": "half a letter: \ud800"}
+    settings = merge(demo.config.plain(), {"campaign": {"description": "half a letter: \ud800"}})
     after, path = make(), tmp_path / "diff.html"
-    text = as_yaml({**demo.config, "campaign": about})
-    alter(after, "config.yaml", text.encode("ascii"))
+    alter(after, "config.yaml", as_yaml(settings).encode("ascii"))
     assert main(["diff", str(make()), str(after), "--html", str(path), *CONFIG]) == 0
     assert "half a letter: \\ud800" in path.read_text(encoding="utf-8")
     assert "half a letter: \\ud800" in capsys.readouterr().out

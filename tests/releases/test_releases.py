@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from campaigns import ROOT
+from campaigns import ROOT, without
 from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.digests import file_digest
@@ -38,6 +38,7 @@ from oilfilm.releases.manifest import (
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
 from oilfilm.settings.resolve import resolve, unresolve
+from oilfilm.settings.resolved import Settings
 from releases import made, project, released
 
 Change = Callable[[making.FinishedRun], making.FinishedRun]
@@ -66,19 +67,13 @@ def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
     return tables.from_rows(rows, "runs")
 
 
-@pytest.fixture(scope="session")
-def config(config: Any) -> dict[str, Any]:
-    """What a job is handed: plain values."""
-    return config.plain()
-
-
 @pytest.fixture
-def run(config: dict[str, Any], tmp_path: Path) -> making.FinishedRun:
+def run(config: Settings, tmp_path: Path) -> making.FinishedRun:
     return made(project(tmp_path / "project"), config, RAW, {"runs": runs_of(RAW, tmp_path)})
 
 
 @pytest.fixture(scope="module")
-def place(config: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def place(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A release that tests leave as they found it."""
     folder = tmp_path_factory.mktemp("place")
     return released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
@@ -90,7 +85,7 @@ def bytes_of(folder: Path) -> dict[str, bytes]:
 
 
 def test_same_run_in_another_folder_gives_the_same_version_and_bytes(
-    run: making.FinishedRun, config: dict[str, Any], tmp_path: Path
+    run: making.FinishedRun, config: Settings, tmp_path: Path
 ) -> None:
     other = project(tmp_path / "elsewhere" / "deep")
     os.utime(other / "Snakefile", (0, 0))
@@ -165,7 +160,7 @@ def test_second_release_finds_the_first(run: making.FinishedRun) -> None:
 
 
 def test_release_of_logs_named_by_the_time_of_day_is_read_again(
-    config: dict[str, Any], tmp_path: Path
+    config: Settings, tmp_path: Path
 ) -> None:
     run = made(project(tmp_path / "p"), config, TIMED, {"runs": runs_of(TIMED, tmp_path)})
     place = released(run)
@@ -568,9 +563,9 @@ def test_crate_has_every_file_and_every_raw_log_by_its_hash(
 
 
 def test_crate_dates_from_the_configuration(
-    place: Path, crate: dict[str, dict[str, Any]], config: dict[str, Any]
+    place: Path, crate: dict[str, dict[str, Any]], config: Settings
 ) -> None:
-    assert crate["./"]["datePublished"] == config["release"]["date"]
+    assert crate["./"]["datePublished"] == config.release.date
     assert not [key for entity in crate.values() for key in entity if key.endswith("Time")]
 
 
@@ -601,7 +596,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.FinishedRun, **chang
     """Stand in for the run of snakemake: the same results, some of them changed."""
 
     def run_again(place: Path, *_: object) -> None:
-        config = resolve(place / "config", {}).plain()
+        config = resolve(place / "config", {})
         raw = {Path(path).name: (place / path).read_bytes() for path in run.raw}
         again = made(place, config, raw, {"runs": runs_of(raw, place / "data")})
         for name, content in changed.items():
@@ -612,17 +607,14 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.FinishedRun, **chang
 
 
 @pytest.fixture
-def measured(config: dict[str, Any], tmp_path: Path) -> making.FinishedRun:
+def measured(config: Settings, tmp_path: Path) -> making.FinishedRun:
     """A run of measured logs, which a rebuild has to find again."""
-    campaign = {key: value for key, value in config["campaign"].items() if key != "twin"}
-    del campaign["torque"]
-    campaign["figures"] = ["fig02"]
+    campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["fig02"]}})
     root = project(tmp_path / "project")
     for name in ("profiles/default/config.yaml",):
         (root / name).parent.mkdir(parents=True)
         shutil.copy(ROOT / name, root / name)
-    bearings: dict[str, Any] = {}
-    own = {**config, "campaign": campaign, "bearings": bearings}
+    own = Settings.of({**campaign.plain(), "bearings": {}})
     return made(root, own, RAW, {"runs": runs_of(RAW, tmp_path)})
 
 

@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from campaigns import ROOT
+from campaigns import ROOT, without
 from oilfilm.errors import OilfilmError
+from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.schemas import generated_files
 
@@ -28,6 +29,17 @@ def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Se
     assert settings.oils["4102"] == config.oils["4102"]
 
 
+def test_key_that_a_campaign_leaves_out_has_its_default_only_where_the_rule_lists_it(
+    config: Settings,
+) -> None:
+    measured = without(config, "twin", "torque", "semantics")
+    assert measured.campaign.twin is None
+    listed = Settings.of(measured.part(campaign=("twin", "semantics"))).campaign
+    assert (listed.twin, listed.semantics) == (None, Semantics())
+    with pytest.raises(OilfilmError, match="the rule does not list 'torque'; add it to `part"):
+        _ = listed.torque
+
+
 def test_part_that_a_rule_does_not_list_is_refused_in_words(config: Settings) -> None:
     settings = Settings.of(config.part("gates"))
     with pytest.raises(OilfilmError, match=r"the rule does not list 'fit'; add it to `part"):
@@ -40,7 +52,7 @@ def test_changed_settings_are_checked_and_leave_the_others_alone(config: Setting
     changed = config.with_changes({"fit": {"bootstrap": 20}})
     assert (changed.fit.bootstrap, changed.fit.searches) == (20, config.fit.searches)
     assert config.fit.bootstrap == 1000
-    with pytest.raises(OilfilmError, match=r"`bootstrap`: found 1, expected 20 or more"):
+    with pytest.raises(OilfilmError, match=r"`fit.bootstrap`: found 1, expected 20 or more"):
         config.with_changes({"fit": {"bootstrap": 1}})
 
 

@@ -53,13 +53,13 @@ def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
 
 
 def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) -> None:
-    fits = [demo.fit(oil, bootstrap=100) for oil in demo.config["oils"]]
+    fits = [demo.fit(oil, bootstrap=100) for oil in demo.config.oils]
     found = extrapolate(
         truth_grid(demo.config, printed()),
         pd.concat([fit.coefficients for fit in fits]),
         pd.concat([fit.refits for fit in fits]),
         pd.concat([fit.fit_quality for fit in fits]),
-        demo.config["same_set_point"]["relative"],
+        demo.config.same_set_point.relative,
     )
     # docs/physics.md, fitting, simulated: curve-level errors of 2 % gain, 1 K and 1 % stress make
     # mu uncertain by

@@ -13,7 +13,7 @@ from oilfilm.fitting import engine
 from oilfilm.fitting.cross_validation import leave_curves_out, leave_ends_out, level_of
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import compare_laws, curve_shapes, information_criteria, laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -110,7 +110,7 @@ def test_curves_that_dip_or_rise_again_are_counted() -> None:
 
 def test_law_that_cannot_be_had_says_what_it_needs(quick: Settings) -> None:
     laws = {"compare": {"laws": ["tanh", "wang-deng-groups"]}}
-    config = Settings.of({**quick.with_changes(laws), "oils": {"4050": None}})
+    config = Settings.of({**quick.with_changes(laws).plain(), "oils": {"4050": None}})
     found = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
     row = found.comparison.set_index("law").loc["wang-deng-groups"]
     assert "needs the oil's properties" in row["certificate"]
@@ -164,5 +164,5 @@ def test_fig04_draws_what_the_table_says(quick: Settings) -> None:
 
 def test_comparison_of_the_project_names_every_oil_and_rig() -> None:
     config = resolve(ROOT / "config", {})
-    for oil in config["oils"]:
+    for oil in config.oils:
         assert "wang-deng-groups" in laws_of(oil, config)

@@ -18,7 +18,7 @@ from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
 from oilfilm.randomness import generator
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAW_NAMES, LAWS, expression, laws_for
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law, bounds, to_constants
@@ -239,7 +239,7 @@ def test_laws_that_need_an_oil_and_a_contact_are_had_only_with_both() -> None:
 
 def test_config_knows_the_laws_that_there_are() -> None:
     config = resolve(ROOT / "config", {})
-    assert set(config["compare"]["laws"]) == set(LAW_NAMES)
+    assert set(config.compare.laws) == set(LAW_NAMES)
 
 
 @pytest.mark.parametrize(

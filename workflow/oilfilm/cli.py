@@ -23,7 +23,7 @@ from oilfilm.readers.base import LARGEST_READING
 from oilfilm.readers.ingest import read_bytes
 from oilfilm.releases.commands import add_commands
 from oilfilm.releases.manifest import printable
-from oilfilm.settings.load import resolve
+from oilfilm.settings.resolve import resolve
 from oilfilm.tables import failed_gates
 from oilfilm.units import conversion
 

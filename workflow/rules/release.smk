@@ -9,10 +9,9 @@ rule release:
     params:
         code=code("release.py"),
         tree=TREE,
-        resolved=SETTINGS.plain(),
         releases=f"results/releases/{CAMPAIGN.name}",
         raw=raw_with_digests,
         logs=logs_of_jobs,
-        config=part(),
+        config=SETTINGS.plain(),
     script:
         "../scripts/release.py"

@@ -3,14 +3,11 @@
 from pathlib import Path
 
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit_campaign
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     inputs = snakemake.input
     results = CampaignTables.of_job(inputs)
-    judged = audit_campaign(
-        results, Path(inputs.printed), Path(inputs.claims), Settings.of(snakemake.params.config)
-    )
+    judged = audit_campaign(results, Path(inputs.printed), Path(inputs.claims), settings)
     write_tables(judged, snakemake.output, provenance)

@@ -5,7 +5,6 @@ from pathlib import Path
 from oilfilm.run.job import job
 from oilfilm.settings.messages import load
 from oilfilm.settings.reference import PublishedPowerLoss
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.bearing_torque import (
     cage_slip_table,
     oils_in_bearings,
@@ -15,9 +14,8 @@ from oilfilm.studies.bearing_torque import (
 from oilfilm.studies.slip_advice import advise
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
-    settings = Settings.of(snakemake.params.config)
     published = load(Path(snakemake.input.published), PublishedPowerLoss)
     other_fits = results.law_coefficients, results.law_fit_quality
     oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, other_fits)

@@ -5,11 +5,10 @@ from pathlib import Path
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import model_of
 
-with job(snakemake):
-    campaign = Settings.of(snakemake.params.config).campaign
+with job(snakemake) as (settings, _):
+    campaign = settings.campaign
     outputs = snakemake.output
     texts = {outputs.campaign: campaign_caption(campaign)}
     texts |= {path: figure_caption(Path(path).stem, campaign) for path in outputs.figures}

@@ -5,10 +5,9 @@ from pathlib import Path
 from oilfilm.atomic_write import write_text
 from oilfilm.fitting.remarks import certificates
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-with job(snakemake):
+with job(snakemake) as (settings, _):
     quality = CampaignTables.of_job(snakemake.input).fit_quality
-    text = certificates(quality, Settings.of(snakemake.params.config).fit.allow_uncertified)
+    text = certificates(quality, settings.fit.allow_uncertified)
     write_text(text, Path(snakemake.output[0]))

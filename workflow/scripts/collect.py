@@ -6,14 +6,13 @@ from oilfilm.curation.curate import Curated, collect
 from oilfilm.outputs.spreadsheet import write_csv
 from oilfilm.readers.raw_files import remove_others
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     inputs, outputs = snakemake.input, snakemake.output
     shares = CampaignTables.of_job(inputs)
     remove_others(map(Path, inputs.samples))
     curated = Curated(shares.points, shares.runs, shares.quarantine)
-    campaign = collect([curated], [], Settings.of(snakemake.params.config))
+    campaign = collect([curated], [], settings)
     write_tables(vars(campaign), outputs, provenance)
     write_csv(campaign.quarantine, Path(outputs.spreadsheet))

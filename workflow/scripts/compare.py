@@ -3,13 +3,12 @@
 from pathlib import Path
 
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import compare_laws
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     points = CampaignTables.of_job(snakemake.input).points
-    compared = compare_laws(points, snakemake.wildcards.oil, Settings.of(snakemake.params.config))
+    compared = compare_laws(points, snakemake.wildcards.oil, settings)
     write_tables(compared.tables(), snakemake.output, provenance)
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         log.writelines(f"{line}\n" for line in compared.remarks())

@@ -5,16 +5,15 @@ from pathlib import Path
 from oilfilm.atomic_write import atomic_folder, write_text
 from oilfilm.outputs.exports import export_campaign
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
     files = export_campaign(
         points=results.points,
         coefficients=results.coefficients,
         quality=results.fit_quality,
-        settings=Settings.of(snakemake.params.config),
+        settings=settings,
         provenance=provenance,
     )
     with atomic_folder(Path(snakemake.output.folder)) as folder:

@@ -1,14 +1,12 @@
 """Hold fitted laws against the truth of a simulated campaign."""
 
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import extrapolate, extrapolation_errors
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
-    settings = Settings.of(snakemake.params.config)
     compared = extrapolate(
         results.truth_grid,
         results.law_coefficients,

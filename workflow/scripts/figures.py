@@ -5,10 +5,9 @@ from pathlib import Path
 from oilfilm.outputs.figures.registry import draw_figures
 from oilfilm.run.job import job
 from oilfilm.settings.reference import read_reference
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     inputs, outputs = snakemake.input, snakemake.output
     references = {
         name: read_reference(Path(path))
@@ -18,7 +17,7 @@ with job(snakemake) as provenance:
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),
         CampaignTables.of_job(inputs),
-        Settings.of(snakemake.params.config),
+        settings,
         references,
         provenance,
     )

@@ -5,14 +5,12 @@ from pathlib import Path
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_values
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 from oilfilm.traction import LAWS
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     oil = snakemake.wildcards.oil
     points = CampaignTables.of_job(snakemake.input).points
-    settings = Settings.of(snakemake.params.config)
     printed = printed_values(Path(snakemake.input.printed), LAWS[settings.fit.law], oil)
     fit = fit_oil(points, oil, settings.fit, settings.seed, printed)
     write_tables(fit.tables, snakemake.output, provenance)

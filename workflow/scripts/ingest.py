@@ -6,10 +6,8 @@ from oilfilm import tables
 from oilfilm.readers.ingest import ingest_logs
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 
-with job(snakemake) as provenance:
-    settings = Settings.of(snakemake.params.config)
+with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", settings.campaign.name)
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
     ingested = ingest_logs(unchanged_logs(folder, digests), settings)

@@ -5,9 +5,8 @@ from pathlib import Path
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.metadata import data_package, table_file
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 
-with job(snakemake):
+with job(snakemake) as (settings, _):
     package = Path(snakemake.output.package)
     files = [table_file(Path(path), package.parent) for path in snakemake.input.tables]
-    write_text(data_package(Settings.of(snakemake.params.config), files), package)
+    write_text(data_package(settings, files), package)

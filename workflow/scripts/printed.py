@@ -4,11 +4,10 @@ from pathlib import Path
 
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_constants
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.printed.judge import judge_printed
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
     judged = judge_printed(
         results.points,
@@ -16,7 +15,7 @@ with job(snakemake) as provenance:
         results.fit_quality,
         printed_constants(Path(snakemake.input.printed)),
         snakemake.params.oils,
-        Settings.of(snakemake.params.config).printed,
+        settings.printed,
         results.refits,
     )
     write_tables({"printed_judged": judged}, snakemake.output, provenance)

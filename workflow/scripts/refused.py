@@ -9,11 +9,10 @@ from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures.refused_runs import Judged, draw_pages, judged_torque_logs
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-with job(snakemake) as provenance:
-    inputs, settings = snakemake.input, Settings.of(snakemake.params.config)
+with job(snakemake) as (settings, provenance):
+    inputs = snakemake.input
     results = CampaignTables.of_job(inputs)
     samples = partial(tables.read_run, "samples", [Path(path) for path in inputs.samples])
     rigs = [Judged(TRACTION_RIG, results.runs, results.points, results.quarantine, samples)]

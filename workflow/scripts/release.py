@@ -6,15 +6,14 @@ from oilfilm.errors import OilfilmError
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 
-with job(snakemake):
+with job(snakemake) as (settings, _):
     params, releases = snakemake.params, Path(snakemake.params.releases)
     if code_tree_digest(Path()) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
     finished = FinishedRun(
         root=Path(),
-        settings=Settings.of(params.resolved),
+        settings=settings,
         results=releases.parents[1] / releases.name,
         files=[Path(path) for path in snakemake.input],
         raw=params.raw,

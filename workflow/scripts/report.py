@@ -5,10 +5,9 @@ from pathlib import Path
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.report.page import page
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     inputs = snakemake.input
     figures = {
         Path(png).stem: (Path(png), Path(svg))
@@ -18,7 +17,7 @@ with job(snakemake) as provenance:
         CampaignTables.of_job(inputs),
         figures,
         Path(inputs.refused_pages),
-        Settings.of(snakemake.params.config),
+        settings,
         provenance,
     )
     write_text(text, Path(snakemake.output.page))

@@ -4,18 +4,17 @@ from pathlib import Path
 
 from oilfilm.run.job import job
 from oilfilm.settings.reference import falling_viscosity, printed_constants
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.printed.signs import study_signs
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     printed = Path(snakemake.input.printed)
     signs, verdicts = study_signs(
         printed_constants(printed),
         falling_viscosity(printed),
         CampaignTables.of_job(snakemake.input).points,
         snakemake.params.oils,
-        Settings.of(snakemake.params.config).printed,
+        settings.printed,
         snakemake.params.traction_max,
     )
     write_tables({"signs": signs, "sign_verdicts": verdicts}, snakemake.output, provenance)

@@ -5,10 +5,8 @@ from pathlib import Path
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.summary import summarise
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-with job(snakemake):
-    settings = Settings.of(snakemake.params.config)
+with job(snakemake) as (settings, _):
     text = summarise(CampaignTables.of_job(snakemake.input), settings)
     write_text(text, Path(snakemake.output[0]))

@@ -1,13 +1,11 @@
 """Compare measured torque with the fitted law for each load variable."""
 
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.studies.bearing_torque import oils_in_bearings, torque_table
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
-    settings = Settings.of(snakemake.params.config)
     other_fits = results.law_coefficients, results.law_fit_quality
     oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, other_fits)
     torque, inversion = torque_table(results.torque_runs, oils, settings)

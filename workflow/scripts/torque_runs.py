@@ -6,11 +6,9 @@ from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.run.job import job
-from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import write_tables
 
-with job(snakemake) as provenance:
-    settings = Settings.of(snakemake.params.config)
+with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", f"{settings.campaign.name}-torque")
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
     curated = check_logs(unchanged_logs(folder, digests), settings, TORQUE_RIG)

@@ -8,13 +8,12 @@ from oilfilm.readers.raw_files import listing
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_constants
-from oilfilm.settings.resolved import Settings
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     constants = printed_constants(Path(snakemake.input.printed))
     truth = []
     with atomic_folder(Path(snakemake.output.logs)) as folder:
-        for run, content, rows in simulate_torque(Settings.of(snakemake.params.config), constants):
+        for run, content, rows in simulate_torque(settings, constants):
             (folder / run.name).write_bytes(content)
             truth += rows
     write_text(listing(Path(snakemake.output.logs)), Path(snakemake.output.listing))

@@ -6,9 +6,8 @@ from oilfilm import tables
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_constants
-from oilfilm.settings.resolved import Settings
 
-with job(snakemake) as provenance:
+with job(snakemake) as (settings, provenance):
     constants = printed_constants(Path(snakemake.input.printed))
-    grid = truth_grid(Settings.of(snakemake.params.config), constants)
+    grid = truth_grid(settings, constants)
     tables.write(grid, "truth_grid", Path(snakemake.output.truth_grid), provenance)

@@ -10,21 +10,23 @@ from typing import Any, NoReturn
 from oilfilm.digests import input_digest, settings_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import job_lock
+from oilfilm.settings.resolved import Settings
 
 
 @contextmanager
-def job(snakemake: Any) -> Iterator[dict[str, Any]]:
-    """Give a script the provenance of its tables, and end a user's mistake in a sentence.
+def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
+    """Give a script its settings and the provenance of its tables; end a mistake in a sentence.
 
-    The provenance says which campaign, whether its data are simulated, and digests of code,
-    settings and inputs: no clock, no host, no path outside the project. What a script has to say it
-    appends to its log.
+    The settings are those that the rule lists as `config`. The provenance says which campaign,
+    whether its data are simulated, and digests of code, settings and inputs: no clock, no host, no
+    path outside the project. A script appends its remarks to its log.
     """
     log = Path(snakemake.log[0])
     try:
         with job_lock(Path(".snakemake")):
             log.write_text("", encoding="utf-8")
-            yield _provenance(snakemake)
+            settings = Settings.of(snakemake.params.config)
+            yield settings, _provenance(snakemake, settings)
             with log.open("a", encoding="utf-8") as remarks:
                 remarks.write("done\n")
     except OilfilmError as mistake:
@@ -54,14 +56,14 @@ def _end(sentence: str, log: Path) -> NoReturn:
     sys.exit(1)
 
 
-def _provenance(snakemake: Any) -> dict[str, Any]:
-    params = snakemake.params
+def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
+    plain = settings.plain()
     return {
-        "campaign": params.config["campaign"]["name"],
-        "data": params.config["campaign"]["data"],
+        "campaign": settings.campaign.name,
+        "data": settings.campaign.data,
         "rule": snakemake.rule,
-        "code": params.code,
-        "settings": settings_digest(params.config)[:16],
-        **{key: params.config[key] for key in ("film", "gates") if key in params.config},
+        "code": snakemake.params.code,
+        "settings": settings_digest(plain)[:16],
+        **{key: plain[key] for key in ("film", "gates") if key in plain},
         "inputs": {str(path): input_digest(Path(path))[:16] for path in snakemake.input},
     }

@@ -1,9 +1,10 @@
 """Typed access to everything that one campaign's run is told."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from pydantic import PrivateAttr
+from pydantic_core import to_jsonable_python
 
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
@@ -17,33 +18,15 @@ from oilfilm.settings.messages import check
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.rig import Rig
 
+_Part = TypeVar("_Part", bound="_PartOf")
+
 
 class _PartOf(Group):
-    """A group of which a rule may have listed only some keys.
+    """A group of which a rule may list only some keys.
 
-    A key that the rule did not list is refused in words: a result that depends on it would not
-    be made again when it changes.
+    A key that the rule does not list is refused in words, even where it has a default: a result
+    that depends on it would not be made again when it changes.
     """
-
-    @classmethod
-    def of(cls, plain: Mapping[str, Any]) -> Self:
-        """The group from its plain values, checked; keys may be missing."""
-        unknown = sorted(set(plain) - set(cls.model_fields))
-        if unknown:
-            raise OilfilmError(f"settings: found the unknown key {unknown[0]!r}.")
-        values = {name: cls._checked(name, value) for name, value in plain.items()}
-        return cls.model_construct(set(values), **values)
-
-    @classmethod
-    def _checked(cls, name: str, value: Any) -> Any:
-        annotation = cls.__annotations_of(name)
-        return check(value, annotation, lambda steps: f"settings, {name}")
-
-    @classmethod
-    def __annotations_of(cls, name: str) -> Any:
-        field = cls.model_fields[name]
-        # constraints of the key itself, such as the least number of its items
-        return field.annotation
 
     if not TYPE_CHECKING:
 
@@ -71,25 +54,25 @@ class Settings(ConfigKeys, _PartOf):
     oils: dict[str, OilFile | None] = key("Oils by id; None without known properties.")
     bearings: dict[str, BearingFile] = key("Bearings by name.")
 
-    _plain: Mapping[str, Any] = PrivateAttr(default_factory=dict)
+    _plain: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @classmethod
-    def of(cls, plain: "Mapping[str, Any] | Settings") -> Self:
-        """Settings from their plain values, which may be a part that a rule lists.
+    def of(cls, plain: Mapping[str, Any]) -> Self:
+        """Settings from their plain values.
+
+        Plain values that lack a key are the part that a rule lists. In a part, keys of the
+        campaign that are not there are refused when they are read; in whole settings they have
+        their defaults.
 
         Raises:
             OilfilmError: A value is not as its model declares it.
         """
-        if isinstance(plain, cls):
-            return plain
-        values = {**plain}
-        settings = super().of(values)
-        settings._plain = values
+        if cls.model_fields.keys() <= plain.keys():
+            settings: Self = check(plain, cls, lambda steps: "settings")
+        else:
+            settings = _part_of(cls, plain)
+        settings._plain = dict(plain)
         return settings
-
-    @classmethod
-    def _checked(cls, name: str, value: Any) -> Any:
-        return CampaignPart.of(value) if name == "campaign" else super()._checked(name, value)
 
     def plain(self) -> dict[str, Any]:
         """Plain values, as JSON and Snakemake's params hold them."""
@@ -100,12 +83,14 @@ class Settings(ConfigKeys, _PartOf):
 
         Args:
             keys: Keys of the settings.
-            campaign: Keys of the campaign, beside its name and whether its data are simulated.
+            campaign: Keys of the campaign, beside its name and whether its data are simulated;
+                those that its file leaves out get their defaults.
         """
-        whole_campaign = self._plain["campaign"]
-        listed = sorted({"name", "data", *campaign} & set(whole_campaign))
+        written = self._plain["campaign"]
+        defaults = {name: CampaignPart.model_fields[name].default for name in campaign}
+        listed = {**to_jsonable_python(defaults, exclude_none=True), **written}
         return {
-            "campaign": {name: whole_campaign[name] for name in listed},
+            "campaign": {name: listed.get(name) for name in sorted({"name", "data", *campaign})},
             **{name: self._plain[name] for name in sorted(keys)},
         }
 
@@ -144,34 +129,22 @@ class Settings(ConfigKeys, _PartOf):
     def __repr__(self) -> str:
         return f"Settings of the campaign {self.campaign.name}: {', '.join(self._plain)}"
 
-    # Plain look-ups, for callers that are not converted yet.
 
-    def __getitem__(self, name: str) -> Any:
-        return self._plain[name]
+def _part_of(model: type[_Part], plain: Mapping[str, Any]) -> _Part:
+    """A group with the keys that are listed, checked, and without defaults for the others."""
+    values = {name: _checked_key(model, name, value) for name, value in plain.items()}
+    part = model.model_construct(set(values), **values)
+    for name in vars(part).keys() - values.keys():
+        del vars(part)[name]
+    return part
 
-    def __iter__(self) -> Iterator[str]:  # type: ignore[override]
-        return iter(self._plain)
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._plain
-
-    def __len__(self) -> int:
-        return len(self._plain)
-
-    def keys(self) -> Any:
-        """Keys of the plain values."""
-        return self._plain.keys()
-
-    def items(self) -> Any:
-        """Keys and plain values."""
-        return self._plain.items()
-
-    def get(self, name: str, default: Any = None) -> Any:
-        """A plain value, or the default."""
-        return self._plain.get(name, default)
-
-    def __or__(self, other: Mapping[str, Any]) -> dict[str, Any]:
-        return {**self._plain, **other}
+def _checked_key(model: type[_PartOf], name: str, value: Any) -> Any:
+    if name not in model.model_fields:
+        raise OilfilmError(f"settings: found the unknown key {name!r}.")
+    if name == "campaign":
+        return _part_of(CampaignPart, value)
+    return check(value, model.model_fields[name].annotation, lambda steps: f"settings, {name}")
 
 
 def merge(base: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:

@@ -27,8 +27,8 @@ from oilfilm.outputs.report.pictures import packed, png_addresses, size_of
 from oilfilm.outputs.report.release_id import UNRELEASED
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
-from oilfilm.settings.load import as_yaml
 from oilfilm.settings.resolved import Settings
+from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 
