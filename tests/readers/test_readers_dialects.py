@@ -16,6 +16,7 @@ from oilfilm.readers import ingest
 from oilfilm.readers.ingest import read_log, unpack
 from oilfilm.readers.layout import encoding_of
 from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import conversion
 
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
@@ -191,7 +192,8 @@ def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
 
 
 def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
-    settings = resolve(ROOT / "config", {"campaign": "etm-slim"})
+    rigs = {"pcs-etm": {"name": "x", "source": "y"}}
+    settings = Settings.of({**CONFIG.plain(), "rigs": rigs})
     names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
     content = f"# oil: 4102\n{names}\n0,1,2,3,4,5\n".encode()
     (refusal,) = read_log(content, "log", settings)[1].refusals

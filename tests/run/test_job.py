@@ -32,7 +32,7 @@ def test_mistake_ends_a_job_in_its_sentence_and_in_the_log(
 
 
 def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: Path) -> None:
-    with job(a_job(tmp_path)) as first, job(a_job(tmp_path)) as second:
+    with job(a_job(tmp_path)) as (_, first), job(a_job(tmp_path)) as (_, second):
         assert first == second
         assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
 
