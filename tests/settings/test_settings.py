@@ -34,7 +34,7 @@ def test_key_that_a_campaign_leaves_out_has_its_default_only_where_the_rule_list
 ) -> None:
     measured = without(config, "twin", "torque", "semantics")
     assert measured.campaign.twin is None
-    listed = Settings.of(measured.part(campaign=("twin", "semantics"))).campaign
+    listed = Settings.of(measured.part(campaign=("oils", "twin", "semantics"))).campaign
     assert (listed.twin, listed.semantics) == (None, Semantics())
     with pytest.raises(OilfilmError, match="the rule does not list 'torque'; add it to `part"):
         _ = listed.torque

@@ -86,11 +86,12 @@ class Settings(ConfigKeys, _PartOf):
             campaign: Keys of the campaign, beside its name and whether its data are simulated;
                 those that its file leaves out get their defaults.
         """
+        listed = sorted({"name", "data", *campaign})
         written = self._plain["campaign"]
-        defaults = {name: CampaignPart.model_fields[name].default for name in campaign}
-        listed = {**to_jsonable_python(defaults, exclude_none=True), **written}
+        absent = {name: getattr(self.campaign, name) for name in listed if name not in written}
+        values = {**written, **to_jsonable_python(absent)}
         return {
-            "campaign": {name: listed.get(name) for name in sorted({"name", "data", *campaign})},
+            "campaign": {name: values[name] for name in listed},
             **{name: self._plain[name] for name in sorted(keys)},
         }
 
