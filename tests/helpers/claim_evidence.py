@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.audit.audit import (
-    printed_evidence,
-)
+from oilfilm.studies.audit.audit import printed_evidence
 from oilfilm.studies.audit.evidence import Evidence
 
 OILS = ("4102", "4050", "4010")
@@ -26,7 +24,7 @@ def evidence_of(
 
 def planted(size: float = 1.0, **changes: float) -> list[float]:
     """The plain constants with A0 and B0 times `size`, and others changed by name."""
-    names = [f"{letter}{place}" for letter in "ABC" for place in range(4)]
+    names = [f"{letter}{number}" for letter in "ABC" for number in range(4)]
     values = dict(zip(names, PLAIN, strict=True))
     values |= {"A0": values["A0"] * size, "B0": values["B0"] * size} | changes
     return list(values.values())

@@ -101,18 +101,13 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     )
 
 
-def drawn(
-    folder: Path, names: tuple[str, ...] = ("fig02", "coverage")
-) -> dict[str, tuple[Path, Path]]:
-    """Small pictures in place of the figures and of the page of the refused run."""
-    for name in (*names, "stuck"):
-        Image.new("RGB", (300, 200), "white").save(folder / f"{name}.png")
-        (folder / f"{name}.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    return {name: (folder / f"{name}.png", folder / f"{name}.svg") for name in names}
-
-
 def report_of(results: CampaignTables, config: Settings, folder: Path) -> str:
-    return page(results, drawn(folder), folder, config, PROVENANCE)
+    """A report with small pictures in place of the figures and of the page of the refused run."""
+    pngs = [folder / f"{name}.png" for name in ("fig02", "coverage", "stuck")]
+    for png in pngs:
+        Image.new("RGB", (300, 200), "white").save(png)
+        png.with_suffix(".svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    return page(results, pngs[:2], folder, config, PROVENANCE)
 
 
 def with_hostile_names(results: CampaignTables) -> CampaignTables:

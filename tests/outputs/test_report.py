@@ -100,7 +100,7 @@ def test_page_holds_the_tables_themselves(page: Page, results: CampaignTables) -
         own = results.points[results.points["oil"] == oil["name"]]
         for name in ("slide_roll_ratio", "inlet_temperature_c", "traction_coefficient"):
             assert oil["points"][name] == own[name].tolist()
-        runs = [oil["points"]["runs"][place] for place in oil["points"]["run"]]
+        runs = [oil["points"]["runs"][number] for number in oil["points"]["run"]]
         assert runs == own["run_id"].tolist()
 
 
@@ -142,7 +142,7 @@ def test_hostile_names_are_text(
     texts = "".join(hostile.texts)
     for name in HOSTILE:
         assert name in texts
-    assert "49" not in {one.strip() for one in hostile.texts}
+    assert "49" not in {text.strip() for text in hostile.texts}
     runs = [run for oil in hostile.data("explorer-data")["oils"] for run in oil["points"]["runs"]]
     assert set(HOSTILE) <= set(runs)
 
@@ -163,9 +163,9 @@ def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config:
 
 def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:
     # curves with 1 % gain errors, 18 of them, and a calibration of 0.5 % of load, 1 % of mu or less
-    found = sections.certainty(results, "4102")
-    assert 0.005 < found.median < 0.06
-    assert found.median < found.largest
+    certainty = sections.certainty(results, "4102")
+    assert 0.005 < certainty.median < 0.06
+    assert certainty.median < certainty.largest
 
 
 def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: CampaignTables) -> None:
@@ -182,15 +182,15 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
             **{name: results.table(name)[:0] for name in empty},
         )
     )
-    words = "".join(page.texts)
-    assert "Nothing could be fitted." in words
-    assert "No fit can be explored here." in words
-    assert "No log, run or row was refused." in words
+    text = "".join(page.texts)
+    assert "Nothing could be fitted." in text
+    assert "No fit can be explored here." in text
+    assert "No log, run or row was refused." in text
 
 
 def test_fit_without_refits_has_no_interval(results: CampaignTables, config: Settings) -> None:
-    found = explorer(results.replace(refits=results.refits[:0]), config)
-    assert [oil["root"] for oil in found["oils"]] == [None] * 3
+    content = explorer(results.replace(refits=results.refits[:0]), config)
+    assert [oil["root"] for oil in content["oils"]] == [None] * 3
 
 
 def test_condition_without_exponents_moves_no_slider(
@@ -198,9 +198,9 @@ def test_condition_without_exponents_moves_no_slider(
 ) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
-    found = explorer(results.replace(coefficients=table, refits=results.refits[:0]), config)
-    assert [axis["idle"] for axis in found["axes"]] == [False, True, False, False]
-    assert [oil["known"] for oil in found["oils"]] == [[True, False, True]] * 3
+    content = explorer(results.replace(coefficients=table, refits=results.refits[:0]), config)
+    assert [axis["idle"] for axis in content["axes"]] == [False, True, False, False]
+    assert [oil["known"] for oil in content["oils"]] == [[True, False, True]] * 3
 
 
 def test_endless_interval_is_none_in_json(write: Write, results: CampaignTables) -> None:
@@ -234,13 +234,12 @@ def test_endless_list_of_refusals_is_left_out_of_the_page(write: Write, text: st
 
 def test_many_points_and_refusals_are_thinned_and_counted(write: Write) -> None:
     page = Page(write({"report": {"points_max": 500, "rows_max": 1}}))
-    found = page.data("explorer-data")
-    assert (
-        sum(len(oil["points"]["run"]) for oil in found["oils"]) == found["points"]["shown"] <= 500
-    )
-    words = " ".join("".join(page.texts).split())
-    assert f"Of 1674 accepted points this page holds {found['points']['shown']}" in words
-    assert "And 1 more rows" in words
+    content = page.data("explorer-data")
+    shown = content["points"]["shown"]
+    assert sum(len(oil["points"]["run"]) for oil in content["oils"]) == shown <= 500
+    text = " ".join("".join(page.texts).split())
+    assert f"Of 1674 accepted points this page holds {shown}" in text
+    assert "And 1 more rows" in text
 
 
 @pytest.mark.parametrize(

@@ -14,43 +14,32 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
+    config, curated = campaign.config, campaign.curated
     fit = campaign.fit(oil, bootstrap=20, searches=2)
-    coefficients, quality = fit.coefficients, fit.fit_quality
-    covered = coverage(campaign.curated.runs, campaign.config)
     extrapolation = tables.empty("extrapolation")
-    if campaign.config.campaign.twin:
-        extrapolation = extrapolate(
-            truth_grid(campaign.config, printed()),
-            fit.coefficients,
-            fit.refits,
-            fit.fit_quality,
-            campaign.config.same_set_point.relative,
-        )
-    points = campaign.curated.points
-    signs, sign_verdicts = sign_study(campaign.config, points)
-    basis = printed_evidence(printed(), list(printed()), campaign.config)
+    if config.campaign.twin:
+        relative = config.same_set_point.relative
+        truth = truth_grid(config, printed())
+        extrapolation = extrapolate(truth, fit.coefficients, fit.refits, fit.fit_quality, relative)
+    fitted = (curated.points, fit.coefficients, fit.fit_quality)
+    signs, sign_verdicts = sign_study(config, curated.points)
+    basis = printed_evidence(printed(), list(printed()), config)
     results = CampaignTables.in_memory(
-        runs=campaign.curated.runs,
-        points=campaign.curated.points,
-        quarantine=campaign.curated.quarantine,
-        coverage=covered,
+        runs=curated.runs,
+        points=curated.points,
+        quarantine=curated.quarantine,
+        coverage=coverage(curated.runs, config),
         extrapolation=extrapolation,
-        coefficients=coefficients,
-        fit_quality=quality,
+        coefficients=fit.coefficients,
+        fit_quality=fit.fit_quality,
         printed_judged=judge_printed(
-            points,
-            coefficients,
-            quality,
-            printed(),
-            list(campaign.config.oils),
-            campaign.config.printed,
-            fit.refits,
+            *fitted, printed(), list(config.oils), config.printed, fit.refits
         ),
         signs=signs,
         sign_verdicts=sign_verdicts,
-        claims=audit(read_claims(CLAIMS), [basis], campaign.config),
+        claims=audit(read_claims(CLAIMS), [basis], config),
     )
-    return summarise(results, campaign.config)
+    return summarise(results, config)
 
 
 def test_summary_of_the_demonstration(demo: Campaign) -> None:

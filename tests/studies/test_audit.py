@@ -16,7 +16,6 @@ from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.studies.audit.audit import (
     audit,
     boxes_of,
@@ -25,14 +24,13 @@ from oilfilm.studies.audit.audit import (
     read_claims,
     refit_evidence,
 )
-from oilfilm.studies.audit.checks import CHECKS, CheckSettings
+from oilfilm.studies.audit.checks import CHECKS
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError
 from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 Judge = Callable[..., Finding]
-PHYSICS_PAGE = ROOT / "docs" / "physics.md"
 
 
 @pytest.fixture(scope="module")
@@ -46,18 +44,13 @@ def same(**changes: float) -> dict[str, list[float]]:
 
 
 @pytest.fixture(scope="module")
-def settings(config: Settings) -> CheckSettings:
-    return CheckSettings.of(config)
-
-
-@pytest.fixture(scope="module")
 def judge(config: Settings, grids: dict[str, Grid]) -> Judge:
     """The finding on one claim: by constants of each oil or by evidence, over a box or a grid."""
 
     def judge(claim: str, basis: Any, where: Any = "extrapolated") -> Finding:
         evidence = basis if isinstance(basis, Evidence) else evidence_of(basis, config)
         grid = where if isinstance(where, Grid) else grids[where]
-        finding = CHECKS[claim].judge(evidence, grid, CheckSettings.of(config))
+        finding = CHECKS[claim].judge(evidence, grid, config)
         assert finding is not None
         return finding
 
@@ -67,16 +60,12 @@ def judge(config: Settings, grids: dict[str, Grid]) -> Judge:
 # ---------------------------------------------------------------- the list of claims
 
 
-def test_every_claim_of_the_list_has_a_check_and_every_check_a_claim() -> None:
-    listed = [claim["id"] for claim in read_yaml(CLAIMS).values["claims"]]
-    assert listed == list(CHECKS)
-
-
-def test_claims_are_those_of_the_reference_page() -> None:
-    page = PHYSICS_PAGE.read_text(encoding="utf-8")
+def test_claims_checks_and_the_reference_page_agree() -> None:
+    claims = [claim.id for claim in read_claims(CLAIMS)]
+    assert claims == list(CHECKS)
+    page = (ROOT / "docs/physics.md").read_text(encoding="utf-8")
     section = page.split("## Claims of the paper")[1].split("\n## ")[0]
-    ids = re.findall(r"^\| ([a-z0-9-]+) \|", section, flags=re.MULTILINE)
-    assert ids[2:] == [claim["id"] for claim in read_yaml(CLAIMS).values["claims"]]
+    assert re.findall(r"^\| ([a-z0-9-]+) \|", section, flags=re.MULTILINE)[2:] == claims
 
 
 def test_claim_without_a_check_is_refused(tmp_path) -> None:
@@ -97,31 +86,28 @@ def test_grid_has_the_traction_of_the_equation(config: Settings, grids: dict[str
 
 
 def test_linear_range_of_an_exponential_ends_where_algebra_says(
-    judge: Judge, settings: CheckSettings
+    judge: Judge, config: Settings
 ) -> None:
     # B next to nothing: mu = |A| (1 - exp(-x)), x = C S; chord over slope is (1 - exp(-x))/x
     end = brentq(lambda x: (1 - np.exp(-x)) / x - 0.9, 0.01, 1.0) / 30.0
-    found = judge("linear-start", same(B0=1e-9), "tested")
-    np.testing.assert_allclose(found.cases["value"], end, rtol=2e-3)
-    assert found.share == (1.0 if end >= settings.linear_to_slip else 0.0)
+    finding = judge("linear-start", same(B0=1e-9), "tested")
+    np.testing.assert_allclose(finding.cases["value"], end, rtol=2e-3)
+    assert finding.share == (1.0 if end >= config.audit.linear_to_slip else 0.0)
 
 
 @pytest.mark.parametrize(("slope", "rate"), [(0.5, 30.0), (0.05, 30.0), (0.4, 6.0), (2.0, 60.0)])
 def test_peak_lies_at_one_over_c_plus_a_over_b(
-    judge: Judge, settings: CheckSettings, slope: float, rate: float
+    judge: Judge, config: Settings, slope: float, rate: float
 ) -> None:
-    still = {f"{letter}{place}": 0.0 for letter in "ABC" for place in (1, 2, 3)}
-    found = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
-    peak = 1 / rate + 0.02 / slope
-    assert found.parts["a peak"] == (1.0 if peak < settings.curve_to else 0.0)
-    if peak < settings.curve_to:
-
-        def mu(slip: float) -> float:
-            return (slope * slip - 0.02) * np.exp(-rate * slip) + 0.02
-
-        np.testing.assert_allclose(
-            found.cases["value"], 1 - mu(settings.curve_to) / mu(peak), atol=1e-3
+    still = {f"{letter}{number}": 0.0 for letter in "ABC" for number in (1, 2, 3)}
+    finding = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
+    peak, end = 1 / rate + 0.02 / slope, config.printed.boxes.tested.slide_roll_ratio[1]
+    assert (finding.parts["a peak"] == (peak < end)).all()
+    if peak < end:
+        of_peak, of_end = (
+            (slope * slip - 0.02) * np.exp(-rate * slip) + 0.02 for slip in (peak, end)
         )
+        np.testing.assert_allclose(finding.cases["value"], 1 - of_end / of_peak, atol=1e-3)
 
 
 def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
@@ -136,7 +122,7 @@ def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
     r2 = np.corrcoef(pressure, pressure**4)[0, 1] ** 2
     np.testing.assert_allclose(power.cases["value"], r2, rtol=1e-12)
     assert power.share == 0.0
-    assert power.parts["mu rises at every step"] == 1.0
+    assert power.parts["mu rises at every step"].all()
 
 
 @pytest.mark.parametrize(
@@ -165,7 +151,7 @@ def test_order_of_planted_oils_is_found_and_so_is_its_reverse(judge: Judge) -> N
         assert judge(claim, right).share == 1.0, claim
         assert judge(claim, wrong).share == 0.0, claim
     # mu goes as the size, so that the nearest pair has 1.2
-    np.testing.assert_allclose(judge("viscosity-order", right).worst["value"], 1.2)
+    np.testing.assert_allclose(judge("viscosity-order", right).worst_case["value"], 1.2)
     assert "4102 > 4050 > 4010 (100%)" in " ".join(judge("viscosity-order", right).remarks)
     # a spread that is the same at each temperature is no convergence
     flat = judge("hot-convergence", right)
@@ -187,8 +173,8 @@ def test_claim_about_no_place_of_the_box_cannot_be_checked(
     changed = config.with_changes({"selection": {"limits": limits}})
     # with no film thick enough anywhere the thinnest oil is not asked for either
     basis = replace(printed_evidence(printed(), OILS, config), lambda_limit=np.inf)
-    asked = [one for one in read_claims(CLAIMS) if one.id == claim]
-    (row,) = tables.rows(audit(asked, [basis], changed))
+    claims = [listed for listed in read_claims(CLAIMS) if listed.id == claim]
+    (row,) = tables.rows(audit(claims, [basis], changed))
     assert row["verdict"] == "cannot be checked"
     assert "has no place that the claim is about" in row["finding"]
 
@@ -196,14 +182,11 @@ def test_claim_about_no_place_of_the_box_cannot_be_checked(
 def test_oils_converge_by_the_ratio_of_their_exponents(judge: Judge) -> None:
     # one oil k times above two that are alike: spread over mean is 3 (k - 1)/(k + 2)
     steep, plain = planted(2.0, A3=-0.7, B3=-0.7), planted()
-
-    def spread(temperature: float) -> float:
-        k = 2.0 * (temperature / 20) ** -0.2
-        return 3 * (k - 1) / (k + 2)
-
-    found = judge("hot-convergence", {"4102": steep, "4050": plain, "4010": plain})
-    np.testing.assert_allclose(found.cases["value"], spread(140) / spread(20), rtol=1e-9)
-    assert found.share == 1.0
+    finding = judge("hot-convergence", {"4102": steep, "4050": plain, "4010": plain})
+    cold, hot = (2.0 * (temperature / 20) ** -0.2 for temperature in (20, 140))
+    ratio = (hot - 1) / (hot + 2) / ((cold - 1) / (cold + 2))
+    np.testing.assert_allclose(finding.cases["value"], ratio, rtol=1e-9)
+    assert finding.share == 1.0
 
 
 def test_negative_traction_is_seen(judge: Judge, config: Settings) -> None:
@@ -227,14 +210,14 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(judge: Judge) -> 
     # and 1.9
     # at 2.5 GPa; 4050 above 4102 below about 1.4 GPa. That count does not state its levels, and
     # the shares move with them (even steps of P and U give 71, 37 and 10 %): within 0.05.
-    found = judge("viscosity-order", printed())
-    assert found.parts["4102 > 4050"] == pytest.approx(0.59, abs=0.05)
-    assert found.parts["4050 > 4010"] == pytest.approx(0.55, abs=0.06)
-    assert found.share <= 0.145
-    words = " ".join(found.remarks)
-    low, high = map(float, re.findall(r"is ([\d.]+) at 0.8 GPa and ([\d.]+) at 2.5", words)[0])
+    finding = judge("viscosity-order", printed())
+    assert finding.parts["4102 > 4050"].mean() == pytest.approx(0.59, abs=0.05)
+    assert finding.parts["4050 > 4010"].mean() == pytest.approx(0.55, abs=0.06)
+    assert finding.share <= 0.145
+    remarks = " ".join(finding.remarks)
+    low, high = map(float, re.findall(r"is ([\d.]+) at 0.8 GPa and ([\d.]+) at 2.5", remarks)[0])
     assert (low, high) == (pytest.approx(0.41, abs=0.07), pytest.approx(1.9, abs=0.1))
-    turn = float(re.findall(r"below ([\d.]+) GPa", words)[0])
+    turn = float(re.findall(r"below ([\d.]+) GPa", remarks)[0])
     assert turn == pytest.approx(1.4, abs=0.15)
 
 
@@ -245,8 +228,8 @@ def test_order_does_not_hold_on_more_of_the_box_with_other_levels(
         max_hertz_pressure_gpa=np.linspace(0.8, 2.5, 13),
         entrainment_speed_m_s=np.linspace(20, 200, 13),
     )
-    found = judge("viscosity-order", printed(), grid)
-    assert found.share < 0.145
+    finding = judge("viscosity-order", printed(), grid)
+    assert finding.share < 0.145
 
 
 def test_printed_constants_contradict_the_text_as_known(judge: Judge) -> None:
@@ -281,30 +264,24 @@ COMPARISON = pd.DataFrame(
 
 def torque_table(load_error: float, stress_error: float) -> pd.DataFrame:
     rows = [
-        {
-            "run_id": "r",
-            "first_row": row,
-            "oil": "4102",
-            "load_variable": basis,
-            "relative_error": error,
-        }
+        ("r", row, "4102", basis, error)
         for row in (1, 2)
         for basis, error in (("stress", stress_error), ("load", load_error))
     ]
-    return pd.DataFrame(rows)
+    columns = ["run_id", "first_row", "oil", "load_variable", "relative_error"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def test_wang_deng_claims_follow_the_comparison(judge: Judge, config: Settings) -> None:
-    evidence = evidence_of(printed(), config, comparison=COMPARISON)
-    for claim in ("wang-deng-zero", "wang-deng-overfit"):
-        assert judge(claim, evidence, "tested").share == 1.0
-    # errors grow by 3.0 and by 1.1
-    overfit = judge("wang-deng-overfit", evidence, "tested")
-    assert overfit.worst["value"] == pytest.approx(3.0 / 1.1)
     tame = COMPARISON.assign(zero_slip_traction=0.0, left_out_rmse=[2.2e-4, 1.1e-4])
-    evidence = evidence_of(printed(), config, comparison=tame)
     for claim in ("wang-deng-zero", "wang-deng-overfit"):
-        assert judge(claim, evidence, "tested").share == 0.0
+        for comparison, share in ((COMPARISON, 1.0), (tame, 0.0)):
+            evidence = evidence_of(printed(), config, comparison=comparison)
+            assert judge(claim, evidence, "tested").share == share
+    # errors grow by 3.0 and by 1.1
+    evidence = evidence_of(printed(), config, comparison=COMPARISON)
+    overfit = judge("wang-deng-overfit", evidence, "tested")
+    assert overfit.worst_case["value"] == pytest.approx(3.0 / 1.1)
 
 
 @pytest.mark.parametrize(
@@ -319,8 +296,8 @@ def test_torque_claims_follow_the_torque_tests(
     config: Settings, load: float, stress: float, stress_verdict: str, load_verdict: str
 ) -> None:
     evidence = evidence_of(printed(), config, torque=torque_table(load, stress))
-    found = audit(read_claims(CLAIMS), [evidence], config).set_index("claim")["verdict"]
-    assert (found["torque-stress"], found["torque-load"]) == (stress_verdict, load_verdict)
+    verdicts = audit(read_claims(CLAIMS), [evidence], config).set_index("claim")["verdict"]
+    assert (verdicts["torque-stress"], verdicts["torque-load"]) == (stress_verdict, load_verdict)
 
 
 # ---------------------------------------------------------------- the table
@@ -397,13 +374,9 @@ def test_one_condition_of_an_unknown_oil_tells_nothing_about_trends(etm: Campaig
     config = resolve(ROOT / "config", {"campaign": "etm-slim"})
     fit = etm.fit("unrecorded-oil", bootstrap=20, searches=2).coefficients
     refit = refit_evidence(results_of(etm, fit), OILS, config)
-    found = audit(claims, [refit], config)
-    assert (found["verdict"] == "cannot be checked").all()
-    reason = found.set_index("claim")["finding"]
+    table = audit(claims, [refit], config)
+    assert (table["verdict"] == "cannot be checked").all()
+    reason = table.set_index("claim")["finding"]
     assert "too few levels were tested" in reason["falls-with-speed"]
     assert "no point of the campaign has a lambda" in reason["full-film"]
     assert films(config) == {}
-
-
-def test_table_is_one_of_the_contract(table: pd.DataFrame) -> None:
-    pd.testing.assert_frame_equal(tables.conform(table, "claims", "claims"), table)

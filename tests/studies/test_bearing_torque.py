@@ -29,7 +29,7 @@ from oilfilm.bearing.torque import torque_terms
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
-from oilfilm.outputs.bearing_sentences import bearing_words
+from oilfilm.outputs.bearing_sentences import bearing_lines
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import load_figure
 from oilfilm.rig_twin.torque_logs import simulate_torque
@@ -415,7 +415,7 @@ def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
         torque_inversion=inversion,
         slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
     )
-    text = "\n".join(bearing_words(results))
+    text = "\n".join(bearing_lines(results))
     assert "torque logs 2 read of 3; plateaus 8 accepted of 8" in text
     refusal = "zero_drift 1: 4050_F05000_T070.csv: the zero of the torque moves"
     assert f"torque quarantine, {refusal}" in text
@@ -423,7 +423,7 @@ def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
     assert "of 24 equilibria none not found" in text
     assert "pressure " in text
     assert "the paper's rules advise" in text
-    nothing = bearing_words(CampaignTables.in_memory())
+    nothing = bearing_lines(CampaignTables.in_memory())
     assert nothing[1] == "  torque logs 0 read of 0; plateaus 0 accepted of 0"
 
 

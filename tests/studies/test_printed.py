@@ -157,7 +157,7 @@ def test_turning_all_exponents_of_a_condition_turns_its_statement(
 ) -> None:
     """Over a box that is its own mirror image the shares of a law and of its mirror add to 1."""
     law = surface(constants((-0.02, 0.8, 25.0), powers), MIRRORED, levels=2)
-    mirror = [-one if at % 3 == condition else one for at, one in enumerate(powers)]
+    mirror = np.where(np.arange(9) % 3 == condition, -1, 1) * powers
     mirrored = surface(constants((-0.02, 0.8, 25.0), mirror), MIRRORED, levels=2)
     steps = np.diff(law.mu, axis=condition)
     ties = np.isclose(steps, 0, atol=1e-15).mean()
@@ -172,11 +172,11 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
     ends = [np.array(BOX[name]) for name in CONDITIONS]
     p, u, t = np.meshgrid(*ends, indexing="ij")
     dense = traction_coefficient(of, p[..., None], u[..., None], t[..., None], slip).max(axis=-1)
-    found = closed.peak[..., 0]
-    assert np.all(found >= dense * (1 - 1e-9) - 1e-15)
+    peak = closed.peak[..., 0]
+    assert np.all(peak >= dense * (1 - 1e-9) - 1e-15)
     # a peak narrower than the grid's steps is not seen there
     resolved = closed.sizes[2, ..., 0] < 1000
-    np.testing.assert_allclose(found[resolved], dense[resolved], rtol=1e-2)
+    np.testing.assert_allclose(peak[resolved], dense[resolved], rtol=1e-2)
 
 
 # ---------------------------------------------------------------- the study
@@ -212,20 +212,19 @@ def test_margin_is_the_best_total_with_the_sign_less_that_with_the_other(studied
 
 
 def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Studied) -> None:
-    found = studied[1].set_index(["oil", "constant"])
+    verdicts = studied[1].set_index(["oil", "constant"])["verdict"]
     # mu falls with U and T through the plateau |A| (section 4.3.2 and 4.3.4)
-    assert (found.loc[(list(OILS), ["A2", "A3"]), "verdict"] == "settled").all()
+    assert (verdicts.loc[list(OILS), ["A2", "A3"]] == "settled").all()
     # docs/physics.md, traction law: open; low confidence; 0.0022 is without effect
-    assert found.loc[("4010", "C3"), "verdict"] == "open"
-    assert found.loc[("4010", "C2"), "verdict"] == "open"
-    assert found.loc[("4050", "C2"), "verdict"] == "without effect"
-    assert not (found["verdict"] == "against").any()
+    assert verdicts["4010", "C3"] == verdicts["4010", "C2"] == "open"
+    assert verdicts["4050", "C2"] == "without effect"
+    assert not (verdicts == "against").any()
 
 
 def test_effect_of_a_tiny_exponent_is_bounded_by_its_power(studied: Studied) -> None:
     """Turning 0.0022 changes C by 2^0.0044 - 1 = 0.3 % at most, and mu by less (C S e^-CS < 1)."""
-    found = studied[1].set_index(["oil", "constant"])["effect"]
-    assert 0 < found["4050", "C2"] < 0.0031
+    effects = studied[1].set_index(["oil", "constant"])["effect"]
+    assert 0 < effects["4050", "C2"] < 0.0031
 
 
 @pytest.mark.parametrize(
@@ -257,22 +256,13 @@ def points_of(truth: np.ndarray, oil: str = "4102") -> pd.DataFrame:
     """Noise-free points of a law at twelve conditions."""
     conditions = [(p, u, t) for p in (1.0, 1.5) for u in (25.0, 40.0) for t in (25.0, 70.0, 120.0)]
     slip = np.linspace(0, 0.3, 16)
-    rows = [
-        pd.DataFrame(
-            {
-                "run_id": f"run{number}",
-                "oil": oil,
-                "first_row": range(len(slip)),
-                "accepted": True,
-                "slide_roll_ratio": slip,
-                "traction_coefficient": traction_coefficient(truth, *condition, slip),
-                "traction_coefficient_se": np.nan,
-                **dict(zip(CONDITIONS, condition, strict=True)),
-            }
-        )
-        for number, condition in enumerate(conditions)
-    ]
-    return pd.concat(rows, ignore_index=True)
+    points = pd.DataFrame(conditions, columns=list(CONDITIONS))
+    points["run_id"] = [f"run{number}" for number in range(len(conditions))]
+    points = points.merge(pd.DataFrame({"first_row": range(16), "slide_roll_ratio": slip}), "cross")
+    mu = traction_coefficient(truth, *points[[*CONDITIONS, "slide_roll_ratio"]].to_numpy().T)
+    return points.assign(
+        oil=oil, accepted=True, traction_coefficient=mu, traction_coefficient_se=np.nan
+    )
 
 
 def test_points_of_planted_signs_give_them_back(config: Settings) -> None:
@@ -282,18 +272,18 @@ def test_points_of_planted_signs_give_them_back(config: Settings) -> None:
     best = sets.loc[sets["sse"].idxmin()]
     assert (best["oil"], best["signs"]) == ("4102", "+-++" + "+--" + "+-")
     assert best["sse"] == pytest.approx(0, abs=1e-20)
-    found = verdicts[verdicts["oil"] == "4102"].set_index("constant")
-    in_favour = found["least_sse"] < found["least_sse_turned"]
-    assert set(in_favour[~in_favour].index) == {"A3", "B2", "C1"}
+    of_4102 = verdicts[verdicts["oil"] == "4102"].set_index("constant")
+    turned = of_4102[of_4102["least_sse"] >= of_4102["least_sse_turned"]]
+    assert set(turned.index) == {"A3", "B2", "C1"}
     assert sets.loc[sets["oil"] == "4050", "sse"].isna().all()
 
 
 def test_points_that_the_law_cannot_take_have_no_error() -> None:
     points = points_of(printed()["4102"])
-    one = printed()["4102"][np.newaxis]
-    assert squared_errors(points, one)[0] == pytest.approx(0, abs=1e-25)
-    assert np.isnan(squared_errors(points.assign(inlet_temperature_c=-5.0), one)).all()
-    assert np.isnan(squared_errors(points.assign(accepted=False), one)).all()
+    sets = printed()["4102"][np.newaxis]
+    assert squared_errors(points, sets)[0] == pytest.approx(0, abs=1e-25)
+    assert np.isnan(squared_errors(points.assign(inlet_temperature_c=-5.0), sets)).all()
+    assert np.isnan(squared_errors(points.assign(accepted=False), sets)).all()
 
 
 def fit_of(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
@@ -337,11 +327,11 @@ def test_distances_are_in_standard_errors_with_the_systematic_part(judge) -> Non
 
 def refits_of(constants: np.ndarray, steps: np.ndarray) -> pd.DataFrame:
     """Refits to either side of a fit along each row of steps, in ln|X0| and exponents."""
-    rows = []
-    for number, step in enumerate(np.concatenate([steps, -steps])):
-        moved = np.where(np.arange(12) % 4 == 0, constants * np.exp(step), constants + step)
-        rows.append(pd.DataFrame({"refit": number, "constant": NAMES, "value": moved}))
-    return pd.concat(rows).assign(oil="4102", law=LAW.name, cause="resampled curves")
+    steps = np.concatenate([steps, -steps])
+    values = np.where(np.arange(12) % 4 == 0, constants * np.exp(steps), constants + steps)
+    refits = pd.DataFrame(values, columns=NAMES).rename_axis("refit").reset_index()
+    rows = refits.melt("refit", var_name="constant")
+    return rows.assign(oil="4102", law=LAW.name, cause="resampled curves")
 
 
 def test_joint_distance_counts_each_constant_in_its_own_spread(judge) -> None:
@@ -383,11 +373,11 @@ def test_largest_difference_lies_where_the_plateaus_part() -> None:
     """Plateaus alone, 0.02 against 0.01 of P / sqrt(U/20) / (T/20)^0.3: the corner 2.5, 20, 20."""
     powers = [1, -0.5, -0.3, 0, 0, 0, 0, 0, 0]
     fitted, as_printed = (constants((head, 1e-9, 1e4), powers) for head in (-0.02, -0.01))
-    found = largest_difference(fitted, as_printed, BOX, 9)
-    assert found["difference"] == pytest.approx(-0.025)
-    assert found["traction_coefficient"] == pytest.approx(0.05)
-    assert [found[name] for name in CONDITIONS] == [2.5, 20, 20]
-    assert found["slide_roll_ratio"] > 0
+    largest = largest_difference(fitted, as_printed, BOX, 9)
+    assert largest["difference"] == pytest.approx(-0.025)
+    assert largest["traction_coefficient"] == pytest.approx(0.05)
+    assert [largest[name] for name in CONDITIONS] == [2.5, 20, 20]
+    assert largest["slide_roll_ratio"] > 0
 
 
 def test_fit_without_all_constants_is_judged_by_its_errors_alone(judge) -> None:

@@ -9,13 +9,9 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as (settings, provenance):
     inputs = snakemake.input
-    figures = {
-        Path(png).stem: (Path(png), Path(svg))
-        for png, svg in zip(inputs.png, inputs.svg, strict=True)
-    }
     text = page(
         CampaignTables.of_job(inputs),
-        figures,
+        [Path(png) for png in inputs.png],
         Path(inputs.refused_pages),
         settings,
         provenance,

@@ -7,19 +7,20 @@ from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 
 
-def bearing_words(results: CampaignTables) -> list[str]:
+def bearing_lines(results: CampaignTables) -> list[str]:
     """Logs and plateaus, errors of each basis, soundness, what traction decides, cage slip."""
-    lines = ["Bearing torque (torque.parquet and the tables beside it):", *_logs(results)]
     calculated = results.torque[results.torque["converged"]]
-    lines += _not_compared(results)
-    if len(calculated):
-        lines += _errors(calculated)
-    if len(results.torque):
-        lines += _soundness(results.torque)
-    if len(calculated):
-        lines += _beyond(calculated)
-    lines += [*_inverted(results.torque_inversion), *_advice(results.slip_advice)]
-    return [*lines, ""]
+    return [
+        "Bearing torque (torque.parquet and the tables beside it):",
+        *_logs(results),
+        *_not_compared(results),
+        *(_errors(calculated) if len(calculated) else []),
+        *(_soundness(results.torque) if len(results.torque) else []),
+        *(_beyond(calculated) if len(calculated) else []),
+        *_inverted(results.torque_inversion),
+        *_advice(results.slip_advice),
+        "",
+    ]
 
 
 def _logs(results: CampaignTables) -> list[str]:
@@ -29,17 +30,21 @@ def _logs(results: CampaignTables) -> list[str]:
         f"  torque logs {len(files)} read of {len(files | set(refused['file']))}; plateaus "
         f"{runs['accepted'].sum()} accepted of {len(runs)}"
     ]
-    for rule, cases in refused.groupby("rule"):
-        case = cases.iloc[0]
+    counts = refused["rule"].value_counts().sort_index()
+    lines += refusals(refused, counts, "torque quarantine")
+    gates = failed_gates.counts(runs)
+    return [*lines, f"  plateaus refused by: {listed(gates)}"] if len(gates) else lines
+
+
+def refusals(quarantine: pd.DataFrame, counts: "pd.Series[int]", label: str) -> list[str]:
+    """How often each rule refused something: its first case, and what to do."""
+    lines = []
+    for rule, count in counts.items():
+        case = quarantine[quarantine["rule"] == rule].iloc[0]
         lines += [
-            f"  torque quarantine, {rule} {len(cases)}: {case['run_id'] or case['file']}: "
-            f"{case['reason']}",
+            f"  {label}, {rule} {count}: {case['run_id'] or case['file']}: {case['reason']}",
             f"    -> {case['advice']}",
         ]
-    gates = failed_gates.counts(runs)
-    if len(gates):
-        told = ", ".join(f"{gate} {count}" for gate, count in gates.items())
-        lines.append(f"  plateaus refused by: {told}")
     return lines
 
 
@@ -56,11 +61,11 @@ def _not_compared(results: CampaignTables) -> list[str]:
 
 def _errors(calculated: pd.DataFrame) -> list[str]:
     size = calculated["relative_error"].abs().groupby(calculated["load_variable"], sort=False)
-    told = [
+    errors = [
         f"{basis} {median:.1%}, {largest:.1%}"
-        for basis, median, largest in zip(size.groups, size.median(), size.max(), strict=True)
+        for basis, median, largest in size.agg(["median", "max"]).itertuples()
     ]
-    return [f"  error of the calculated torque, median and largest, by basis: {'; '.join(told)}"]
+    return [f"  error of the calculated torque, median and largest, by basis: {'; '.join(errors)}"]
 
 
 def _soundness(torque: pd.DataFrame) -> list[str]:
@@ -79,16 +84,15 @@ def _soundness(torque: pd.DataFrame) -> list[str]:
 def _beyond(calculated: pd.DataFrame) -> list[str]:
     by_stress = calculated[calculated["load_variable"] == "stress"]
     share = by_stress["traction_torque_n_m"] / by_stress["torque_n_m"]
-    mean = {
-        name: by_stress[f"share_beyond_{name}"].mean() for name in ("pressure", "speed", "slip")
-    }
-    told = [
-        f"{what} {'not known' if np.isnan(value) else format(value, '.0%')}"
-        for what, value in mean.items()
+    names = ("pressure", "speed", "slip")
+    means = [by_stress[f"share_beyond_{name}"].mean() for name in names]
+    beyond = [
+        f"{name} {'not known' if np.isnan(mean) else format(mean, '.0%')}"
+        for name, mean in zip(names, means, strict=True)
     ]
     return [
         f"  traction makes {share.min():.0%} to {share.max():.0%} of the torque; mean share of its "
-        f"heat beyond the tested box: {', '.join(told)}"
+        f"heat beyond the tested box: {', '.join(beyond)}"
     ]
 
 
@@ -103,18 +107,23 @@ def _inverted(inversion: pd.DataFrame) -> list[str]:
 
 
 def _advice(advice: pd.DataFrame) -> list[str]:
-    asked = advice[advice["judgement"] != "no film"]
-    if asked.empty:
+    with_film = advice[advice["judgement"] != "no film"]
+    if with_film.empty:
         return []
-    agreed = asked["judgement"] == "agree"
+    others = with_film[with_film["judgement"] != "agree"]
     line = (
         "  cage slip: the oil that the paper's rules advise holds the cage with the least torque, "
-        f"or slips least, at {agreed.sum()} of {len(asked)} operating points with enough film"
+        f"or slips least, at {len(with_film) - len(others)} of {len(with_film)} operating points "
+        "with enough film"
     )
-    if not agreed.all():
-        counts = asked.loc[~agreed, "judgement"].value_counts()
-        apart = [f"{judgement} ({count})" for judgement, count in counts.items()]
-        better = asked.loc[~agreed, "best_oil"].value_counts()
-        told = ", ".join(f"{oil} at {count}" for oil, count in better.items())
-        line += f"; elsewhere it {', '.join(apart)}; best by slip: {told}"
+    if len(others):
+        line += (
+            f"; elsewhere it {listed(others['judgement'].value_counts(), '{} ({})')}; "
+            f"best by slip: {listed(others['best_oil'].value_counts(), '{} at {}')}"
+        )
     return [f"{line} (slip_advice.parquet)"]
+
+
+def listed(counts: "pd.Series[int]", form: str = "{} {}") -> str:
+    """Each value with its count, as `thin_film 3, drift 1`."""
+    return ", ".join(form.format(value, count) for value, count in counts.items())

@@ -8,7 +8,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.fitting.remarks import fit_remarks
-from oilfilm.outputs.bearing_sentences import bearing_words
+from oilfilm.outputs.bearing_sentences import bearing_lines, listed, refusals
 from oilfilm.outputs.facts import (
     accepted_points,
     accepted_runs,
@@ -59,7 +59,7 @@ def summarise(results: CampaignTables, settings: Settings) -> str:
         "",
         *_printed(results, campaign),
         *_claimed(results.claims),
-        *(bearing_words(results) if has_torque_logs else []),
+        *(bearing_lines(results) if has_torque_logs else []),
         f"Report:  results/{name}/report.html (open it in a browser; it needs no network)",
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
         f"Figures: results/{name}/figures",
@@ -117,32 +117,22 @@ def _stand_ins(oils: Mapping[str, OilFile | None]) -> list[str]:
 
 
 def _without_set_points(runs: pd.DataFrame) -> list[str]:
-    words = {
+    labels = {
         "nominal_load_n": "load",
         "nominal_entrainment_speed_m_s": "speed",
         "nominal_inlet_temperature_c": "temperature",
     }
-    missing = {word: int(runs[name].isna().sum()) for name, word in words.items()}
-    told = [f"{word} {count}" for word, count in missing.items() if count]
-    return [f"  not held against a set point, runs without one: {', '.join(told)}"] if told else []
+    missing = runs[list(labels)].isna().sum().rename(labels)
+    missing = missing[missing > 0]
+    if missing.empty:
+        return []
+    return [f"  not held against a set point, runs without one: {listed(missing)}"]
 
 
 def _refusals(results: CampaignTables) -> list[str]:
-    points, quarantine = results.points, results.quarantine
-    counts = quarantine["rule"].value_counts()
-    gates = failed_gates.counts(points)
-    lines = []
-    for rule, count in counts.items():
-        case = quarantine[quarantine["rule"] == rule].iloc[0]
-        lines += [
-            f"  quarantine, {rule} {count}: {case['run_id'] or case['file']}: {case['reason']}",
-            f"    -> {case['advice']}",
-        ]
-    if len(gates):
-        lines.append(
-            "  points refused by: " + ", ".join(f"{gate} {count}" for gate, count in gates.items())
-        )
-    return lines
+    counts, gates = results.quarantine["rule"].value_counts(), failed_gates.counts(results.points)
+    lines = refusals(results.quarantine, counts, "quarantine")
+    return [*lines, f"  points refused by: {listed(gates)}"] if len(gates) else lines
 
 
 def _extrapolated(compared: pd.DataFrame) -> list[str]:
@@ -192,10 +182,9 @@ def _claimed(claims: pd.DataFrame) -> list[str]:
     """How many of the paper's claims hold, by basis, and which fail."""
     lines = ["Claims of the paper (claims.parquet has definitions, shares and worst cases):"]
     for basis, of_basis in claims.groupby("basis", sort=False):
-        counts = of_basis["verdict"].value_counts()
-        told = [f"{count} {verdict}" for verdict, count in counts.items()]
+        counts = listed(of_basis["verdict"].value_counts(), "{1} {0}")
         failing = of_basis.loc[of_basis["verdict"] == "fails", "claim"]
-        lines.append(f"  {basis}: {', '.join(told)}; failing: {', '.join(failing) or 'none'}")
+        lines.append(f"  {basis}: {counts}; failing: {', '.join(failing) or 'none'}")
     return [*lines, ""]
 
 
@@ -213,26 +202,26 @@ def _printed(results: CampaignTables, campaign: Campaign) -> list[str]:
         )
     for oil, of_oil in sign_verdicts.groupby("oil", sort=False):
         used = signs[signs["in_use"] & (signs["oil"] == oil)].iloc[0]
-        named = [
+        verdicts = [
             f"{verdict} {' '.join(of_oil.loc[of_oil['verdict'] == verdict, 'constant'])}"
             for verdict in ("settled", "probable", "open", "against", "without effect")
             if (of_oil["verdict"] == verdict).any()
         ]
         lines.append(
             f"  {oil}: signs in use rank {used['rank']} of 512 (at the slips of figs 8 and 9: "
-            f"{used['rank_at_figures']}); {', '.join(named)}"
+            f"{used['rank_at_figures']}); {', '.join(verdicts)}"
         )
     return [*lines, *_signs_by_points(sign_verdicts, campaign), ""]
 
 
 def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Campaign) -> list[str]:
     """What the campaign's own points say of the signs."""
-    asked = sign_verdicts.dropna(subset=["least_sse"])
-    if asked.empty:
+    judged = sign_verdicts.dropna(subset=["least_sse"])
+    if judged.empty:
         return []
-    turned = asked[asked["least_sse_turned"] < asked["least_sse"]]
-    words = ", ".join(turned["oil"] + " " + turned["constant"])
-    line = f"  the points favour {'the other sign of ' + words if words else 'every sign in use'}"
+    turned = judged[judged["least_sse_turned"] < judged["least_sse"]]
+    names = ", ".join(turned["oil"] + " " + turned["constant"])
+    line = f"  the points favour {'the other sign of ' + names if names else 'every sign in use'}"
     if campaign.twin is not None and campaign.twin.thermal_ehl is not None:
         line += "; they were SIMULATED by other physics, which says nothing of the printed signs"
     elif campaign.data == "simulated":

@@ -42,14 +42,14 @@ def adore_csv(description: Description) -> str:
 
 
 def adore_rows(description: Description) -> list[dict[str, Any]]:
-    """The constants at each operating point asked for, in the units of `UNITS`.
+    """The constants at each requested operating point, in the units of `UNITS`.
 
     Conditions of which the fit knows one level only are given at that level; operating points
     that become the same are given once.
     """
     rows: list[dict[str, Any]] = []
-    for asked in description.adore_points:
-        row = _row(description, asked)
+    for point in description.adore_points:
+        row = _row(description, point)
         if row not in rows:
             rows.append(row)
     return rows
@@ -68,14 +68,14 @@ def adore_obstacle(description: Description) -> str:
     return ""
 
 
-def _row(description: Description, asked: Mapping[str, float]) -> dict[str, Any]:
+def _row(description: Description, requested: Mapping[str, float]) -> dict[str, Any]:
     law = description.law
     levels = {condition.name: condition.level for condition in description.fixed}
-    point = {name: levels.get(name, asked[name]) for name in law.conditions}
+    point = {name: levels.get(name, requested[name]) for name in law.conditions}
     speed = point["entrainment_speed_m_s"]
     if speed is None:
         raise ValueError("the point has no entrainment speed")
-    conditions = np.array([[asked[name] for name in law.conditions]])
+    conditions = np.array([[requested[name] for name in law.conditions]])
     groups = law.group_values(conditions)[0]
     a, b, c, d = _form_at(description, groups)
     peak = 1 / c - a / b
@@ -90,7 +90,7 @@ def _row(description: Description, asked: Mapping[str, float]) -> dict[str, Any]
         "peak_slip_velocity": peak * speed,
         "peak_mu": (a + b * peak) * math.exp(-c * peak) + d,
         "outside_tested_box": description.outside(groups),
-        "peak_outside_tested_slip": peak > (description.slip_upper or 0.0),
+        "peak_outside_tested_slip": peak > (description.slip.tested[1] or 0.0),
     }
 
 

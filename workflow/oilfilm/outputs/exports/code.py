@@ -66,11 +66,11 @@ def box(
         size: The language's absolute value.
     """
     sides = [
-        f"{condition.name} >= {numeral.format(condition.lower)} {both} "
-        f"{condition.name} <= {numeral.format(condition.upper)}"
+        f"{condition.name} >= {numeral.format(condition.tested[0])} {both} "
+        f"{condition.name} <= {numeral.format(condition.tested[1])}"
         for condition in description.arguments
     ]
-    return [*sides, f"{size}({SLIP}) <= {numeral.format(description.slip_upper)}"]
+    return [*sides, f"{size}({SLIP}) <= {numeral.format(description.slip.tested[1])}"]
 
 
 def result(description: Description, without: str) -> str:

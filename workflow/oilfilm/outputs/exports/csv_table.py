@@ -1,5 +1,7 @@
 """Constants, reference condition and tested box as one tidy table."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import pandas as pd
@@ -14,44 +16,28 @@ def csv_table(description: Description) -> str:
     `kind` is constant, reference (where every power is 1), level (the one level of a condition
     that gives no exponent), tested minimum or tested maximum.
     """
-    constants = [
-        {
-            "kind": "constant",
-            "quantity": constant.name,
-            "value": constant.value,
-            "unit": constant.unit,
-            "standard_error": constant.standard_error,
-            "lower_95": constant.interval_95[0],
-            "upper_95": constant.interval_95[1],
-            "systematic_standard_error": constant.systematic_standard_error,
-            "verdict": constant.verdict,
-            "meaning": constant.meaning,
-        }
-        for constant in description.constants
-    ]
-    conditions = [row for condition in description.conditions for row in _rows(condition)]
-    slip = [
-        _row(f"tested {end}", f"|{SLIP}|", value, "1", SLIP_MEANING)
-        for end, value in (("minimum", 0.0), ("maximum", description.slip_upper))
-    ]
-    rows = pd.DataFrame([*constants, *conditions, *slip])
-    rows["verdict"] = rows["verdict"].fillna("")
-    rows["value"] = rows["value"].astype(float)
+    constants = pd.DataFrame(description.constants)
+    ends = pd.DataFrame(constants["interval_95"].tolist(), columns=["lower_95", "upper_95"])
+    slip = replace(description.slip, name=f"|{SLIP}|", meaning=SLIP_MEANING)
+    conditions = [row for condition in (*description.conditions, slip) for row in _rows(condition)]
+    rows = pd.concat(
+        [
+            constants.join(ends).rename(columns={"name": "quantity"}).assign(kind="constant"),
+            pd.DataFrame(conditions),
+        ],
+        ignore_index=True,
+    )
+    columns = """kind quantity value unit standard_error lower_95 upper_95
+        systematic_standard_error verdict meaning""".split()
+    rows = rows[columns].fillna({"verdict": ""}).astype({"value": float})
     return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
 
 
-def _rows(condition: Condition) -> list[dict[str, Any]]:
-    values = {
-        "reference": condition.reference,
-        **({} if condition.argument else {"level": condition.level}),
-        "tested minimum": condition.lower,
-        "tested maximum": condition.upper,
-    }
-    return [
-        _row(kind, condition.name, value, condition.unit, condition.meaning)
-        for kind, value in values.items()
-    ]
-
-
-def _row(kind: str, quantity: str, value: float | None, unit: str, meaning: str) -> dict[str, Any]:
-    return {"kind": kind, "quantity": quantity, "value": value, "unit": unit, "meaning": meaning}
+def _rows(condition: Condition) -> Iterator[dict[str, Any]]:
+    about = {"quantity": condition.name, "unit": condition.unit, "meaning": condition.meaning}
+    if condition.reference is not None:
+        yield {"kind": "reference", "value": condition.reference, **about}
+    if condition.role == "fixed":
+        yield {"kind": "level", "value": condition.level, **about}
+    for kind, end in zip(("tested minimum", "tested maximum"), condition.tested, strict=True):
+        yield {"kind": kind, "value": end, **about}

@@ -1,16 +1,16 @@
 """The one description of an oil's fit from which every form of export is made."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.outputs.exports.json_format import ConstantFacts
+from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
@@ -26,38 +26,27 @@ _SAME_CONTACT = 1e-6
 
 @dataclass(frozen=True)
 class Condition:
-    """What the law's coefficients are power laws of: an argument where the data give exponents.
+    """What the law's coefficients are power laws of, or the slide-roll ratio S.
 
     Attributes:
         name: Column of the tables, with its unit; or a dimensionless group of the law.
-        reference: Value at which its power is 1.
-        argument: False where the law is known at `level` only.
+        symbol: As in the law's equation.
+        meaning: What it is.
+        unit: Unit of every value here.
+        role: "fixed" where the data give no exponent, so that mu is known at `level` only.
         level: The one level tested; None where the condition is an argument, or unknown.
-        lower: Smallest value tested; None where unknown.
-        upper: Largest one.
+        reference: Value at which its power is 1; None for S.
+        tested: Smallest and largest value tested, of |S| for S; None where unknown.
     """
 
     name: str
-    reference: float
-    argument: bool
+    symbol: str
+    meaning: str
+    unit: str
+    role: Literal["argument", "fixed"]
     level: float | None
-    lower: float | None
-    upper: float | None
-
-    @property
-    def symbol(self) -> str:
-        """As in the law's equation."""
-        return QUANTITIES[self.name].symbol
-
-    @property
-    def unit(self) -> str:
-        """Unit of every value here."""
-        return QUANTITIES[self.name].unit
-
-    @property
-    def meaning(self) -> str:
-        """What it is."""
-        return QUANTITIES[self.name].meaning
+    reference: float | None
+    tested: tuple[float | None, float | None]
 
     @property
     def relative(self) -> str:
@@ -71,28 +60,21 @@ class Description:
 
     Attributes:
         oil: Name as in the configuration, untrusted.
-        identifier: What stands for it in file names and identifiers.
-        campaign: Name of the campaign.
-        about: Its description.
-        simulated: Whether the data are a rig twin's.
+        identifier: Its name in file names and identifiers.
+        campaign: The campaign behind the fit.
         fitted: The law with its constants.
         conditions: What the law's coefficients are power laws of, in the law's order.
-        slip_upper: Largest |S| tested; None where nothing was accepted. |S| counts as tested from
-            0, because traction is odd in S.
-        constants: All constants, in the law's order.
+        constants: All constants in the law's order, as in the JSON file.
         quality: The oil's row of the table `fit_quality`.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
     """
 
     oil: str
     identifier: str
-    campaign: str
-    about: str
-    simulated: bool
+    campaign: Campaign
     fitted: FittedLaw
     conditions: tuple[Condition, ...]
-    slip_upper: float | None
-    constants: tuple[ConstantFacts, ...]
+    constants: tuple[Mapping[str, Any], ...]
     quality: Mapping[str, Any]
     adore_points: tuple[Mapping[str, float], ...]
 
@@ -103,24 +85,31 @@ class Description:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What every row of a csv file says of where it comes from."""
+        """The first columns of every row of a csv file: where the row comes from."""
         return {
             "oil": self.oil,
             "law": self.law.name,
-            "campaign": self.campaign,
-            "data": "simulated" if self.simulated else "measured",
+            "campaign": self.campaign.name,
+            "data": self.campaign.data,
             "certified": bool(self.quality["certified"]),
         }
 
     @property
     def arguments(self) -> tuple[Condition, ...]:
         """Conditions on which the fitted law depends."""
-        return tuple(condition for condition in self.conditions if condition.argument)
+        return tuple(condition for condition in self.conditions if condition.role == "argument")
 
     @property
     def fixed(self) -> tuple[Condition, ...]:
-        """Conditions at whose tested level alone it is known."""
-        return tuple(condition for condition in self.conditions if not condition.argument)
+        """Conditions whose tested level is the only one at which mu is known."""
+        return tuple(condition for condition in self.conditions if condition.role == "fixed")
+
+    @property
+    def slip(self) -> Condition:
+        """S; |S| counts as tested from 0, because traction is odd in S."""
+        tested = (0.0, number_or_none(self.fitted.coefficients.box[-1, 1]))
+        meaning = f"{SLIP_MEANING}, of either sign"
+        return Condition(SLIP, "S", meaning, "1", "argument", None, None, tested)
 
     @property
     def argument_names(self) -> list[str]:
@@ -157,7 +146,7 @@ class Description:
             powers = [
                 f"{condition.relative}**{float(exponent)!r}"
                 for condition, exponent in zip(self.conditions, exponents, strict=True)
-                if condition.argument and exponent != 0
+                if condition.role == "argument" and exponent != 0
             ]
             products[name] = " * ".join([repr(float(factor)), *powers])
         return products
@@ -180,21 +169,16 @@ class Description:
         law, known = self.law, self.fitted.coefficients.known
         relative = np.where(known, groups / np.array(law.reference), 1.0)
         design = np.concatenate([[1.0], np.log(relative)])[np.newaxis]
-        internal = to_internal(law, self.fitted.coefficients.constants)
-        sizes = law.sizes(internal, design)[:, 0]
-        signs = (coefficient.sign for coefficient in law.coefficients)
-        values = (float(size) * sign for size, sign in zip(sizes, signs, strict=True))
-        return dict(zip(law.local_constants, values, strict=True))
+        sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
+        signs = [coefficient.sign for coefficient in law.coefficients]
+        return dict(zip(law.local_constants, (sizes * signs).tolist(), strict=True))
 
     def outside(self, groups: FloatArray) -> bool:
         """Whether a row of the law's groups lies outside the tested box, whatever the slip."""
-        return not all(
-            condition.lower is not None
-            and condition.upper is not None
-            and condition.lower <= value <= condition.upper
-            for condition, value in zip(self.conditions, groups, strict=True)
-            if condition.argument
-        )
+        # NaN, for an end that is unknown, compares as false
+        ends = np.array([condition.tested for condition in self.conditions], dtype=float)
+        inside = (ends[:, 0] <= groups) & (groups <= ends[:, 1])
+        return not inside[self.fitted.coefficients.known].all()
 
 
 def describe(
@@ -210,15 +194,14 @@ def describe(
 
     Args:
         oil: The oil.
-        identifier: What stands for it in identifiers (`names.identifiers`).
+        identifier: Its name in identifiers (`names.identifiers`).
         points: Table of points of the campaign: what was tested.
         coefficients: Table of coefficients.
         quality: Table of fit quality.
         law: The fitted law.
         settings: `campaign` and `exports` of them.
     """
-    campaign = settings.campaign
-    asked = [point.model_dump() for point in settings.exports.adore_points]
+    requested = [point.model_dump() for point in settings.exports.adore_points]
     fitted = FittedLaw.of(coefficients, oil, quality=quality, law=law)
     rows = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
     (row,) = tables.rows(quality[(quality["oil"] == oil) & (quality["law"] == law.name)])
@@ -227,41 +210,36 @@ def describe(
     return Description(
         oil=oil,
         identifier=identifier,
-        campaign=campaign.name,
-        about=campaign.description,
-        simulated=campaign.data == "simulated",
+        campaign=settings.campaign,
         fitted=fitted,
-        conditions=_conditions(fitted, accepted),
-        slip_upper=known(fitted.coefficients.box[-1, 1]),
+        conditions=tuple(_conditions(fitted, accepted)),
         constants=tuple(_constant(row, meanings[row["constant"]]) for row in tables.rows(rows)),
         quality=row,
-        adore_points=_with_load(asked, accepted),
+        adore_points=_with_load(requested, accepted),
     )
 
 
-def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> tuple[Condition, ...]:
-    law = fitted.law
-    names = list(law.groups)
+def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition]:
+    law, known = fitted.law, fitted.coefficients.known
     groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
-    tested = pd.DataFrame(groups, columns=names, index=accepted.index)
-    levels = tested.groupby(accepted["run_id"])[names].mean().mean(skipna=False)
-    return tuple(
-        Condition(
+    tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)
+    levels = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
+    for name, reference, is_argument in zip(law.groups, law.reference, known, strict=True):
+        quantity = QUANTITIES[name]
+        yield Condition(
             name,
+            quantity.symbol,
+            quantity.meaning,
+            quantity.unit,
+            "argument" if is_argument else "fixed",
+            None if is_argument else number_or_none(levels[name]),
             reference,
-            follows,
-            None if follows else known(levels[name]),
-            known(tested[name].min()),
-            known(tested[name].max()),
+            (number_or_none(tested[name].min()), number_or_none(tested[name].max())),
         )
-        for name, reference, follows in zip(
-            names, law.reference, fitted.coefficients.known.tolist(), strict=True
-        )
-    )
 
 
 def _with_load(
-    asked: Sequence[Mapping[str, float]], accepted: pd.DataFrame
+    requested: Sequence[Mapping[str, float]], accepted: pd.DataFrame
 ) -> tuple[Mapping[str, float], ...]:
     """Operating points with the load besides, where all points were measured in one contact.
 
@@ -269,11 +247,11 @@ def _with_load(
     """
     factors = (accepted[_LOAD] / accepted[_PRESSURE] ** 3).to_numpy(dtype=float)
     if not len(factors) or not np.ptp(factors) <= _SAME_CONTACT * factors.max():
-        return tuple(asked)
-    return tuple({**point, _LOAD: float(factors[0]) * point[_PRESSURE] ** 3} for point in asked)
+        return tuple(requested)
+    return tuple({**point, _LOAD: float(factors[0]) * point[_PRESSURE] ** 3} for point in requested)
 
 
-def known(value: float) -> float | None:
+def number_or_none(value: float) -> float | None:
     """The number as plain Python has it; None for NaN."""
     return None if np.isnan(value) else float(value)
 
@@ -288,14 +266,14 @@ def _meanings(law: Law) -> dict[str, str]:
     return meanings
 
 
-def _constant(row: Mapping[str, Any], meaning: str) -> ConstantFacts:
-    return ConstantFacts(
-        name=row["constant"],
-        meaning=meaning,
-        value=known(row["value"]),
-        unit="1",
-        standard_error=known(row["standard_error"]),
-        interval_95=[known(row["lower"]), known(row["upper"])],
-        systematic_standard_error=known(row["systematic_standard_error"]),
-        verdict=row["verdict"],
-    )
+def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
+    return {
+        "name": row["constant"],
+        "meaning": meaning,
+        "value": number_or_none(row["value"]),
+        "unit": "1",
+        "standard_error": number_or_none(row["standard_error"]),
+        "interval_95": [number_or_none(row["lower"]), number_or_none(row["upper"])],
+        "systematic_standard_error": number_or_none(row["systematic_standard_error"]),
+        "verdict": row["verdict"],
+    }

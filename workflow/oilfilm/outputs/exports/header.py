@@ -22,34 +22,33 @@ def header(
         mark: What makes a line a comment.
     """
     fit = description.quality
+    oil = plain(description.oil)
     lines = [
-        *_lines(
-            f"Traction coefficient mu (traction force over load) of the oil "
-            f"{plain(description.oil)}"
-        ),
+        *_lines(f"Traction coefficient mu (traction force over load) of the oil {oil}"),
         "",
-        *_lines(origin(description)),
         *_lines(
+            origin(description),
             f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
-            f"{fit['rmse']:.2g}; {certificate(description)}"
+            f"{fit['rmse']:.2g}; {certificate(description)}",
+            f"Errors of the constants: traction_{description.identifier}.json and .csv",
         ),
-        *_lines(f"Errors of the constants: traction_{description.identifier}.json and .csv"),
         "",
-        *(line for text in law_in_words(description) for line in _lines(text)),
+        *_lines(*law_sentences(description)),
         "",
         "Arguments, and the box tested",
-        *(line for text in sentences for line in _lines(text, indent="  ")),
-        *(line for text in _fixed(description) for line in _lines(text)),
+        *_lines(*sentences, indent="  "),
+        *_lines(*_fixed(description)),
         "",
-        *(line for text in results for line in _lines(text)),
+        *_lines(*results),
     ]
     return "\n".join(f"{mark}{line}".rstrip() for line in lines)
 
 
 def origin(description: Description) -> str:
     """Which campaign the constants come from, and whether its data are real."""
-    kind = "SIMULATED DATA, not for design" if description.simulated else "Measured data"
-    return f"{kind}. Campaign {plain(description.campaign)}: {plain(description.about)}"
+    campaign = description.campaign
+    kind = "Measured data" if campaign.data == "measured" else "SIMULATED DATA, not for design"
+    return f"{kind}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
 
 
 def certificate(description: Description) -> str:
@@ -60,7 +59,7 @@ def certificate(description: Description) -> str:
     return plain(str(fit["certificate"]))
 
 
-def law_in_words(description: Description) -> list[str]:
+def law_sentences(description: Description) -> list[str]:
     """The law, its powers and its source."""
     given, law = description.arguments, description.law
     return [
@@ -75,16 +74,16 @@ def arguments(description: Description) -> list[str]:
     return [
         *(
             f"{condition.name}: {condition.symbol}, {condition.meaning}, {condition.unit}; "
-            f"{span(condition.lower, condition.upper)}"
+            f"{span(*condition.tested)}"
             for condition in description.arguments
         ),
-        f"{SLIP}: {slip_in_words(description)}",
+        f"{SLIP}: {slip_range(description)}",
     ]
 
 
-def slip_in_words(description: Description) -> str:
+def slip_range(description: Description) -> str:
     """What S is, and how far it was tested."""
-    return f"S, {SLIP_MEANING}, either sign; |S| {span(0.0, description.slip_upper)}"
+    return f"S, {SLIP_MEANING}, either sign; |S| {span(*description.slip.tested)}"
 
 
 def span(lower: float | None, upper: float | None) -> str:
@@ -104,5 +103,6 @@ def _fixed(description: Description) -> list[str]:
     return [f"Tested at one level only, at which alone mu is known: {levels}"]
 
 
-def _lines(text: str, indent: str = "") -> list[str]:
-    return textwrap.wrap(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+def _lines(*texts: str, indent: str = "") -> list[str]:
+    wrapper = textwrap.TextWrapper(_WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+    return [line for text in texts for line in wrapper.wrap(text)]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from oilfilm.outputs.exports.code import assignments, helpers, result, variables
 from oilfilm.outputs.exports.description import SLIP, Condition, Description
-from oilfilm.outputs.exports.header import header, slip_in_words, span
+from oilfilm.outputs.exports.header import header, slip_range, span
 from oilfilm.outputs.exports.names import plain
 from oilfilm.traction.expression import Form, Language
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA
@@ -100,16 +100,16 @@ def modelica_package(description: Description) -> str:
         f"coefficient gives {result(description, 'it stops')}; temperatures count in degC",
         "outsideTestedBox is true where mu is extrapolated",
     ]
-    sentences = [*map(_sentence, given), f"{_SLIP}: {slip_in_words(description)}"]
+    sentences = [*map(_sentence, given), f"{_SLIP}: {slip_range(description)}"]
     information = html.escape(header(description, sentences, results, mark=""))
     inputs = "".join(map(_declaration, given))
     *steps, mu = variables(description, MODELICA)
     local = "".join(f"    Real {step};\n" for step in steps)
     values = assignments(description, MODELICA, "    {} := {};\n")
     inside = "\n      and ".join(
-        [*map(_inside, given), f"abs({_SLIP}) <= {description.slip_upper!r}"]
+        [*map(_inside, given), f"abs({_SLIP}) <= {description.slip.tested[1]!r}"]
     )
-    simulated = ", SIMULATED DATA" if description.simulated else ""
+    simulated = ", SIMULATED DATA" if description.campaign.data == "simulated" else ""
     return f"""\
 package {name} "Traction coefficient of the oil {plain(description.oil)}{simulated}"
   function coefficient "Traction coefficient, odd in the slide-roll ratio"
@@ -145,12 +145,9 @@ def _check(description: Description) -> str:
 
 def _sentence(condition: Condition) -> str:
     given = _INPUTS[condition.name]
-    lower, upper = (
-        None if value is None else given.in_si(value)
-        for value in (condition.lower, condition.upper)
-    )
+    tested = (None if end is None else given.in_si(end) for end in condition.tested)
     meaning = f"{condition.symbol}, {condition.meaning}"
-    return f"{given.name}: {meaning}, {given.unit}; {span(lower, upper)}"
+    return f"{given.name}: {meaning}, {given.unit}; {span(*tested)}"
 
 
 def _declaration(condition: Condition) -> str:
@@ -161,4 +158,5 @@ def _declaration(condition: Condition) -> str:
 
 def _inside(condition: Condition) -> str:
     value = _NAMES[condition.name]
-    return f"{value} >= {condition.lower!r} and {value} <= {condition.upper!r}"
+    lower, upper = condition.tested
+    return f"{value} >= {lower!r} and {value} <= {upper!r}"

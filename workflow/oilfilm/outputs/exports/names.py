@@ -26,7 +26,8 @@ def plain(text: str) -> str:
         >>> plain('*/ int x; /*')
         '_/ int x; /_'
     """
-    letters = (one for one in unicodedata.normalize("NFKD", text) if not unicodedata.combining(one))
+    decomposed = unicodedata.normalize("NFKD", text)
+    letters = (letter for letter in decomposed if not unicodedata.combining(letter))
     return _NOT_PLAIN.sub("_", " ".join("".join(letters).split()))
 
 

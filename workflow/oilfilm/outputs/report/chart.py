@@ -77,7 +77,7 @@ def _renumbered(item: Any) -> dict[str, Any]:
     order = dict.fromkeys(re.findall(r'"p\d+"', text))
     numbers = {name: f'"m{number}"' for number, name in enumerate(order, 1)}
     renumbered: dict[str, Any] = json.loads(
-        re.sub(r'"p\d+"', lambda found: numbers[found.group()], text)
+        re.sub(r'"p\d+"', lambda match: numbers[match.group()], text)
     )
     return renumbered
 
@@ -90,5 +90,5 @@ def library() -> Markup:
 
 def licence() -> str:
     """Licence of the library, which must stay with every copy of it."""
-    found = next(file for file in files("bokeh") or () if file.match("licenses/LICENSE.txt"))
-    return found.read_text()
+    path = next(path for path in files("bokeh") or () if path.match("licenses/LICENSE.txt"))
+    return path.read_text()

@@ -1,7 +1,7 @@
 """Tables of the report: which columns of the finished tables are shown, and how numbers read."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,15 +13,43 @@ _NONE = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
 
 
+Form = Callable[[Any], str]
+
+
 @dataclass(frozen=True)
 class Column:
-    """A column of a shown table; `meaning` is that of the table's model."""
+    """A column of a shown table.
 
+    Attributes:
+        name: Name in the frame.
+        heading: What is printed above it.
+        form: How its values are printed.
+        unit: Unit of the printed values; that of the table's model if None.
+        meaning: What it is; that of the table's model if None.
+        is_number: Whether the values are numbers; what the model says if it has the column.
+        is_verdict: Whether the colour of a value says how good it is.
+    """
+
+    name: str
     heading: str
-    unit: str = ""
-    meaning: str = ""
+    form: Form = str
+    unit: str | None = None
+    meaning: str | None = None
     is_number: bool = False
     is_verdict: bool = False
+
+    def described(self, model: tables.Table) -> "Column":
+        """The column with what the model of its table says of it."""
+        if self.name not in model.names:
+            return replace(self, unit=self.unit or "")
+        column = model[self.name]
+        unit = column.shown_unit.replace("degC", "\N{DEGREE SIGN}C")
+        return replace(
+            self,
+            unit=unit if self.unit is None else self.unit,
+            meaning=column.description if self.meaning is None else self.meaning,
+            is_number=column.type in ("number", "integer"),
+        )
 
 
 @dataclass(frozen=True)
@@ -41,26 +69,12 @@ class Shown:
     caption: str
     columns: Sequence[Column]
     rows: Sequence[Sequence[str]]
-    left_out: int = 0
-    source: str = ""
+    left_out: int
+    source: str
 
     def __bool__(self) -> bool:
         """True where it has rows."""
         return bool(self.rows)
-
-
-Form = Callable[[Any], str]
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A column of a table model, with the heading and the form that it is shown in."""
-
-    name: str
-    heading: str
-    form: Form = str
-    unit: str | None = None
-    is_verdict: bool = False
 
 
 def significant(error: float) -> str:
@@ -71,18 +85,14 @@ def significant(error: float) -> str:
 
 
 def number(digits: str) -> Form:
-    """How a number is written; a dash where there is none."""
-    return lambda value: _NONE if np.isnan(value) else signed(f"{value:{digits}}")
-
-
-def signed(text: str) -> str:
-    """A number's text with a proper minus."""
-    return text.replace("-", _MINUS)
+    """A number with a proper minus; a dash where there is none."""
+    return lambda value: _NONE if np.isnan(value) else f"{value:{digits}}".replace("-", _MINUS)
 
 
 def percent(digits: int) -> Form:
     """A share in percent."""
-    return lambda value: _NONE if np.isnan(value) else signed(f"{100 * value:.{digits}f} %")
+    share = number(f".{digits}f")
+    return lambda value: _NONE if np.isnan(value) else f"{share(100 * value)} %"
 
 
 def yes_or_no(value: Any) -> str:
@@ -94,7 +104,7 @@ def show(
     frame: pd.DataFrame,
     table: str,
     caption: str,
-    choices: Sequence[Choice],
+    columns: Sequence[Column],
     *,
     name: str = "",
     most: int | None = None,
@@ -105,25 +115,13 @@ def show(
         frame: Rows of it.
         table: Name of its model, which has units and meanings.
         caption: What it shows.
-        choices: Its columns.
+        columns: Its columns.
         name: Of it in the page, if not the model's.
         most: Rows that are shown at most.
     """
-    columns = [_column(table, choice) for choice in choices]
+    columns = [column.described(tables.TABLES[table]) for column in columns]
     rows = [
-        [choice.form(row[choice.name]) for choice in choices] for row in tables.rows(frame[:most])
+        [column.form(row[column.name]) for column in columns] for row in tables.rows(frame[:most])
     ]
     left_out = len(frame) - len(rows)
     return Shown(name or table, caption, columns, rows, left_out, f"tables/{table}.parquet")
-
-
-def _column(table: str, choice: Choice) -> Column:
-    model = tables.TABLES[table][choice.name]
-    unit = model.shown_unit.replace("degC", "\N{DEGREE SIGN}C")
-    return Column(
-        choice.heading,
-        unit if choice.unit is None else choice.unit,
-        model.description,
-        model.type in ("number", "integer"),
-        choice.is_verdict,
-    )

@@ -59,7 +59,7 @@ class Axis:
     @property
     def digits(self) -> int:
         """Decimals that every value of the slider has."""
-        return max(0, -int(np.floor(np.log10(self.step))))
+        return _digits(self.step)
 
     @property
     def values(self) -> FloatArray:
@@ -74,11 +74,13 @@ class Axis:
         widest = min(span / _STEPS, low) if low > 0 else span / _STEPS
         step = float(10.0 ** np.floor(np.log10(widest)))
         first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
-        digits = max(0, -int(np.floor(np.log10(step))))
-        steps = int(last - first)
-        return cls(
-            name, round(float(first * step), digits), step, steps, round(start, digits), idle
-        )
+        low, start = (round(float(value), _digits(step)) for value in (first * step, start))
+        return cls(name, low, step, int(last - first), start, idle)
+
+
+def _digits(step: float) -> int:
+    """Decimals of a power of ten."""
+    return max(0, -int(np.floor(np.log10(step))))
 
 
 def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
@@ -144,9 +146,9 @@ def _axes(
     """Sliders over everything tested, and over what the paper draws where that is near."""
     centre = _central(points)
     axes = []
-    for place, name in enumerate(AXES):
+    for index, name in enumerate(AXES):
         low, high = getattr(paper, name)
-        ends = np.array([box[place] for box in boxes.values()]).reshape(-1, 2)
+        ends = np.array([box[index] for box in boxes.values()]).reshape(-1, 2)
         tested = ends[~np.isnan(ends).any(axis=1)]
         if len(tested):
             inner, outer = tested[:, 0].min(), tested[:, 1].max()
@@ -154,7 +156,7 @@ def _axes(
             low, high = (min(low, inner), max(high, outer)) if near else (inner, outer)
         start = float(np.clip(centre.get(name, low), low, high))
         follow = name == "slide_roll_ratio" or any(
-            fit.coefficients.known[place] for fit in fits.values()
+            fit.coefficients.known[index] for fit in fits.values()
         )
         axes.append(Axis.over(name, low, high, start, idle=not follow))
     return axes
@@ -229,10 +231,11 @@ def _film(film: Film, temperatures_c: FloatArray) -> dict[str, Any]:
     """
     isothermal = film.settings.model_copy(update={"thermal_reduction": False})
     cold = replace(film, settings=isothermal)
-    unit, none = np.ones(1), np.zeros(1)
-    lambda_ratio = cold.over(Grid(unit, unit, temperatures_c, none))[1].ravel()
-    two = np.array([1.0, 2.0])
-    powers = np.log2(cold.over(Grid(two, two, np.array([100.0]), none))[1][:, :, 0, 0])
+    unit, no_slip = np.ones(1), np.zeros(1)
+    lambda_ratio = cold.over(Grid(unit, unit, temperatures_c, no_slip))[1].ravel()
+    doubled = np.array([1.0, 2.0])
+    at_100_c = Grid(doubled, doubled, np.array([100.0]), no_slip)
+    powers = np.log2(cold.over(at_100_c)[1][:, :, 0, 0])
     loading = InletOil.of(film.oil, temperatures_c).thermal_loading(1.0)
     heated = film.settings.thermal_reduction
     return {
@@ -252,11 +255,11 @@ def _thinned(points: pd.DataFrame, most: int) -> pd.DataFrame:
 
 
 def _points(points: pd.DataFrame) -> dict[str, list[Any]]:
-    """Columns of numbers; each point's run as its place among the runs."""
-    places, runs = pd.factorize(points["run_id"])
+    """Columns of numbers; each point's run by its number among the runs."""
+    run, runs = pd.factorize(points["run_id"])
     names = (*AXES, "traction_coefficient", "traction_coefficient_se")
     numbers = {name: [_plain(value) for value in points[name]] for name in names}
-    return {**numbers, "run": places.tolist(), "runs": runs.tolist()}
+    return {**numbers, "run": run.tolist(), "runs": runs.tolist()}
 
 
 def _plain(value: float) -> float | None:

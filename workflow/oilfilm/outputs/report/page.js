@@ -18,17 +18,17 @@ const numbers = (values) => values.map((value) => value ?? NaN);
 
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 
-// place: [P, U, T, S], S not negative; LAWS are written by oilfilm.outputs.report.law_script
-function predict(oil, place) {
+// point: [P, U, T, S], S not negative; LAWS are written by oilfilm.outputs.report.law_script
+function predict(oil, point) {
   const logs = oil.inputs.map(({ axis, factor, power, reference }, i) => (
-    oil.known[i] ? Math.log(factor * place[axis] ** power / reference) : 0));
+    oil.known[i] ? Math.log(factor * point[axis] ** power / reference) : 0));
   const design = [1, ...logs];
   const size = design.length;
   const sizes = [];
   for (let start = 0; start < oil.internal.length; start += size) {
     sizes.push(Math.exp(sum(design.map((value, i) => value * oil.internal[start + i]))));
   }
-  const { mu, slopes } = LAWS[oil.law](sizes, place[3]);
+  const { mu, slopes } = LAWS[oil.law](sizes, point[3]);
   let reach = NaN;
   if (oil.root) {
     const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
@@ -39,8 +39,8 @@ function predict(oil, place) {
   const [lower, upper] = mu > 0 ? [mu / factor, mu * factor] : [mu - reach, mu + reach];
   const beyond = oil.box.map((ends, i) => {
     const [low, high] = numbers(ends);
-    const off = Math.max(low - place[i], place[i] - high, 0);
-    return off <= 1e-9 * Math.abs(place[i]) ? 0 : off / (high - low);
+    const off = Math.max(low - point[i], point[i] - high, 0);
+    return off <= 1e-9 * Math.abs(point[i]) ? 0 : off / (high - low);
   });
   return { mu, lower, upper, beyond, outside: beyond.some((off) => off > 0) };
 }
@@ -75,24 +75,24 @@ function states([pressure, speed, temperature, slip]) {
   };
 }
 
-function advise(place) {
+function advise(point) {
   const { rules, indifference, lambda_limit: limit } = DATA.selection;
   const named = new Set(rules.flatMap((rule) => rule.prefer));
   const choices = DATA.oils.filter((oil) => named.has(oil.name) && !oil.usable && oil.film)
-    .map((oil) => ({ name: oil.name, mu: predict(oil, place).mu, lambda: lambdaRatio(oil.film, place) }));
+    .map((oil) => ({ name: oil.name, mu: predict(oil, point).mu, lambda: lambdaRatio(oil.film, point) }));
   if (choices.length < named.size) {
     const known = choices.map((oil) => oil.name);
     return { lacking: [...named].filter((name) => !known.includes(name)) };
   }
   const enough = choices.filter((oil) => oil.lambda > limit);
   const preferred = (rule) => rule.prefer.map((name) => enough.find((oil) => oil.name === name)).find(Boolean);
-  const now = states(place);
+  const now = states(point);
   const applying = rules.filter((rule) => rule.when.every((name) => now[name]));
   if (!applying.length) return { lacking: [], rule: null };
   const rule = applying[0];
   const most = rule.aim === "most traction";
-  const better = (one, other) => (most ? other.mu > one.mu : other.mu < one.mu);
-  const best = enough.reduce((one, other) => (one && !better(one, other) ? one : other), undefined);
+  const merit = (oil) => (most ? oil.mu : -oil.mu);
+  const best = enough.reduce((leader, oil) => (leader && !(merit(oil) > merit(leader)) ? leader : oil), undefined);
   const advised = preferred(rule);
   const ratio = advised ? advised.mu / best.mu : NaN;
   const loss = most ? 1 - ratio : ratio - 1;
@@ -105,31 +105,31 @@ function advise(place) {
 const short = (value, digits = 4) => (Number.isNaN(value) ? "\u2013" : Number(value.toPrecision(digits)).toString());
 const film = (oil) => `mu ${short(oil.mu)}, lambda ${short(oil.lambda, 3)}`;
 
-function adviceInWords(place) {
-  if (place[3] === 0) return "Without slip no oil has traction: there is nothing to choose.";
-  const found = advise(place);
-  if (found.lacking.length) {
-    return `No advice: the rules name ${found.lacking.join(", ")}, of which law or film is not known here.`;
+function adviceSentences(point) {
+  if (point[3] === 0) return "Without slip no oil has traction: there is nothing to choose.";
+  const advice = advise(point);
+  if (advice.lacking.length) {
+    return `No advice: the rules name ${advice.lacking.join(", ")}, of which law or film is not known here.`;
   }
-  if (!found.rule) return "No rule of the paper applies here.";
-  const { rule, advised, best, judgement } = found;
+  if (!advice.rule) return "No rule of the paper applies here.";
+  const { rule, advised, best, judgement } = advice;
   const limit = DATA.selection.lambda_limit;
-  const words = [`Rule "${rule.name}" (section ${rule.section} of the paper) decides. Aim: ${
+  const sentences = [`Rule "${rule.name}" (section ${rule.section} of the paper) decides. Aim: ${
     rule.aim}. Order of preference: ${rule.prefer.join(", ")}.`];
-  if (judgement === "no film") return `${words[0]} No oil has enough film here (lambda above ${limit}).`;
-  words.push(advised ? `Advised: ${advised.name}, the first with enough film (${film(advised)}; limit ${limit}).`
+  if (judgement === "no film") return `${sentences[0]} No oil has enough film here (lambda above ${limit}).`;
+  sentences.push(advised ? `Advised: ${advised.name}, the first with enough film (${film(advised)}; limit ${limit}).`
     : `None of them has enough film (lambda above ${limit}).`);
   if (advised === best) {
-    words.push(`The numbers agree: of the oils with enough film it has the ${rule.aim}.`);
+    sentences.push(`The numbers agree: of the oils with enough film it has the ${rule.aim}.`);
   } else {
-    words.push(`By the numbers ${best.name} has the ${rule.aim} (${film(best)})` + (advised
-      ? `; ${advised.name} misses that by ${short(100 * found.loss, 3)} %: they ${judgement} (indifferent up to ${
+    sentences.push(`By the numbers ${best.name} has the ${rule.aim} (${film(best)})` + (advised
+      ? `; ${advised.name} misses that by ${short(100 * advice.loss, 3)} %: they ${judgement} (indifferent up to ${
         100 * DATA.selection.indifference} %).` : "."));
   }
-  for (const other of found.contradicting) {
-    words.push(`Rule "${other.name}" (section ${other.section}) applies as well and says otherwise.`);
+  for (const other of advice.contradicting) {
+    sentences.push(`Rule "${other.name}" (section ${other.section}) applies as well and says otherwise.`);
   }
-  return words.join(" ");
+  return sentences.join(" ");
 }
 
 // ---------------------------------------------------------------- state
@@ -139,12 +139,12 @@ const stepOf = (axis, value) => Math.min(axis.steps, Math.max(0, Math.round((val
 const state = {
   x: "S",
   oils: DATA.oils.map((_, i) => i),
-  place: DATA.axes.map((axis) => at(axis, stepOf(axis, axis.start))),
+  point: DATA.axes.map((axis) => at(axis, stepOf(axis, axis.start))),
 };
 
 function fragment() {
   const parts = new URLSearchParams({ x: state.x });
-  DATA.axes.forEach((axis, i) => parts.set(axis.symbol, state.place[i]));
+  DATA.axes.forEach((axis, i) => parts.set(axis.symbol, state.point[i]));
   parts.set("oils", JSON.stringify(state.oils.map((i) => DATA.oils[i].name)));
   return `#explorer?${parts}`;
 }
@@ -157,7 +157,7 @@ function restore() {
   if (DATA.axes.some((axis) => axis.symbol === parts.get("x") && !axis.idle)) state.x = parts.get("x");
   DATA.axes.forEach((axis, i) => {
     const value = parseFloat(parts.get(axis.symbol));
-    if (Number.isFinite(value)) state.place[i] = at(axis, stepOf(axis, value));
+    if (Number.isFinite(value)) state.point[i] = at(axis, stepOf(axis, value));
   });
   try {
     const names = JSON.parse(parts.get("oils"));
@@ -171,21 +171,21 @@ function restore() {
 const abscissa = () => DATA.axes.findIndex((axis) => axis.symbol === state.x);
 
 function curve(oil) {
-  const [place, along] = [[...state.place], abscissa()];
+  const [point, along] = [[...state.point], abscissa()];
   const { low, high } = DATA.axes[along];
   return Array.from({ length: POINTS_OF_CURVE }, (_, i) => {
-    place[along] = low + (high - low) * (i / (POINTS_OF_CURVE - 1));
-    return { x: place[along], ...predict(oil, place) };
+    point[along] = low + (high - low) * (i / (POINTS_OF_CURVE - 1));
+    return { x: point[along], ...predict(oil, point) };
   });
 }
 
-// Places of the measured points whose conditions but the abscissa are near those of the sliders.
+// Numbers of the measured points whose conditions but the abscissa are near those of the sliders.
 function nearby(oil) {
   const along = abscissa();
   const near = DATA.axes.map((axis, i) => {
-    const width = axis.relative ? axis.nearby * state.place[i] : axis.nearby;
+    const width = axis.relative ? axis.nearby * state.point[i] : axis.nearby;
     const values = oil.points[axis.name];
-    return (k) => i === along || !(oil.known[i] ?? true) || Math.abs(values[k] - state.place[i]) <= width;
+    return (k) => i === along || !(oil.known[i] ?? true) || Math.abs(values[k] - state.point[i]) <= width;
   });
   return oil.points.run.flatMap((_, k) => (near.every((test) => test(k)) ? [k] : []));
 }
@@ -199,10 +199,10 @@ function curveAsCsv() {
   const along = abscissa();
   const rows = [["oil", ...DATA.axes.map((axis) => axis.name), "traction_coefficient", "lower", "upper", "outside"]];
   for (const i of state.oils) {
-    for (const one of curve(DATA.oils[i])) {
-      const place = state.place.map((value, k) => (k === along ? one.x : value));
-      const ends = [one.mu, one.lower, one.upper].map((value) => (Number.isNaN(value) ? "" : value));
-      rows.push([DATA.oils[i].name, ...place, ...ends, one.outside ? "True" : "False"]);
+    for (const { x, mu, lower, upper, outside } of curve(DATA.oils[i])) {
+      const point = state.point.map((value, k) => (k === along ? x : value));
+      const values = [mu, lower, upper].map((value) => (Number.isNaN(value) ? "" : value));
+      rows.push([DATA.oils[i].name, ...point, ...values, outside ? "True" : "False"]);
     }
   }
   return rows.map((row) => `${row.map(escapeCell).join(",")}\r\n`).join("");
@@ -214,7 +214,7 @@ function curveAsCsv() {
 function testedAlong(along) {
   const { low, high } = DATA.axes[along];
   const within = state.oils.map((i) => DATA.oils[i]).filter((oil) => (
-    predict(oil, state.place).beyond.every((off, k) => k === along || !(off > 0))));
+    predict(oil, state.point).beyond.every((off, k) => k === along || !(off > 0))));
   if (state.oils.length && !within.length) return [high, high];
   const ends = within.map((oil) => numbers(oil.box[along])).filter((pair) => !pair.some(Number.isNaN));
   if (!ends.length) return [low, high];
@@ -231,26 +231,26 @@ function draw() {
   DATA.oils.forEach((oil, i) => {
     const on = state.oils.includes(i);
     const line = on ? curve(oil) : [];
-    const columns = (name) => line.map((one) => one[name]);
-    model(`curve${i}`).data = { x: columns("x"), mu: columns("mu"), lower: columns("lower"), upper: columns("upper") };
-    const places = on ? nearby(oil) : [];
+    const columns = ["x", "mu", "lower", "upper"].map((name) => [name, line.map((point) => point[name])]);
+    model(`curve${i}`).data = Object.fromEntries(columns);
+    const near = on ? nearby(oil) : [];
     const { traction_coefficient: mu, traction_coefficient_se: error, runs, run } = oil.points;
     const bar = (k, sign) => mu[k] + sign * DATA.factor * (error[k] ?? 0);
     model(`points${i}`).data = {
-      x: places.map((k) => oil.points[axis.name][k]),
-      mu: places.map((k) => mu[k]),
-      lower: places.map((k) => bar(k, -1)),
-      upper: places.map((k) => bar(k, 1)),
-      run: places.map((k) => runs[run[k]]),
-      oil: places.map(() => oil.name),
-      at: places.map((k) => DATA.axes.map((one) => `${one.symbol} ${short(oil.points[one.name][k] ?? NaN)} ${one.unit}`).join(", ")),
+      x: near.map((k) => oil.points[axis.name][k]),
+      mu: near.map((k) => mu[k]),
+      lower: near.map((k) => bar(k, -1)),
+      upper: near.map((k) => bar(k, 1)),
+      run: near.map((k) => runs[run[k]]),
+      oil: near.map(() => oil.name),
+      at: near.map((k) => DATA.axes.map(({ symbol, name, unit }) => `${symbol} ${short(oil.points[name][k] ?? NaN)} ${unit}`).join(", ")),
     };
-    shown += places.length;
+    shown += near.length;
     // many points would hide the curve
-    for (const name of ["dots", "bars"]) model(`${name}${i}`).level = places.length > MANY ? "underlay" : "glyph";
+    for (const name of ["dots", "bars"]) model(`${name}${i}`).level = near.length > MANY ? "underlay" : "glyph";
     // an interval that runs away must not flatten the curves
-    for (const one of line) top = Math.max(top, one.mu, Math.min(one.upper || 0, 2 * one.mu));
-    for (const k of places) top = Math.max(top, mu[k]);
+    for (const { mu: value, upper } of line) top = Math.max(top, value, Math.min(upper || 0, 2 * value));
+    for (const k of near) top = Math.max(top, mu[k]);
   });
   Object.assign(model("x"), { start: axis.low, end: axis.high });
   Object.assign(model("y"), { start: 0, end: 1.05 * top || 1 });
@@ -258,8 +258,8 @@ function draw() {
   const [low, high] = testedAlong(along);
   Object.assign(model("below"), { left: axis.low, right: Math.max(low, axis.low) });
   Object.assign(model("above"), { left: Math.min(high, axis.high), right: axis.high });
-  model("sliders").location = state.place[along];
-  byId("chart-note").textContent = `${shown || "No"} measured points near this place. Shaded: outside all tested ranges. Dashed: the sliders.`;
+  model("sliders").location = state.point[along];
+  byId("chart-note").textContent = `${shown || "No"} measured points near this operating point. Shaded: outside all tested ranges. Dashed: the sliders.`;
 }
 
 function cells(row, values) {
@@ -274,21 +274,21 @@ function cells(row, values) {
   }
 }
 
-const placeInWords = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
-  : [`${axis.symbol} ${state.place[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ");
+const pointText = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
+  : [`${axis.symbol} ${state.point[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ");
 
 function tell() {
-  byId("here-caption").textContent = `At ${placeInWords()}`;
+  byId("here-caption").textContent = `At ${pointText()}`;
   const body = byId("here").tBodies[0];
-  const beyond = DATA.axes.map(() => []); // oils that the place lies outside of
+  const beyond = DATA.axes.map(() => []); // oils that the operating point lies outside of
   body.replaceChildren(...state.oils.map((i) => {
     const oil = DATA.oils[i];
-    const found = predict(oil, state.place);
-    const off = DATA.axes.flatMap((axis, k) => (found.beyond[k] > 0 ? [axis.symbol] : []));
-    found.beyond.forEach((distance, k) => { if (distance > 0) beyond[k].push(oil); });
+    const prediction = predict(oil, state.point);
+    const off = DATA.axes.flatMap((axis, k) => (prediction.beyond[k] > 0 ? [axis.symbol] : []));
+    prediction.beyond.forEach((distance, k) => { if (distance > 0) beyond[k].push(oil); });
     const row = document.createElement("tr");
-    const values = [found.mu, found.lower, found.upper].map((value) => [short(value), false, "number"]);
-    const ratio = oil.film ? lambdaRatio(oil.film, state.place) : NaN;
+    const values = [prediction.mu, prediction.lower, prediction.upper].map((value) => [short(value), false, "number"]);
+    const ratio = oil.film ? lambdaRatio(oil.film, state.point) : NaN;
     cells(row, [[oil.name, true], ...values, [short(ratio, 3), false, "number"],
       [off.length ? `no: ${off.join(", ")} beyond` : "yes", false, off.length ? "fair" : "good"]]);
     return row;
@@ -296,21 +296,21 @@ function tell() {
   const warnings = beyond.flatMap((oils, k) => {
     if (!oils.length) return [];
     const tested = oils.map((oil) => `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`);
-    return [`${DATA.axes[k].symbol} ${state.place[k]}, tested ${tested.join(", ")}`];
+    return [`${DATA.axes[k].symbol} ${state.point[k]}, tested ${tested.join(", ")}`];
   });
   byId("outside").hidden = !warnings.length;
   byId("outside").textContent = warnings.length
     ? `Outside the tested box, where the law is a guess: ${warnings.join("; ")}.` : "";
-  byId("advice").textContent = adviceInWords(state.place);
+  byId("advice").textContent = adviceSentences(state.point);
 }
 
 function showControls() {
   byId("abscissa").value = state.x;
   DATA.axes.forEach((axis, i) => {
     const slider = byId(`slider-${axis.symbol}`);
-    slider.value = stepOf(axis, state.place[i]);
-    slider.setAttribute("aria-valuetext", `${state.place[i]} ${axis.unit}`);
-    byId(`value-${axis.symbol}`).value = state.place[i].toFixed(axis.digits);
+    slider.value = stepOf(axis, state.point[i]);
+    slider.setAttribute("aria-valuetext", `${state.point[i]} ${axis.unit}`);
+    byId(`value-${axis.symbol}`).value = state.point[i].toFixed(axis.digits);
   });
   for (const box of document.getElementsByName("oil")) box.checked = state.oils.includes(Number(box.value));
 }
@@ -366,22 +366,22 @@ function listen() {
     button.addEventListener("click", () => copy(DOWNLOADS[button.dataset.copy], byId("copied")));
   }
   // what is folded away would be missing on paper
-  let opened = [];
+  let folded = [];
   addEventListener("beforeprint", () => {
-    opened = [...document.querySelectorAll("details:not([open], .on-screen)")];
-    for (const one of opened) one.open = true;
+    folded = [...document.querySelectorAll("details:not([open], .on-screen)")];
+    for (const details of folded) details.open = true;
   });
-  addEventListener("afterprint", () => { for (const one of opened) one.open = false; });
+  addEventListener("afterprint", () => { for (const details of folded) details.open = false; });
 }
 
 function listenToExplorer() {
   DATA.axes.forEach((axis, i) => {
     byId(`slider-${axis.symbol}`).addEventListener("input", (event) => {
-      state.place[i] = at(axis, Number(event.target.value));
+      state.point[i] = at(axis, Number(event.target.value));
       update();
     });
     byId(`value-${axis.symbol}`).addEventListener("change", (event) => {
-      if (event.target.value !== "") state.place[i] = at(axis, stepOf(axis, Number(event.target.value)));
+      if (event.target.value !== "") state.point[i] = at(axis, stepOf(axis, Number(event.target.value)));
       update();
     });
   });
@@ -391,7 +391,7 @@ function listenToExplorer() {
   });
   for (const box of document.getElementsByName("oil")) {
     box.addEventListener("change", () => {
-      state.oils = [...document.getElementsByName("oil")].filter((one) => one.checked).map((one) => Number(one.value));
+      state.oils = [...document.querySelectorAll("[name=oil]:checked")].map((checked) => Number(checked.value));
       update();
     });
   }

@@ -3,11 +3,11 @@
 import base64
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
 from importlib.metadata import version
-from itertools import groupby
+from itertools import chain
 from pathlib import Path
 from platform import python_version
 from typing import Any
@@ -50,38 +50,40 @@ _LOOKS = {
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure in the page; its addresses are empty where there is no room for it.
+    """A figure in the page.
 
     Attributes:
-        name: Name of its files.
+        png: Its file; a figure of the campaign has its drawing beside it as SVG.
         title: A few words, also for those who cannot see it.
-        words: Its caption.
-        category: Where it belongs among the others.
-        width: On a wide screen, in CSS pixels.
-        height: The same.
-        png: The picture as a data address.
-        svg: The drawing, packed.
+        caption: Its caption.
+        category: Heading of its gallery.
     """
 
-    name: str
+    png: Path
     title: str
-    words: str
+    caption: str
     category: str
-    width: int
-    height: int
-    png: str = ""
-    svg: str = ""
 
-    @classmethod
-    def of(cls, path: Path, title: str, words: str, category: str) -> "Picture":
-        """A picture without its addresses."""
-        width, height = (round(pixels * _SCALE) for pixels in size_of(path))
-        return cls(path.stem, title, words, category, width, height)
+    @property
+    def name(self) -> str:
+        """Name of its files."""
+        return self.png.stem
+
+    @property
+    def svg(self) -> Path:
+        """File of the drawing."""
+        return self.png.with_suffix(".svg")
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """Width and height on a wide screen, in CSS pixels."""
+        width, height = size_of(self.png)
+        return round(width * _SCALE), round(height * _SCALE)
 
 
 def page(
     results: CampaignTables,
-    drawings: Mapping[str, tuple[Path, Path]],
+    pngs: Sequence[Path],
     refused: Path,
     settings: Settings,
     provenance: Mapping[str, Any],
@@ -90,7 +92,7 @@ def page(
 
     Args:
         results: The tables of the campaign.
-        drawings: PNG and SVG of each figure, by name, in the order in which they are shown.
+        pngs: The figures by name, in the order in which they are shown, each with an SVG beside it.
         refused: Folder of the pages of refused runs, as `refused_pages` names them.
         settings: All settings of the campaign.
         provenance: Of the job that writes the report.
@@ -98,6 +100,29 @@ def page(
     Returns:
         HTML that needs no network; the same results give the same text.
     """
+    declared = figures()
+    pictures = [
+        Picture(
+            png,
+            declared[png.stem].title,
+            caption(png.stem, settings.campaign),
+            declared[png.stem].category,
+        )
+        for png in pngs
+    ]
+    pages = [
+        Picture(
+            refused / row["page"],
+            f"Signals of {row['run_id']}",
+            f"{row['run_id']}: {row['reason']}",
+            row["rule"],
+        )
+        for row in tables.rows(results.refused_pages)
+        if row["page"]
+    ]
+    gallery: dict[str, list[Picture]] = {}
+    for picture in pictures:
+        gallery.setdefault(picture.category, []).append(picture)
     context = {
         **_tables(results, settings),
         **_explorer(results, settings),
@@ -109,27 +134,11 @@ def page(
         "downloads": _downloads(results),
         "style": _asset("page.css"),
         "looks": _LOOKS,
+        "gallery": gallery,
+        "pages": pages,
     }
-    declared = figures()
-    pictures = [
-        Picture.of(
-            png, declared[name].title, caption(name, settings.campaign), declared[name].category
-        )
-        for name, (png, _) in drawings.items()
-    ]
-    categories = [picture.category for picture in pictures]
-    pictures.sort(key=lambda picture: categories.index(picture.category))
-    pages = [
-        Picture.of(
-            refused / row["page"],
-            f"Signals of {row['run_id']}",
-            f"{row['run_id']}: {row['reason']}",
-            row["rule"],
-        )
-        for row in tables.rows(results.refused_pages)
-        if row["page"]
-    ]
-    return _fitting(context, pictures, pages, drawings, refused)
+    pictures = [picture for shown in gallery.values() for picture in shown]
+    return _with_pictures(context, pictures, pages, int(settings.report.size_max_mb * 1e6))
 
 
 def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
@@ -169,42 +178,32 @@ def _explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     }
 
 
-def _fitting(
-    context: dict[str, Any],
-    pictures: Sequence[Picture],
-    pages: Sequence[Picture],
-    drawings: Mapping[str, tuple[Path, Path]],
-    refused: Path,
+def _with_pictures(
+    context: dict[str, Any], pictures: Sequence[Picture], pages: Sequence[Picture], size_max: int
 ) -> str:
-    """The page with as many pictures as its largest size allows."""
-    size_max = int(context["settings"].report.size_max_mb * 1e6)
-    without_pictures = {**context, "pictures": pictures, "pages": pages}
-    room = size_max - len(_render(without_pictures).encode())
+    """The page with as many pictures as its largest size allows, in bytes."""
+    render = _template().render
+    without_pictures = {**context, "addresses": {}, "drawings": {}}
+    room = size_max - len(render(without_pictures).encode())
     if room < 0:  # the one table in the page that grows with the number of refusals
         context["downloads"].pop("quarantine.csv")
-        room = size_max - len(_render(without_pictures).encode())
-    drawn = [drawings[picture.name] for picture in pictures]
-    taken, room = _taken(png_addresses([png for png, _ in drawn], _FIGURE_PX), room)
-    with_png = [replace(figure, png=png) for figure, png in zip(pictures, taken, strict=True)]
-    logs = [refused / f"{page.name}.png" for page in pages]
-    taken, room = _taken(png_addresses(logs, _REFUSED_PX), room)
-    pages = [replace(page, png=png) for page, png in zip(pages, taken, strict=True)]
-    taken, room = _taken([packed(svg) for _, svg in drawn], room)
-    pictures = [replace(figure, svg=svg) for figure, svg in zip(with_png, taken, strict=True)]
-    return _render({**context, "pictures": pictures, "pages": pages})
-
-
-def _taken(addresses: Iterable[str], room: int) -> tuple[list[str], int]:
-    """The addresses for which there is room, empty for the others; and the room that is left."""
-    taken = []
-    for address in addresses:
+        room = size_max - len(render(without_pictures).encode())
+    pngs, logs = [picture.png for picture in pictures], [page.png for page in pages]
+    svgs = [picture.svg for picture in pictures]
+    packing = (
+        zip(pngs, png_addresses(pngs, _FIGURE_PX), strict=True),
+        zip(logs, png_addresses(logs, _REFUSED_PX), strict=True),
+        zip(svgs, map(packed, svgs), strict=True),
+    )
+    addresses: dict[Path, str] = {}
+    for path, address in chain.from_iterable(packing):
         size = len(address) + _TAG
         if size <= room:
-            taken.append(address)
+            addresses[path] = address
             room -= size
-        else:
-            taken.append("")
-    return taken, room
+    drawings = {picture.name: addresses.get(picture.svg) for picture in pictures}
+    drawings = {name: svg for name, svg in drawings.items() if svg}
+    return render(context, addresses=addresses, drawings=drawings)
 
 
 def _downloads(results: CampaignTables) -> dict[str, str]:
@@ -247,13 +246,3 @@ def _template() -> Template:
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False}
     environment.filters["source_hash"] = _source_hash
     return environment.get_template("page.html.jinja")
-
-
-def _render(context: Mapping[str, Any]) -> str:
-    pictures: Sequence[Picture] = context["pictures"]
-    gallery = [
-        (category, list(shown))
-        for category, shown in groupby(pictures, lambda picture: picture.category)
-    ]
-    drawings = {picture.name: picture.svg for picture in pictures if picture.svg}
-    return _template().render(context, gallery=gallery, drawings=drawings)

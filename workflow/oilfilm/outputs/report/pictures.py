@@ -30,8 +30,8 @@ def png_addresses(paths: Sequence[Path], width_px: int) -> list[str]:
 
 
 def _png_address(path: Path, width_px: int) -> str:
-    with Image.open(path) as opened:
-        picture = opened.convert("RGB")
+    with Image.open(path) as image:
+        picture = image.convert("RGB")
     if picture.width > width_px:
         height = round(picture.height * width_px / picture.width)
         picture = picture.resize((width_px, height), Image.Resampling.HAMMING)

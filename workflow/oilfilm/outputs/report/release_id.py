@@ -20,5 +20,5 @@ def with_release(page: str, version: str) -> str:
     """
     before, mark, after = page.partition(UNRELEASED)
     if not mark:
-        raise ValueError("the page has no place for the id of a release")
+        raise ValueError("the page has no field for the id of a release")
     return f"{before}{_MARK.format(version)}{after}"

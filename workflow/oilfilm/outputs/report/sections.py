@@ -10,9 +10,8 @@ from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.outputs.bearing_sentences import bearing_words
+from oilfilm.outputs.bearing_sentences import bearing_lines
 from oilfilm.outputs.report.contents import (
-    Choice,
     Column,
     Shown,
     number,
@@ -42,48 +41,43 @@ def certainty(results: CampaignTables, oil: str) -> Certainty:
     fit = FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
     points = results.points
     own = points[points["accepted"] & (points["oil"] == oil)]
-    found = fit.predict(
-        own[list(fit.law.conditions)].to_numpy(float), own["slide_roll_ratio"].to_numpy(float)
-    )
-    size = np.abs(found.traction_coefficient)
-    half = (found.upper - found.lower)[size > 0] / 2 / size[size > 0]
+    conditions, slip = own[list(fit.law.conditions)], own["slide_roll_ratio"]
+    prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
+    size = np.abs(prediction.traction_coefficient)
+    half = (prediction.upper - prediction.lower)[size > 0] / 2 / size[size > 0]
     half = half[~np.isnan(half)]
     return Certainty(np.median(half), half.max()) if len(half) else Certainty(np.nan, np.nan)
 
 
 def fit_table(results: CampaignTables, sure: Mapping[str, Certainty]) -> Shown:
     """One row per fit: misfit, 95 % interval of mu, certificate."""
-    quality = results.fit_quality
-    shown = show(
-        quality,
-        "fit_quality",
-        "How near the law comes to the points, and how sure the fitted curves are",
-        [
-            Choice("oil", "Oil"),
-            Choice("law", "Law"),
-            Choice("n_points", "Points"),
-            Choice("n_curves", "Curves"),
-            Choice("relative_rms", "Misfit, rms of mu", percent(2), ""),
-            Choice("max_error", "Largest error of mu", number(".2e"), ""),
-            Choice("certified", "Certified", yes_or_no, is_verdict=True),
-            Choice("certificate", "Why"),
-        ],
+    of_fits = [sure[oil] for oil in results.fit_quality["oil"]]
+    quality = results.fit_quality.assign(
+        median=[certainty.median for certainty in of_fits],
+        largest=[certainty.largest for certainty in of_fits],
     )
+    two = percent(2)
     meaning = (
         "half of the 95 % interval of the fitted curve over mu, at the accepted points: random "
         "errors of whole curves and calibration, true as far as the law is"
     )
-    interval = [
-        Column("mu known to, median", "", meaning, True),
-        Column("at worst", "", meaning, True),
-    ]
-    form = percent(2)
-    rows = [
-        [*row[:6], form(sure[row[0]].median), form(sure[row[0]].largest), *row[6:]]
-        for row in shown.rows
-    ]
-    columns = [*shown.columns[:6], *interval, *shown.columns[6:]]
-    return Shown(shown.name, shown.caption, columns, rows, 0, shown.source)
+    return show(
+        quality,
+        "fit_quality",
+        "How near the law comes to the points, and how sure the fitted curves are",
+        [
+            Column("oil", "Oil"),
+            Column("law", "Law"),
+            Column("n_points", "Points"),
+            Column("n_curves", "Curves"),
+            Column("relative_rms", "Misfit, rms of mu", two, ""),
+            Column("max_error", "Largest error of mu", number(".2e"), ""),
+            Column("median", "mu known to, median", two, "", meaning, is_number=True),
+            Column("largest", "at worst", two, "", meaning, is_number=True),
+            Column("certified", "Certified", yes_or_no, is_verdict=True),
+            Column("certificate", "Why"),
+        ],
+    )
 
 
 def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown:
@@ -91,39 +85,25 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
     rows = coefficients[coefficients["oil"] == oil]
     names = ["value", "standard_error", "lower", "upper", "systematic_standard_error"]
     texts = rows.astype(object)
-    for place, row in zip(rows.index, tables.rows(rows), strict=True):
+    for index, row in rows.iterrows():
         error = row["standard_error"]
         form = number(significant(row["naive_standard_error"] if np.isnan(error) else error))
-        for name in names:
-            texts.loc[place, name] = form(row[name])
-        # every digit of the print
-        texts.loc[place, "printed_value"] = number(".10g")(row["printed_value"])
+        texts.loc[index, names] = [form(row[name]) for name in names]
+    # every digit of the print
+    texts["printed_value"] = rows["printed_value"].map(number(".10g"))
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
     texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
-    shown = show(
-        texts,
-        "coefficients",
-        "",
-        [
-            Choice("constant", "Constant"),
-            Choice("value", "Value", unit=""),
-            Choice("lower", "95 % interval", unit=""),
-            Choice("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
-            Choice("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
-            Choice("verdict", "Verdict", is_verdict=True),
-            Choice("printed_value", "Printed", unit=""),
-        ],
-    )
-    printed = not rows["printed_value"].isna().all()
-    keep = slice(None) if printed else slice(-1)
-    return Shown(
-        f"constants{number_of_oil}",
-        oil,
-        shown.columns[keep],
-        [row[keep] for row in shown.rows],
-        0,
-        shown.source,
-    )
+    columns = [
+        Column("constant", "Constant"),
+        Column("value", "Value", unit=""),
+        Column("lower", "95 % interval", unit=""),
+        Column("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
+        Column("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
+        Column("verdict", "Verdict", is_verdict=True),
+    ]
+    if rows["printed_value"].notna().any():
+        columns.append(Column("printed_value", "Printed", unit=""))
+    return show(texts, "coefficients", oil, columns, name=f"constants{number_of_oil}")
 
 
 def equations(results: CampaignTables) -> list[tuple[Markup, str]]:
@@ -132,20 +112,17 @@ def equations(results: CampaignTables) -> list[tuple[Markup, str]]:
     return [(Markup(mathml(law)), law.source) for law in laws]  # noqa: S704  (our own text)
 
 
-_REFUSED = [
-    Choice("file", "Log"),
-    Choice("rule", "Rule"),
-    Choice("reason", "What was found"),
-    Choice("advice", "What to do"),
-]
-
-
 def refused(quarantine: pd.DataFrame, name: str, caption: str, most: int) -> Shown:
     """What was refused, why, and what to do."""
-    choices = list(_REFUSED)
+    columns = [
+        Column("file", "Log"),
+        Column("rule", "Rule"),
+        Column("reason", "What was found"),
+        Column("advice", "What to do"),
+    ]
     if (quarantine["run_id"] != quarantine["file"]).any():
-        choices.insert(1, Choice("run_id", "Run"))
-    return show(quarantine, "quarantine", caption, choices, name=name, most=most)
+        columns.insert(1, Column("run_id", "Run"))
+    return show(quarantine, "quarantine", caption, columns, name=name, most=most)
 
 
 def gates(results: CampaignTables) -> Shown:
@@ -155,13 +132,13 @@ def gates(results: CampaignTables) -> Shown:
         "gate_counts",
         "How much each gate refused; a point counts at every gate that refused it",
         [
-            Choice("gate", "Gate"),
-            Choice("what", "Judges"),
-            Choice("files", "Logs"),
-            Choice("runs_refused", "Runs refused"),
-            Choice("points", "Points"),
-            Choice("rows", "Rows"),
-            Choice("advice", "What to do"),
+            Column("gate", "Gate"),
+            Column("what", "Judges"),
+            Column("files", "Logs"),
+            Column("runs_refused", "Runs refused"),
+            Column("points", "Points"),
+            Column("rows", "Rows"),
+            Column("advice", "What to do"),
         ],
     )
 
@@ -183,53 +160,53 @@ def comparison(results: CampaignTables) -> Shown:
         "Laws fitted to the same points by the same fit: errors relative to mu "
         "where they were fitted, and at ends of the matrix that were left out",
         [
-            Choice("oil", "Oil"),
-            Choice("law", "Law"),
-            Choice("n_constants", "Constants"),
-            Choice("relative_rms", "Fitted", two, ""),
-            Choice("pressure_end_out_relative_rms", "P ends left out", two, ""),
-            Choice("speed_end_out_relative_rms", "U ends left out", two, ""),
-            Choice("temperature_end_out_relative_rms", "T ends left out", two, ""),
-            Choice("left_out_rmse", "Curve left out, rms", number(".2e"), ""),
-            Choice("zero_slip_traction", "mu at no slip", number(".1e"), ""),
-            Choice("bic", "BIC", number(".0f"), ""),
-            Choice("certified", "Certified", yes_or_no, is_verdict=True),
+            Column("oil", "Oil"),
+            Column("law", "Law"),
+            Column("n_constants", "Constants"),
+            Column("relative_rms", "Fitted", two, ""),
+            Column("pressure_end_out_relative_rms", "P ends left out", two, ""),
+            Column("speed_end_out_relative_rms", "U ends left out", two, ""),
+            Column("temperature_end_out_relative_rms", "T ends left out", two, ""),
+            Column("left_out_rmse", "Curve left out, rms", number(".2e"), ""),
+            Column("zero_slip_traction", "mu at no slip", number(".1e"), ""),
+            Column("bic", "BIC", number(".0f"), ""),
+            Column("certified", "Certified", yes_or_no, is_verdict=True),
         ],
     )
 
 
 def torque(results: CampaignTables) -> Shown:
-    """How far the calculated torque lies from the measured one, by oil and basis of the law."""
+    """How far the calculated torque lies from the measured one, by oil and load variable."""
     known = results.torque.dropna(subset=["relative_error"])
-    columns = [
-        Column("Oil"),
-        Column("Load variable"),
-        Column("Points", is_number=True),
-        Column("Median error", is_number=True),
-        Column("Largest error", is_number=True),
-        Column("Traction's share of torque, median", is_number=True),
-    ]
-    one = percent(1)
-    rows = []
-    for (oil, basis), of_basis in known.groupby(["oil", "load_variable"], sort=False):
-        size = of_basis["relative_error"].abs()
-        share = of_basis["traction_torque_n_m"] / of_basis["torque_n_m"]
-        rows.append(
-            [
-                str(oil),
-                str(basis).replace("_", " "),
-                str(len(of_basis)),
-                one(size.median()),
-                one(size.max()),
-                one(share.median()),
-            ]
-        )
-    caption = "Calculated against measured friction torque; nothing is fitted to torque"
-    return Shown("torque", caption, columns, rows, 0, "tables/torque.parquet")
+    known = known.assign(
+        size=known["relative_error"].abs(),
+        share=known["traction_torque_n_m"] / known["torque_n_m"],
+        load_variable=known["load_variable"].str.replace("_", " "),
+    )
+    errors = known.groupby(["oil", "load_variable"], sort=False, as_index=False).agg(
+        points=("size", "size"),
+        median=("size", "median"),
+        largest=("size", "max"),
+        share=("share", "median"),
+    )
+    form = percent(1)
+    return show(
+        errors,
+        "torque",
+        "Calculated against measured friction torque; nothing is fitted to torque",
+        [
+            Column("oil", "Oil", meaning=""),
+            Column("load_variable", "Load variable", meaning=""),
+            Column("points", "Points", is_number=True),
+            Column("median", "Median error", form, is_number=True),
+            Column("largest", "Largest error", form, is_number=True),
+            Column("share", "Traction's share of torque, median", form, is_number=True),
+        ],
+    )
 
 
 def bearing(results: CampaignTables) -> list[str]:
     """Findings on the bearing, one sentence per line; none without torque logs."""
     if results.torque_runs.empty:
         return []
-    return [line.strip() for line in bearing_words(results)[1:] if line]
+    return [line.strip() for line in bearing_lines(results)[1:] if line]

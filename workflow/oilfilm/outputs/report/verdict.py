@@ -66,59 +66,46 @@ def _fit(quality: pd.DataFrame) -> str:
 
 
 def _error(coefficients: pd.DataFrame, sure: Mapping[str, Certainty]) -> str:
-    known = {oil: one for oil, one in sure.items() if not np.isnan(one.median)}
-    intervals = (
-        "with 95 % confidence mu of the fitted curves is known to "
-        + ", ".join(
-            f"\N{PLUS-MINUS SIGN}{_TWO(one.median)} for {oil} (at worst {_TWO(one.largest)})"
-            for oil, one in known.items()
-        )
-        if known
-        else "no fit has honest errors: too few curves"
-    )
+    intervals = [
+        f"\N{PLUS-MINUS SIGN}{_TWO(of_oil.median)} for {oil} (at worst {_TWO(of_oil.largest)})"
+        for oil, of_oil in sure.items()
+        if not np.isnan(of_oil.median)
+    ]
+    sentence = "No fit has honest errors: too few curves"
+    if intervals:
+        known_to = "With 95 % confidence mu of the fitted curves is known to"
+        sentence = f"{known_to} {', '.join(intervals)}"
     given = coefficients[coefficients["value"].notna()]
-    counts = given["verdict"].value_counts()
-    words = f"{intervals}. {counts.get('known', 0)} of {len(coefficients)} constants known"
+    sentence += f". {(given['verdict'] == 'known').sum()} of {len(coefficients)} constants known"
     for state in ("sign unknown", "at a bound"):
-        rows = tables.rows(given[given["verdict"] == state])
-        names = [f"{row['oil']} {row['constant']}" for row in rows]
-        if names:
-            words += f"; {state}: {', '.join(names)}"
-    lost = int((~coefficients["identifiable"]).sum())
-    if lost:
-        words += f"; {lost} not identifiable"
-    return words[0].upper() + words[1:] + "."
+        rows = given[given["verdict"] == state]
+        if len(rows):
+            sentence += f"; {state}: {', '.join(rows['oil'] + ' ' + rows['constant'])}"
+    lost = (~coefficients["identifiable"]).sum()
+    return sentence + (f"; {lost} not identifiable." if lost else ".")
 
 
 def _trouble(results: CampaignTables, settings: Settings) -> str:
-    refused = results.runs[results.runs["verdict"] == "refused"]
-    gates = refused["rule"].value_counts()
-    unread = unread_logs(results)
-    parts = []
-    if len(refused):
-        named = ", ".join(
-            str(gate).replace("_", " ") + (f" {count}" if count > 1 else "")
-            for gate, count in gates.items()
-        )
-        parts.append(f"{len(refused)} runs refused ({named})")
-    if unread:
-        parts.append(f"{len(unread)} logs could not be read")
-    points = (~results.points["accepted"]).sum()
-    if points:
-        parts.append(f"{points} points refused in all")
-    torque_logs = results.torque_quarantine["file"].nunique()
-    if torque_logs:
-        parts.append(f"{torque_logs} torque logs refused in whole or in part")
+    rules = results.runs.loc[results.runs["verdict"] == "refused", "rule"]
+    gates = ", ".join(
+        str(gate).replace("_", " ") + (f" {count}" if count > 1 else "")
+        for gate, count in rules.value_counts().items()
+    )
     pulling = results.fit_quality.loc[results.fit_quality["pulling_curves"] != "", "oil"]
-    if len(pulling):
-        parts.append(f"single curves pull the fit of {', '.join(pulling)}")
     stand_ins = stand_in_oils(settings.oils)
-    if stand_ins:
-        parts.append(f"film thickness from STAND-IN properties for {', '.join(stand_ins)}")
-    if film_not_judged(settings.campaign):
-        parts.append("film thickness NOT JUDGED")
-    words = "; ".join(parts) or "none found"
-    return words[0].upper() + words[1:] + "."
+    unread, points = len(unread_logs(results)), (~results.points["accepted"]).sum()
+    torque_logs = results.torque_quarantine["file"].nunique()
+    troubles = {
+        f"{len(rules)} runs refused ({gates})": len(rules),
+        f"{unread} logs could not be read": unread,
+        f"{points} points refused in all": points,
+        f"{torque_logs} torque logs refused in whole or in part": torque_logs,
+        f"single curves pull the fit of {', '.join(pulling)}": len(pulling),
+        f"film thickness from STAND-IN properties for {', '.join(stand_ins)}": len(stand_ins),
+        "film thickness NOT JUDGED": film_not_judged(settings.campaign),
+    }
+    sentence = "; ".join(text for text, is_true in troubles.items() if is_true) or "none found"
+    return f"{sentence[0].upper()}{sentence[1:]}."
 
 
 def _paper(results: CampaignTables) -> str:
@@ -126,19 +113,17 @@ def _paper(results: CampaignTables) -> str:
     if refit.empty:
         return "No claim of the paper was checked."
     counts = refit["verdict"].value_counts()
-    named = [
+    verdicts = [
         f"{counts[verdict]} {verdict}"
         for verdict in ("holds", "holds in part", "fails", "cannot be checked")
         if verdict in counts
     ]
-    words = f"Of {len(refit)} claims on this campaign's fits: {', '.join(named)}"
-    by_stress = results.torque.loc[
-        results.torque["load_variable"] == "stress", "relative_error"
-    ].dropna()
-    if len(by_stress):
-        size = by_stress.abs()
-        words += (
-            f". Bearing torque by stress is off by {percent(1)(size.median())} in the median, "
-            f"{percent(1)(size.max())} at worst"
-        )
-    return words + "."
+    sentence = f"Of {len(refit)} claims on this campaign's fits: {', '.join(verdicts)}."
+    by_stress = results.torque[results.torque["load_variable"] == "stress"]
+    error = by_stress["relative_error"].dropna().abs()
+    if error.empty:
+        return sentence
+    return (
+        f"{sentence} Bearing torque by stress is off by {percent(1)(error.median())} in the "
+        f"median, {percent(1)(error.max())} at worst."
+    )

@@ -14,8 +14,8 @@ from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.settings.messages import load
 from oilfilm.settings.reference import Claim, Claims, falling_viscosity, printed_constants
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.audit.checks import CHECKS, Check, CheckSettings
-from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError, usable
+from oilfilm.studies.audit.checks import CHECKS, Check
+from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError, share, usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
 from oilfilm.studies.selection import select
 from oilfilm.tables import failed_gates
@@ -23,14 +23,12 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import FloatArray
 
-_PLACES = {
+_JUDGED_ON = {
     "tested": "the tested box",
     "extrapolated": "the box of figs 7 to 10",
     "data": "the campaign's data",
 }
-_SYMBOLS = dict(
-    zip(AXES, ("P {:.3g} GPa", "U {:.3g} m/s", "T {:.3g} degC", "S {:.3g}"), strict=True)
-)
+_CONDITION_FORMS = ("P {:.3g} GPa", "U {:.3g} m/s", "T {:.3g} degC", "S {:.3g}")
 
 
 def read_claims(path: Path) -> list[Claim]:
@@ -40,8 +38,8 @@ def read_claims(path: Path) -> list[Claim]:
         OilfilmError: The file has a mistake, or names a claim that has no check or lacks one.
     """
     claims: list[Claim] = load(path, Claims).claims
-    named = [claim.id for claim in claims]
-    wrong = sorted(set(named) ^ set(CHECKS)) or sorted({i for i in named if named.count(i) > 1})
+    ids = [claim.id for claim in claims]
+    wrong = sorted(set(ids) ^ set(CHECKS)) or sorted({i for i in ids if ids.count(i) > 1})
     if wrong:
         raise OilfilmError(
             f"{path}: the claims and the checks of oilfilm.studies.audit must be the same, each "
@@ -137,7 +135,8 @@ def audit(
         evidence: The bases.
         settings: `audit`, `selection` and `printed`.
     """
-    thresholds, boxes = CheckSettings.of(settings), boxes_of(settings)
+    boxes = boxes_of(settings)
+    keys = {name: getattr(settings, name) for name in ("audit", "printed", "selection")}
     rows = [
         {
             "claim": claim.id,
@@ -145,8 +144,8 @@ def audit(
             "statement": claim.claim,
             "wording": claim.wording.strip(),
             "basis": basis.basis,
-            "definition": CHECKS[claim.id].definition.format(**thresholds.model_dump()),
-            **_judge(CHECKS[claim.id], basis, boxes, thresholds),
+            "definition": CHECKS[claim.id].definition.format(**keys),
+            **_judge(CHECKS[claim.id], basis, boxes, settings),
         }
         for claim in claims
         for basis in evidence
@@ -155,70 +154,67 @@ def audit(
 
 
 def _judge(
-    check: Check, evidence: Evidence, boxes: Mapping[str, Grid], settings: CheckSettings
+    check: Check, evidence: Evidence, boxes: Mapping[str, Grid], settings: Settings
 ) -> dict[str, Any]:
-    places = boxes if check.where != "data" else {"data": boxes["tested"]}
-    try:
-        found = {name: check.judge(evidence, grid, settings) for name, grid in places.items()}
-    except NotCheckableError as reason:
-        return _row("cannot be checked", f"cannot be checked: {reason}", _PLACES[check.where])
-    finding = found[check.where]
-    if finding is None:
-        words = f"cannot be checked: {_PLACES[check.where]} has no place that the claim is about"
-        return _row("cannot be checked", words, _PLACES[check.where])
-    share = finding.share
-    if share >= settings.holds_share and finding.complete:
-        verdict = "holds"
-    else:
-        verdict = "fails" if share < settings.fails_share else "holds in part"
-    row = _row(verdict, _sentence(finding, evidence), _PLACES[check.where])
-    row |= {"share": share, "cases": len(finding.cases)}
-    row |= {
-        f"share_{name}_box": other.share
-        for name, other in found.items()
-        if name != "data" and other is not None
-    }
-    worst = finding.worst
-    row |= {f"worst_{name}": worst[name] for name in ("oil", *AXES, "value")}
-    return row | {"worst_quantity": finding.quantity}
-
-
-def _row(verdict: str, finding: str, judged_on: str) -> dict[str, Any]:
-    return {
-        "judged_on": judged_on,
-        "verdict": verdict,
-        "finding": finding,
+    grids = boxes if check.where != "data" else {"data": boxes["tested"]}
+    row: dict[str, Any] = {
+        "judged_on": _JUDGED_ON[check.where],
+        "verdict": "cannot be checked",
         "cases": 0,
         **dict.fromkeys(("share", "share_tested_box", "share_extrapolated_box"), np.nan),
         "worst_quantity": "",
         "worst_oil": "",
         **dict.fromkeys((f"worst_{name}" for name in (*AXES, "value")), np.nan),
     }
+    try:
+        findings = {name: check.judge(evidence, grid, settings) for name, grid in grids.items()}
+    except NotCheckableError as reason:
+        return row | {"finding": f"cannot be checked: {reason}"}
+    finding = findings[check.where]
+    if finding is None:
+        reason = f"{_JUDGED_ON[check.where]} has no place that the claim is about"
+        return row | {"finding": f"cannot be checked: {reason}"}
+    if finding.share >= settings.audit.holds_share and finding.complete:
+        verdict = "holds"
+    else:
+        verdict = "fails" if finding.share < settings.audit.fails_share else "holds in part"
+    row |= {
+        f"share_{name}_box": other.share
+        for name, other in findings.items()
+        if name != "data" and other is not None
+    }
+    worst = finding.worst_case
+    return row | {
+        "verdict": verdict,
+        "finding": _sentence(finding, evidence),
+        "share": finding.share,
+        "cases": len(finding.cases),
+        **worst.add_prefix("worst_"),
+        "worst_quantity": finding.quantity,
+    }
 
 
 def _sentence(finding: Finding, evidence: Evidence) -> str:
-    """Shares, parts, worst place and remarks, in plain words."""
+    """Shares, parts, worst case and remarks, in plain words."""
     by_oil = finding.cases.groupby("oil", sort=False)["holds"].mean()
-    words = [f"Holds in {percent(finding.share)} of {len(finding.cases)} cases"]
+    first = f"Holds in {percent(finding.share)} of {len(finding.cases)} cases"
     if len(by_oil) > 1:
-        words[0] += f" ({', '.join(f'{oil} {percent(share)}' for oil, share in by_oil.items())})"
-    if finding.parts:
-        parts = (f"{part} {percent(share)}" for part, share in finding.parts.items())
-        words.append(", ".join(parts))
-    words.append(_worst(finding))
-    lines = [f"{part}." for part in words] + list(finding.remarks)
-    lines += [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
-    return " ".join(lines)
+        first += f" ({', '.join(f'{oil} {percent(value)}' for oil, value in by_oil.items())})"
+    parts = ", ".join(f"{part} {percent(share(holds))}" for part, holds in finding.parts.items())
+    sentences = [f"{text}." for text in (first, parts, _worst(finding)) if text]
+    left_out = [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
+    return " ".join([*sentences, *finding.remarks, *left_out])
 
 
 def _worst(finding: Finding) -> str:
     """The worst case: its value, its oil and its conditions."""
-    worst = finding.worst
-    conditions = [
-        form.format(worst[name]) for name, form in _SYMBOLS.items() if not np.isnan(worst[name])
+    worst = finding.worst_case
+    conditions = [worst["oil"]] if worst["oil"] else []
+    conditions += [
+        form.format(worst[name])
+        for name, form in zip(AXES, _CONDITION_FORMS, strict=True)
+        if not np.isnan(worst[name])
     ]
-    if worst["oil"]:
-        conditions.insert(0, worst["oil"])
     head = "Worst" if finding.share < 1 else "Nearest to failing"
     sentence = f"{head}: {finding.quantity} is {worst['value']:{finding.form}}"
     return f"{sentence} at {', '.join(conditions)}" if conditions else sentence

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -107,14 +108,14 @@ def usable(law: FittedLaw) -> str:
 
 @dataclass(frozen=True)
 class Finding:
-    """Every case in which a claim was asked, and how it fared.
+    """Every case in which a claim was checked, and how it fared.
 
     Attributes:
-        cases: Columns oil, the grid's axes (null where a case spans an axis), holds, value,
-            and shortfall, the larger the worse.
+        cases: Columns oil, holds, value and the grid's axes (null where a case spans an axis).
         quantity: What `value` is, for a sentence.
         form: How to print it.
-        parts: Share of the cases in which each part of the claim holds.
+        worst: Which value is the worst.
+        parts: Where each part of the claim holds.
         remarks: Further figures, a sentence each.
         complete: False where something beside the cases fails, so that the claim holds in part
             at most.
@@ -122,10 +123,11 @@ class Finding:
 
     cases: pd.DataFrame
     quantity: str
-    form: str = ".3g"
-    parts: Mapping[str, float] = field(default_factory=dict)
-    remarks: Sequence[str] = ()
-    complete: bool = True
+    form: str = ".2f"
+    worst: Literal["largest", "smallest"] = field(kw_only=True)
+    parts: Mapping[str, BoolArray] = field(default_factory=dict, kw_only=True)
+    remarks: Sequence[str] = field(default=(), kw_only=True)
+    complete: bool = field(default=True, kw_only=True)
 
     @property
     def share(self) -> float:
@@ -133,16 +135,21 @@ class Finding:
         return float(self.cases["holds"].mean())
 
     @property
-    def worst(self) -> pd.Series:
+    def worst_case(self) -> pd.Series:
         """The case farthest from holding; of those that hold the nearest to failing."""
         failing = self.cases[~self.cases["holds"]]
         among = self.cases if failing.empty else failing
-        return among.iloc[int(among["shortfall"].to_numpy().argmax())]
+        values = among["value"].to_numpy()
+        index = (values if self.worst == "largest" else -values).argmax()
+        return among.iloc[int(index)].reindex(["oil", *AXES, "value"])
 
 
-def cases(
-    grid: Grid, oils: Sequence[str], holds: BoolArray, value: FloatArray, *, worst: str
-) -> pd.DataFrame:
+def share(holds: BoolArray) -> float:
+    """Share of the cases in which something holds; NaN where there are none."""
+    return float(holds.mean()) if holds.size else np.nan
+
+
+def cases(grid: Grid, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
     """Cases from arrays of shape (oils, P, U, T, S), of length 1 along each axis they span.
 
     Args:
@@ -150,21 +157,13 @@ def cases(
         oils: Oils of the first axis; one empty text where a case compares oils.
         holds: True where the claim holds.
         value: The quantity that decides.
-        worst: Which value is the worst, `largest` or `smallest`.
     """
     axes = [
         levels if length > 1 or len(levels) == 1 else np.array([np.nan])
         for levels, length in zip(grid.levels, holds.shape[1:], strict=True)
     ]
-    mesh = np.meshgrid(np.arange(len(oils)), *axes, indexing="ij")
-    places = {name: level.ravel() for name, level in zip(AXES, mesh[1:], strict=True)}
+    of_oil, *mesh = np.meshgrid(np.arange(len(oils)), *axes, indexing="ij")
+    conditions = {name: level.ravel() for name, level in zip(AXES, mesh, strict=True)}
     value = np.broadcast_to(value, holds.shape).ravel()
-    return pd.DataFrame(
-        {
-            "oil": np.asarray(oils)[mesh[0].ravel()],
-            **places,
-            "holds": holds.ravel(),
-            "value": value,
-            "shortfall": {"largest": value, "smallest": -value}[worst],
-        }
-    )
+    names = np.asarray(oils)[of_oil.ravel()]
+    return pd.DataFrame({"oil": names, **conditions, "holds": holds.ravel(), "value": value})

@@ -27,7 +27,7 @@ def judge_printed(
     settings: PrintedSettings,
     refits: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """One row an oil that has printed constants.
+    """One row per oil that has printed constants.
 
     Args:
         points: Table of points; those fitted are the accepted ones.
@@ -95,18 +95,18 @@ def largest_difference(
         levels: Evenly spaced levels of each.
 
     Returns:
-        `difference` (printed - fitted), `traction_coefficient` (fitted), and the place.
+        `difference` (printed - fitted), `traction_coefficient` (fitted), and the condition there.
     """
     grid = np.meshgrid(*[grid_levels(box, name, levels) for name in _AXES], indexing="ij")
-    by_fit, as_printed = (traction_coefficient(one, *grid) for one in (fitted, printed))
+    by_fit, as_printed = (traction_coefficient(values, *grid) for values in (fitted, printed))
     difference = as_printed - by_fit
     if np.isnan(difference).any():
         return dict.fromkeys(("difference", "traction_coefficient", *_AXES), np.nan)
-    place = np.unravel_index(np.argmax(np.abs(difference)), difference.shape)
+    largest = np.unravel_index(np.argmax(np.abs(difference)), difference.shape)
     return {
-        "difference": float(difference[place]),
-        "traction_coefficient": float(by_fit[place]),
-        **{name: float(axis[place]) for name, axis in zip(_AXES, grid, strict=True)},
+        "difference": float(difference[largest]),
+        "traction_coefficient": float(by_fit[largest]),
+        **{name: float(axis[largest]) for name, axis in zip(_AXES, grid, strict=True)},
     }
 
 
@@ -125,9 +125,8 @@ def squared_errors(points: pd.DataFrame, constants: FloatArray) -> FloatArray:
     if len(data.mu) == 0 or not np.all(data.conditions > 0):
         return np.full(len(constants), np.nan)
     at = Observations(LAW.design(data.conditions), data.curve, data.slip)
-    return np.array(
-        [np.sum((LAW.traction(to_internal(LAW, one), at) - data.mu) ** 2) for one in constants]
-    )
+    mu = np.array([LAW.traction(internal, at) for internal in to_internal(LAW, constants)])
+    return np.sum((mu - data.mu) ** 2, axis=1)
 
 
 def _of(frame: pd.DataFrame, oil: str) -> pd.DataFrame:

@@ -24,19 +24,13 @@ from oilfilm.studies.printed.statements import (
     hot_convergence,
     viscosity_order,
 )
-from oilfilm.traction.law import (
-    BoolArray,
-    FloatArray,
-    IndexArray,
-    to_constants,
-    to_internal,
-)
+from oilfilm.traction.law import BoolArray, FloatArray, to_constants, to_internal
 
 Slips = Literal["curve", "figures"]
 
-_EXPONENTS = [place for place, one in enumerate(LAW.constants) if one.condition is not None]
-EXPONENT_NAMES = [LAW.constants[place].name for place in _EXPONENTS]
-_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # a row a set
+_EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
+_EXPONENT_NAMES = [LAW.constants[index].name for index in _EXPONENTS]
+_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # one row per set
 _RANKED_BY: Slips = "curve"  # the slips whose totals count; the others may only lower a verdict
 _WEIGHTS = {name: statement.weight for name, statement in STATEMENTS.items()} | dict.fromkeys(
     BETWEEN_OILS, 1.0
@@ -72,12 +66,14 @@ def study_signs(
     sets, verdicts = [], []
     for oil in [oil for oil in falling_viscosity if oil in oils]:
         internal = _candidates(printed[oil])
-        errors = squared_errors(points[points["oil"] == oil], _as_printed(internal))
+        constants = np.array([to_constants(LAW, of_set) for of_set in internal.T])
+        errors = squared_errors(points[points["oil"] == oil], constants)
         in_use = (np.where(printed[oil][_EXPONENTS] < 0, -1, 1) == _SETS).all(axis=1)
-        of_oil = {one: scores[oil] for one, scores in by_slips.items()}
-        sets.append(_set_rows(oil, of_oil, errors, in_use, settings.signs))
+        of_oil = {slips: scores[oil] for slips, scores in by_slips.items()}
+        rows = _set_rows(oil, of_oil, errors, in_use, settings.signs)
+        sets.append(rows.sort_values("total", ascending=False, kind="stable"))
         effects = _effects(internal[:, in_use], settings)
-        verdicts.append(_verdict_rows(oil, of_oil, errors, in_use, effects, settings.signs))
+        verdicts.append(_verdict_rows(rows, of_oil, effects, settings.signs))
     if not sets:
         return tables.empty("signs"), tables.empty("sign_verdicts")
     return (
@@ -93,11 +89,6 @@ def _candidates(constants: FloatArray) -> FloatArray:
     return internal
 
 
-def _as_printed(internal: FloatArray) -> FloatArray:
-    """Constants as they stand in the equation, shape (sets, constants)."""
-    return np.array([to_constants(LAW, one) for one in internal.T])
-
-
 def _scores(
     printed: Mapping[str, FloatArray],
     falling_viscosity: Sequence[str],
@@ -106,9 +97,7 @@ def _scores(
     limits: Limits,
 ) -> dict[str, dict[str, FloatArray]]:
     """Oil -> statement -> share of its box where it holds, for each sign set."""
-    scores: dict[str, dict[str, FloatArray]] = {}
-    surfaces: dict[str, Surface] = {}
-    best: dict[str, Surface] = {}
+    scores, surfaces, best = {}, {}, {}
     for oil in falling_viscosity:
         internal = _candidates(printed[oil])
         boxes = {box: _surface(box, slips, internal, settings) for box in Boxes.model_fields}
@@ -120,9 +109,9 @@ def _scores(
         surfaces[oil] = boxes["extrapolated"]
         best[oil] = _surface("extrapolated", slips, internal[:, [winner]], settings)
     # the others as their own statements choose them: the signs in use must not vouch for each other
-    for place, oil in enumerate(falling_viscosity):
-        before = [best[other] for other in falling_viscosity[:place]]
-        after = [best[other] for other in falling_viscosity[place + 1 :]]
+    for index, oil in enumerate(falling_viscosity):
+        before = [best[other] for other in falling_viscosity[:index]]
+        after = [best[other] for other in falling_viscosity[index + 1 :]]
         scores[oil]["viscosity_order"] = viscosity_order(surfaces[oil], before, after)
         scores[oil]["hot_convergence"] = hot_convergence(surfaces[oil], before + after)
     return scores
@@ -144,8 +133,7 @@ def _total(scores: Mapping[str, FloatArray], without: str = "") -> FloatArray:
 def _effects(in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
     """Largest change of mu over the tested box if one sign alone is turned, over the largest mu."""
     turned = np.tile(in_use, (1, 1 + len(_EXPONENTS)))
-    for column, place in enumerate(_EXPONENTS, start=1):
-        turned[place, column] *= -1
+    turned[_EXPONENTS, range(1, turned.shape[1])] *= -1
     mu = _surface("tested", _RANKED_BY, turned, settings).mu.reshape(-1, turned.shape[1])
     return np.abs(mu[:, 1:] - mu[:, :1]).max(axis=0) / mu[:, 0].max()
 
@@ -157,68 +145,60 @@ def _set_rows(
     in_use: BoolArray,
     limits: SignSettings,
 ) -> pd.DataFrame:
-    total = _total(by_slips[_RANKED_BY])
-    rows = pd.DataFrame(
+    totals = {slips: pd.Series(_total(scores)) for slips, scores in by_slips.items()}
+    total = totals[_RANKED_BY]
+    ranks = {
+        slips: total.rank(method="min", ascending=False).astype(int)
+        for slips, total in totals.items()
+    }
+    return pd.DataFrame(
         {
             "oil": oil,
-            "signs": ["".join("+" if sign > 0 else "-" for sign in one) for one in _SETS],
+            "signs": ["".join("+" if sign > 0 else "-" for sign in signs) for signs in _SETS],
             "in_use": in_use,
-            "rank": _ranks(total),
-            "rank_at_figures": _ranks(_total(by_slips["figures"])),
+            "rank": ranks[_RANKED_BY],
+            "rank_at_figures": ranks["figures"],
             "total": total,
             "near_best": total > total.max() - limits.near_best,
             **by_slips[_RANKED_BY],
             "sse": errors,
         }
     )
-    return rows.sort_values("total", ascending=False, kind="stable", ignore_index=True)
-
-
-def _ranks(total: FloatArray) -> IndexArray:
-    """1 for the best; equals share a rank."""
-    return np.asarray(1 + (total > total[:, np.newaxis]).sum(axis=1))
 
 
 def _verdict_rows(
-    oil: str,
+    sets: pd.DataFrame,
     by_slips: Mapping[str, Mapping[str, FloatArray]],
-    errors: FloatArray,
-    in_use: BoolArray,
     effects: FloatArray,
     limits: SignSettings,
 ) -> pd.DataFrame:
-    total = _total(by_slips[_RANKED_BY])
-    near = total > total.max() - limits.near_best
-    signs = _SETS[in_use][0]
+    total, near, errors = (sets[name].to_numpy() for name in ("total", "near_best", "sse"))
+    signs = _SETS[sets["in_use"]][0]
     rows = []
-    for place, constant in enumerate(EXPONENT_NAMES):
-        has = _SETS[:, place] == signs[place]
+    for column, constant in enumerate(_EXPONENT_NAMES):
+        has = _SETS[:, column] == signs[column]
         without = {
             (name, slips): _margin(_total(scores, without=name), has)
             for slips, scores in by_slips.items()
             for name in scores
         }
         weakest = min(without, key=lambda case: without[case])
-        margin = _margin(total, has)
+        margin, effect = _margin(total, has), effects[column]
         rows.append(
             {
-                "oil": oil,
+                "oil": sets["oil"].iloc[0],
                 "constant": constant,
-                "sign": "+" if signs[place] > 0 else "-",
+                "sign": "+" if signs[column] > 0 else "-",
                 "margin": margin,
                 "weakest_margin": without[weakest],
                 "weakest_without": weakest[0],
                 "weakest_slips": weakest[1],
                 "near_best_share": has[near].mean(),
-                "effect": effects[place],
+                "effect": effect,
                 "least_sse": errors[has].min(),
                 "least_sse_turned": errors[~has].min(),
                 "verdict": verdict(
-                    margin,
-                    without[weakest],
-                    effects[place],
-                    limits.near_best,
-                    limits.no_effect_max,
+                    margin, without[weakest], effect, limits.near_best, limits.no_effect_max
                 ),
             }
         )

@@ -10,12 +10,12 @@ Arrays have the axes P, U, T, (S,) sign sets, so that all sign sets are scored a
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import CONDITIONS, FloatArray
+from oilfilm.traction.law import CONDITIONS, BoolArray, FloatArray
 
 LAW = LAWS["deng2026"]  # whose constants are printed
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)  # axes
@@ -113,129 +113,116 @@ class Surface:
         return self.peak / self.slope
 
 
+Holds = Callable[[Surface, Limits], BoolArray]
+
+
 @dataclass(frozen=True)
 class Statement:
     """A statement about one oil.
 
     Attributes:
-        score: Share of the box where it holds, for each sign set.
+        holds: Where it holds, for each sign set; the last axis is that of the sets.
         box: The box it is about: what was tested (section 2), or what the figures of section 4.3
             draw (extrapolated).
         weight: 1 for the paper's words; 0.5 where a sentence can be read otherwise, or where the
             statement follows only by the physics that the sentence names.
     """
 
-    score: Callable[[Surface, Limits], FloatArray]
+    holds: Holds
     box: str = "extrapolated"
     weight: float = 1.0
 
+    def score(self, surface: Surface, limits: Limits) -> FloatArray:
+        """Share of the box where it holds, for each sign set."""
+        return _share(self.holds(surface, limits))
 
-def physical(surface: Surface, limits: Limits) -> FloatArray:
-    """mu >= 0 by the signs of A, B and C; the peak stays below the largest believable mu."""
-    return _share((surface.mu.min(axis=SLIP) >= 0) & (surface.peak <= limits.traction_max))
 
-
-def rises_with_stress(surface: Surface, _: Limits) -> FloatArray:
+def _rises_with_stress(surface: Surface, _: Limits) -> BoolArray:
     """Mu is larger at the next level of P."""
-    return _share(np.diff(surface.mu, axis=STRESS) > 0)
+    return np.diff(surface.mu, axis=STRESS) > 0
 
 
-def linear_in_stress(surface: Surface, limits: Limits) -> FloatArray:
+def _falls(axis: int, quantity: Literal["mu", "slope", "knee"] = "mu") -> Holds:
+    """Mu, or another quantity of the surface, is smaller at the next level of an axis."""
+    return lambda surface, _: np.diff(getattr(surface, quantity), axis=axis) < 0
+
+
+def _levels_off(axis: int) -> Holds:
+    """Mu changes less over the last third of the levels than it falls over the first.
+
+    Of 20 to 140 degC the thirds are 20-60 and 100-140.
+    """
+
+    def holds(surface: Surface, _: Limits) -> BoolArray:
+        level = np.moveaxis(surface.mu, axis, 0)
+        third = (len(level) - 1) // 3
+        return level[0] - level[third] > np.abs(level[-1 - third] - level[-1])
+
+    return holds
+
+
+def _physical(surface: Surface, limits: Limits) -> BoolArray:
+    """mu >= 0 by the signs of A, B and C; the peak stays below the largest believable mu."""
+    return (surface.mu.min(axis=SLIP) >= 0) & (surface.peak <= limits.traction_max)
+
+
+def _linear_in_stress(surface: Surface, limits: Limits) -> BoolArray:
     """mu(P) rises along a straight line, but for `1 - linear_r2_min` of its variance."""
     stress = surface.stress - surface.stress.mean()
     mu = surface.mu - surface.mu.mean(axis=STRESS, keepdims=True)
     covariance = np.tensordot(stress, mu, axes=1)
     r2 = covariance**2 / ((stress**2).sum() * (mu**2).sum(axis=STRESS))
-    return _share((r2 >= limits.linear_r2_min) & (covariance > 0))
+    return (r2 >= limits.linear_r2_min) & (covariance > 0)
 
 
-def falls_with_speed(surface: Surface, _: Limits) -> FloatArray:
-    """Mu is smaller at the next level of U."""
-    return _share(np.diff(surface.mu, axis=SPEED) < 0)
-
-
-def levels_off_with_speed(surface: Surface, _: Limits) -> FloatArray:
-    """Mu changes less over the last third of the speeds than it falls over the first."""
-    return _share(_flattens(surface.mu, SPEED))
-
-
-def falls_with_temperature(surface: Surface, _: Limits) -> FloatArray:
-    """Mu is smaller at the next level of T."""
-    return _share(np.diff(surface.mu, axis=TEMPERATURE) < 0)
-
-
-def levels_off_with_temperature(surface: Surface, _: Limits) -> FloatArray:
-    """The same of temperature: of 20 to 140 degC the thirds are 20-60 and 100-140."""
-    return _share(_flattens(surface.mu, TEMPERATURE))
-
-
-def start_falls_with_temperature(surface: Surface, _: Limits) -> FloatArray:
-    """The slope at zero slip, where the oil is Newtonian, is smaller at the next level of T."""
-    return _share(np.diff(surface.slope, axis=TEMPERATURE) < 0)
-
-
-def rises_with_slip(surface: Surface, _: Limits) -> FloatArray:
+def _rises_with_slip(surface: Surface, _: Limits) -> BoolArray:
     """Mu is larger at the high slip than at the low one."""
-    return _share(surface.at(surface.high_slip) > surface.at(surface.low_slip))
+    return surface.at(surface.high_slip) > surface.at(surface.low_slip)
 
 
-def declines_slightly(surface: Surface, limits: Limits) -> FloatArray:
+def _declines_slightly(surface: Surface, limits: Limits) -> BoolArray:
     """The peak lies within the slips, and at their end mu has lost `decline_max` of it at most."""
-    end = surface.at(surface.largest_slip)
-    slight = end >= (1 - limits.decline_max) * surface.peak
-    return _share((surface.peak_slip < surface.largest_slip) & slight)
+    slight = surface.at(surface.largest_slip) >= (1 - limits.decline_max) * surface.peak
+    return (surface.peak_slip < surface.largest_slip) & slight
 
 
-def earlier_plateau_with_stress(surface: Surface, _: Limits) -> FloatArray:
-    """The linear range ends at smaller slip at the next level of P."""
-    return _share(np.diff(surface.knee, axis=STRESS) < 0)
-
-
-def earlier_plateau_with_speed(surface: Surface, _: Limits) -> FloatArray:
-    """The same at the next level of U: one reading of the sentence."""
-    return _share(np.diff(surface.knee, axis=SPEED) < 0)
-
-
-def earlier_plateau_with_temperature(surface: Surface, _: Limits) -> FloatArray:
-    """The same at the next level of T: the other reading."""
-    return _share(np.diff(surface.knee, axis=TEMPERATURE) < 0)
-
-
-def slip_raises_stress_effect(surface: Surface, _: Limits) -> FloatArray:
+def _slip_raises_stress_effect(surface: Surface, _: Limits) -> BoolArray:
     """Over the range of P mu gains more at the high slip than it changes at the low one."""
     low, high = surface.at(surface.low_slip), surface.at(surface.high_slip)
-    return _share(high[-1] - high[0] > np.abs(low[-1] - low[0]))
+    return high[-1] - high[0] > np.abs(low[-1] - low[0])
 
 
-def speed_mutes_stress_effect(surface: Surface, _: Limits) -> FloatArray:
+def _speed_mutes_stress_effect(surface: Surface, _: Limits) -> BoolArray:
     """Over the range of P mu gains more at the lowest speed than it changes at the highest."""
     gain = surface.mu[-1] - surface.mu[0]
-    return _share(gain[0] > np.abs(gain[-1]))
+    return gain[0] > np.abs(gain[-1])
 
 
-def speed_mutes_temperature_effect(surface: Surface, _: Limits) -> FloatArray:
+def _speed_mutes_temperature_effect(surface: Surface, _: Limits) -> BoolArray:
     """Over the range of T mu loses more at the lowest speed than it changes at the highest."""
     loss = surface.mu[:, :, 0] - surface.mu[:, :, -1]
-    return _share(loss[:, 0] > np.abs(loss[:, -1]))
+    return loss[:, 0] > np.abs(loss[:, -1])
 
 
 STATEMENTS: dict[str, Statement] = {
-    "physical": Statement(physical),
-    "rises_with_stress": Statement(rises_with_stress),
-    "linear_in_stress": Statement(linear_in_stress),
-    "falls_with_speed": Statement(falls_with_speed),
-    "levels_off_with_speed": Statement(levels_off_with_speed),
-    "falls_with_temperature": Statement(falls_with_temperature),
-    "levels_off_with_temperature": Statement(levels_off_with_temperature),
-    "start_falls_with_temperature": Statement(start_falls_with_temperature, "tested", 0.5),
-    "rises_with_slip": Statement(rises_with_slip),
-    "declines_slightly": Statement(declines_slightly, "tested"),
-    "earlier_plateau_with_stress": Statement(earlier_plateau_with_stress),
-    "earlier_plateau_with_speed": Statement(earlier_plateau_with_speed, "tested", 0.5),
-    "earlier_plateau_with_temperature": Statement(earlier_plateau_with_temperature, "tested", 0.5),
-    "slip_raises_stress_effect": Statement(slip_raises_stress_effect),
-    "speed_mutes_stress_effect": Statement(speed_mutes_stress_effect),
-    "speed_mutes_temperature_effect": Statement(speed_mutes_temperature_effect),
+    "physical": Statement(_physical),
+    "rises_with_stress": Statement(_rises_with_stress),
+    "linear_in_stress": Statement(_linear_in_stress),
+    "falls_with_speed": Statement(_falls(SPEED)),
+    "levels_off_with_speed": Statement(_levels_off(SPEED)),
+    "falls_with_temperature": Statement(_falls(TEMPERATURE)),
+    "levels_off_with_temperature": Statement(_levels_off(TEMPERATURE)),
+    # the slope at zero slip, where the oil is Newtonian
+    "start_falls_with_temperature": Statement(_falls(TEMPERATURE, "slope"), "tested", 0.5),
+    "rises_with_slip": Statement(_rises_with_slip),
+    "declines_slightly": Statement(_declines_slightly, "tested"),
+    "earlier_plateau_with_stress": Statement(_falls(STRESS, "knee")),
+    # two readings of one sentence
+    "earlier_plateau_with_speed": Statement(_falls(SPEED, "knee"), "tested", 0.5),
+    "earlier_plateau_with_temperature": Statement(_falls(TEMPERATURE, "knee"), "tested", 0.5),
+    "slip_raises_stress_effect": Statement(_slip_raises_stress_effect),
+    "speed_mutes_stress_effect": Statement(_speed_mutes_stress_effect),
+    "speed_mutes_temperature_effect": Statement(_speed_mutes_temperature_effect),
 }
 
 
@@ -253,11 +240,8 @@ def viscosity_order(
 
 def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
     """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
-    holds = []
-    for other in others:
-        apart = np.abs(surface.mu - other.mu)
-        holds.append(_share(apart[:, :, -1] < apart[:, :, 0]))
-    return _mean(holds, surface)
+    apart = [np.abs(surface.mu - other.mu) for other in others]
+    return _mean([_share(gap[:, :, -1] < gap[:, :, 0]) for gap in apart], surface)
 
 
 # Statements about several oils; each compares an oil with what the others are by their own.
@@ -269,17 +253,10 @@ def grid_levels(box: Mapping[str, Sequence[float]], name: str, levels: int) -> F
     return np.linspace(min(box[name]), max(box[name]), levels)
 
 
-def _share(holds: npt.NDArray[np.bool_]) -> FloatArray:
+def _share(holds: BoolArray) -> FloatArray:
     """Share of all conditions and slips where something holds, for each sign set."""
     return holds.reshape(-1, holds.shape[-1]).mean(axis=0)
 
 
 def _mean(shares: list[FloatArray], surface: Surface) -> FloatArray:
     return np.mean(shares, axis=0) if shares else np.full(surface.mu.shape[-1], np.nan)
-
-
-def _flattens(mu: FloatArray, axis: int) -> npt.NDArray[np.bool_]:
-    """Whether |change| over the last third of the levels is less than the fall over the first."""
-    third = (mu.shape[axis] - 1) // 3
-    level = np.moveaxis(mu, axis, 0)
-    return level[0] - level[third] > np.abs(level[-1 - third] - level[-1])
