@@ -28,6 +28,7 @@ from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
+WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
 LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
 LOAD_AT_1_GPA = 42.0  # N, of the 20 mm ball
 MIDDLE = {"max_hertz_pressure_gpa": 1.2, "entrainment_speed_m_s": 30.0, "inlet_temperature_c": 70.0}
@@ -65,29 +66,26 @@ def tables_of(law: Law, oils: list[str], values: dict[str, float]) -> Tables:
         systematic_standard_error=np.nan,
         verdict=np.where(constants["value"].notna(), "known", "not identifiable"),
     )
-    quality = pd.DataFrame(
-        {
-            "n_points": 62,
-            "n_curves": 2,
-            "rmse": 1e-4,
-            "max_error": 5e-4,
-            "certified": True,
-            "searches": 5,
-            "searches_agreeing": 5,
-            "certificate": "certified: 5 of 5 searches agree; and more",
-            "fixed_conditions": "",
-            "tested_min_slide_roll_ratio": 0.002,
-            "tested_max_slide_roll_ratio": 0.3,
-        },
-        index=[0],
-    )
-    for name in (*CONDITIONS, "load_n"):
-        ends = corners[name]
-        quality = quality.assign(**{f"tested_min_{name}": ends[0], f"tested_max_{name}": ends[1]})
+    quality = {
+        "law": law.name,
+        "n_points": 62,
+        "n_curves": 2,
+        "rmse": 1e-4,
+        "max_error": 5e-4,
+        "certified": True,
+        "searches": 5,
+        "searches_agreeing": 5,
+        "certificate": "certified: 5 of 5 searches agree; and more",
+        "fixed_conditions": "",
+        "tested_min_slide_roll_ratio": 0.002,
+        "tested_max_slide_roll_ratio": 0.3,
+        **corners.min().add_prefix("tested_min_"),
+        **corners.max().add_prefix("tested_max_"),
+    }
     return (
         pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
         pd.concat([constants.assign(oil=oil, law=law.name) for oil in oils]),
-        pd.concat([quality.assign(oil=oil, law=law.name) for oil in oils]),
+        pd.DataFrame([{**quality, "oil": oil} for oil in oils]),
     )
 
 
@@ -197,14 +195,9 @@ int main(void)
 }}
 """
     )
-    standard = {"gcc": "-std=c99", "g++": "-std=c++11"}[compiler]
-    language = {"gcc": "c", "g++": "c++"}[compiler]
-    warnings = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
-    run(
-        *(tool(compiler), standard, *warnings, "-O2", "-x", language, "main.c", "-o", "main"),
-        "-lm",
-        folder=folder,
-    )
+    standard = {"gcc": ["-x", "c", "-std=c99"], "g++": ["-x", "c++", "-std=c++11"]}[compiler]
+    options = [*WARNINGS, *standard, "-O2"]
+    run(tool(compiler), *options, "main.c", "-o", "main", "-lm", folder=folder)
     return np.loadtxt(io.StringIO(run("./main", folder=folder, given=as_text(rows))), ndmin=2)
 
 
@@ -233,9 +226,9 @@ program main
 end program
 """
     )
-    warnings = ["-std=f2008", "-Wall", "-Wextra", "-pedantic", "-Werror"]
     sources = [f"traction_{name}.f90", "main.f90"]
-    run(tool("gfortran"), *warnings, "-O2", *sources, "-o", "main", folder=folder)
+    options = [*WARNINGS, "-std=f2008", "-O2"]
+    run(tool("gfortran"), *options, *sources, "-o", "main", folder=folder)
     return np.loadtxt(io.StringIO(run("./main", folder=folder, given=as_text(rows))), ndmin=2)
 
 
@@ -438,15 +431,13 @@ def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
 
 def test_every_number_of_json_and_csv_has_its_unit(fit: Description) -> None:
     texts = export(fit, PROVENANCE)
-    content = json.loads(texts["traction_4050.json"])
-    units = {each["symbol"]: each["unit"] for each in content["conditions"]}
-    assert units == {"P": "GPa", "U": "m/s", "T": "degC", "S": "1"}
-    assert {each["symbol"]: each["tested"] for each in content["conditions"]} == {
-        "P": [1.0, 1.5],
-        "U": [25.0, 40.0],
-        "T": [25.0, 120.0],
-        "S": [0.0, 0.3],
-    }
+    conditions = json.loads(texts["traction_4050.json"])["conditions"]
+    assert [(each["symbol"], each["unit"], each["tested"]) for each in conditions] == [
+        ("P", "GPa", [1.0, 1.5]),
+        ("U", "m/s", [25.0, 40.0]),
+        ("T", "degC", [25.0, 120.0]),
+        ("S", "1", [0.0, 0.3]),
+    ]
     assert pd.read_csv(io.StringIO(texts["traction_4050.csv"]))["unit"].notna().all()
 
 

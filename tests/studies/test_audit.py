@@ -189,17 +189,12 @@ def test_oils_converge_by_the_ratio_of_their_exponents(judge: Judge) -> None:
     assert finding.share == 1.0
 
 
-def test_negative_traction_is_seen(judge: Judge, config: Settings) -> None:
-    class Negative(Evidence):
-        def traction(self, grid: Grid) -> np.ndarray:
-            return super().traction(grid) - 1e-3
-
-    evidence = evidence_of(same(), config)
-    low = Negative(**{name: getattr(evidence, name) for name in evidence.__dataclass_fields__})
-    assert judge("non-negative", evidence).share == 1.0
-    assert judge("non-negative", low).share < 1.0
-    assert judge("zero-slip", evidence).share == 1.0
-    assert judge("zero-slip", low).share == 0.0
+def test_negative_traction_is_seen(judge: Judge, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert judge("non-negative", same()).share == judge("zero-slip", same()).share == 1.0
+    traction = Evidence.traction
+    monkeypatch.setattr(Evidence, "traction", lambda self, grid: traction(self, grid) - 1e-3)
+    assert judge("non-negative", same()).share < 1.0
+    assert judge("zero-slip", same()).share == 0.0
 
 
 # ---------------------------------------------------------------- the printed constants
@@ -219,17 +214,6 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(judge: Judge) -> 
     assert (low, high) == (pytest.approx(0.41, abs=0.07), pytest.approx(1.9, abs=0.1))
     turn = float(re.findall(r"below ([\d.]+) GPa", remarks)[0])
     assert turn == pytest.approx(1.4, abs=0.15)
-
-
-def test_order_does_not_hold_on_more_of_the_box_with_other_levels(
-    judge: Judge, grids: dict[str, Grid]
-) -> None:
-    grid = grids["extrapolated"].at(
-        max_hertz_pressure_gpa=np.linspace(0.8, 2.5, 13),
-        entrainment_speed_m_s=np.linspace(20, 200, 13),
-    )
-    finding = judge("viscosity-order", printed(), grid)
-    assert finding.share < 0.145
 
 
 def test_printed_constants_contradict_the_text_as_known(judge: Judge) -> None:

@@ -111,13 +111,6 @@ def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
     assert slight(curve, replace(LIMITS, decline_max=0.24))[0] == 0
 
 
-def test_4010_is_not_linear_in_stress() -> None:
-    # docs/physics.md, traction law: R2 0.92 for 4010; both of the others follow a line
-    of = {oil: surface(printed()[oil]) for oil in OILS}
-    assert score("linear_in_stress", of["4010"]) < 0.1
-    assert min(score("linear_in_stress", of[oil]) for oil in ("4102", "4050")) > 0.9
-
-
 def test_stated_order_of_the_oils_fails_over_most_of_the_box() -> None:
     levels = [np.linspace(*BOX[name], 7) for name in CONDITIONS]
     grid = np.meshgrid(*levels, np.array(SLIPS), indexing="ij")

@@ -101,7 +101,10 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
         "title": about.title or f"Traction campaign {campaign.name}",
         "description": "\n".join(description),
         "data": campaign.data,
-        "sources": [_source(source) for source in (_RAW_LOGS, *(about.sources or ()))],
+        "sources": [
+            {"title": source.title, **({"path": source.address} if source.address else {})}
+            for source in (_RAW_LOGS, *(about.sources or ()))
+        ],
         "resources": [_resource(table, of_table) for table in of_table],
     }
     if about.licence:
@@ -114,11 +117,6 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
         return json.dumps(package.to_descriptor(), indent=2, ensure_ascii=False) + "\n"
 
 
-def _source(source: Source) -> dict[str, str]:
-    path = {"path": source.address} if source.address else {}
-    return {"title": source.title, **path}
-
-
 def _resource(table: str, of_table: dict[str, list[TableFile]]) -> dict[str, Any]:
     model, files = tables.TABLES[table], of_table[table]
     paths = [file.path for file in files]
@@ -127,7 +125,8 @@ def _resource(table: str, of_table: dict[str, list[TableFile]]) -> dict[str, Any
         "type": "table",
         "description": model.about,
         "path": paths if len(paths) > 1 else paths[0],
-        "partitions": _partitions(paths[0]),
+        # columns that are in the names of the folders and not in the files
+        "partitions": [part.partition("=")[0] for part in paths[0].split("/") if "=" in part],
         "format": "parquet",
         "mediatype": "application/vnd.apache.parquet",
         "bytes": sum(file.bytes for file in files),
@@ -144,11 +143,6 @@ def _resource(table: str, of_table: dict[str, list[TableFile]]) -> dict[str, Any
         ],
         "schema": _schema(model, list(of_table)),
     }
-
-
-def _partitions(path: str) -> list[str]:
-    """Columns that are in the names of the folders and not in the files."""
-    return [part.partition("=")[0] for part in path.split("/") if "=" in part]
 
 
 def _schema(model: tables.Table, present: Sequence[str]) -> dict[str, Any]:
@@ -172,15 +166,6 @@ def _schema(model: tables.Table, present: Sequence[str]) -> dict[str, Any]:
 
 
 def _field(column: tables.Column) -> dict[str, Any]:
-    field: dict[str, Any] = {
-        "name": column.name,
-        "type": _TYPES[column.type],
-        "description": column.meaning_here,
-    }
-    if column.unit not in ("", tables.BY_ROW):
-        field["unit"] = column.unit
-    if column.caveat:
-        field["caveat"] = column.caveat
     constraints: dict[str, Any] = {} if column.nullable else {"required": True}
     if column.at_least is not None and column.at_least > -tables.LARGEST:
         constraints["minimum"] = column.at_least
@@ -188,4 +173,12 @@ def _field(column: tables.Column) -> dict[str, Any]:
         constraints["maximum"] = column.at_most
     if column.allowed:
         constraints["enum"] = list(column.allowed)
-    return {**field, "constraints": constraints} if constraints else field
+    field = {
+        "name": column.name,
+        "type": _TYPES[column.type],
+        "description": column.meaning_here,
+        "unit": "" if column.unit == tables.BY_ROW else column.unit,
+        "caveat": column.caveat,
+        "constraints": constraints,
+    }
+    return {key: value for key, value in field.items() if value}

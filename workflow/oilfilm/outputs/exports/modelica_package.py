@@ -1,7 +1,6 @@
 """The law as a Modelica package, in SI units as Modelica's own libraries are."""
 
 import html
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from oilfilm.outputs.exports.code import assignments, helpers, result, variables
@@ -14,40 +13,36 @@ from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA
 
 @dataclass(frozen=True)
 class _Input:
-    """A condition as Modelica has it; `in_table_units` is an expression of Modelica."""
+    """A condition in SI units: `factor` times its value in the tables, plus `offset`."""
 
     name: str
     unit: str
-    attributes: str
-    in_table_units: str
-    in_si: Callable[[float], float] = float
+    shown_unit: str = ""
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def attributes(self) -> str:
+        """Attributes of its declaration."""
+        shown = f', displayUnit = "{self.shown_unit}"' if self.shown_unit else ""
+        return f'unit = "{self.unit}"{shown}'
+
+    @property
+    def in_table_units(self) -> str:
+        """Its value in the unit of the tables, as an expression of Modelica."""
+        if self.factor != 1:
+            return f"({self.name} / {self.factor:g})"
+        return f"({self.name} - {self.offset!r})" if self.offset else self.name
 
 
 _INPUTS = {
-    "max_hertz_pressure_gpa": _Input(
-        "maxHertzPressure",
-        "Pa",
-        'unit = "Pa", displayUnit = "GPa"',
-        f"(maxHertzPressure / {PA_PER_GPA:g})",
-        lambda pressure: pressure * PA_PER_GPA,
-    ),
-    "entrainment_speed_m_s": _Input("entrainmentSpeed", "m/s", 'unit = "m/s"', "entrainmentSpeed"),
-    "inlet_temperature_c": _Input(
-        "inletTemperature",
-        "K",
-        'unit = "K", displayUnit = "degC"',
-        f"(inletTemperature - {-ABSOLUTE_ZERO_C!r})",
-        lambda temperature: temperature - ABSOLUTE_ZERO_C,
-    ),
-    "load_n": _Input("normalLoad", "N", 'unit = "N"', "normalLoad"),
-    **{
-        group: _Input(name, "1", 'unit = "1"', name)
-        for group, name in (
-            ("dimensionless_load", "dimensionlessLoad"),
-            ("dimensionless_speed", "dimensionlessSpeed"),
-            ("thermal_loading_parameter", "thermalLoadingParameter"),
-        )
-    },
+    "max_hertz_pressure_gpa": _Input("maxHertzPressure", "Pa", "GPa", factor=PA_PER_GPA),
+    "entrainment_speed_m_s": _Input("entrainmentSpeed", "m/s"),
+    "inlet_temperature_c": _Input("inletTemperature", "K", "degC", offset=-ABSOLUTE_ZERO_C),
+    "load_n": _Input("normalLoad", "N"),
+    "dimensionless_load": _Input("dimensionlessLoad", "1"),
+    "dimensionless_speed": _Input("dimensionlessSpeed", "1"),
+    "thermal_loading_parameter": _Input("thermalLoadingParameter", "1"),
 }
 _SLIP = "slideRollRatio"
 # What stands in the package for names of the tables.
@@ -145,7 +140,9 @@ def _check(description: Description) -> str:
 
 def _sentence(condition: Condition) -> str:
     given = _INPUTS[condition.name]
-    tested = (None if end is None else given.in_si(end) for end in condition.tested)
+    tested = (
+        None if end is None else given.factor * end + given.offset for end in condition.tested
+    )
     meaning = f"{condition.symbol}, {condition.meaning}"
     return f"{given.name}: {meaning}, {given.unit}; {span(*tested)}"
 

@@ -279,24 +279,20 @@ const pointText = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
 
 function tell() {
   byId("here-caption").textContent = `At ${pointText()}`;
-  const body = byId("here").tBodies[0];
-  const beyond = DATA.axes.map(() => []); // oils that the operating point lies outside of
-  body.replaceChildren(...state.oils.map((i) => {
-    const oil = DATA.oils[i];
-    const prediction = predict(oil, state.point);
-    const off = DATA.axes.flatMap((axis, k) => (prediction.beyond[k] > 0 ? [axis.symbol] : []));
-    prediction.beyond.forEach((distance, k) => { if (distance > 0) beyond[k].push(oil); });
+  const predictions = state.oils.map((i) => ({ oil: DATA.oils[i], ...predict(DATA.oils[i], state.point) }));
+  byId("here").tBodies[0].replaceChildren(...predictions.map(({ oil, mu, lower, upper, beyond }) => {
+    const off = DATA.axes.flatMap((axis, k) => (beyond[k] > 0 ? [axis.symbol] : []));
     const row = document.createElement("tr");
-    const values = [prediction.mu, prediction.lower, prediction.upper].map((value) => [short(value), false, "number"]);
+    const values = [mu, lower, upper].map((value) => [short(value), false, "number"]);
     const ratio = oil.film ? lambdaRatio(oil.film, state.point) : NaN;
     cells(row, [[oil.name, true], ...values, [short(ratio, 3), false, "number"],
       [off.length ? `no: ${off.join(", ")} beyond` : "yes", false, off.length ? "fair" : "good"]]);
     return row;
   }));
-  const warnings = beyond.flatMap((oils, k) => {
-    if (!oils.length) return [];
-    const tested = oils.map((oil) => `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`);
-    return [`${DATA.axes[k].symbol} ${state.point[k]}, tested ${tested.join(", ")}`];
+  const warnings = DATA.axes.flatMap((axis, k) => {
+    const tested = predictions.filter(({ beyond }) => beyond[k] > 0)
+      .map(({ oil }) => `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`);
+    return tested.length ? [`${axis.symbol} ${state.point[k]}, tested ${tested.join(", ")}`] : [];
   });
   byId("outside").hidden = !warnings.length;
   byId("outside").textContent = warnings.length

@@ -172,8 +172,8 @@ def _judge(
         return row | {"finding": f"cannot be checked: {reason}"}
     finding = findings[check.where]
     if finding is None:
-        reason = f"{_JUDGED_ON[check.where]} has no place that the claim is about"
-        return row | {"finding": f"cannot be checked: {reason}"}
+        box = _JUDGED_ON[check.where]
+        return row | {"finding": f"cannot be checked: {box} has no place that the claim is about"}
     if finding.share >= settings.audit.holds_share and finding.complete:
         verdict = "holds"
     else:

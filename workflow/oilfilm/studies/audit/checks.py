@@ -33,68 +33,67 @@ class Check:
 
     Attributes:
         judge: Finds the cases; None where the box has none for the claim.
+        definition: What would make the claim hold, with keys of the configuration in braces.
         where: Box on which the verdict rests, `tested` or `extrapolated`, or `data` where the check
             looks at tables and no box.
-        definition: What would make the claim hold, with keys of the configuration in braces.
     """
 
     judge: Judge
-    where: str
     definition: str
+    where: str
 
 
 CHECKS: dict[str, Check] = {}
 
 
-def _check(claim: str, where: str, definition: str) -> Callable[[Judge], Judge]:
+def _check(claim: str, definition: str, where: str = "extrapolated") -> Callable[[Judge], Judge]:
     """Registers the check of a claim (see `Check`)."""
 
     def register(judge: Judge) -> Judge:
-        CHECKS[claim] = Check(judge, where, definition)
+        CHECKS[claim] = Check(judge, definition, where)
         return judge
 
     return register
 
 
-@_check("zero-slip", "extrapolated", "|mu| is {audit.zero_traction_max:g} at most wherever S is 0.")
+@_check("zero-slip", "|mu| is {audit.zero_traction_max:g} at most wherever S is 0.")
 def _zero_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     still = grid.at(slide_roll_ratio=[0.0])
     mu = np.abs(evidence.traction(still))
-    found = cases(still, evidence.oils, mu <= settings.audit.zero_traction_max, mu)
-    return Finding(found, "|mu| at no slip", ".3g", worst="largest")
+    judged = cases(still, evidence.oils, mu <= settings.audit.zero_traction_max, mu)
+    return Finding(judged, "|mu| at no slip", ".3g", worst="largest")
 
 
 @_check(
     "non-negative",
-    "extrapolated",
     "mu is 0 or more for every S up to {printed.boxes.tested.slide_roll_ratio[1]:g}.",
 )
 def _non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     curve = grid.at(slide_roll_ratio=_curve(settings)[1:])
     mu = evidence.traction(curve).min(axis=_S, keepdims=True)
-    found = cases(curve, evidence.oils, mu >= 0, mu)
-    return Finding(found, "smallest mu of a curve beyond no slip", ".2g", worst="smallest")
+    judged = cases(curve, evidence.oils, mu >= 0, mu)
+    return Finding(judged, "smallest mu of a curve beyond no slip", ".2g", worst="smallest")
 
 
 @_check(
     "linear-start",
-    "tested",
     "Up to S {audit.linear_to_slip:g}, the first slip that the rig sets, mu/S stays within "
     "{audit.linear_tolerance:.0%} of its value at no slip.",
+    where="tested",
 )
 def _linear_start(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     end = _linear_range(evidence, grid, settings)
-    found = cases(grid, evidence.oils, end >= settings.audit.linear_to_slip, end)
+    judged = cases(grid, evidence.oils, end >= settings.audit.linear_to_slip, end)
     remark = f"It ends at S {_range(end)}."
     quantity = "end of the linear range, S"
-    return Finding(found, quantity, ".3g", worst="smallest", remarks=[remark])
+    return Finding(judged, quantity, ".3g", worst="smallest", remarks=[remark])
 
 
 @_check(
     "peak-decline",
-    "tested",
     "mu has its largest value below S {printed.boxes.tested.slide_roll_ratio[1]:g}, and there it "
     "has lost {printed.signs.decline_max:.0%} of it at most.",
+    where="tested",
 )
 def _peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     slip = _curve(settings)
@@ -118,7 +117,6 @@ def _peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
 
 @_check(
     "falls-with-temperature",
-    "extrapolated",
     "mu falls from each level of T to the next, and by more a degree at {audit.cold_band_c[0]:g}-"
     "{audit.cold_band_c[1]:g} degC than at {audit.hot_band_c[0]:g}-{audit.hot_band_c[1]:g} degC.",
 )
@@ -142,7 +140,6 @@ def _falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) 
 
 @_check(
     "falls-with-speed",
-    "extrapolated",
     "mu falls from each level of U to the next, and over the last third of the speeds changes by "
     "less than it falls over the first.",
 )
@@ -162,7 +159,6 @@ def _falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Fin
 
 @_check(
     "rises-with-stress",
-    "extrapolated",
     "mu rises from each level of P to the next, and a straight line through mu(P) has R2 of "
     "{printed.signs.linear_r2_min:g} or more.",
 )
@@ -187,7 +183,6 @@ def _rises_with_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
 
 @_check(
     "earlier-plateau",
-    "extrapolated",
     "The linear range (mu/S within {audit.linear_tolerance:.0%} of its value at no slip) ends at "
     "smaller S from each level of P to the next.",
 )
@@ -213,7 +208,6 @@ def _earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Find
 
 @_check(
     "viscosity-order",
-    "extrapolated",
     "At the same P, U, T and S mu falls from each oil to the next less viscous one.",
 )
 def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
@@ -249,7 +243,6 @@ def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Find
 
 @_check(
     "hot-convergence",
-    "extrapolated",
     "The oils' spread of mu over their mean is at the hottest level {audit.convergence_max:.0%} of "
     "that at the coldest, or less.",
 )
@@ -275,7 +268,6 @@ def _hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Find
 
 @_check(
     "speed-mutes-temperature",
-    "extrapolated",
     "From the coldest to the hottest level mu falls by less at {audit.slow_and_fast_m_s[1]:g} m/s "
     "than at {audit.slow_and_fast_m_s[0]:g} m/s (or at the box's own ends).",
 )
@@ -296,9 +288,9 @@ def _speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings)
 
 @_check(
     "full-film",
-    "tested",
     "lambda lies above gates.lambda_limit and the film above {audit.film_min_um:g} um; the refit "
     "asks the campaign's own points, the printed basis the whole tested box.",
+    where="tested",
 )
 def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     limit, film_min = evidence.lambda_limit, settings.audit.film_min_um
@@ -318,11 +310,11 @@ def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     margin = np.minimum(ratio / limit, thickness / film_min)
     holds = full & thick
     if evidence.points is None:
-        found = cases(curve, evidence.falling_viscosity, holds, margin)
+        judged = cases(curve, evidence.falling_viscosity, holds, margin)
     else:
-        found = points.assign(holds=holds, value=margin)
+        judged = points.assign(holds=holds, value=margin)
     return Finding(
-        found,
+        judged,
         "the smaller of lambda and film, each over its limit",
         worst="smallest",
         parts={f"lambda > {limit:g}": full, f"film > {film_min:g} um": thick},
@@ -332,8 +324,8 @@ def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
 
 @_check(
     "wang-deng-zero",
-    "data",
     "|mu(0)| of every fit by that form is above {audit.zero_traction_max:g}.",
+    where="data",
 )
 def _wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     fits = _wang_deng(evidence)
@@ -352,9 +344,9 @@ def _wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
 
 @_check(
     "wang-deng-overfit",
-    "data",
     "From fitted curves to curves left out the error grows more than {audit.overfit_min:g} times "
     "as much as that of the paper's own law.",
+    where="data",
 )
 def _wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     fits, stress_law = _wang_deng(evidence), settings.audit.stress_law
@@ -377,9 +369,9 @@ def _wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
 
 @_check(
     "torque-stress",
-    "data",
     "The calculated torque is off by {audit.torque_stress_error:.2%} at most at every operating "
     "point.",
+    where="data",
 )
 def _torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     rows, limit = _torque(evidence, "stress"), settings.audit.torque_stress_error
@@ -395,9 +387,9 @@ def _torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Findin
 
 @_check(
     "torque-load",
-    "data",
     "At every operating point the load-based torque is farther off than the stress-based one; in "
     "part only, if its largest error stays below {audit.torque_load_error:.0%}.",
+    where="data",
 )
 def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     by_load, by_stress = (
@@ -421,7 +413,6 @@ def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
 
 @_check(
     "light-load-4102",
-    "extrapolated",
     "Below {selection.limits.light_below_gpa:g} GPa the most viscous oil has the largest mu.",
 )
 def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
@@ -449,7 +440,6 @@ def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
 
 @_check(
     "slip-15",
-    "extrapolated",
     "Up to S {selection.limits.slip_limit:g} the least viscous oil, where its film is thick "
     "enough, has the smallest mu; beyond, mu rises with viscosity.",
 )
@@ -478,7 +468,6 @@ def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
 
 @_check(
     "heavy-load-4010",
-    "extrapolated",
     "From {selection.limits.heavy_from_gpa:g} GPa on the least viscous oil, where its film is "
     "thick enough, has the smallest mu.",
 )
