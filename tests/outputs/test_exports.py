@@ -32,7 +32,7 @@ WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
 LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
 LOAD_AT_1_GPA = 42.0  # N, of the 20 mm ball
 MIDDLE = {"max_hertz_pressure_gpa": 1.2, "entrainment_speed_m_s": 30.0, "inlet_temperature_c": 70.0}
-# Names of oils and campaigns that would end a comment, a string or an identifier.
+# Names of oils that would end a comment, a string or an identifier.
 HOSTILE = [
     "*/ int x; /*",
     "two\nlines\r\nend module",
@@ -348,10 +348,9 @@ def test_example_of_the_readme_runs(config: Settings, tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
     law = EVERY_LAW["deng2026"]
-    campaign = {"description": " ".join(HOSTILE), "name": HOSTILE[0]}
     points, coefficients, quality = tables_of(law, HOSTILE, printed_by_name("4102"))
     quality = quality.assign(certificate=" ".join(HOSTILE), certified=False)
-    settings = config.with_changes({"campaign": campaign})
+    settings = config.with_changes({"campaign": {"description": " ".join(HOSTILE)}})
     fits = [
         describe(oil, name, points, coefficients, quality, law, settings)
         for oil, name in identifiers(HOSTILE).items()

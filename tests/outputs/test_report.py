@@ -148,8 +148,7 @@ def test_hostile_names_are_text(
 
 
 def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config: Settings) -> None:
-    sure = {oil: sections.certainty(results, oil) for oil in OILS}
-    lines = dict(verdict(results, sure, config))
+    lines = dict(verdict(results, sections.certainty(results), config))
     assert list(lines) == ["Data", "Fit", "Error", "Trouble", "Paper"]
     assert "SIMULATED" in lines["Data"]
     assert "54 of 55 runs and 1674 of 1674 points" in lines["Data"]
@@ -163,9 +162,9 @@ def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config:
 
 def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:
     # curves with 1 % gain errors, 18 of them, and a calibration of 0.5 % of load, 1 % of mu or less
-    certainty = sections.certainty(results, "4102")
-    assert 0.005 < certainty.median < 0.06
-    assert certainty.median < certainty.largest
+    median, largest = sections.certainty(results).loc["4102"]
+    assert 0.005 < median < 0.06
+    assert median < largest
 
 
 def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: CampaignTables) -> None:

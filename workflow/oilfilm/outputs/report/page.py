@@ -144,7 +144,7 @@ def page(
 def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """Verdict and tables of the page."""
     rows_max = settings.report.rows_max
-    sure = {oil: sections.certainty(results, oil) for oil in results.fit_quality["oil"]}
+    sure = sections.certainty(results)
     return {
         "verdict": verdict(results, sure, settings),
         "equations": sections.equations(results),

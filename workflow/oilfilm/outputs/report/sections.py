@@ -1,7 +1,5 @@
 """What each section of the report shows, from the finished tables."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,44 +23,33 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
 
-@dataclass(frozen=True)
-class Certainty:
-    """How sure one fit is of mu at the accepted points: half of the 95 % interval over mu.
+def certainty(results: CampaignTables) -> pd.DataFrame:
+    """How sure each fit is of mu at the accepted points: half of the 95 % interval over mu.
 
-    Null where the fit has no interval.
+    Columns median and largest by oil; null where the fit has no interval.
     """
-
-    median: float
-    largest: float
-
-
-def certainty(results: CampaignTables, oil: str) -> Certainty:
-    """How sure the fit of one oil is of the points it was made of."""
-    fit = FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
-    points = results.points
-    own = points[points["accepted"] & (points["oil"] == oil)]
-    conditions, slip = own[list(fit.law.conditions)], own["slide_roll_ratio"]
-    prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
-    size = np.abs(prediction.traction_coefficient)
-    half = (prediction.upper - prediction.lower)[size > 0] / 2 / size[size > 0]
-    half = half[~np.isnan(half)]
-    return Certainty(np.median(half), half.max()) if len(half) else Certainty(np.nan, np.nan)
+    certainties = {}
+    accepted = results.points[results.points["accepted"]]
+    for oil in results.fit_quality["oil"]:
+        fit = FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
+        points = accepted[accepted["oil"] == oil]
+        conditions, slip = points[list(fit.law.conditions)], points["slide_roll_ratio"]
+        prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
+        size = np.abs(prediction.traction_coefficient)
+        half = pd.Series((prediction.upper - prediction.lower)[size > 0] / 2 / size[size > 0])
+        certainties[oil] = half.median(), half.max()
+    return pd.DataFrame.from_dict(certainties, "index", columns=["median", "largest"])
 
 
-def fit_table(results: CampaignTables, sure: Mapping[str, Certainty]) -> Shown:
-    """One row per fit: misfit, 95 % interval of mu, certificate."""
-    of_fits = [sure[oil] for oil in results.fit_quality["oil"]]
-    quality = results.fit_quality.assign(
-        median=[certainty.median for certainty in of_fits],
-        largest=[certainty.largest for certainty in of_fits],
-    )
+def fit_table(results: CampaignTables, sure: pd.DataFrame) -> Shown:
+    """One row per fit: misfit, 95 % interval of mu (`certainty`), certificate."""
     two = percent(2)
     meaning = (
         "half of the 95 % interval of the fitted curve over mu, at the accepted points: random "
         "errors of whole curves and calibration, true as far as the law is"
     )
     return show(
-        quality,
+        results.fit_quality.join(sure, on="oil"),
         "fit_quality",
         "How near the law comes to the points, and how sure the fitted curves are",
         [

@@ -1,8 +1,5 @@
 """The campaign in five lines: data, fit, certainty, trouble, paper."""
 
-from collections.abc import Mapping
-
-import numpy as np
 import pandas as pd
 
 from oilfilm import tables
@@ -15,7 +12,6 @@ from oilfilm.outputs.facts import (
     unread_logs,
 )
 from oilfilm.outputs.report.contents import percent
-from oilfilm.outputs.report.sections import Certainty
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -23,9 +19,9 @@ _TWO = percent(2)
 
 
 def verdict(
-    results: CampaignTables, sure: Mapping[str, Certainty], settings: Settings
+    results: CampaignTables, sure: pd.DataFrame, settings: Settings
 ) -> list[tuple[str, str]]:
-    """Five lines, each with its subject."""
+    """Five lines, each with its subject; `sure` is that of `sections.certainty`."""
     return [
         ("Data", _data(results, settings)),
         ("Fit", _fit(results.fit_quality)),
@@ -65,11 +61,10 @@ def _fit(quality: pd.DataFrame) -> str:
     )
 
 
-def _error(coefficients: pd.DataFrame, sure: Mapping[str, Certainty]) -> str:
+def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
     intervals = [
-        f"\N{PLUS-MINUS SIGN}{_TWO(of_oil.median)} for {oil} (at worst {_TWO(of_oil.largest)})"
-        for oil, of_oil in sure.items()
-        if not np.isnan(of_oil.median)
+        f"\N{PLUS-MINUS SIGN}{_TWO(median)} for {oil} (at worst {_TWO(largest)})"
+        for oil, median, largest in sure.dropna().itertuples()
     ]
     sentence = "No fit has honest errors: too few curves"
     if intervals:
