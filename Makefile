@@ -60,7 +60,7 @@ lint: $(READY) ## every static check: style, format, types, imports, workflow
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 
-nightly: $(READY) ## long tests, then the pinned campaign anew: release, drift gate, rebuild (12 min)
+nightly: $(READY) ## long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
 	$(IN_VENV) $(BIN)/pytest -m nightly
 	$(IN_VENV) $(BIN)/python .ci/nightly.py $(CAMPAIGN)
 

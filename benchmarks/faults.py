@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
 from campaigns import lay_out_small
 from oilfilm.randomness import generator
-from reproduce import Surroundings, compare, killed, run, unfinished
+from reproduce import compare, killed, run, succeed, unfinished
 
 TARGET = ("release", "--config", "campaign=small")
 SEED = 1
@@ -33,8 +33,8 @@ def main(kills: int) -> int:
         for number, moment in enumerate(moments, start=1):
             seconds = kill(place, length_s * (number - 1 + moment) / kills)
             begun = unfinished(place)
-            done = run(place, Surroundings("2"), *TARGET)
-            found = compare(whole, place) if done.returncode == 0 else done.stderr[-2000:]
+            code, output = run(place, *TARGET)
+            found = compare(whole, place) if code == 0 else output[-2000:]
             same += not found
             print(
                 f"{number:3d}: killed after {seconds:4.1f} s with {len(begun):2d} files unfinished "
@@ -51,7 +51,7 @@ def kill(place: Path, seconds: float) -> float:
         shutil.rmtree(place, ignore_errors=True)
         lay_out_small(place)
         begun = time.perf_counter()
-        if killed(place, seconds, "--cores", "2", *TARGET):
+        if killed(place, seconds, *TARGET):
             return seconds
         seconds = 0.97 * (time.perf_counter() - begun)
 
@@ -59,8 +59,7 @@ def kill(place: Path, seconds: float) -> float:
 def timed(place: Path, *arguments: str) -> float:
     """Seconds that snakemake takes."""
     begun = time.perf_counter()
-    done = run(place, Surroundings("2"), *arguments)
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeed(place, *arguments)
     return time.perf_counter() - begun
 
 

@@ -28,6 +28,16 @@ ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 CLAIMS = ROOT / "data/reference/claims.yaml"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
+# Settings of fits that take seconds: every law is compared in tests/studies.
+QUICK = {
+    "fit": {"bootstrap": 20, "searches": 2},
+    "compare": {"laws": ["deng2026", "tanh"], "bootstrap": 5},
+}
+SMALL_MATRIX = {
+    "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
+    "entrainment_speed_m_s": [25, 40],
+    "inlet_temperature_c": [50, 120],
+}
 
 
 @dataclass(frozen=True)
@@ -66,11 +76,14 @@ def printed_by_name(oil: str) -> dict[str, float]:
 
 
 def carry_through(config: Settings, folder: Path, files: list[str]) -> Campaign:
-    found = ingest_logs(((file, (folder / file).read_bytes()) for file in files), config)
-    samples = found.all_samples()
-    share = curate(samples, found.runs, config)
+    ingested = ingest_logs(((file, (folder / file).read_bytes()) for file in files), config)
+    share = curate(ingested.all_samples(), ingested.runs, config)
     return Campaign(
-        config, folder, tables.empty("truth"), found, collect([share], [found.quarantine], config)
+        config,
+        folder,
+        tables.empty("truth"),
+        ingested,
+        collect([share], [ingested.quarantine], config),
     )
 
 
@@ -95,34 +108,46 @@ def sign_study(
     )
 
 
-def lay_out(place: Path) -> None:
+def lay_out(project: Path) -> None:
     """A copy of the project, without logs and results."""
     for name in ("config", "data/reference", "profiles", "workflow"):
-        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, project / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("Snakefile", "pyproject.toml", "requirements.lock"):
-        shutil.copy(ROOT / name, place)
+        shutil.copy(ROOT / name, project)
 
 
-def lay_out_small(place: Path) -> None:
+def lay_out_small(project: Path) -> None:
     """The same with the campaign `small`: simulated, one oil, 12 runs, two defects."""
-    lay_out(place)
-    demo = yaml.safe_load((ROOT / "config/campaigns/demo.yaml").read_text(encoding="utf-8"))
-    demo["oils"] = ["4102"]
-    demo["figures"] = ["eqs11-13", "curves"]
-    del demo["torque"]
-    demo["matrix"] = {
-        "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
-        "entrainment_speed_m_s": [25, 40],
-        "inlet_temperature_c": [50, 120],
-    }
-    demo["twin"]["defects"] = [
+    lay_out(project)
+    campaign = read_campaign(project, "demo")
+    campaign["oils"] = ["4102"]
+    campaign["figures"] = ["eqs11-13", "curves"]
+    del campaign["torque"]
+    campaign["matrix"] = SMALL_MATRIX
+    campaign["twin"]["defects"] = [
         {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
         {"oil": "4102", "condition": [1.0, 40, 50], "kind": "swapped_sign"},
     ]
-    demo["settings"] = {"fit": {"bootstrap": 20, "searches": 2}, "shards": 2}
-    write_campaign(place, "small", demo)
+    campaign["settings"] = {**QUICK, "shards": 2}
+    write_campaign(project, "small", campaign)
 
 
-def write_campaign(place: Path, name: str, campaign: dict[str, Any]) -> None:
-    path = place / f"config/campaigns/{name}.yaml"
+def lay_out_measured(simulated: Path, project: Path) -> Path:
+    """The campaign `own`: the logs of `small`, as if a user had measured them; their folder."""
+    raw = project / "data/raw/own"
+    shutil.copytree(simulated / "data/raw/small", raw, ignore=shutil.ignore_patterns(".*"))
+    campaign = read_campaign(project, "small")
+    del campaign["twin"]
+    write_campaign(project, "own", campaign)
+    return raw
+
+
+def read_campaign(project: Path, name: str) -> dict[str, Any]:
+    path = project / f"config/campaigns/{name}.yaml"
+    campaign: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return campaign
+
+
+def write_campaign(project: Path, name: str, campaign: dict[str, Any]) -> None:
+    path = project / f"config/campaigns/{name}.yaml"
     path.write_text(yaml.safe_dump(campaign, allow_unicode=True), encoding="utf-8")

@@ -1,5 +1,6 @@
 """A small project with results, ready to be released, for the tests of releases."""
 
+import json
 import shutil
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
@@ -9,6 +10,13 @@ import pandas as pd
 
 from campaigns import ROOT, Campaign
 from oilfilm import tables
+from oilfilm.releases.manifest import (
+    MANIFEST,
+    PINNED_MANIFEST,
+    FileRecord,
+    Manifest,
+    read_manifest,
+)
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.settings.resolved import Settings
 
@@ -35,15 +43,15 @@ def made(
     """A finished run in a project: its raw logs, tables, one figure, one log."""
     name = settings.campaign.name
     logs, results = root / "data/raw" / name, Path("results", name)
-    about = {"campaign": name, "data": "simulated", "rule": "test"}
+    provenance = {"campaign": name, "data": "simulated", "rule": "test"}
     logs.mkdir(parents=True, exist_ok=True)
     for file, content in raw.items():
         (logs / file).write_bytes(content)
     files = [results / "tables" / f"{table}.parquet" for table in frames]
     for path, (table, frame) in zip(files, frames.items(), strict=True):
-        tables.write(frame, table, root / path, about)
+        tables.write(frame, table, root / path, provenance)
     sample = results / "tables/samples/oil=4102/part-0.parquet"
-    tables.write(tables.empty("samples"), "samples", root / sample, about)
+    tables.write(tables.empty("samples"), "samples", root / sample, provenance)
     others: dict[Path, bytes] = {
         results / "figures/fig02.png": PNG,
         results / "summary.txt": b"fine\n",
@@ -73,6 +81,29 @@ def released(run: FinishedRun) -> Path:
     name = run.settings.campaign.name
     folder, _ = make_release(run, run.root / "results/releases" / name)
     return folder
+
+
+def alter(release: Path, path: str, content: bytes) -> None:
+    """Put other content into a release or a pin and into its manifest, as a stranger can."""
+    (release / path).chmod(0o644)
+    (release / path).write_bytes(content)
+    record = FileRecord.of(release, path)
+    manifest, _ = read_manifest(release)
+    made_from = dict(manifest.made_from)
+    if path == "config.yaml":
+        made_from["config"] = record.sha256
+    if path == "environment.json":
+        made_from["environment"] = json.loads(content)
+    files = tuple(record if each.path == path else each for each in manifest.files)
+    write_manifest(release, Manifest(made_from, files, manifest.samples))
+
+
+def write_manifest(release: Path, manifest: Manifest) -> None:
+    """Give a release or a pin another manifest."""
+    _, pinned = read_manifest(release)
+    path = release / (PINNED_MANIFEST if pinned else MANIFEST)
+    path.chmod(0o644)
+    path.write_text(manifest.text(), encoding="utf-8")
 
 
 def tables_of(campaign: Campaign, oils: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 
 from campaigns import ROOT, lay_out
-from oilfilm.releases.table_diff import folder_difference
+from oilfilm.releases.table_diff import file_difference
 from oilfilm.settings.resolve import resolve
 
 GUARD = ROOT / "tests/guard"
@@ -34,10 +34,15 @@ class Surroundings:
     lacking: Sequence[str] = ()
 
 
-def usual() -> Surroundings:
-    return Surroundings(
-        environment={"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C.UTF-8", "USER": "one"}
-    )
+TWO_CORES = Surroundings("2")
+USUAL = Surroundings(
+    environment={"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C.UTF-8", "USER": "one"}
+)
+
+
+def measured() -> dict[str, str]:
+    """Environment of a run whose jobs count for coverage."""
+    return {name: value for name, value in os.environ.items() if name.startswith("COVERAGE_")}
 
 
 def unusual(folder: Path) -> Surroundings:
@@ -73,8 +78,7 @@ def works(command: Sequence[str]) -> bool:
 
 @cache
 def _libfaketime() -> str:
-    places = [*Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1")]
-    return str(places[0]) if places else ""
+    return next(map(str, Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1")), "")
 
 
 def fake_clock(offset: str) -> dict[str, str]:
@@ -90,53 +94,77 @@ def fake_clock(offset: str) -> dict[str, str]:
     }
 
 
-def command(place: Path, *arguments: str) -> tuple[list[str], dict[str, str]]:
-    """Snakemake in a project's folder, with the project's own library: command, environment."""
+def command(project: Path, *arguments: str) -> tuple[list[str], dict[str, str]]:
+    """Snakemake in a project's folder, with the project's own library: command, environment.
+
+    Coverage is not measured: its tracer nearly doubles the time of a job.
+    """
     environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join([str(place / "workflow"), str(GUARD)]),
-        "OILFILM_GUARD": str(place / "guard.log"),
+        **{name: value for name, value in os.environ.items() if name not in measured()},
+        "PYTHONPATH": os.pathsep.join([str(project / "workflow"), str(GUARD)]),
+        "OILFILM_GUARD": str(project / "guard.log"),
     }
     return [sys.executable, "-m", "snakemake", *arguments], environment
 
 
-def run(
-    place: Path, surroundings: Surroundings, *arguments: str
-) -> subprocess.CompletedProcess[str]:
-    """Run snakemake in a project's folder."""
-    called, environment = command(place, "--cores", surroundings.cores, *arguments)
-    return subprocess.run(
-        [*surroundings.before, *called],
-        cwd=place,
-        env={**environment, **surroundings.environment},
-        capture_output=True,
+def start(
+    project: Path,
+    *arguments: str,
+    around: Surroundings = TWO_CORES,
+    stdout: int = subprocess.PIPE,
+    new_session: bool = False,
+) -> subprocess.Popen[str]:
+    """Start snakemake in a project's folder; all that it prints goes to `stdout`."""
+    snakemake, environment = command(project, "--cores", around.cores, *arguments)
+    return subprocess.Popen(
+        [*around.before, *snakemake],
+        cwd=project,
+        env={**environment, **around.environment},
+        stdout=stdout,
+        stderr=subprocess.STDOUT,
         text=True,
         errors="replace",
-        check=False,
+        start_new_session=new_session,
     )
 
 
+def run(project: Path, *arguments: str, around: Surroundings = TWO_CORES) -> tuple[int, str]:
+    """Run snakemake in a project's folder: its exit code, and what it prints."""
+    with start(project, *arguments, around=around) as process:
+        output, _ = process.communicate()
+    return process.returncode, output
+
+
+def succeed(project: Path, *arguments: str, around: Surroundings = TWO_CORES) -> str:
+    """Run snakemake, which must succeed; what it prints."""
+    code, output = run(project, *arguments, around=around)
+    assert code == 0, output
+    assert "Traceback" not in output, output
+    return output
+
+
+def fail(project: Path, *arguments: str, around: Surroundings = TWO_CORES) -> str:
+    """Run snakemake, which must end with a sentence about a mistake; what it prints."""
+    code, output = run(project, *arguments, around=around)
+    assert code != 0, output
+    assert "Traceback" not in output, output
+    return output
+
+
 def killed(
-    place: Path,
+    project: Path,
     seconds: float,
     *arguments: str,
     files: int = 0,
-    clock: Mapping[str, str] | None = None,
+    around: Surroundings = TWO_CORES,
 ) -> bool:
     """Run snakemake and kill it and all its jobs; false where it had ended by itself.
 
     It is killed so many seconds after as many files are made as are asked for.
     """
-    called, environment = command(place, *arguments)
-    with subprocess.Popen(
-        called,
-        cwd=place,
-        env={**environment, **(clock or {})},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    ) as process:
-        while process.poll() is None and recorded(place) < files:
+    quiet = subprocess.DEVNULL
+    with start(project, *arguments, around=around, stdout=quiet, new_session=True) as process:
+        while process.poll() is None and recorded(project) < files:
             time.sleep(0.05)
         try:
             process.wait(seconds)
@@ -146,56 +174,65 @@ def killed(
     return False
 
 
-def recorded(place: Path) -> int:
+def recorded(project: Path) -> int:
     """How many files Snakemake knows to be made."""
-    return sum(1 for _ in (place / ".snakemake/metadata").glob("*"))
+    return sum(1 for _ in (project / ".snakemake/metadata").glob("*"))
 
 
-def unfinished(place: Path) -> list[str]:
+def unfinished(project: Path) -> list[str]:
     """What Snakemake had begun to make, and not finished, when it was killed."""
-    records = (place / ".snakemake/incomplete").glob("*")
+    records = (project / ".snakemake/incomplete").glob("*")
     return sorted(base64.urlsafe_b64decode(record.name).decode() for record in records)
 
 
-def made(place: Path) -> list[Path]:
-    """Folders of what a run makes."""
-    return [place / "results", place / "data/raw"]
+def files_made(project: Path) -> set[str]:
+    """Files that a run has made, relative to the project."""
+    return {
+        path.relative_to(project).as_posix()
+        for folder in ("results", "data/raw")
+        for path in (project / folder).rglob("*")
+        if path.is_symlink() or path.is_file()
+    }
 
 
-def compare(one: Path, other: Path) -> str:
-    """The first difference between what two projects have made."""
-    pairs = zip(made(one), made(other), strict=True)
-    return next((found for pair in pairs if (found := folder_difference(*pair))), "")
+def compare(before: Path, after: Path) -> str:
+    """The first file that two projects have made differently, and where; empty if there is none."""
+    old, new = files_made(before), files_made(after)
+    if one_sided := old ^ new:
+        return f"{min(one_sided)}: is in one of the projects only"
+    differences = ((name, file_difference(before / name, after / name)) for name in sorted(old))
+    return next((f"{name}: {difference}" for name, difference in differences if difference), "")
 
 
-def take_logs(campaign: str, place: Path) -> None:
+def copy_logs(campaign: str, project: Path) -> None:
     """Copy a campaign's measured logs; what a twin writes it writes again."""
     keys = resolve(ROOT / "config", {"campaign": campaign}).campaign
     twins = {campaign: keys.twin, f"{campaign}-torque": keys.torque and keys.torque.twin}
     for name, twin in twins.items():
         raw = ROOT / "data/raw" / name
         if twin is None and raw.is_dir():
-            shutil.copytree(raw, place / "data/raw" / name)
+            shutil.copytree(raw, project / "data/raw" / name)
 
 
 def main(campaign: str) -> int:
     with tempfile.TemporaryDirectory(prefix="oilfilm-verify-") as folder:
-        first, second = Path(folder, "first"), Path(folder, "the second/of two")
-        around = (usual(), unusual(Path(folder)))
-        for lacking in around[1].lacking:
+        projects = (Path(folder, "first"), Path(folder, "the second/of two"))
+        surroundings = (USUAL, unusual(Path(folder)))
+        for lacking in surroundings[1].lacking:
             print(f"NOT varied: {lacking}")
-        for number, (place, each) in enumerate(zip((first, second), around, strict=True), start=1):
-            lay_out(place)
-            take_logs(campaign, place)
-            print(f"run {number} of 2: {campaign}, {each.cores} core(s)", flush=True)
-            done = run(place, each, "release", "--config", f"campaign={campaign}")
-            if done.returncode != 0:
-                print("\n".join((done.stdout + done.stderr).splitlines()[-30:]))
+        for number, (project, around) in enumerate(zip(projects, surroundings, strict=True), 1):
+            lay_out(project)
+            copy_logs(campaign, project)
+            print(f"run {number} of 2: {campaign}, {around.cores} core(s)", flush=True)
+            arguments = ("release", "--config", f"campaign={campaign}")
+            code, output = run(project, *arguments, around=around)
+            if code != 0:
+                print("\n".join(output.splitlines()[-30:]))
                 return 1
-        found = compare(first, second)
-        files = sum(path.is_file() for top in made(first) for path in top.rglob("*"))
-        print(f"DIFFERENT: {found}" if found else f"the same bytes in all {files} files")
-        return int(bool(found))
+        difference = compare(*projects)
+        count = len(files_made(projects[0]))
+        print(f"DIFFERENT: {difference}" if difference else f"the same bytes in all {count} files")
+        return int(bool(difference))
 
 
 if __name__ == "__main__":
