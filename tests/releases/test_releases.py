@@ -42,28 +42,24 @@ from oilfilm.settings.resolved import Settings
 from releases import made, project, released
 
 Change = Callable[[making.FinishedRun], making.FinishedRun]
+Verify = Callable[[], tuple[int, str]]
 
-RAW = {"a.csv": b"load_n\n1\n", "b.csv": b"load_n\n2\n"}
-TIMED = {"2026-06-01 12:30.csv": b"load_n\n1\n"}
+# A log may be named by the time of day.
+RAW = {"a.csv": b"load_n\n1\n", "b 12:30.csv": b"load_n\n2\n"}
+SECOND = "data/raw/demo/b 12:30.csv"
 
 
 def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
-    """A row a log, as ingest writes it."""
-    text = {"campaign": "demo", "rig": "r", "log_kind": "steps", "label": "", "reader": "csv"}
-    verdict = {"verdict": "accepted", "rule": "", "reason": ""}
+    """One row per log, as ingest writes it."""
+    text = dict.fromkeys(tables.columns("runs"), "")
+    text |= {"campaign": "demo", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
     counts = {"samples": 1, "refused_rows": 0, "plateaus": 1, "accepted_points": 1}
-    nominal = dict.fromkeys(
-        (
-            *("nominal_max_hertz_pressure_gpa", "nominal_load_n"),
-            *("nominal_entrainment_speed_m_s", "nominal_inlet_temperature_c"),
-        )
-    )
+    nominal = {name: None for name in text if name.startswith("nominal_")}
     rows = []
     for name, content in raw.items():
         (folder / name).write_bytes(content)
-        about = {"run_id": name, "oil": "4102", "file": name}
         digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
-        rows.append({**about, **digests, **text, **counts, **nominal, **verdict})
+        rows.append({**text, **counts, **nominal, **digests, "run_id": name, "file": name})
     return tables.from_rows(rows, "runs")
 
 
@@ -73,9 +69,9 @@ def run(config: Settings, tmp_path: Path) -> making.FinishedRun:
 
 
 @pytest.fixture(scope="module")
-def place(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def release(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A release that tests leave as they found it."""
-    folder = tmp_path_factory.mktemp("place")
+    folder = tmp_path_factory.mktemp("release")
     return released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
 
 
@@ -95,8 +91,8 @@ def test_same_run_in_another_folder_gives_the_same_version_and_bytes(
     assert bytes_of(one) == bytes_of(two)
 
 
-def test_release_holds_what_was_made_and_leaves_the_samples_out(place: Path) -> None:
-    manifest, pinned = read_manifest(place)
+def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -> None:
+    manifest, pinned = read_manifest(release)
     paths = {record.path for record in manifest.files}
     assert not pinned
     assert {
@@ -108,22 +104,16 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(place: Path) -> 
     assert [record.path for record in manifest.samples] == [
         "tables/samples/oil=4102/part-0.parquet"
     ]
-    assert [record.path for record in manifest.raw] == [
-        "data/raw/demo/a.csv",
-        "data/raw/demo/b.csv",
-    ]
-    assert {path.relative_to(place).as_posix() for path in place.rglob("*") if path.is_file()} == {
-        *paths,
-        MANIFEST,
-    }
-    package = json.loads((place / "tables/datapackage.json").read_text(encoding="utf-8"))
+    assert [record.path for record in manifest.raw] == ["data/raw/demo/a.csv", SECOND]
+    assert set(bytes_of(release)) == {*paths, MANIFEST}
+    package = json.loads((release / "tables/datapackage.json").read_text(encoding="utf-8"))
     assert [resource["name"] for resource in package["resources"]] == ["runs"]
 
 
-def test_release_names_no_place_and_no_clock(run: making.FinishedRun) -> None:
-    place = released(run)
+def test_release_names_no_folder_and_no_clock(run: making.FinishedRun) -> None:
+    release = released(run)
     # code and lock are the repository's own, which test_repository looks through
-    for path in place.rglob("*"):
+    for path in release.rglob("*"):
         if path.is_file() and "code" not in path.parts and path.suffix != ".parquet":
             text = path.read_bytes().decode("utf-8", errors="replace")
             assert str(run.root) not in text, path
@@ -131,11 +121,11 @@ def test_release_names_no_place_and_no_clock(run: making.FinishedRun) -> None:
             assert dates <= {run.settings.release.date}, path
 
 
-def test_files_of_a_release_are_read_only_and_latest_leads_to_it(place: Path) -> None:
-    assert {path.stat().st_mode & 0o777 for path in place.rglob("*") if path.is_file()} == {0o444}
-    latest = place.parent / "latest"
-    assert latest.readlink() == Path(place.name)
-    assert latest.resolve() == place.resolve()
+def test_files_of_a_release_are_read_only_and_latest_leads_to_it(release: Path) -> None:
+    assert {path.stat().st_mode & 0o777 for path in release.rglob("*") if path.is_file()} == {0o444}
+    latest = release.parent / "latest"
+    assert latest.readlink() == Path(release.name)
+    assert latest.resolve() == release.resolve()
 
 
 def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.FinishedRun) -> None:
@@ -143,12 +133,12 @@ def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.Finishe
     text = f"<h1>\u6cb9\r\n</h1>{UNRELEASED}<p>{escape(UNRELEASED)}</p>"
     (run.root / own).write_bytes(text.encode("utf-8"))
     run = replace(run, files=[*run.files, own])
-    place = released(run)
-    found = (place / "report.html").read_bytes().decode("utf-8")
-    assert found == text.replace(">not released<", f">{place.name}<", 1)
+    release = released(run)
+    report = (release / "report.html").read_bytes().decode("utf-8")
+    assert report == text.replace(">not released<", f">{release.name}<", 1)
     assert (run.root / own).read_bytes().decode("utf-8") == text
-    assert released(run) == place
-    assert verify(place) == []
+    assert released(run) == release
+    assert verify(release) == []
 
 
 def test_second_release_finds_the_first(run: making.FinishedRun) -> None:
@@ -157,17 +147,6 @@ def test_second_release_finds_the_first(run: making.FinishedRun) -> None:
     again, new_again = making.make_release(run, releases)
     assert (first, new, new_again) == (again, True, False)
     assert sorted(path.name for path in releases.iterdir()) == ["latest", first.name]
-
-
-def test_release_of_logs_named_by_the_time_of_day_is_read_again(
-    config: Settings, tmp_path: Path
-) -> None:
-    run = made(project(tmp_path / "p"), config, TIMED, {"runs": runs_of(TIMED, tmp_path)})
-    place = released(run)
-    assert verify(place) == []
-    assert [record.path for record in read_manifest(place)[0].raw] == [
-        f"data/raw/demo/{name}" for name in TIMED
-    ]
 
 
 def change_raw(run: making.FinishedRun) -> making.FinishedRun:
@@ -219,49 +198,38 @@ def test_anything_that_a_release_is_made_from_changes_its_version(
 
 
 def test_other_bytes_under_the_same_version_are_refused(run: making.FinishedRun) -> None:
-    place = released(run)
-    before = bytes_of(place)
+    release = released(run)
+    before = bytes_of(release)
     (run.root / run.results / "summary.txt").write_text("otherwise\n", encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"now given other bytes, first in summary\.txt"):
         released(run)
-    assert bytes_of(place) == before
+    assert bytes_of(release) == before
 
 
 def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.FinishedRun) -> None:
-    place = released(run)
-    (place / "summary.txt").chmod(0o644)
-    (place / "summary.txt").write_text("fake\n", encoding="utf-8")
+    release = released(run)
+    (release / "summary.txt").chmod(0o644)
+    (release / "summary.txt").write_text("fake\n", encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"not as it was released: summary\.txt: differs"):
         released(run)
 
 
-@pytest.mark.parametrize("step", ["_copy", "_describe", "_close", "_log_summary"])
-def test_interrupted_release_leaves_none_and_the_next_run_makes_it(
-    run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch, step: str
+@pytest.mark.parametrize("step", ["copy_file", "_describe", "_close", "_log_summary"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), OSError(28, "No space left on device")])
+def test_interrupted_release_gives_its_room_back_and_the_next_run_makes_it(
+    run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch, step: str, error: BaseException
 ) -> None:
-    def killed(*_: object) -> None:
-        raise KeyboardInterrupt
+    def interrupt(*_: object) -> None:
+        raise error
 
     releases = run.root / "results/releases/demo"
-    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(making, step, killed)
+    with monkeypatch.context() as patch, pytest.raises(type(error)):
+        patch.setattr(making, step, interrupt)
         released(run)
-    assert not list(releases.glob("[!.]*"))
-    place = released(run)
-    assert sorted(path.name for path in releases.iterdir()) == ["latest", place.name]
-    assert verify(place) == []
-
-
-def test_full_disk_gets_its_room_back(
-    run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(making, "_close", full)
-    with pytest.raises(OSError, match="No space left on device"):
-        released(run)
-    assert not list((run.root / "results/releases/demo").iterdir())
+    assert not list(releases.glob("*"))
+    release = released(run)
+    assert sorted(path.name for path in releases.iterdir()) == ["latest", release.name]
+    assert verify(release) == []
 
 
 @pytest.mark.parametrize("known", ["by its digest", "by the tables"])
@@ -299,10 +267,10 @@ def test_missing_log_of_a_job_is_told(run: making.FinishedRun) -> None:
 
 
 @pytest.fixture(scope="module")
-def loose(place: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def loose(release: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of a release whose files can be written."""
-    copy = tmp_path_factory.mktemp("loose") / place.name
-    shutil.copytree(place, copy, copy_function=shutil.copyfile)
+    copy = tmp_path_factory.mktemp("loose") / release.name
+    shutil.copytree(release, copy, copy_function=shutil.copyfile)
     return copy
 
 
@@ -325,8 +293,8 @@ def test_any_single_changed_byte_is_found_and_its_file_named(
     other = data.draw(st.integers(0, 255).filter(lambda value: value != before[at]))
     try:
         path.write_bytes(before[:at] + bytes([other]) + before[at + 1 :])
-        (found,) = complaints(loose)
-        assert found.startswith(f"{path.relative_to(loose).as_posix()}:")
+        (complaint,) = complaints(loose)
+        assert complaint.startswith(f"{path.relative_to(loose).as_posix()}:")
     finally:
         path.write_bytes(before)
 
@@ -342,12 +310,12 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
     (folder / "config.yaml").unlink()
     (folder / "config.yaml").symlink_to(ROOT / "config/config.yaml")
     assert main(["verify", str(folder)]) == 1
-    said = capsys.readouterr().out.splitlines()
-    assert said[0].endswith(": 4 files are not as released:")
-    assert [line.split(":")[0] for line in said[1:]] == [
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0].endswith(": 4 files are not as released:")
+    assert [line.split(":")[0] for line in printed[1:]] == [
         *("config.yaml", "figures/fig99.png", "log.txt", "summary.txt")
     ]
-    assert said[1].endswith("is no plain file.")
+    assert printed[1].endswith("is no plain file.")
 
 
 def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
@@ -367,43 +335,26 @@ def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
         subprocess.run(["rm", "-rf", str(folder / "d")], check=True)
 
 
-def test_untouched_release_is_verified(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["verify", str(place)]) == 0
+def test_untouched_release_is_verified(release: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(release)]) == 0
     assert "files are as released" in capsys.readouterr().out
 
 
-def hostile(manifest: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Manifests that a stranger might send, each with what must be said of it."""
-    for path in ("../../outside", "/etc/passwd", "a/../b", "C:/x", "a\\b", ""):
-        yield path, {**manifest, "files": [{**manifest["files"][0], "path": path}]}
-    yield "negative size", {**manifest, "files": [{**manifest["files"][0], "size": -1}]}
-    yield "not a hash", {**manifest, "samples": [{**manifest["files"][0], "sha256": "0"}]}
-    yield "the manifest itself", {**manifest, "files": [{**manifest["files"][0], "path": MANIFEST}]}
-    yield "unknown key", {**manifest, "extra": 1}
-    yield "other format", {**manifest, "format": 1}
-    yield (
-        "campaign as a path",
-        {
-            **manifest,
-            "made_from": {**manifest["made_from"], "campaign": "../x"},
-        },
-    )
-    strange = {**manifest["made_from"]["raw"][0], "path": "workflow/oilfilm/cli.py"}
-    yield (
-        "raw log elsewhere",
-        {
-            **manifest,
-            "made_from": {**manifest["made_from"], "raw": [strange]},
-        },
-    )
-    made_from = manifest["made_from"]
-    packages = {"\x1b[31mX": 5}
-    environment = {**made_from["environment"], "packages": packages}
-    steering = {**made_from, "environment": environment}
-    yield "what steers a terminal", {**manifest, "made_from": steering}
-    yield "half a letter", {**manifest, "files": [{**manifest["files"][0], "path": "a\ud800"}]}
-    yield "long", {**manifest, "version": "v" * 100_000}
-    yield "a list", []
+def hostile(manifest: dict[str, Any]) -> Iterator[Any]:
+    """Manifests that a stranger might send."""
+    first, made_from = manifest["files"][0], manifest["made_from"]
+    for path in ("../../outside", "/etc/passwd", "a/../b", "C:/x", "a\\b", "", MANIFEST, "a\ud800"):
+        yield {**manifest, "files": [{**first, "path": path}]}
+    yield {**manifest, "files": [{**first, "size": -1}]}
+    yield {**manifest, "samples": [{**first, "sha256": "0"}]}
+    yield {**manifest, "extra": 1}
+    yield {**manifest, "version": "v" * 100_000}
+    yield {**manifest, "made_from": {**made_from, "campaign": "../x"}}
+    log_elsewhere = {**made_from["raw"][0], "path": "workflow/oilfilm/cli.py"}
+    yield {**manifest, "made_from": {**made_from, "raw": [log_elsewhere]}}
+    environment = {**made_from["environment"], "packages": {"\x1b[31mX": 5}}
+    yield {**manifest, "made_from": {**made_from, "environment": environment}}
+    yield []
 
 
 def sealed(content: Any) -> str:
@@ -417,10 +368,10 @@ def sealed(content: Any) -> str:
 
 
 def test_hostile_manifest_is_refused_in_a_sentence(
-    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
-    texts = [sealed(content) for _, content in hostile(manifest)]
+    manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
+    texts = [sealed(content) for content in hostile(manifest)]
     texts += ["{" * 100_000, "[" * 100_000 + "]" * 100_000, "\xff", "", '{"format": 1e999}']
     for number, text in enumerate(texts):
         folder = tmp_path / str(number)
@@ -428,38 +379,33 @@ def test_hostile_manifest_is_refused_in_a_sentence(
         # one of the texts is no UTF-8
         (folder / MANIFEST).write_text(text, encoding="latin-1")
         assert main(["verify", str(folder)]) == 2, text[:200]
-        said = capsys.readouterr().err
-        assert f"{folder}/{MANIFEST}: " in said
-        assert "\x1b" not in said
+        printed = capsys.readouterr().err
+        assert f"{folder}/{MANIFEST}: " in printed
+        assert "\x1b" not in printed
         # refused for what it says, not for a hash that does not fit
-        assert "was altered" not in said
-        assert len(said) < 2000
+        assert "was altered" not in printed
+        assert len(printed) < 2000
     assert main(["verify", str(tmp_path)]) == 2
     assert "is no release: it holds no manifest.json" in capsys.readouterr().err
 
 
-def test_release_of_another_time_is_told_apart(place: Path, tmp_path: Path) -> None:
-    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
+def test_release_of_another_time_is_told_apart(release: Path, tmp_path: Path) -> None:
+    manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
     (tmp_path / MANIFEST).write_text(sealed({**manifest, "format": 1}), encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"`format`: found 1, expected 2\. Read a release of"):
         read_manifest(tmp_path)
 
 
-@pytest.mark.parametrize("what", ["config", "lock", "code", "environment"])
+@pytest.mark.parametrize(
+    "path", ["config.yaml", "requirements.lock", "code/workflow/fit.py", "environment.json"]
+)
 def test_files_that_are_not_what_the_version_stands_for_are_refused(
-    place: Path, tmp_path: Path, what: str
+    release: Path, tmp_path: Path, path: str
 ) -> None:
     """A stranger can seal anything anew, but not under the version of something else."""
-    manifest = json.loads((place / MANIFEST).read_text(encoding="utf-8"))
-    found = {
-        "config": "config.yaml",
-        "lock": "requirements.lock",
-        "code": "code/workflow/fit.py",
-        "environment": "environment.json",
-    }[what]
+    manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
     other = [
-        {**each, "sha256": "0" * 64} if each["path"] == found else each
-        for each in manifest["files"]
+        {**each, "sha256": "0" * 64} if each["path"] == path else each for each in manifest["files"]
     ]
     text = sealed({**manifest, "files": other})
     (tmp_path / MANIFEST).write_text(text, encoding="utf-8")
@@ -498,8 +444,8 @@ def test_resolved_configuration_resolves_to_itself(name: str, tmp_path: Path) ->
 
 
 @pytest.fixture(scope="module")
-def crate(place: Path) -> dict[str, dict[str, Any]]:
-    content = json.loads((place / CRATE).read_text(encoding="utf-8"))
+def crate(release: Path) -> dict[str, dict[str, Any]]:
+    content = json.loads((release / CRATE).read_text(encoding="utf-8"))
     assert content["@context"] == [
         "https://w3id.org/ro/crate/1.1/context",
         "https://w3id.org/ro/terms/workflow-run/context",
@@ -511,7 +457,7 @@ def ids(value: Any) -> list[str]:
     return [each["@id"] for each in (value if isinstance(value, list) else [value])]
 
 
-def test_crate_is_a_workflow_run_crate(place: Path, crate: dict[str, dict[str, Any]]) -> None:
+def test_crate_is_a_workflow_run_crate(release: Path, crate: dict[str, dict[str, Any]]) -> None:
     """Everything that the profile 0.5 and those it extends ask for with MUST."""
     descriptor, root = crate[CRATE], crate["./"]
     assert descriptor["@type"] == "CreativeWork"
@@ -528,7 +474,7 @@ def test_crate_is_a_workflow_run_crate(place: Path, crate: dict[str, dict[str, A
     assert {crate[profile]["@type"] for profile in profiles} == {"CreativeWork"}
     workflow = crate[root["mainEntity"]["@id"]]
     assert set(workflow["@type"]) == {"File", "SoftwareSourceCode", "ComputationalWorkflow"}
-    assert (place / workflow["@id"]).is_file()
+    assert (release / workflow["@id"]).is_file()
     language = crate[workflow["programmingLanguage"]["@id"]]
     assert (language["@type"], language["name"]) == ("ComputerLanguage", "Snakemake")
     (action,) = ids(root["mentions"])
@@ -540,9 +486,9 @@ def test_crate_is_a_workflow_run_crate(place: Path, crate: dict[str, dict[str, A
 
 
 def test_crate_has_every_file_and_every_raw_log_by_its_hash(
-    place: Path, crate: dict[str, dict[str, Any]]
+    release: Path, crate: dict[str, dict[str, Any]]
 ) -> None:
-    manifest, _ = read_manifest(place)
+    manifest, _ = read_manifest(release)
     parts = set(ids(crate["./"]["hasPart"]))
     for record in manifest.files:
         if record.path != CRATE:
@@ -563,18 +509,18 @@ def test_crate_has_every_file_and_every_raw_log_by_its_hash(
 
 
 def test_crate_dates_from_the_configuration(
-    place: Path, crate: dict[str, dict[str, Any]], config: Settings
+    release: Path, crate: dict[str, dict[str, Any]], config: Settings
 ) -> None:
     assert crate["./"]["datePublished"] == config.release.date
     assert not [key for entity in crate.values() for key in entity if key.endswith("Time")]
 
 
 def test_pin_keeps_a_part_and_is_verified(
-    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = pin(place, tmp_path)
+    folder = pin(release, tmp_path)
     assert folder == tmp_path / "data/reference/pins/demo"
-    assert read_manifest(folder)[0].version == place.name
+    assert read_manifest(folder)[0].version == release.name
     assert main(["verify", str(folder)]) == 0
     assert "the files in the pin are" in capsys.readouterr().out
     (folder / "config.yaml").write_text("changed: true\n", encoding="utf-8")
@@ -584,9 +530,9 @@ def test_pin_keeps_a_part_and_is_verified(
 
 
 def test_pin_does_not_change_the_version_of_what_it_pins(run: making.FinishedRun) -> None:
-    place = released(run)
-    pin(place, run.root)
-    assert released(run) == place
+    release = released(run)
+    pin(release, run.root)
+    assert released(run) == release
 
 
 # ---------------------------------------------------------------- rebuilding
@@ -595,56 +541,62 @@ def test_pin_does_not_change_the_version_of_what_it_pins(run: making.FinishedRun
 def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.FinishedRun, **changed: bytes) -> None:
     """Stand in for the run of snakemake: the same results, some of them changed."""
 
-    def run_again(place: Path, *_: object) -> None:
-        config = resolve(place / "config", {})
-        raw = {Path(path).name: (place / path).read_bytes() for path in run.raw}
-        again = made(place, config, raw, {"runs": runs_of(raw, place / "data")})
+    def run_again(folder: Path, *_: object) -> None:
+        config = resolve(folder / "config", {})
+        raw = {Path(path).name: (folder / path).read_bytes() for path in run.raw}
+        again = made(folder, config, raw, {"runs": runs_of(raw, folder / "data")})
         for name, content in changed.items():
-            (place / run.results / f"{name}.txt").write_bytes(content)
+            (folder / run.results / f"{name}.txt").write_bytes(content)
         released(again)
 
     monkeypatch.setattr(rebuild, "_run", run_again)
 
 
 @pytest.fixture
-def measured(config: Settings, tmp_path: Path) -> making.FinishedRun:
-    """A run of measured logs, which a rebuild has to find again."""
+def measured(
+    config: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> making.FinishedRun:
+    """A run of measured logs, which a rebuild has to find again; the project is the folder."""
     campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["fig02"]}})
     root = project(tmp_path / "project")
-    for name in ("profiles/default/config.yaml",):
-        (root / name).parent.mkdir(parents=True)
-        shutil.copy(ROOT / name, root / name)
+    (root / "profiles/default").mkdir(parents=True)
+    shutil.copy(ROOT / "profiles/default/config.yaml", root / "profiles/default")
+    monkeypatch.chdir(root)
     own = Settings.of({**campaign.plain(), "bearings": {}})
     return made(root, own, RAW, {"runs": runs_of(RAW, tmp_path)})
 
 
-def verify_rebuilt(place: Path, run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch) -> int:
-    monkeypatch.chdir(run.root)
-    return main(["verify", str(place), "--rebuild"])
+@pytest.fixture
+def verify_rebuilt(measured: making.FinishedRun, capsys: pytest.CaptureFixture[str]) -> Verify:
+    """`oilfilm verify --rebuild` of the run's release: its exit code and what it prints."""
+    release = released(measured)
+
+    def verify_release() -> tuple[int, str]:
+        code = main(["verify", str(release), "--rebuild"])
+        printed = capsys.readouterr()
+        return code, printed.out + printed.err
+
+    return verify_release
 
 
 def test_rebuild_from_the_raw_logs_gives_the_same_bytes(
-    measured: making.FinishedRun,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    measured: making.FinishedRun, verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The release's own configuration counts, whatever lies in config/ by now."""
-    place = released(measured)
+    """The release's own configuration counts, whatever config/ holds by now."""
     rebuilding(monkeypatch, measured)
-    assert verify_rebuilt(place, measured, monkeypatch) == 0
-    assert "rebuilt from the raw logs: the same bytes" in capsys.readouterr().out
+    code, printed = verify_rebuilt()
+    assert code == 0
+    assert "rebuilt from the raw logs: the same bytes" in printed
 
 
 def test_rebuild_names_every_difference_and_where_the_first_begins(
-    measured: making.FinishedRun,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    measured: making.FinishedRun, verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place = released(measured)
     rebuilding(monkeypatch, measured, summary=b"fine\nor not\n")
     (measured.root / "workflow/fit.py").write_text("answer = 43\n", encoding="utf-8")
-    assert verify_rebuilt(place, measured, monkeypatch) == 1
-    assert capsys.readouterr().out.splitlines()[1:] == [
+    code, printed = verify_rebuilt()
+    assert code == 1
+    assert printed.splitlines()[1:] == [
         "rebuilt from the raw logs: 3 differences, the first:",
         "code/workflow/fit.py differs: line 1: 'answer = 42', then 'answer = 43'",
         "ro-crate-metadata.json differs",
@@ -653,42 +605,34 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
 
 
 def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
-    measured: making.FinishedRun,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
+    verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    place = released(measured)
     python = tmp_path / "python"
     python.write_text('#!/bin/sh\nprintf "first\\n\\033[31mred in %s\\n" "$PWD"\nexit 1\n')
     python.chmod(0o755)
     monkeypatch.setattr(rebuild.sys, "executable", str(python))
-    assert verify_rebuilt(place, measured, monkeypatch) == 2
-    said = capsys.readouterr().err
-    assert "the rebuild failed. Its last lines:\nfirst\n\\x1b[31mred in ." in said
+    code, printed = verify_rebuilt()
+    assert code == 2
+    assert "the rebuild failed. Its last lines:\nfirst\n\\x1b[31mred in ." in printed
 
 
 @pytest.mark.parametrize("campaign", [{"name": "demo", "torque": None}, [["name", "demo"]]])
 def test_rebuild_of_what_is_no_configuration_ends_in_a_sentence(
-    measured: making.FinishedRun,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    campaign: Any,
+    config: Settings, verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch, campaign: Any
 ) -> None:
-    place = released(measured)
-    config = rebuild.StoredRelease.open(place).config()
-    monkeypatch.setattr(rebuild.StoredRelease, "config", lambda _: {**config, "campaign": campaign})
-    assert verify_rebuilt(place, measured, monkeypatch) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    plain = {**config.plain(), "campaign": campaign}
+    monkeypatch.setattr(rebuild.StoredRelease, "config", lambda _: plain)
+    code, printed = verify_rebuilt()
+    assert code == 2
+    # that the files are as released, and the sentence
+    assert printed.count("\n") == 2
 
 
 def test_rebuild_wants_the_very_logs(
-    measured: making.FinishedRun,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    measured: making.FinishedRun, verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place = released(measured)
     rebuilding(monkeypatch, measured)
-    (measured.root / "data/raw/demo/b.csv").write_bytes(b"load_n\n2.02\n")
-    assert verify_rebuilt(place, measured, monkeypatch) == 2
-    assert "data/raw/demo/b.csv: is not the log that release" in capsys.readouterr().err
+    (measured.root / SECOND).write_bytes(b"load_n\n2.02\n")
+    code, printed = verify_rebuilt()
+    assert code == 2
+    assert f"{SECOND}: is not the log that release" in printed

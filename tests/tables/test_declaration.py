@@ -69,11 +69,6 @@ def test_table_has_a_key_or_says_why_not(model: tables.Table) -> None:
         assert set(columns) <= set(model.names)
 
 
-def test_siblings_have_the_same_unit() -> None:
-    shares = [tables.unit_of(f"share_beyond_{name}") for name in ("slip", "pressure", "speed")]
-    assert shares == ["1", "1", "1"]
-
-
 def test_table_narrows_a_column_and_never_widens_it() -> None:
     assert use("load_n", required=True).nullable is False
     assert use("load_n", "mean").meaning == tables.COLUMNS["load_n"].meaning

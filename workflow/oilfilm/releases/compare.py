@@ -1,20 +1,20 @@
 """Compare two releases: inputs, configuration, code, verdicts, constants and traction."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
-from oilfilm.tables import TABLES, unit_of
 from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
 
@@ -31,55 +31,25 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Constant:
-    """One constant in both releases; NaN where there is none."""
-
-    oil: str
-    law: str
-    name: str
-    before: float
-    after: float
-    standard_error: float
-
-    @property
-    def change(self) -> float:
-        """In standard errors of the first release; infinite where one release has no value."""
-        if (np.isnan(self.before) and np.isnan(self.after)) or self.before == self.after:
-            return 0.0
-        if np.isnan(self.before) or np.isnan(self.after):
-            return np.inf
-        # few curves give no standard error; the change of mu is the measure then
-        return (
-            abs(self.after - self.before) / self.standard_error if self.standard_error else np.nan
-        )
-
-
-@dataclass(frozen=True)
-class Extreme:
-    """The operating point where mu changed most: change, both values, and the point as text."""
-
-    change: float
-    before: float
-    after: float
-    where: str
-
-
-@dataclass(frozen=True)
-class Traction:
-    """How mu of one oil differs over the tested box of the first release.
-
-    Both changes are infinite where mu cannot be compared: one release has no fit of the oil, or
-    its law takes other conditions.
-    """
-
-    oil: str
-    relative: Extreme
-    absolute: Extreme
-
-
-@dataclass(frozen=True)
 class Comparison:
-    """Everything in which release B differs from release A."""
+    """Everything in which release B differs from release A.
+
+    Attributes:
+        before: Release A.
+        after: Release B.
+        inputs: Raw logs.
+        config: Keys of the configuration.
+        code: Files of the code.
+        environment: Packages, and what else a release was made with.
+        verdicts: Verdicts on runs, points, constants, fits and claims.
+        constants: oil, constant, before, after and change of each constant; NaN where there is
+            none. The change is in standard errors of the first release, infinite where one has no
+            value, and NaN where there is no standard error (few curves): mu tells then.
+        traction: Where mu of each oil changed most over the tested box of the first release, by
+            each `measure` (relative, absolute): change, before, after and `where`. The change is
+            infinite where mu cannot be compared; `where` then says why.
+        files: All other files.
+    """
 
     before: StoredRelease
     after: StoredRelease
@@ -88,8 +58,8 @@ class Comparison:
     code: Section
     environment: Section
     verdicts: Section
-    constants: list[Constant]
-    traction: list[Traction]
+    constants: pd.DataFrame
+    traction: pd.DataFrame
     files: Section
 
     @property
@@ -121,16 +91,16 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         OilfilmError: A file of one of them is missing or damaged.
     """
     return Comparison(
-        before=before,
-        after=after,
+        before,
+        after,
         inputs=_inputs(before, after),
         config=_config(before, after),
-        code=_files(before, after, "code", lambda path: path.startswith(f"{CODE}/")),
+        code=_files(before, after, of_code=True),
         environment=_environment(before, after),
         verdicts=_verdicts(before, after),
         constants=_constants(before, after),
-        traction=_tractions(before, after, drift),
-        files=_files(before, after, "other files", lambda path: not path.startswith(f"{CODE}/")),
+        traction=_traction(before, after, drift),
+        files=_files(before, after, of_code=False),
     )
 
 
@@ -174,15 +144,15 @@ def _oils(stored: StoredRelease) -> dict[str, str]:
 
 
 def _config(before: StoredRelease, after: StoredRelease) -> Section:
-    title, columns = "Configuration", ("key", "A", "B")
     old, new = before.config(), after.config()
-    if old is None or new is None:
-        same = before.manifest.made_from["config"] == after.manifest.made_from["config"]
-        return Section(title, columns, [] if same else [("(not kept in the pin)", "", "")])
-    leaves = _changed(dict(_leaves(old)), dict(_leaves(new)))
-    return Section(
-        title, columns, [(key, _leaf_text(was), _leaf_text(now)) for key, was, now in leaves]
-    )
+    if old is not None and new is not None:
+        leaves = _changed(dict(_leaves(old)), dict(_leaves(new)))
+        rows = [(key, _leaf_text(was), _leaf_text(now)) for key, was, now in leaves]
+    elif before.manifest.made_from["config"] != after.manifest.made_from["config"]:
+        rows = [("(not kept in the pin)", "", "")]
+    else:
+        rows = []
+    return Section("Configuration", ("key", "A", "B"), rows)
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -198,29 +168,29 @@ def _leaf_text(leaf: list[Any] | None) -> str:
     return "" if leaf is None else str(leaf[0])
 
 
-def _files(
-    before: StoredRelease, after: StoredRelease, what: str, chosen: Callable[[str], bool]
-) -> Section:
+def _files(before: StoredRelease, after: StoredRelease, *, of_code: bool) -> Section:
     old, new = (
-        {path: file for path, file in stored.files.items() if chosen(path)}
+        {
+            path: file
+            for path, file in stored.files.items()
+            if path.startswith(f"{CODE}/") == of_code
+        }
         for stored in (before, after)
     )
     rows = [(path, _state(was, now)) for path, was, now in _changed(old, new)]
-    return Section(what.capitalize(), ("file", ""), rows)
+    return Section("Code" if of_code else "Other files", ("file", ""), rows)
 
 
 def _environment(before: StoredRelease, after: StoredRelease) -> Section:
-    old, new = (_facts(stored.manifest.made_from) for stored in (before, after))
+    old, new = (_made_with(stored.manifest.made_from) for stored in (before, after))
     rows = [(key, was or "", now or "") for key, was, now in _changed(old, new)]
     return Section("Packages", ("what", "A", "B"), rows)
 
 
-def _facts(made_from: Mapping[str, Any]) -> dict[str, str]:
+def _made_with(made_from: Mapping[str, Any]) -> dict[str, str]:
     environment = made_from["environment"]
     return {
-        "tag": made_from["tag"],
-        "campaign": made_from["campaign"],
-        "data": made_from["data"],
+        **{key: made_from[key] for key in ("tag", "campaign", "data")},
         "schema version of the tables": str(made_from["schema_version"]),
         "Python": environment["python"],
         "platform": environment["platform"],
@@ -246,7 +216,7 @@ _JUDGED = {
 def _verdicts(before: StoredRelease, after: StoredRelease) -> Section:
     rows: list[Row] = []
     for table, columns in _JUDGED.items():
-        key = list(TABLES[table].key)
+        key = list(tables.TABLES[table].key)
         old, new = before.table(table), after.table(table)
         if old is not None and new is not None:
             rows += [
@@ -271,31 +241,35 @@ def _verdict_text(row: "pd.Series[Any]", columns: list[str], side: str) -> str:
     return "" if pd.isna(values[0]) else ": ".join(str(value) for value in values if value != "")
 
 
-def _constants(before: StoredRelease, after: StoredRelease) -> list[Constant]:
+def _constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
     old, new = before.table("coefficients"), after.table("coefficients")
+    columns = ["oil", "constant", "before", "after", "change"]
     if old is None or new is None:
-        return []
-    key = ["oil", "law", "constant"]
+        return pd.DataFrame(columns=columns)
     error = old["standard_error"].fillna(old["naive_standard_error"])
-    both = old.assign(error=error).merge(new, on=key, how="outer", suffixes=(" A", " B"))
-    return [
-        Constant(
-            oil=row["oil"],
-            law=row["law"],
-            name=row["constant"],
-            before=row["value A"],
-            after=row["value B"],
-            standard_error=row["error"],
-        )
-        for row in both.to_dict("records")
-    ]
+    both = old.rename(columns={"value": "before"}).assign(error=error.where(error != 0))
+    both = both.merge(
+        new.rename(columns={"value": "after"}), on=["oil", "law", "constant"], how="outer"
+    )
+    lost = both["before"].isna() != both["after"].isna()
+    same = (both["before"] == both["after"]) | (both["before"].isna() & both["after"].isna())
+    change = (both["after"] - both["before"]).abs() / both["error"]
+    return both.assign(change=change.mask(lost, np.inf).mask(same, 0.0))[columns]
 
 
-def _tractions(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> list[Traction]:
+def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> pd.DataFrame:
     old, new = _fits(before), _fits(after)
-    return [
-        _traction(oil, old.get(oil), new.get(oil), drift) for oil in sorted(old.keys() | new.keys())
-    ]
+    rows: list[dict[str, Any]] = []
+    for oil in sorted(old.keys() | new.keys()):
+        if oil not in old or oil not in new:
+            rows += _incomparable(oil, f"{oil} is fitted in one release only")
+        elif old[oil].law.conditions != new[oil].law.conditions:
+            names = f"{old[oil].law.name} and {new[oil].law.name}"
+            rows += _incomparable(oil, f"laws {names}")
+        else:
+            rows += _traction_of(oil, old[oil], new[oil], drift)
+    columns = ["oil", "measure", "change", "before", "after", "where"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
@@ -313,13 +287,10 @@ def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
     return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in fits["oil"]}
 
 
-def _traction(
-    oil: str, before: FittedLaw | None, after: FittedLaw | None, drift: DriftSettings
-) -> Traction:
-    if before is None or after is None:
-        return _incomparable(oil, f"{oil} is fitted in one release only")
-    if before.law.conditions != after.law.conditions:
-        return _incomparable(oil, f"laws {before.law.name} and {after.law.name}")
+def _traction_of(
+    oil: str, before: FittedLaw, after: FittedLaw, drift: DriftSettings
+) -> list[dict[str, Any]]:
+    """Where mu of one oil changed most, relative and absolute."""
     *box, (_, slip_max) = before.coefficients.box
     slips = [slip for slip in drift.slide_roll_ratio if not slip > slip_max]
     axes = [_levels(low, high, drift.levels) for low, high in box]
@@ -340,20 +311,20 @@ def _traction(
         relative = np.divide(change, np.abs(old), out=np.zeros_like(change), where=change > 0)
     relative[np.isnan(relative)] = np.inf
 
-    def extreme(size: FloatArray) -> Extreme:
+    rows = []
+    for measure, size in (("relative", relative), ("absolute", change)):
         worst = int(size.argmax())
         *levels, slip = conditions[worst]
         named = zip(before.law.conditions, levels, strict=True)
-        where = ", ".join(f"{value:.4g} {unit_of(name)}" for name, value in named)
-        mu = float(old[worst]), float(new[worst])
-        return Extreme(float(size[worst]), *mu, f"{where}, S {slip:.4g}")
+        where = ", ".join(f"{value:.4g} {tables.unit_of(name)}" for name, value in named)
+        row = {"change": size[worst], "before": old[worst], "after": new[worst]}
+        rows.append({"oil": oil, "measure": measure, **row, "where": f"{where}, S {slip:.4g}"})
+    return rows
 
-    return Traction(oil, extreme(relative), extreme(change))
 
-
-def _incomparable(oil: str, why: str) -> Traction:
-    nowhere = Extreme(np.inf, np.nan, np.nan, why)
-    return Traction(oil, nowhere, nowhere)
+def _incomparable(oil: str, why: str) -> list[dict[str, Any]]:
+    row = {"oil": oil, "change": np.inf, "before": np.nan, "after": np.nan, "where": why}
+    return [{**row, "measure": measure} for measure in ("relative", "absolute")]
 
 
 def _levels(low: float, high: float, count: int) -> FloatArray:
@@ -362,30 +333,26 @@ def _levels(low: float, high: float, count: int) -> FloatArray:
     return np.unique(np.linspace(low, high, count)) if known else np.array([1.0])
 
 
-def _constants_section(constants: list[Constant]) -> Section:
+def _constants_section(constants: pd.DataFrame) -> Section:
     rows = [
         (
-            constant.oil,
-            constant.name,
-            f"{constant.before:.6g}",
-            f"{constant.after:.6g}",
-            f"{constant.change:.2f}",
+            row["oil"],
+            row["constant"],
+            f"{row['before']:.6g}",
+            f"{row['after']:.6g}",
+            f"{row['change']:.2f}",
         )
-        for constant in constants
-        if constant.change != 0
+        for row in tables.rows(constants[constants["change"] != 0])
     ]
     return Section("Constants", ("oil", "constant", "A", "B", "standard errors"), rows)
 
 
-def _traction_section(tractions: list[Traction]) -> Section:
-    rows = [
-        (traction.oil, size, f"{extreme.before:.5f}", f"{extreme.after:.5f}", extreme.where)
-        for traction in tractions
-        for size, extreme in (
-            (f"{100 * traction.relative.change:.3g} %", traction.relative),
-            (f"{traction.absolute.change:.2g}", traction.absolute),
-        )
-        if extreme.change
-    ]
+def _traction_section(traction: pd.DataFrame) -> Section:
+    rows = []
+    for row in tables.rows(traction[traction["change"] != 0]):
+        relative = row["measure"] == "relative"
+        change = f"{100 * row['change']:.3g} %" if relative else f"{row['change']:.2g}"
+        mu = f"{row['before']:.5f}", f"{row['after']:.5f}"
+        rows.append((row["oil"], change, *mu, row["where"]))
     columns = ("oil", "largest change of mu", "A", "B", "at")
     return Section("Traction coefficient over the tested box", columns, rows)

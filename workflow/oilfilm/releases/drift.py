@@ -1,5 +1,6 @@
 """The drift gate: which constants and traction changed by more than the configured limits."""
 
+from oilfilm import tables
 from oilfilm.releases.compare import Comparison, Section
 from oilfilm.settings.config import DriftSettings
 
@@ -8,33 +9,33 @@ def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
     """Every change beyond its limit; no rows where there is none.
 
     Args:
-        comparison: The reference release compared with a newer constant.
+        comparison: The reference release compared with a newer one.
         drift: `drift` of the configuration.
     """
     errors, limit = drift.standard_errors, drift.traction
+    constants, traction = comparison.constants, comparison.traction
     rows = [
         (
-            constant.oil,
-            constant.name,
-            f"{constant.before:.6g}",
-            f"{constant.after:.6g}",
-            f"{constant.change:.2f} standard errors",
+            row["oil"],
+            row["constant"],
+            f"{row['before']:.6g}",
+            f"{row['after']:.6g}",
+            f"{row['change']:.2f} standard errors",
             f"{errors:g}",
         )
-        for constant in comparison.constants
-        if constant.change > errors
+        for row in tables.rows(constants[constants["change"] > errors])
     ]
+    too_far = (traction["measure"] == "relative") & (traction["change"] > limit)
     rows += [
         (
-            traction.oil,
+            row["oil"],
             "mu",
-            f"{traction.relative.before:.5f}",
-            f"{traction.relative.after:.5f}",
-            f"{100 * traction.relative.change:.3g} % at {traction.relative.where}",
+            f"{row['before']:.5f}",
+            f"{row['after']:.5f}",
+            f"{100 * row['change']:.3g} % at {row['where']}",
             f"{100 * limit:g} %",
         )
-        for traction in comparison.traction
-        if traction.relative.change > limit
+        for row in tables.rows(traction[too_far])
     ]
     columns = ("oil", "what", "A", "B", "change", "limit")
     return Section("Moved by more than the drift gate lets pass", columns, rows)

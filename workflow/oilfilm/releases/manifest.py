@@ -208,12 +208,12 @@ def printable(text: object) -> str:
 
 def files_below(folder: Path) -> list[str]:
     """Paths of all files below a folder, sorted; links are not followed."""
-    paths, waiting = [], [folder]
+    paths, folders = [], [folder]
     # no recursion: folders may be nested deeper than the call stack allows
-    while waiting:
-        for path in waiting.pop().iterdir():
+    while folders:
+        for path in folders.pop().iterdir():
             if path.is_dir() and not path.is_symlink():
-                waiting.append(path)
+                folders.append(path)
             else:
                 paths.append(path.relative_to(folder).as_posix())
     return sorted(paths)

@@ -21,15 +21,6 @@ class Picture:
     lacking: str = ""
 
 
-@dataclass(frozen=True)
-class Pair:
-    """A figure of both releases."""
-
-    name: str
-    before: Picture
-    after: Picture
-
-
 def page(comparison: Comparison, moved: Section) -> str:
     """The page. Everything of a release is text in it; nothing in it runs or is fetched."""
     before, after = comparison.before, comparison.after
@@ -47,7 +38,7 @@ def page(comparison: Comparison, moved: Section) -> str:
         moved=moved,
         sections=comparison.sections,
         same=[name for name in names if name not in differ],
-        figures=[Pair(name, _picture(before, name), _picture(after, name)) for name in differ],
+        figures={name: (_picture(before, name), _picture(after, name)) for name in differ},
     )
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import PINNED_MANIFEST
 from oilfilm.releases.stored_release import StoredRelease
-from oilfilm.releases.tree import PINS
+from oilfilm.releases.tree import PINS, copy_file
 
 # What the drift gate and a comparison of settings and verdicts need; no points, for their size.
 _KEPT = (
@@ -33,9 +33,7 @@ def pin(release: Path, root: Path) -> Path:
     shutil.rmtree(temporary, ignore_errors=True)
     for path in _KEPT:
         if path in stored.files:
-            target = temporary / path
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(stored.file(path), target)
+            copy_file(stored.file(path), temporary / path)
     (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
     if folder.exists():
         shutil.rmtree(folder)

@@ -1,7 +1,6 @@
 """Rebuild a release from the raw logs in a temporary folder and compare it byte by byte."""
 
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -12,7 +11,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import CODE, FileRecord, printable
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.table_diff import file_difference
-from oilfilm.releases.tree import code_files
+from oilfilm.releases.tree import code_files, copy_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import unresolve
@@ -51,7 +50,7 @@ def rebuild(release: Path, root: Path, cores: str) -> list[str]:
 def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: Path) -> None:
     """Code, configuration and raw logs in a fresh folder."""
     for path in (*code_files(root), *_OTHER_FILES):
-        _copy(root / path, folder / path)
+        copy_file(root / path, folder / path)
     try:
         settings = Settings.of(config)
         check(config["campaign"], Campaign, lambda steps: "campaign")
@@ -77,7 +76,7 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
                 f"{printable(stored.manifest.version)} was made from. "
                 "Put the original back, then try again."
             )
-        _copy(source, folder / record.path)
+        copy_file(source, folder / record.path)
 
 
 def _simulated_folders(settings: Settings) -> set[str]:
@@ -86,11 +85,6 @@ def _simulated_folders(settings: Settings) -> set[str]:
     torque_twin = campaign.torque and campaign.torque.twin
     twins = {campaign.name: campaign.twin, f"{campaign.name}-torque": torque_twin}
     return {name for name, twin in twins.items() if twin}
-
-
-def _copy(source: Path, target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(source, target)
 
 
 def _run(folder: Path, stored: StoredRelease, cores: str) -> None:

@@ -30,7 +30,7 @@ from oilfilm.releases.manifest import (
     sha256_of,
     version_of,
 )
-from oilfilm.releases.tree import code_files, code_tree_digest, environment
+from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.releases.verify import verify
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
@@ -123,10 +123,10 @@ def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> 
     samples = [path for path in paths if path.startswith(_SAMPLES)]
     for path in paths:
         if path not in samples:
-            _copy(results / path, temporary / path)
+            copy_file(results / path, temporary / path)
     for path in code_files(root):
-        _copy(root / path, temporary / CODE / path)
-    _copy(root / LOCK, temporary / LOCK)
+        copy_file(root / path, temporary / CODE / path)
+    copy_file(root / LOCK, temporary / LOCK)
     _write(temporary / CONFIG, as_yaml(run.settings.plain()))
     _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
     _write(temporary / LOG, _log_summary(run))
@@ -194,11 +194,6 @@ def _describe(folder: Path, settings: Settings) -> None:
     """Describe the tables that the release contains."""
     files = [table_file(path, folder) for path in sorted(folder.glob("*.parquet"))]
     _write(folder / "datapackage.json", data_package(settings, files))
-
-
-def _copy(source: Path, target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(source, target)
 
 
 def _write(path: Path, text: str) -> None:

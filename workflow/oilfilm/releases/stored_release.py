@@ -133,8 +133,8 @@ def _size_unpacked(file: Path) -> int:
         raise ValueError("its columns hold lists, which no table here does")
     groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
     chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
-    if odd := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
-        raise ValueError(f"its columns hold {sorted(odd)[0]}, which no table here does")
+    if unknown := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
+        raise ValueError(f"its columns hold {min(unknown)}, which no table here does")
     size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
     # Only here a value has a length of its own. Read as a dictionary it lies in memory once.
     text = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})

@@ -1,7 +1,6 @@
-"""The first difference between two files or two folders: row, pixel, line or byte."""
+"""The first difference between two files: row, pixel, line or byte."""
 
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,24 +13,6 @@ from PIL import Image
 _PNG = b"\x89PNG\r\n\x1a\n"
 # Errors of the picture reader for a broken or far too large file.
 _DAMAGED = (OSError, SyntaxError, ValueError, Image.DecompressionBombError)
-
-
-def folder_difference(before: Path, after: Path) -> str:
-    """The first file in which two folders differ, and where; empty if they are the same."""
-    names = [{path.relative_to(top).as_posix() for path in _files(top)} for top in (before, after)]
-    for name in sorted(names[0] | names[1]):
-        for present, top in zip(names, (before, after), strict=True):
-            if name not in present:
-                return f"{name}: is missing in {top}"
-        difference = file_difference(before / name, after / name)
-        if difference:
-            return f"{name}: {difference}"
-    return ""
-
-
-def _files(folder: Path) -> Iterator[Path]:
-    # the target of a link counts as its content
-    return (path for path in folder.rglob("*") if path.is_symlink() or path.is_file())
 
 
 def file_difference(before: Path, after: Path) -> str:
@@ -54,14 +35,14 @@ def file_difference(before: Path, after: Path) -> str:
 
 def _first_byte(old: bytes, new: bytes) -> int:
     pairs = enumerate(zip(old, new, strict=False))
-    return next((place for place, (one, other) in pairs if one != other), min(len(old), len(new)))
+    return next((index for index, (a, b) in pairs if a != b), min(len(old), len(new)))
 
 
 def _text_difference(old: str, new: str) -> str:
     lines = zip(old.splitlines(), new.splitlines(), strict=False)
-    for number, (one, other) in enumerate(lines, start=1):
-        if one != other:
-            return f"line {number}: {one[:200]!r}, then {other[:200]!r}"
+    for number, (before, after) in enumerate(lines, start=1):
+        if before != after:
+            return f"line {number}: {before[:200]!r}, then {after[:200]!r}"
     return f"{len(old)} letters, then {len(new)}"
 
 
@@ -80,16 +61,16 @@ def _read_tables_difference(old: arrow.Table, new: arrow.Table) -> str:
     if len(old) != len(new):
         return f"{len(old)} rows, then {len(new)}"
     for name in old.column_names:
-        one, other = (_column(table, name) for table in (old, new))
-        same = ((one == other) | (one.isna() & other.isna())).to_numpy(bool)
+        before, after = (_column(table, name) for table in (old, new))
+        same = ((before == after) | (before.isna() & after.isna())).to_numpy(bool)
         if not same.all():
             row = int(np.argmin(same))
-            return f"column {name}, row {row}: {one.iloc[row]!r}, then {other.iloc[row]!r}"
+            return f"column {name}, row {row}: {before.iloc[row]!r}, then {after.iloc[row]!r}"
     first, then = (table.schema.metadata or {} for table in (old, new))
     for key in sorted(first.keys() | then.keys()):
         if first.get(key) != then.get(key):
-            place = _text_difference(*(_text(of.get(key) or b"") for of in (first, then)))
-            return f"the same rows; {_text(key)} in the footer, {place}"
+            line = _text_difference(*(_text(of.get(key) or b"") for of in (first, then)))
+            return f"the same rows; {_text(key)} in the footer, {line}"
     return "the same rows and footer, laid out differently"
 
 
@@ -104,22 +85,22 @@ def _text(content: bytes) -> str:
 
 
 def _picture_difference(old: bytes, new: bytes, before: Path, after: Path) -> str:
-    kept, others = _metadata_chunks(old), _metadata_chunks(new)
-    for one, other in zip(kept, others, strict=False):
-        if one != other:
-            return f"metadata {one[:80]!r}, then {other[:80]!r}"
-    if len(kept) != len(others):
-        return f"{len(kept)} chunks of metadata, then {len(others)}"
+    old_chunks, new_chunks = _metadata_chunks(old), _metadata_chunks(new)
+    for first, then in zip(old_chunks, new_chunks, strict=False):
+        if first != then:
+            return f"metadata {first[:80]!r}, then {then[:80]!r}"
+    if len(old_chunks) != len(new_chunks):
+        return f"{len(old_chunks)} chunks of metadata, then {len(new_chunks)}"
     # imported here, because it takes a second
     from matplotlib.image import imread  # noqa: PLC0415
 
     try:
-        first, then = imread(before), imread(after)
+        pixels, new_pixels = imread(before), imread(after)
     except _DAMAGED as error:
         return f"byte {_first_byte(old, new)}; cannot be read as PNG ({error})"
-    if first.shape != then.shape:
-        return f"{first.shape} pixels, then {then.shape}"
-    unlike = (first != then).any(axis=-1)
+    if pixels.shape != new_pixels.shape:
+        return f"{pixels.shape} pixels, then {new_pixels.shape}"
+    unlike = (pixels != new_pixels).any(axis=-1)
     if not unlike.any():
         return "the same pixels, compressed differently"
     line, column = np.unravel_index(int(np.argmax(unlike)), unlike.shape)
@@ -136,35 +117,3 @@ def _metadata_chunks(content: bytes) -> list[bytes]:
             chunks.append(kind + b" " + content[start + 8 : start + 8 + size])
         start += size + 12
     return chunks
-
-
-def largest_relative_differences(before: Path, after: Path) -> dict[str, float]:
-    """Largest change of each numeric column of a Parquet file, relative to its largest value.
-
-    Infinite where rows or text differ. A change relative to each single value would be dominated
-    by sums that are nearly zero.
-    """
-    old, new = (parquet.read_table(path, partitioning=None) for path in (before, after))
-    if old.column_names != new.column_names or len(old) != len(new):
-        return {"": np.inf}
-    changes = {
-        name: _largest_change(_column(old, name), _column(new, name)) for name in old.column_names
-    }
-    return {name: change for name, change in changes.items() if change > 0}
-
-
-def _largest_change(old: "pd.Series[Any]", new: "pd.Series[Any]") -> float:
-    """Largest relative change of a column; 0 or infinite for text."""
-    if old.dtype.kind != "f":
-        same = ((old == new) | (old.isna() & new.isna())).to_numpy(bool)
-        return 0.0 if same.all() else np.inf
-    known = old.notna().to_numpy()
-    if (known != new.notna().to_numpy()).any():
-        return np.inf
-    a, b = old.to_numpy()[known], new.to_numpy()[known]
-    if not len(a):
-        return 0.0
-    finite = np.isfinite(a) & np.isfinite(b)
-    step = np.abs(a - b, where=finite, out=np.zeros(len(a))).max()
-    size = np.abs(a, where=finite, out=np.zeros(len(a))).max()
-    return float(step / size) if size else float(step > 0)

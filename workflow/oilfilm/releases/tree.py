@@ -1,6 +1,7 @@
-"""The code that a release is made by, as files: no version control is asked."""
+"""The code that a release is made by, as files and without version control."""
 
 import platform
+import shutil
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -17,25 +18,31 @@ from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import FileRecord, records_digest
 
 # Configuration is not code: a release holds what it resolves to.
-_PLACES = ("Snakefile", "workflow", "data/reference")
+_CODE = ("Snakefile", "workflow", "data/reference")
 # A pin is a part of a release; if it counted, no release could be pinned.
 PINS = "data/reference/pins"
 
 
 def code_files(root: Path) -> list[str]:
     """Paths of all files that a run is made by: workflow, Snakefile and reference data."""
-    return sorted(path for place in _PLACES for path in _files(root, root / place))
+    return sorted(path for name in _CODE for path in _files(root, root / name))
 
 
-def _files(root: Path, place: Path) -> Iterator[str]:
-    if place.is_dir():
-        if place.name == "__pycache__" or place == root / PINS:
+def _files(root: Path, path: Path) -> Iterator[str]:
+    if path.is_dir():
+        if path.name == "__pycache__" or path == root / PINS:
             return
-        for below in place.iterdir():
+        for below in path.iterdir():
             if not below.name.startswith("."):
                 yield from _files(root, below)
-    elif place.is_file():
-        yield place.relative_to(root).as_posix()
+    elif path.is_file():
+        yield path.relative_to(root).as_posix()
+
+
+def copy_file(source: Path, target: Path) -> None:
+    """Copy the content of a file; folders on the way to it are made."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(source, target)
 
 
 def code_tree_digest(root: Path) -> str:
@@ -64,33 +71,33 @@ def environment(root: Path) -> dict[str, Any]:
 
 
 @cache
-def _versions(asked: tuple[str, ...]) -> dict[str, str]:
+def _versions(dependencies: tuple[str, ...]) -> dict[str, str]:
     """Installed versions of these packages and of all that they need in turn."""
-    wanted = [Requirement(text) for text in asked]
+    requirements = [Requirement(text) for text in dependencies]
     versions: dict[str, str] = {}
     seen: set[tuple[str, frozenset[str]]] = set()
-    while wanted:
-        needed = wanted.pop()
-        name, extras = canonicalize_name(needed.name), frozenset(needed.extras)
-        if (name, extras) in seen or not _applies(needed, frozenset()):
+    while requirements:
+        requirement = requirements.pop()
+        name, extras = canonicalize_name(requirement.name), frozenset(requirement.extras)
+        if (name, extras) in seen or not _applies(requirement, frozenset()):
             continue
         seen.add((name, extras))
         try:
-            found = metadata.distribution(name)
+            distribution = metadata.distribution(name)
         except metadata.PackageNotFoundError:
             raise OilfilmError(
                 f"the package {name!r} is not installed. Run `make setup`, then again."
             ) from None
-        versions[name] = found.version
-        for text in found.requires or []:
+        versions[name] = distribution.version
+        for text in distribution.requires or []:
             inner = Requirement(text)
             if _applies(inner, extras):
                 inner.marker = None
-                wanted.append(inner)
+                requirements.append(inner)
     return dict(sorted(versions.items()))
 
 
-def _applies(needed: Requirement, extras: frozenset[str]) -> bool:
-    return needed.marker is None or any(
-        needed.marker.evaluate({"extra": extra}) for extra in extras | {""}
+def _applies(requirement: Requirement, extras: frozenset[str]) -> bool:
+    return requirement.marker is None or any(
+        requirement.marker.evaluate({"extra": extra}) for extra in extras | {""}
     )

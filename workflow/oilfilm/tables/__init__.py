@@ -5,43 +5,23 @@ columns and its key. Units and descriptions are in the footer of the Parquet fil
 version and the provenance.
 """
 
-from oilfilm.tables.columns import COLUMNS, unit_of
-from oilfilm.tables.declaration import BY_ROW, LARGEST, UNITS, Column, Table
-from oilfilm.tables.store import (
-    SCHEMA_VERSION,
-    TABLES,
-    columns,
-    conform,
-    declare,
-    empty,
-    from_rows,
-    read,
-    read_footer,
-    read_run,
-    refuse_damaged,
-    rows,
-    write,
-)
-
-__all__ = [
-    "BY_ROW",
-    "COLUMNS",
-    "LARGEST",
-    "SCHEMA_VERSION",
-    "TABLES",
-    "UNITS",
-    "Column",
-    "Table",
-    "columns",
-    "conform",
-    "declare",
-    "empty",
-    "from_rows",
-    "read",
-    "read_footer",
-    "read_run",
-    "refuse_damaged",
-    "rows",
-    "unit_of",
-    "write",
-]
+from oilfilm.tables.columns import COLUMNS as COLUMNS
+from oilfilm.tables.columns import unit_of as unit_of
+from oilfilm.tables.declaration import BY_ROW as BY_ROW
+from oilfilm.tables.declaration import LARGEST as LARGEST
+from oilfilm.tables.declaration import UNITS as UNITS
+from oilfilm.tables.declaration import Column as Column
+from oilfilm.tables.declaration import Table as Table
+from oilfilm.tables.store import SCHEMA_VERSION as SCHEMA_VERSION
+from oilfilm.tables.store import TABLES as TABLES
+from oilfilm.tables.store import columns as columns
+from oilfilm.tables.store import conform as conform
+from oilfilm.tables.store import declare as declare
+from oilfilm.tables.store import empty as empty
+from oilfilm.tables.store import from_rows as from_rows
+from oilfilm.tables.store import read as read
+from oilfilm.tables.store import read_footer as read_footer
+from oilfilm.tables.store import read_run as read_run
+from oilfilm.tables.store import refuse_damaged as refuse_damaged
+from oilfilm.tables.store import rows as rows
+from oilfilm.tables.store import write as write

@@ -45,6 +45,14 @@ def flag(name: str, meaning: str, caveat: str = "") -> Column:
     return Column(name, "flag", "", meaning, caveat)
 
 
+# What a condition of a traction test is made of: end of a column's name, unit, quantity.
+_TEST_CONDITIONS = (
+    ("max_hertz_pressure_gpa", "GPa", "maximum Hertz pressure"),
+    ("entrainment_speed_m_s", "m/s", "entrainment speed"),
+    ("inlet_temperature_c", "degC", "inlet temperature"),
+)
+_SLIP = ("slide_roll_ratio", "1", "slide-roll ratio")
+
 # fmt: off
 _ORIGIN = (
     text("campaign", "campaign, as named in config/campaigns"),
@@ -230,9 +238,7 @@ _FITS = (
     *(
         number(f"tested_{end}_{name}", unit, f"{size} {quantity} of the accepted points")
         for name, unit, quantity in (
-            ("max_hertz_pressure_gpa", "GPa", "maximum Hertz pressure"),
-            ("entrainment_speed_m_s", "m/s", "entrainment speed"),
-            ("inlet_temperature_c", "degC", "inlet temperature"),
+            *_TEST_CONDITIONS,
             ("load_n", "N", "normal load"),
             ("slide_roll_ratio", "1", "absolute slide-roll ratio"),
         )
@@ -321,10 +327,8 @@ _PAPER = (
                 number(f"{box}_{name}", unit, f"{quantity} where they differ most in the {box} box")
                 for name, unit, quantity in (
                     ("traction_coefficient", "1", "fitted mu"),
-                    ("max_hertz_pressure_gpa", "GPa", "maximum Hertz pressure"),
-                    ("entrainment_speed_m_s", "m/s", "entrainment speed"),
-                    ("inlet_temperature_c", "degC", "inlet temperature"),
-                    ("slide_roll_ratio", "1", "slide-roll ratio"),
+                    *_TEST_CONDITIONS,
+                    _SLIP,
                 )
             ),
         )
@@ -430,12 +434,7 @@ _PAPER = (
             unit,
             f"{quantity} in the worst case; null where the case has none, or all",
         )
-        for name, unit, quantity in (
-            ("max_hertz_pressure_gpa", "GPa", "maximum Hertz pressure"),
-            ("entrainment_speed_m_s", "m/s", "entrainment speed"),
-            ("inlet_temperature_c", "degC", "inlet temperature"),
-            ("slide_roll_ratio", "1", "slide-roll ratio"),
-        )
+        for name, unit, quantity in (*_TEST_CONDITIONS, _SLIP)
     ),
 )
 
@@ -570,21 +569,11 @@ _FIGURES = (
     text("source", "source of the value"),
 )
 
+COLUMNS = by_name((
+    *_ORIGIN, *_CURATION, *_CONDITIONS, *_TRACTION, *_FITS, *_PAPER, *_SELECTION, *_BEARING,
+    *_FIGURES,
+))
 # fmt: on
-
-COLUMNS = by_name(
-    (
-        *_ORIGIN,
-        *_CURATION,
-        *_CONDITIONS,
-        *_TRACTION,
-        *_FITS,
-        *_PAPER,
-        *_SELECTION,
-        *_BEARING,
-        *_FIGURES,
-    )
-)
 
 
 def unit_of(name: str) -> str:

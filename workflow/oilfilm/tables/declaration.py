@@ -184,13 +184,13 @@ def _counts_up(frame: pd.DataFrame, key: Sequence[str]) -> bool:
 Named = TypeVar("Named", Column, Table)
 
 
-def by_name(things: Sequence[Named]) -> dict[str, Named]:
+def by_name(declared: Sequence[Named]) -> dict[str, Named]:
     """Columns or tables by their names.
 
     Raises:
         ValueError: A name is declared twice.
     """
-    names = [thing.name for thing in things]
+    names = [each.name for each in declared]
     if repeats := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"declared twice: {', '.join(repeats)}")
-    return dict(zip(names, things, strict=True))
+    return dict(zip(names, declared, strict=True))

@@ -18,9 +18,9 @@ def as_text(failed: pd.DataFrame) -> "pd.Series[str]":
     Args:
         failed: One boolean column per gate, one row per plateau.
     """
-    some = failed[failed.any(axis=1)]
-    names = [_BETWEEN.join(failed.columns[row]) for row in some.to_numpy()]
-    return pd.Series(names, some.index, dtype=str).reindex(failed.index, fill_value="")
+    refused = failed[failed.any(axis=1)]
+    names = [_BETWEEN.join(failed.columns[row]) for row in refused.to_numpy()]
+    return pd.Series(names, refused.index, dtype=str).reindex(failed.index, fill_value="")
 
 
 def with_gate_of_run(points: pd.DataFrame, gate_of_run: dict[str, str]) -> pd.DataFrame:

@@ -216,8 +216,8 @@ def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
     for path in paths:
         _check_footer(table, path)
     # what is not of the run never leaves Arrow, and row groups without it are not even read
-    wanted = [("run_id", "==", run_id)]
-    content = arrow.concat_tables([_content(path, filters=wanted) for path in paths])
+    rows_of_run = [("run_id", "==", run_id)]
+    content = arrow.concat_tables([_content(path, filters=rows_of_run) for path in paths])
     return conform(content.to_pandas(), table, f"run {run_id}")
 
 
@@ -257,8 +257,8 @@ def read_footer(path: Path) -> dict[str, Any]:
 def _arrow_schema(table: str) -> arrow.Schema:
     fields = []
     for column in TABLES[table].columns:
-        about = {"unit": column.unit, "description": column.description}
-        fields.append(arrow.field(column.name, _ARROW_TYPES[column.dtype], metadata=about))
+        metadata = {"unit": column.unit, "description": column.description}
+        fields.append(arrow.field(column.name, _ARROW_TYPES[column.dtype], metadata=metadata))
     return arrow.schema(fields)
 
 
