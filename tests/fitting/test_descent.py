@@ -46,7 +46,7 @@ def test_weight_of_a_curve_is_that_many_copies_of_it(task: Problem) -> None:
                 for curve in np.repeat(np.arange(len(counts)), counts)
             ]
         )
-        found = least_squares(
+        expected = least_squares(
             lambda values, points=points: task.residual(values)[points],
             start,
             lambda values, points=points: task.jacobian(values)[points],
@@ -54,8 +54,8 @@ def test_weight_of_a_curve_is_that_many_copies_of_it(task: Problem) -> None:
             xtol=1e-14,
             ftol=1e-14,
         )
-        assert total == pytest.approx(2 * found.cost, rel=1e-9)
-        np.testing.assert_allclose(end, found.x, atol=1e-5)
+        assert total == pytest.approx(2 * expected.cost, rel=1e-9)
+        np.testing.assert_allclose(end, expected.x, atol=1e-5)
 
 
 def test_held_constants_stay_and_the_others_reach_their_best(task: Problem) -> None:
@@ -65,16 +65,16 @@ def test_held_constants_stay_and_the_others_reach_their_best(task: Problem) -> N
     starts = start + 0.05 * np.eye(12)
     ends, sse = descend(task, starts, held=held, tolerance=1e-13)
     np.testing.assert_array_equal(ends[held], starts[held])
-    for place in (0, 5, 11):
-        free = np.arange(12) != place
+    for index in (0, 5, 11):
+        free = np.arange(12) != index
 
-        def residual(values: np.ndarray, place: int = place, free: np.ndarray = free) -> np.ndarray:
-            whole = starts[place].copy()
-            whole[free] = values
-            return task.residual(whole)
+        def residual(values: np.ndarray, index: int = index, free: np.ndarray = free) -> np.ndarray:
+            all_values = starts[index].copy()
+            all_values[free] = values
+            return task.residual(all_values)
 
-        found = least_squares(residual, starts[place][free], method="lm", xtol=1e-13, ftol=1e-13)
-        assert sse[place] == pytest.approx(2 * found.cost, rel=1e-7)
+        expected = least_squares(residual, starts[index][free], method="lm", xtol=1e-13, ftol=1e-13)
+        assert sse[index] == pytest.approx(2 * expected.cost, rel=1e-7)
 
 
 def test_start_where_the_law_overflows_does_no_harm_to_the_others(task: Problem) -> None:

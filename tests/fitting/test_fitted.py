@@ -1,5 +1,7 @@
 """Predictions: the interval is the refits' spread, the box is the tested one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -28,8 +30,7 @@ def law(fit: OilFit) -> FittedLaw:
 
 
 def without_calibration(law: FittedLaw) -> Coefficients:
-    c = law.coefficients
-    return Coefficients(c.constants, c.known, c.spread, c.shifted[:0], c.box)
+    return replace(law.coefficients, shifted=law.coefficients.shifted[:0])
 
 
 @pytest.mark.parametrize(
@@ -38,13 +39,13 @@ def without_calibration(law: FittedLaw) -> Coefficients:
 def test_interval_is_that_of_the_refitted_laws_themselves(
     law: FittedLaw, at: tuple[float, float, float, float]
 ) -> None:
-    found = predict("deng2026", without_calibration(law), *at)
-    drawn = [float(traction_coefficient(row, *at)) for row in law.coefficients.spread]
-    lower, upper = np.quantile(drawn, [0.025, 0.975])
+    result = predict("deng2026", without_calibration(law), *at)
+    resampled = [float(traction_coefficient(row, *at)) for row in law.coefficients.spread]
+    lower, upper = np.quantile(resampled, [0.025, 0.975])
     width = upper - lower
     # 400 draws know a quantile to about 6 % of the width
-    assert float(found.lower) == pytest.approx(lower, abs=0.15 * width)
-    assert float(found.upper) == pytest.approx(upper, abs=0.15 * width)
+    assert float(result.lower) == pytest.approx(lower, abs=0.15 * width)
+    assert float(result.upper) == pytest.approx(upper, abs=0.15 * width)
 
 
 def test_calibration_widens_the_interval(law: FittedLaw) -> None:
@@ -74,8 +75,8 @@ def test_traction_is_odd_in_slip_and_its_interval_too(
 
 
 def test_at_no_slip_there_is_no_traction_and_no_doubt(law: FittedLaw) -> None:
-    found = predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.0)
-    assert (found.traction_coefficient, found.lower, found.upper) == (0, 0, 0)
+    result = predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.0)
+    assert (result.traction_coefficient, result.lower, result.upper) == (0, 0, 0)
 
 
 def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> None:
@@ -93,42 +94,41 @@ def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> Non
 
 def test_broadcasting_and_a_million_points(law: FittedLaw) -> None:
     slip = np.linspace(0, 0.3, 1000)
-    found = predict("deng2026", law.coefficients, np.linspace(1, 1.5, 1000)[:, None], 30, 70, slip)
-    assert found.lower.shape == (1000, 1000)
+    result = predict("deng2026", law.coefficients, np.linspace(1, 1.5, 1000)[:, None], 30, 70, slip)
+    assert result.lower.shape == (1000, 1000)
     expected = traction_coefficient(law.coefficients.constants, 1.5, 30, 70, slip)
-    np.testing.assert_allclose(found.traction_coefficient[-1], expected, rtol=1e-12, atol=1e-16)
+    np.testing.assert_allclose(result.traction_coefficient[-1], expected, rtol=1e-12, atol=1e-16)
 
 
 def test_beyond_one_range_is_outside_whatever_is_unknown_of_another(law: FittedLaw) -> None:
-    c = law.coefficients
-    box = c.box.copy()
+    box = law.coefficients.box.copy()
     box[0] = np.nan
-    unknown = Coefficients(c.constants, c.known, c.spread, c.shifted, box)
+    unknown = replace(law.coefficients, box=box)
     low, high = box.T
-    found = predict("deng2026", unknown, 1.2, [(low[1] + high[1]) / 2, 2 * high[1]], 70.0, 0.05)
-    assert found.outside.tolist() == [False, True]
-    assert np.isnan(found.distance[0])
-    assert found.distance[1] == pytest.approx(high[1] / (high[1] - low[1]))
+    result = predict("deng2026", unknown, 1.2, [(low[1] + high[1]) / 2, 2 * high[1]], 70.0, 0.05)
+    assert result.outside.tolist() == [False, True]
+    assert np.isnan(result.distance[0])
+    assert result.distance[1] == pytest.approx(high[1] / (high[1] - low[1]))
 
 
 def test_bare_constants_give_mu_without_interval_or_box() -> None:
-    found = oilfilm.predict("deng2026", printed()["4050"], 1.2, 30, 70, 0.05)
-    assert found.traction_coefficient == pytest.approx(
+    result = oilfilm.predict("deng2026", printed()["4050"], 1.2, 30, 70, 0.05)
+    assert result.traction_coefficient == pytest.approx(
         float(traction_coefficient(printed()["4050"], 1.2, 30.0, 70.0, 0.05))
     )
-    assert np.isnan([found.lower, found.upper, found.distance]).all()
+    assert np.isnan([result.lower, result.upper, result.distance]).all()
 
 
 def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> None:
     quick = config.fit.model_copy(update={"bootstrap": 50, "searches": 1})
     fit = fit_oil(make_points("4102", matrix(ts=[70.0]), 1e-5), "4102", quick, config.seed)
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
-    found = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
+    result = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
     true = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.1)
-    assert found.lower[0] < found.traction_coefficient[0] < found.upper[0]
-    np.testing.assert_allclose(found.traction_coefficient, true, rtol=1e-3)
-    assert list(found.outside) == [False, True]
-    assert np.isinf(found.distance[1])
+    assert result.lower[0] < result.traction_coefficient[0] < result.upper[0]
+    np.testing.assert_allclose(result.traction_coefficient, true, rtol=1e-3)
+    assert list(result.outside) == [False, True]
+    assert np.isinf(result.distance[1])
 
 
 def test_nothing_fitted_gives_nothing(config: Settings) -> None:
@@ -136,8 +136,10 @@ def test_nothing_fitted_gives_nothing(config: Settings) -> None:
         make_points("4102", matrix()).assign(accepted=False), "4102", config.fit, config.seed
     )
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
-    found = law.predict(np.array([[1.25, 30.0, 70.0]]), np.array([0.1]))
-    assert np.isnan([found.traction_coefficient, found.lower, found.upper, found.distance]).all()
+    result = law.predict(np.array([[1.25, 30.0, 70.0]]), np.array([0.1]))
+    assert np.isnan(
+        [result.traction_coefficient, result.lower, result.upper, result.distance]
+    ).all()
 
 
 def test_unknown_law_and_impossible_conditions_are_told() -> None:
@@ -148,8 +150,8 @@ def test_unknown_law_and_impossible_conditions_are_told() -> None:
 
 
 def test_refits_in_the_table_are_the_ones_behind_the_interval(fit: OilFit) -> None:
-    drawn = fit.refits[fit.refits["cause"] == "resampled curves"]
-    spread = drawn.groupby("constant")["value"].quantile([0.025, 0.975]).unstack()
+    resampled = fit.refits[fit.refits["cause"] == "resampled curves"]
+    spread = resampled.groupby("constant")["value"].quantile([0.025, 0.975]).unstack()
     rows = fit.coefficients.set_index("constant")
     pd.testing.assert_series_equal(
         spread[0.025].sort_index(), rows["lower"].sort_index(), check_names=False
@@ -162,10 +164,9 @@ def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:
     constants = np.array([-0.012, 0, 0, 0, 0.6, 0, 0, 0, 20.0, 0, 0, 0, 0.010, 0, 0, 0])
     spread = np.tile(constants, (4000, 1))
     spread[:, 12] += 5e-4 * np.random.default_rng(5).standard_normal(4000)
-    bare = Coefficients.bare(law, constants)
-    unsure = Coefficients(constants, bare.known, spread, bare.shifted, bare.box)
-    found = FittedLaw(law, unsure).predict(np.array([[100.0, 20.0, 20.0]]), np.array([0.0]))
-    assert found.traction_coefficient[0] == pytest.approx(-0.002)
+    unsure = replace(Coefficients.bare(law, constants), spread=spread)
+    result = FittedLaw(law, unsure).predict(np.array([[100.0, 20.0, 20.0]]), np.array([0.0]))
+    assert result.traction_coefficient[0] == pytest.approx(-0.002)
     # the spread of a logarithm: 5 % of D0 bends it by a few per cent
-    assert found.lower[0] == pytest.approx(-0.002 - 1.96 * 5e-4, abs=1e-4)
-    assert found.upper[0] == pytest.approx(-0.002 + 1.96 * 5e-4, abs=1e-4)
+    assert result.lower[0] == pytest.approx(-0.002 - 1.96 * 5e-4, abs=1e-4)
+    assert result.upper[0] == pytest.approx(-0.002 + 1.96 * 5e-4, abs=1e-4)

@@ -33,8 +33,8 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
         data = simulate_curves(printed()["4050"], conditions, config.campaign.twin, rig, random)
         problem = build_problem(LAW, data, varied_conditions(data.conditions, config.fit))
         best = polish(problem, truth)
-        drawn = curve_bootstrap(problem, best, 200, random)
-        lower, upper = np.quantile(drawn, [0.025, 0.975], axis=0)
+        refits = curve_bootstrap(problem, best, 200, random)
+        lower, upper = np.quantile(refits, [0.025, 0.975], axis=0)
         inside.append((lower <= truth) & (truth <= upper))
         errors = np.sqrt(np.diag(naive_covariance(problem, best)))
         naive.append(np.abs(best.values - truth) <= 1.96 * errors)
@@ -43,43 +43,24 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
     assert np.mean(naive) < 0.7
 
 
-def test_simulated_plateaus_without_errors_are_the_law(
-    config: Settings, conditions: np.ndarray
-) -> None:
-    twin = config.campaign.twin.model_copy(
-        update={
-            "noise_of_full_scale": 0.0,
-            "control_load": 0.0,
-            "control_speed": 0.0,
-            "control_temperature_c": 0.0,
-            "systematic_load": 0.0,
-            "systematic_temperature_c": 0.0,
-        }
-    )
-    rig = next(iter(config.rigs.values()))
-    data = simulate_curves(printed()["4102"], conditions, twin, rig, generator(1, "x"))
-    levels = data.conditions[data.curve].T
-    np.testing.assert_allclose(
-        data.mu, traction_coefficient(printed()["4102"], *levels, data.slip), rtol=1e-12, atol=1e-16
-    )
+NO_ERRORS = {
+    "noise_of_full_scale": 0.0,
+    "control_load": 0.0,
+    "control_speed": 0.0,
+    "control_temperature_c": 0.0,
+    "systematic_temperature_c": 0.0,
+}
 
 
+@pytest.mark.parametrize("systematic_load", [0.0, 0.005])
 def test_a_load_that_reads_high_lowers_mu_and_raises_the_pressure(
-    config: Settings, conditions: np.ndarray
+    config: Settings, conditions: np.ndarray, systematic_load: float
 ) -> None:
     """mu = F/W and P ~ W^(1/3): with W read a factor g high, mu P^3 stays what it was."""
-    twin = config.campaign.twin.model_copy(
-        update={
-            "noise_of_full_scale": 0.0,
-            "control_load": 0.0,
-            "control_speed": 0.0,
-            "control_temperature_c": 0.0,
-            "systematic_temperature_c": 0.0,
-        }
-    )
+    twin = config.campaign.twin.model_copy(update={**NO_ERRORS, "systematic_load": systematic_load})
     rig = next(iter(config.rigs.values()))
     data = simulate_curves(printed()["4102"], conditions, twin, rig, generator(1, "x"))
     gain = (data.conditions[:, 0] / conditions[:, 0]) ** 3
-    assert np.std(gain) == pytest.approx(twin.systematic_load, rel=0.3)
+    assert np.std(gain) == pytest.approx(systematic_load, rel=0.3, abs=1e-12)
     nominal = traction_coefficient(printed()["4102"], *conditions[data.curve].T, data.slip)
     np.testing.assert_allclose(data.mu * gain[data.curve], nominal, rtol=1e-9, atol=1e-15)

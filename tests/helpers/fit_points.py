@@ -4,46 +4,52 @@ import numpy as np
 import pandas as pd
 
 from campaigns import printed
+from oilfilm import tables
 from oilfilm.fitting.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
+from oilfilm.traction.law import CONDITIONS, FloatArray
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 LAW = LAWS["deng2026"]
 P, U, T = [1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0]
 
 
+def accepted_points(
+    oil: str,
+    conditions: pd.DataFrame,
+    slip: FloatArray,
+    mu: FloatArray,
+    noise: float,
+    random: np.random.Generator,
+) -> pd.DataFrame:
+    """A table of accepted points: one curve per row of conditions, each at all the slips.
+
+    `mu` is without noise, shape (curves * slips,).
+    """
+    points = conditions.loc[conditions.index.repeat(len(slip))].reset_index(drop=True)
+    no_calibration = [column for column in tables.columns("points") if "_systematic_" in column]
+    return points.assign(
+        oil=oil,
+        run_id=np.repeat([f"run{number:03d}" for number in range(len(conditions))], len(slip)),
+        first_row=np.tile(np.arange(len(slip)), len(conditions)),
+        slide_roll_ratio=np.tile(slip, len(conditions)),
+        traction_coefficient=mu + noise * random.standard_normal(len(mu)),
+        traction_coefficient_se=noise,
+        traction_force_n=mu * points["load_n"],
+        accepted=True,
+        **dict.fromkeys(no_calibration, np.nan),
+    )
+
+
 def make_points(
     oil: str, conditions: list[tuple[float, float, float]], noise: float = 0.0
 ) -> pd.DataFrame:
-    random = generator(5, "points", oil)
     slip = np.linspace(0, 0.3, 31)
-    frames = []
-    for number, (p, u, t) in enumerate(conditions):
-        mu = traction_coefficient(printed()[oil], p, u, t, slip)
-        frames.append(
-            pd.DataFrame(
-                {
-                    "run_id": f"run{number:03d}",
-                    "oil": oil,
-                    "first_row": np.arange(len(slip)),
-                    "slide_roll_ratio": slip,
-                    "max_hertz_pressure_gpa": p,
-                    "entrainment_speed_m_s": u,
-                    "inlet_temperature_c": t,
-                    "traction_coefficient": mu + noise * random.standard_normal(len(slip)),
-                    "traction_coefficient_se": noise,
-                    "load_n": 80.0,
-                    "traction_force_n": 80.0 * mu,
-                    "load_systematic_n": np.nan,
-                    "traction_force_systematic_n": np.nan,
-                    "entrainment_speed_systematic_m_s": np.nan,
-                    "inlet_temperature_systematic_c": np.nan,
-                    "accepted": True,
-                }
-            )
-        )
-    return pd.concat(frames, ignore_index=True)
+    frame = pd.DataFrame(conditions, columns=list(CONDITIONS), dtype=float).assign(load_n=80.0)
+    levels = (frame[[name]].to_numpy() for name in CONDITIONS)
+    mu = traction_coefficient(printed()[oil], *levels, slip).ravel()
+    return accepted_points(oil, frame, slip, mu, noise, generator(5, "points", oil))
 
 
 def matrix(ps: list[float] = P, us: list[float] = U, ts: list[float] = T) -> list:

@@ -3,19 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from campaigns import ROOT, printed
-from oilfilm.physics.rigs import Contact
+from campaigns import oil_of, printed, rig_contact
+from fit_points import accepted_points
 from oilfilm.randomness import generator
-from oilfilm.settings.messages import load
-from oilfilm.settings.oil import OilFile
-from oilfilm.settings.rig import Rig
 from oilfilm.traction import laws_for
-from oilfilm.traction.law import FloatArray, Law, Observations
+from oilfilm.traction.law import FloatArray, Law, Observations, to_internal
 
-OIL = load(ROOT / "config/oils/4050.yaml", OilFile).properties()
-_RIG = load(ROOT / "config/rigs/ball-on-disc-20mm.yaml", Rig).contact()
-assert _RIG is not None
-CONTACT: Contact = _RIG
+OIL, CONTACT = oil_of("4050"), rig_contact()
 EVERY_LAW = laws_for(OIL, CONTACT)
 SLIP = np.linspace(0, 0.3, 31)
 MATRIX = pd.DataFrame(
@@ -69,9 +63,7 @@ TRUTH: dict[str, list[float]] = {
 
 
 def internal_of(law: Law) -> FloatArray:
-    signs = np.array([one.sign for one in law.constants])
-    constants = np.array(TRUTH[law.name])
-    return np.where(signs == 0, constants, np.log(np.where(signs == 0, 1.0, signs * constants)))
+    return to_internal(law, np.array(TRUTH[law.name]))
 
 
 def observe(law: Law) -> Observations:
@@ -83,19 +75,4 @@ def observe(law: Law) -> Observations:
 def points_of(law: Law, noise: float = 0.0) -> pd.DataFrame:
     """A table of points whose truth is the law."""
     mu = law.traction(internal_of(law), observe(law))
-    frame = MATRIX.loc[MATRIX.index.repeat(len(SLIP))].reset_index(drop=True)
-    random = generator(17, "laws", law.name)
-    return frame.assign(
-        run_id=np.repeat([f"run{place:02d}" for place in range(len(MATRIX))], len(SLIP)),
-        oil="4050",
-        first_row=np.tile(np.arange(len(SLIP)), len(MATRIX)),
-        slide_roll_ratio=np.tile(SLIP, len(MATRIX)),
-        traction_coefficient=mu + noise * random.standard_normal(len(mu)),
-        traction_coefficient_se=noise,
-        traction_force_n=mu * frame["load_n"],
-        load_systematic_n=np.nan,
-        traction_force_systematic_n=np.nan,
-        entrainment_speed_systematic_m_s=np.nan,
-        inlet_temperature_systematic_c=np.nan,
-        accepted=True,
-    )
+    return accepted_points("4050", MATRIX, SLIP, mu, noise, generator(17, "laws", law.name))

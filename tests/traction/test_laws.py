@@ -21,7 +21,7 @@ from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAW_NAMES, LAWS, expression, laws_for
-from oilfilm.traction.law import CONDITIONS, FloatArray, Law, bounds, to_constants
+from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.traction.laws.wang_deng import wang_deng_groups
 
 ComplexArray = npt.NDArray[np.complex128]
@@ -31,45 +31,34 @@ def problem_of(law: Law, points: pd.DataFrame) -> Problem:
     return build_problem(law, curve_data(points, law.conditions), np.ones(3, dtype=bool))
 
 
-@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
-def test_gradient_is_that_of_finite_differences(law: Law) -> None:
-    at, internal = observe(law), internal_of(law)
-    jacobian = law.jacobian(internal, at)
-    for place in range(len(internal)):
-        step = np.zeros(len(internal))
-        step[place] = 1e-5
-        ends = [law.traction(internal + sign * step, at) for sign in (1, -1)]
-        central = (ends[0] - ends[1]) / 2e-5
-        # the error of a central difference is of second order in the step
-        np.testing.assert_allclose(jacobian[:, place], central, rtol=1e-6, atol=1e-10)
-
-
-def by_hand(law: Law, sizes: FloatArray) -> ComplexArray:
+def by_hand(law: Law, internal: ComplexArray) -> ComplexArray:
     """mu by the law's own text, evaluated by Python with complex numbers: nothing of oilfilm."""
     known: dict[str, Any] = {
         **{name: getattr(np, name) for name in ("exp", "expm1", "log", "log1p", "sqrt", "tanh")},
         "asinh": np.arcsinh,
         "abs": lambda value: np.where(value.real < 0, -value, value),
-        "S": SLIP.astype(complex),
+        "S": np.tile(SLIP, len(MATRIX)).astype(complex),
     }
-    for coefficient, size in zip(law.coefficients, sizes, strict=True):
-        known[coefficient.name] = coefficient.sign * size
+    design = law.design(MATRIX[list(law.conditions)].to_numpy())
+    blocks = internal.reshape(len(law.coefficients), -1)
+    for coefficient, block in zip(law.coefficients, blocks, strict=True):
+        size = np.exp(design @ block)
+        known[coefficient.name] = coefficient.sign * np.repeat(size, len(SLIP))
     for name, text in law.parts:
         known[name] = eval(text, known)
     return np.asarray(eval(law.equation, known))
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
-def test_values_and_slopes_are_those_of_the_text(law: Law) -> None:
-    """By the complex step d mu/d ln x = Im mu(x (1 + i h))/h, without any difference taken."""
-    sizes = law.sizes(internal_of(law), law.design(MATRIX[list(law.conditions)].to_numpy()))
-    for row in (0, 20, 47):
-        mu, slopes = law.value_and_slopes(sizes[:, row], SLIP)
-        np.testing.assert_allclose(mu, by_hand(law, sizes[:, row]).real, rtol=0, atol=4e-17)
-        for place, slope in enumerate(slopes):
-            step = np.where(np.arange(len(sizes)) == place, 1 + 1e-30j, 1)
-            expected = by_hand(law, sizes[:, row] * step).imag / 1e-30
-            np.testing.assert_allclose(slope, expected, rtol=0, atol=2e-16)
+def test_values_and_jacobian_are_those_of_the_text(law: Law) -> None:
+    """By the complex step d mu/dx = Im mu(x + i h)/h, without any difference taken."""
+    at, internal = observe(law), internal_of(law)
+    mu = by_hand(law, internal.astype(complex)).real
+    np.testing.assert_allclose(law.traction(internal, at), mu, rtol=0, atol=1e-16)
+    for index, column in enumerate(law.jacobian(internal, at).T):
+        step = np.where(np.arange(len(internal)) == index, 1e-30j, 0)
+        expected = by_hand(law, internal + step).imag / 1e-30
+        np.testing.assert_allclose(column, expected, rtol=0, atol=2e-16)
 
 
 def test_equation_with_an_unknown_name_is_told() -> None:
@@ -80,19 +69,10 @@ def test_equation_with_an_unknown_name_is_told() -> None:
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_global_search_finds_the_planted_law(law: Law, config: Settings) -> None:
     task = problem_of(law, points_of(law))
-    found = engine.search(task, config.fit, generator(3, "planted", law.name))
+    optimum = engine.search(task, config.fit, generator(3, "planted", law.name))
     truth = np.array(TRUTH[law.name])[task.free]
-    np.testing.assert_allclose(task.reported(found.values), truth, rtol=1e-4, atol=1e-6)
-    assert found.sse < 1e-14 * float(np.sum(task.mu**2))
-
-
-@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
-def test_planted_constants_are_plausible_and_within_the_bounds(law: Law) -> None:
-    mu = law.traction(internal_of(law), observe(law))
-    assert 0.01 < mu.max() < 0.1
-    inside = (internal_of(law) >= bounds(law)[:, 0]) & (internal_of(law) <= bounds(law)[:, 1])
-    assert inside.all()
-    np.testing.assert_allclose(to_constants(law, internal_of(law)), TRUTH[law.name], rtol=1e-12)
+    np.testing.assert_allclose(task.reported(optimum.values), truth, rtol=1e-4, atol=1e-6)
+    assert optimum.sse < 1e-14 * float(np.sum(task.mu**2))
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
@@ -170,8 +150,8 @@ def test_critical_load_far_above_is_the_law_without_it() -> None:
     far[1] += 1
     expected = plain.traction(internal_of(plain), observe(plain))
     # |K - 1| is off from K by W/Wc, 0.14 % at most here, and so is A, of size 0.03
-    found = critical.traction(far, observe(critical))
-    np.testing.assert_allclose(found, expected, atol=1e-4)
+    mu = critical.traction(far, observe(critical))
+    np.testing.assert_allclose(mu, expected, atol=1e-4)
 
 
 def test_three_levels_of_load_leave_two_critical_loads() -> None:
@@ -186,9 +166,9 @@ def test_three_levels_of_load_leave_two_critical_loads() -> None:
         task = problem_of(law, three)
         ends.append(engine.polish(task, start[task.free]))
     assert max(end.sse for end in ends) < 1e-14 * float(np.sum(three["traction_coefficient"] ** 2))
-    found = np.exp([end.values[-1] for end in ends])
-    assert found[0] == pytest.approx(3.0, rel=1e-4)
-    assert 0.42 < found[1] < 1.42
+    critical_loads = np.exp([end.values[-1] for end in ends])
+    assert critical_loads[0] == pytest.approx(3.0, rel=1e-4)
+    assert 0.42 < critical_loads[1] < 1.42
 
 
 def test_traction_of_wang_deng_at_no_slip_is_d_minus_a() -> None:

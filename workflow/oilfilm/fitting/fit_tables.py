@@ -10,11 +10,9 @@ from scipy.special import ndtri
 
 from oilfilm import tables
 from oilfilm.fitting.objectives import curve_weights, difference, pulling_curves
-from oilfilm.fitting.problem import Problem
 from oilfilm.fitting.profile import profile_interval
 from oilfilm.fitting.solution import Solution
 from oilfilm.fitting.systematic import SENSORS
-from oilfilm.fitting.uncertainty import Estimates
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import FloatArray, Law
 
@@ -50,7 +48,9 @@ def tables_without_fit(
     law: Law, quality: Mapping[str, Any], printed: Mapping[str, float], reason: str
 ) -> dict[str, pd.DataFrame]:
     """The same of data that could not be fitted: no values, and the reason as the verdict."""
-    rows = [_no_value(constant.name) for constant in law.constants if constant.known is None]
+    columns = tables.empty("coefficients").columns
+    rows = pd.DataFrame({"constant": _fitted_names(law)}).reindex(columns=columns)
+    rows = rows.assign(identifiable=False, verdict="not identifiable")
     row = {
         **dict.fromkeys(tables.columns("fit_quality"), np.nan),
         **quality,
@@ -82,64 +82,62 @@ def _checked(
 _WITH_VALUES = ("refits", "correlations", "profiles", "curve_residuals")
 
 
-def _coefficients(solution: Solution, settings: FitSettings) -> list[dict[str, Any]]:
-    """A row per constant, in the order of the law."""
-    law, problem = solution.problem.law, solution.problem
-    rows = _estimated(solution, settings.sign_confidence)
-    names = [constant.name for constant in law.constants if constant.known is None]
-    stuck = [
-        _no_value(name) | {"value": value, "verdict": "at a bound"}
-        for name, value in problem.at_bounds.items()
-    ]
+def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
+    """One row per constant, in the order of the law."""
+    law, at_bounds = solution.problem.law, solution.problem.at_bounds
+    estimated = _estimated(solution, settings.sign_confidence)
     # the level of a condition that did not vary is inside X0: neither can be told apart
-    told = {*problem.names, *problem.at_bounds}
-    lost = [_no_value(name) for name in names if name not in told]
-    order = [*names, *law.local_constants]
-    return sorted([*rows, *stuck, *lost], key=lambda row: order.index(row["constant"]))
+    local = [name for name in law.local_constants if name in {*estimated.index, *at_bounds}]
+    rows = estimated.reindex([*_fitted_names(law), *local])
+    rows["identifiable"] = rows.index.isin(estimated.index)
+    rows["verdict"] = rows["verdict"].fillna("not identifiable")
+    for name, value in at_bounds.items():
+        rows.loc[name, "value"] = value
+        rows.loc[name, "verdict"] = "at a bound"
+    return rows.rename_axis("constant").reset_index()
 
 
-def _estimated(solution: Solution, sign_confidence: float) -> list[dict[str, Any]]:
-    """A row per free constant, with its errors and intervals."""
+def _fitted_names(law: Law) -> list[str]:
+    return [constant.name for constant in law.constants if constant.known is None]
+
+
+def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
+    """One row per free constant, by its name, with its errors and intervals."""
     problem, estimates = solution.problem, solution.estimates.reported(solution.problem)
-    levels, z = solution.profile
     degrees = len(problem.mu) - len(solution.best.values)
-    others = {
-        f"{name}_value": None if other is None else problem.reported(other.values)
-        for name, other in (("weighted", solution.weighted), ("robust", solution.robust))
-    }
-    reach = sign_reach(len(problem.names), sign_confidence)
-    rows = []
-    for index, name in enumerate(problem.names):
-        crossings = profile_interval(levels[index], z[index], degrees)
-        ends = sorted(_reported_alone(problem, end, index) for end in crossings)
-        rows.append(
-            _no_value(name)
-            | {
-                "value": estimates.values[index],
-                "naive_standard_error": estimates.naive_errors[index],
-                "systematic_standard_error": estimates.systematic_errors[index],
-                "profile_lower": ends[0],
-                "profile_upper": ends[1],
-                "identifiable": True,
-                "verdict": "no interval",
-                **{key: np.nan if of is None else of[index] for key, of in others.items()},
-            }
-            | _bootstrap_interval(estimates, index, reach)
-        )
+    profiles = zip(*solution.profile, strict=True)
+    ends = np.array([profile_interval(*profile, degrees) for profile in profiles])
+    lower, upper = problem.reported(ends.T)
+    # a constant below zero falls where its logarithm rises
+    turned = problem.signs < 0
+    weighted, robust = (
+        np.full(len(ends), np.nan) if other is None else problem.reported(other.values)
+        for other in (solution.weighted, solution.robust)
+    )
+    rows = pd.DataFrame(
+        {
+            "value": estimates.values,
+            "standard_error": np.nan,
+            "lower": np.nan,
+            "upper": np.nan,
+            "naive_standard_error": estimates.naive_errors,
+            "profile_lower": np.where(turned, upper, lower),
+            "profile_upper": np.where(turned, lower, upper),
+            "systematic_standard_error": estimates.systematic_errors,
+            "weighted_value": weighted,
+            "robust_value": robust,
+            "verdict": "no interval",
+        },
+        index=problem.names,
+    )
+    if len(estimates.refits):
+        rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
+        rows["lower"], rows["upper"] = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
+        error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
+        sure = rows["value"].abs() > sign_reach(len(rows), sign_confidence) * error
+        known = sure & (rows["lower"] * rows["upper"] > 0)
+        rows["verdict"] = np.where(known, "known", "sign unknown")
     return rows
-
-
-def _bootstrap_interval(estimates: Estimates, index: int, reach: float) -> dict[str, Any]:
-    """Standard error and interval of a constant by its refits; nothing where there are none."""
-    if not len(estimates.refits):
-        return {}
-    refits = estimates.refits[:, index]
-    lower, upper = np.quantile(refits, [0.025, 0.975])
-    error = float(refits.std(ddof=1))
-    systematic = float(np.nan_to_num(estimates.systematic_errors[index]))
-    sure = np.abs(estimates.values[index]) > reach * np.hypot(error, systematic)
-    verdict = "known" if sure and lower * upper > 0 else "sign unknown"
-    return {"standard_error": error, "lower": lower, "upper": upper, "verdict": verdict}
 
 
 def sign_reach(constants: int, confidence: float) -> float:
@@ -156,38 +154,8 @@ def sign_reach(constants: int, confidence: float) -> float:
     return float(ndtri(1 - (1 - confidence) / (2 * constants)))
 
 
-def _reported_alone(problem: Problem, value: float, index: int) -> float:
-    values = np.zeros(len(problem.names))
-    values[index] = value
-    return float(problem.reported(values)[index])
-
-
-_NUMBERS_OF_A_CONSTANT = (
-    "value",
-    "standard_error",
-    "lower",
-    "upper",
-    "naive_standard_error",
-    "profile_lower",
-    "profile_upper",
-    "systematic_standard_error",
-    "weighted_value",
-    "robust_value",
-)
-
-
-def _no_value(name: str) -> dict[str, Any]:
-    return {
-        "constant": name,
-        **dict.fromkeys(_NUMBERS_OF_A_CONSTANT, np.nan),
-        "identifiable": False,
-        "verdict": "not identifiable",
-    }
-
-
-def _with_printed(rows: list[dict[str, Any]], printed: Mapping[str, float]) -> pd.DataFrame:
-    frame = pd.DataFrame(rows)
-    return frame.assign(printed_value=frame["constant"].map(dict(printed)).astype(float))
+def _with_printed(rows: pd.DataFrame, printed: Mapping[str, float]) -> pd.DataFrame:
+    return rows.assign(printed_value=rows["constant"].map(dict(printed)).astype(float))
 
 
 def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:

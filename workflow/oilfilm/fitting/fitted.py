@@ -130,8 +130,8 @@ class FittedLaw:
             if len(wide):
                 spread, shifted = (
                     # constants at a bound stay there in every refit
-                    np.where(np.isnan(refitted := _in_order(law, some)), values, refitted)
-                    for some in (wide[~calibration], wide[calibration])
+                    np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
+                    for rows in (wide[~calibration], wide[calibration])
                 )
         box = np.full((len(law.conditions) + 1, 2), np.nan)
         if quality is not None:
@@ -169,8 +169,8 @@ class FittedLaw:
         root = self.coefficients.root(self.law)
         mu, error = np.empty(len(slip)), np.empty(len(slip))
         for start in range(0, len(slip), _CHUNK):
-            some = slice(start, start + _CHUNK)
-            mu[some], error[some] = self._predict_some(conditions[some], slip[some], root)
+            chunk = slice(start, start + _CHUNK)
+            mu[chunk], error[chunk] = self._predict_chunk(conditions[chunk], slip[chunk], root)
         sign = np.where(slip < 0, -1.0, 1.0)
         reach, above = ndtri(0.5 + level / 2) * error, mu > 0
         relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
@@ -183,7 +183,7 @@ class FittedLaw:
         distance = self._distance(conditions, slip)
         return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance)
 
-    def _predict_some(
+    def _predict_chunk(
         self, conditions: FloatArray, slip: FloatArray, root: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         law, coefficients = self.law, self.coefficients
@@ -290,10 +290,4 @@ def predict(
     shape = arrays[0].shape
     *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
     prediction = FittedLaw(law, coefficients).predict(np.column_stack(conditions), slip, level)
-    return Prediction(
-        prediction.traction_coefficient.reshape(shape),
-        prediction.lower.reshape(shape),
-        prediction.upper.reshape(shape),
-        prediction.outside.reshape(shape),
-        prediction.distance.reshape(shape),
-    )
+    return Prediction(**{name: array.reshape(shape) for name, array in vars(prediction).items()})

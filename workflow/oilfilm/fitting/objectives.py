@@ -61,12 +61,12 @@ def robust_fit(problem: Problem, plain: Optimum) -> Alternative | None:
     values, scale = plain.values, 0.0
     for _ in range(_ROUNDS):
         median = float(np.median(np.abs(problem.residual(values))))
-        wanted = _CAUCHY_TUNING * MAD_TO_SIGMA * median
-        if wanted == 0 or not np.isfinite(wanted):
+        new_scale = _CAUCHY_TUNING * MAD_TO_SIGMA * median
+        if new_scale == 0 or not np.isfinite(new_scale):
             return None
-        if abs(wanted - scale) <= 1e-3 * wanted:
+        if abs(new_scale - scale) <= 1e-3 * new_scale:
             break
-        scale = wanted
+        scale = new_scale
         values = _cauchy(problem, values, scale)
     return Alternative(values, 1 / (1 + (problem.residual(values) / scale) ** 2))
 
@@ -116,4 +116,4 @@ def curve_weights(problem: Problem, robust: Alternative | None) -> FloatArray:
 def pulling_curves(data: CurveData, weights: FloatArray, settings: FitSettings) -> list[str]:
     """Runs that the robust fit all but ignores, worst first: they pull the plain fit away."""
     order = np.argsort(weights)
-    return [data.runs[place] for place in order if weights[place] < settings.pulling_weight]
+    return [data.runs[curve] for curve in order if weights[curve] < settings.pulling_weight]

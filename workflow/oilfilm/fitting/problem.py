@@ -72,7 +72,7 @@ class Problem:
         Where a condition did not vary, its level is inside X0: what the data then give is the
         coefficient X at that level and at the reference of the others, and it is named so.
         """
-        return [self._all_names[place] for place in np.flatnonzero(self.free)]
+        return [self._all_names[index] for index in np.flatnonzero(self.free)]
 
     def beyond(self, values: FloatArray) -> FloatArray:
         """How far free constants, shape (..., free), lie outside their bounds, 0 within."""
@@ -82,28 +82,23 @@ class Problem:
     @cached_property
     def at_bounds(self) -> dict[str, float]:
         """The constants that stay at a bound, as they stand in the law's equation."""
-        signs = self._all_signs
+        signs = self.law.signs
         return {
-            self._all_names[place]: signs[place] * np.exp(value) if signs[place] else value
-            for place, value in self.held
+            self._all_names[index]: signs[index] * np.exp(value) if signs[index] else value
+            for index, value in self.held
         }
 
     @cached_property
     def _all_names(self) -> list[str]:
         if self.followed.all():
             return [constant.name for constant in self.law.constants]
-        heads = [constant.name for constant in self.law.constants if constant.condition is None]
-        local = dict(zip(heads, self.law.local_constants, strict=True))
+        local = {f"{name}0": name for name in self.law.local_constants}
         return [local.get(constant.name, constant.name) for constant in self.law.constants]
 
     @cached_property
     def signs(self) -> IndexArray:
         """Sign of each free constant, 0 for exponents."""
-        return self._all_signs[self.free]
-
-    @cached_property
-    def _all_signs(self) -> IndexArray:
-        return np.array([constant.sign for constant in self.law.constants])
+        return self.law.signs[self.free]
 
     @cached_property
     def limits(self) -> FloatArray:
@@ -138,8 +133,8 @@ class Problem:
         """All internal constants from the free ones; (free,) or (free, population)."""
         full = np.empty((len(self.free), *values.shape[1:]))
         full.T[:] = self.law.known
-        for place, value in self.held:
-            full[place] = value
+        for index, value in self.held:
+            full[index] = value
         full[self.free] = values
         return full
 

@@ -2,12 +2,8 @@
 
 The text is arithmetic as Python and SymPy read it: "A*tanh(B*S/A)". A parsed equation is a graph
 of `Node` in which equal parts are one object, so that a part that occurs twice is computed once.
-No package for algebra is needed at run time, and nothing generated is stored.
-
-SymPy 1.14 was tried in place of this module and of the formulas in `typeset`. Values and slopes
-were equally exact (largest error 6e-17 with both), but the slopes took 1.0 to 1.7 times as long
-and the import took 2.5 s of CPU time (pandas: 0.5 s). By estimate it saves 240 lines written by
-hand, but it needs 105 generated lines, and every new law needs a third file.
+No package for algebra is needed at run time, and nothing generated is stored (why not SymPy:
+docs/architecture.md, How to add a law).
 """
 
 import ast

@@ -209,6 +209,11 @@ class Law:
         return tuple(constants)
 
     @cached_property
+    def signs(self) -> IndexArray:
+        """Sign of each constant, 0 for exponents."""
+        return np.array([constant.sign for constant in self.constants])
+
+    @cached_property
     def known(self) -> FloatArray:
         """Internal constants with the exponents that the law gives, and 0 for all others."""
         return np.array([constant.known or 0.0 for constant in self.constants])
@@ -272,8 +277,8 @@ def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[...,
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:
     """Constants as they stand in the law's equation, from the search's form."""
-    signs = np.array([constant.sign for constant in law.constants])
-    return np.where(signs == 0, internal, signs * np.exp(np.where(signs == 0, 0.0, internal)))
+    size = np.exp(np.where(law.signs == 0, 0.0, internal))
+    return np.where(law.signs == 0, internal, law.signs * size)
 
 
 def to_internal(law: Law, constants: FloatArray) -> FloatArray:
@@ -282,12 +287,11 @@ def to_internal(law: Law, constants: FloatArray) -> FloatArray:
     Raises:
         ValueError: A constant has the sign that the law forbids.
     """
-    signs = np.array([constant.sign for constant in law.constants])
-    magnitude = np.where(signs == 0, 1.0, signs * constants)
+    magnitude = np.where(law.signs == 0, 1.0, law.signs * constants)
     if np.any(magnitude <= 0):
         wrong = law.constants[int(np.argwhere(magnitude <= 0)[0][-1])]
         raise ValueError(f"{law.name}: {wrong.name} must be of sign {wrong.sign:+d}")
-    return np.where(signs == 0, constants, np.log(magnitude))
+    return np.where(law.signs == 0, constants, np.log(magnitude))
 
 
 def bounds(law: Law) -> FloatArray:
