@@ -226,12 +226,6 @@ def verdict(
         effect: Largest change of mu over its largest value.
         near_best: Statements behind the best that still count as near it.
         no_effect_max: Largest effect that counts as none.
-
-    Examples:
-        >>> verdict(1.6, 0.8, 0.3, near_best=0.5, no_effect_max=0.01)
-        'settled'
-        >>> verdict(1.6, 0.8, 0.003, near_best=0.5, no_effect_max=0.01)
-        'without effect'
     """
     if effect <= no_effect_max:
         return "without effect"
