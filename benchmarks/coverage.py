@@ -23,11 +23,10 @@ from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
 from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
-from oilfilm.traction import LAWS
+from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray, to_internal
 
 ROOT = Path(__file__).parents[1]
-LAW = LAWS["deng2026"]
 NORMAL_95 = 1.959964
 
 
@@ -36,12 +35,12 @@ def covered(oil: str, refits: int, number: int) -> FloatArray:
     config = resolve(ROOT / "config", {"campaign": "demo"})
     campaign = config.campaign
     constants = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")[oil]
-    truth = to_internal(LAW, constants)
+    truth = to_internal(PAPER_LAW, constants)
     conditions = np.array(list(itertools.product(*campaign.matrix.model_dump().values())))
     random = generator(config.seed, "coverage", oil, number)
     rig = next(iter(config.rigs.values()))
     data = simulate_curves(constants, conditions, campaign.twin, rig, random)
-    problem = build_problem(LAW, data, varied_conditions(data.conditions, config.fit))
+    problem = build_problem(PAPER_LAW, data, varied_conditions(data.conditions, config.fit))
     best = polish(problem, truth)
     lower, upper = np.quantile(curve_bootstrap(problem, best, refits, random), [0.025, 0.975], 0)
     naive = NORMAL_95 * np.sqrt(np.diag(naive_covariance(problem, best)))
@@ -58,7 +57,7 @@ def coverage(oil: str, campaigns: int, refits: int) -> FloatArray:
 
 def main(campaigns: int = 200, refits: int = 1000) -> None:
     """Print the shares of every oil."""
-    names = " ".join(f"{constant.name:>5s}" for constant in LAW.constants)
+    names = " ".join(f"{constant.name:>5s}" for constant in PAPER_LAW.constants)
     print(f"share of {campaigns} campaigns whose 95 % interval covers the truth; {refits} refits")
     for oil in ("4102", "4050", "4010"):
         print(f"{oil:16s} {names}")

@@ -37,7 +37,7 @@ from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
 from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
-from oilfilm.traction import LAWS
+from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray, bounds
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -45,8 +45,7 @@ ROOT = Path(__file__).parents[1]
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
 PRINTED = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
 OILS = ("4102", "4050", "4010")
-LAW = LAWS["deng2026"]
-LOG_BOX = bounds(LAW)
+LOG_BOX = bounds(PAPER_LAW)
 # What a user who knows the size of mu and no more would allow for the raw constants.
 RAW_BOX = np.array(
     [
@@ -71,7 +70,7 @@ def task(oil: str, copies: int = 1) -> tuple[Problem, CurveData]:
     data = simulate_curves(
         PRINTED[oil], np.tile(conditions, (copies, 1)), CONFIG.campaign.twin, rig, random
     )
-    return build_problem(LAW, data, varied_conditions(data.conditions, CONFIG.fit)), data
+    return build_problem(PAPER_LAW, data, varied_conditions(data.conditions, CONFIG.fit)), data
 
 
 def raw_sse(data: CurveData) -> Callable[[FloatArray], float]:
@@ -110,7 +109,7 @@ def lmfit_defaults(problem: Problem, data: CurveData, seed: int) -> float:
     """The same behind lmfit."""
     import lmfit
 
-    names = [constant.name for constant in LAW.constants]
+    names = [constant.name for constant in PAPER_LAW.constants]
     start = lmfit.Parameters()
     for name, (low, high) in zip(names, RAW_BOX, strict=True):
         start.add(name, value=(low + high) / 2, min=low, max=high)

@@ -8,7 +8,6 @@ import numpy.typing as npt
 import pandas as pd
 import pytest
 
-from campaigns import ROOT
 from law_points import CONTACT, EVERY_LAW, MATRIX, OIL, SLIP, TRUTH, internal_of, observe, points_of
 from oilfilm.fitting import engine
 from oilfilm.fitting.fit import fit_oil
@@ -18,7 +17,6 @@ from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
 from oilfilm.randomness import generator
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAW_NAMES, LAWS, expression, laws_for
 from oilfilm.traction.law import CONDITIONS, Law
@@ -215,11 +213,6 @@ def test_yardsticks_start_with_their_slope_and_end_at_their_limit(
 def test_laws_that_need_an_oil_and_a_contact_are_had_only_with_both() -> None:
     assert set(laws_for(None, CONTACT)) == set(laws_for(OIL, None)) == set(LAWS)
     assert tuple(EVERY_LAW) == LAW_NAMES
-
-
-def test_config_knows_the_laws_that_there_are() -> None:
-    config = resolve(ROOT / "config", {})
-    assert set(config.compare.laws) == set(LAW_NAMES)
 
 
 @pytest.mark.parametrize(

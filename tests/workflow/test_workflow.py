@@ -135,6 +135,12 @@ def test_changed_gate_judges_again_but_reads_nothing_again(project: Path) -> Non
     assert not {"twin", "ingest"} & rules
 
 
+def test_another_law_leaves_the_comparison_of_laws_alone(project: Path) -> None:
+    rules = set(planned(project, *SMALL, "fit={'law': 'tanh'}"))
+    assert "fit" in rules
+    assert not {"compare", "comparisons"} & rules
+
+
 @contextmanager
 def changed(path: Path, old: str, new: str) -> Iterator[None]:
     """A file with one text replaced, for a while."""

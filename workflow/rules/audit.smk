@@ -1,5 +1,5 @@
 rule audit:
-    "The paper's claims and its advice on oils, held against the campaign and the printed constants."
+    "The paper's claims and its advice on oils, checked with the campaign and the printed constants."
     input:
         **finished("points", "runs", "coefficients", "comparison", "torque"),
         printed="data/reference/printed_coefficients.yaml",

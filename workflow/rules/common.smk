@@ -13,6 +13,7 @@ from oilfilm.digests import code_digest, file_digest
 from oilfilm.readers.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
+from oilfilm.traction import PAPER_LAW
 
 try:
     SETTINGS = resolve(Path("config"), config)
@@ -144,7 +145,7 @@ def files_of_shard(wildcards):
     return [file for file in FILES if shard_of(file, SETTINGS.shards) == int(wildcards.shard)]
 
 
-# Asked once a run: a release names the logs that its run has asked for, not what they became since.
+# Read once per run: a release names the logs that its run has read, not what they became since.
 digest_of_log = cache(file_digest)
 
 

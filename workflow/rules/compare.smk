@@ -1,3 +1,5 @@
+# The comparison fits laws of its own: another `fit.law` must not repeat it.
+COMPARED = SETTINGS.with_changes({"fit": {"law": PAPER_LAW.name}})
 COMPARE_TABLES = ("comparison", "law_coefficients", "law_fit_quality", "law_refits")
 
 
@@ -11,7 +13,7 @@ rule compare:
         "<logs>/compare-{oil}.log",
     params:
         code=code("compare.py"),
-        config=part("compare", "fit", "oils", "rigs", "seed"),
+        config=COMPARED.part("compare", "fit", "oils", "rigs", "seed"),
     script:
         "../scripts/compare.py"
 

@@ -16,7 +16,7 @@ rule printed:
 
 
 rule signs:
-    "All sign sets of the printed exponents, held against the paper's text."
+    "All sign sets of the printed exponents, compared with the paper's text."
     input:
         **finished("points"),
         printed="data/reference/printed_coefficients.yaml",

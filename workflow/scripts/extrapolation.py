@@ -1,4 +1,4 @@
-"""Hold fitted laws against the truth of a simulated campaign."""
+"""Compare fitted laws with the truth of a simulated campaign."""
 
 from oilfilm.run.job import job
 from oilfilm.studies.extrapolation import extrapolate, extrapolation_errors

@@ -1,4 +1,4 @@
-"""Hold all sign sets of the printed exponents against the paper's text."""
+"""Compare all sign sets of the printed exponents with the paper's text."""
 
 from pathlib import Path
 

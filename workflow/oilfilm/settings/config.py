@@ -282,7 +282,7 @@ class TorqueLogSettings(Group):
 class CompareSettings(Group):
     """Laws compared on the same points by the same fit."""
 
-    laws: Unique[AnyLaw] = key("Laws, in the order of tables and figures.")
+    laws: Unique[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
     bootstrap: int = key("Bootstrap refits of each law (whole curves are resampled).", ge=2)
     level_gap: float = key(
         "Levels are apart by more than this share of a condition's range.", unit="1", gt=0, le=1
@@ -416,7 +416,7 @@ class PrintedSettings(Group):
 
 
 class AuditSettings(Group):
-    """The paper's claims, held against refit and printed constants."""
+    """The paper's claims, checked with refit and printed constants."""
 
     holds_share: Share = key("Share of the cases from which on a claim holds.")
     fails_share: Share = key("Share of the cases below which a claim fails.")

@@ -21,7 +21,8 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.reference import PublishedPowerLoss
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
-from oilfilm.studies.load_variables import LOAD_LAWS, LOAD_VARIABLES, LawInBearing
+from oilfilm.studies.load_variables import LOAD_VARIABLES, LawInBearing
+from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
@@ -144,7 +145,7 @@ def _load_laws(
     fitted = set(coefficients.loc[coefficients["oil"] == oil, "law"]) & set(known)
     laws = {
         name: FittedLaw.of(coefficients, oil, quality=quality, law=known[name])
-        for name in LOAD_LAWS
+        for name in BEARING_LAW_NAMES
         if name in fitted
     }
     return {

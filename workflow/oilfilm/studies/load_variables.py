@@ -11,8 +11,6 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import FloatArray, to_internal
 
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
-# Laws on load that are fitted to the same points by a form of their own, where they are compared.
-LOAD_LAWS = ("wang-deng-load", "wang-deng-groups")
 
 
 @dataclass(frozen=True)

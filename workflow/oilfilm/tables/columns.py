@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from oilfilm.tables.declaration import BY_ROW, LARGEST, Check, Column, Table, by_name
+from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import ABSOLUTE_ZERO_C
 
 
@@ -531,7 +532,7 @@ _BEARING = (
     text("load_variable", "load variable of the law. stress: maximum Hertz pressure; load: load in "
         "N; dimensionless_load: W/(E' Rx^2); otherwise the name of a law on load, fitted to the "
         "same points",
-        allowed=("stress", "load", "dimensionless_load", "wang-deng-load", "wang-deng-groups")),
+        allowed=("stress", "load", "dimensionless_load", *BEARING_LAW_NAMES)),
     number("traction_share", "1", "share of the calculated torque that the traction law decides"),
     number("law_traction_coefficient", "1", "mean mu over the contacts by the law"),
     number("traction_coefficient_systematic", "1", "standard uncertainty of mu from calibration "

@@ -3,14 +3,16 @@
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction import laws
-from oilfilm.traction.law import Law
+from oilfilm.traction.law import Law, LawOfContact
 
+_EVERY_LAW = [law for law in vars(laws).values() if isinstance(law, Law | LawOfContact)]
+LAW_NAMES = tuple(law.name for law in _EVERY_LAW)
 # Laws that need nothing but the conditions.
-LAWS: dict[str, Law] = {law.name: law for law in vars(laws).values() if isinstance(law, Law)}
-# Laws that need the oil's properties and the contact besides.
-OF_CONTACT = {"wang-deng-groups": laws.wang_deng_groups}
-
-LAW_NAMES = (*LAWS, *OF_CONTACT)
+LAWS: dict[str, Law] = {law.name: law for law in _EVERY_LAW if isinstance(law, Law)}
+# The law of Deng et al. (2026), whose constants are printed.
+PAPER_LAW = laws.DENG2026
+# Laws on load that are evaluated in bearings beside the campaign's law.
+BEARING_LAW_NAMES = tuple(law.name for law in _EVERY_LAW if law.in_bearings)
 
 
 def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
@@ -25,4 +27,7 @@ def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
     """
     if oil is None or contact is None:
         return LAWS
-    return LAWS | {name: law(oil, contact) for name, law in OF_CONTACT.items()}
+    return {
+        law.name: law.of(oil, contact) if isinstance(law, LawOfContact) else law
+        for law in _EVERY_LAW
+    }

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from oilfilm.physics.oils import Oil
+from oilfilm.physics.rigs import Contact
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 
@@ -111,6 +113,8 @@ class Law:
         groups: What the power laws are of: the conditions, or groups that the law makes of them.
         must_vary: Conditions without whose variation the law cannot be fitted.
         adore: A, B, C and D as text where the law has the form (A + B S) exp(-C S) + D.
+        in_bearings: Whether bearings are evaluated with it too, where another law is the
+            campaign's: for laws on load, which differ from one on stress there.
     """
 
     name: str
@@ -123,6 +127,7 @@ class Law:
     parts: tuple[tuple[str, str], ...] = ()
     must_vary: tuple[str, ...] = ()
     adore: tuple[str, str, str, str] | None = None
+    in_bearings: bool = False
 
     def group_values(self, conditions: FloatArray) -> FloatArray:
         """Rows of groups from rows of conditions."""
@@ -273,6 +278,21 @@ def _graphs(
 @cache
 def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[..., Any]:
     return expression.compiled(names, graphs)
+
+
+@dataclass(frozen=True)
+class LawOfContact:
+    """A law that needs an oil's properties and the contact, by its name.
+
+    Attributes:
+        name: As of `Law`.
+        of: Makes the law for an oil in a contact.
+        in_bearings: As of `Law`.
+    """
+
+    name: str
+    of: Callable[[Oil, Contact], Law]
+    in_bearings: bool = False
 
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:

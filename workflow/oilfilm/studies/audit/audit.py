@@ -20,7 +20,7 @@ from oilfilm.studies.operating_grid import AXES, Film, Grid
 from oilfilm.studies.selection import select
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS
+from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
 
 _JUDGED_ON = {
@@ -99,8 +99,9 @@ def printed_evidence(
     printed: Mapping[str, FloatArray], viscosity_order: Sequence[str], settings: Settings
 ) -> Evidence:
     """The constants that the paper prints, signs restored."""
-    law = LAWS["deng2026"]
-    laws = {oil: FittedLaw(law, Coefficients.bare(law, row)) for oil, row in printed.items()}
+    laws = {
+        oil: FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, row)) for oil, row in printed.items()
+    }
     return Evidence(
         "printed", viscosity_order, laws, {}, films(settings), settings.gates.lambda_limit
     )

@@ -14,10 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from oilfilm.traction import LAWS
+from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, BoolArray, FloatArray
 
-LAW = LAWS["deng2026"]  # whose constants are printed
+LAW = PAPER_LAW  # its constants are printed
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)  # axes
 
 

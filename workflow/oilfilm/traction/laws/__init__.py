@@ -1,9 +1,13 @@
-"""Every traction law, one line per law. A new law is its own file and its line here."""
+"""Every traction law, one line per law. A new law is its own file and its line here.
 
-from oilfilm.traction.laws.carreau import CARREAU as CARREAU
+Tables and figures show the laws in this order.
+"""
+
+# isort: off
 from oilfilm.traction.laws.deng2026 import DENG2026 as DENG2026
-from oilfilm.traction.laws.eyring import EYRING as EYRING
-from oilfilm.traction.laws.tanh import TANH as TANH
-from oilfilm.traction.laws.wang_deng import WANG_DENG_CRITICAL_LOAD as WANG_DENG_CRITICAL_LOAD
 from oilfilm.traction.laws.wang_deng import WANG_DENG_LOAD as WANG_DENG_LOAD
-from oilfilm.traction.laws.wang_deng import wang_deng_groups as wang_deng_groups
+from oilfilm.traction.laws.wang_deng import WANG_DENG_CRITICAL_LOAD as WANG_DENG_CRITICAL_LOAD
+from oilfilm.traction.laws.wang_deng import WANG_DENG_GROUPS as WANG_DENG_GROUPS
+from oilfilm.traction.laws.eyring import EYRING as EYRING
+from oilfilm.traction.laws.carreau import CARREAU as CARREAU
+from oilfilm.traction.laws.tanh import TANH as TANH

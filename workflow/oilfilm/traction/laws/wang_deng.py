@@ -22,7 +22,7 @@ import numpy as np
 from oilfilm.physics.film import InletOil
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.traction.law import BoolArray, Coefficient, FloatArray, Law
+from oilfilm.traction.law import BoolArray, Coefficient, FloatArray, Law, LawOfContact
 
 _CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 _COEFFICIENTS = (
@@ -42,6 +42,7 @@ WANG_DENG_LOAD = Law(
     groups=_CONDITIONS,
     reference=(100.0, 20.0, 20.0),
     adore=("A", "B", "C", "D"),
+    in_bearings=True,
 )
 
 # The same with A proportional to |Wc/W - 1|, Wc being a critical load. K = Wc/W is a coefficient
@@ -60,6 +61,7 @@ WANG_DENG_CRITICAL_LOAD = replace(
     ),
     must_vary=("load_n",),  # one load says nothing of a critical one
     adore=("A*abs(K - 1)", "B", "C", "D"),
+    in_bearings=False,
 )
 
 
@@ -109,7 +111,7 @@ class WangDengGroups(Law):
 def wang_deng_groups(oil: Oil, contact: Contact) -> WangDengGroups:
     """The law on dimensionless groups of an oil in a contact."""
     return WangDengGroups(
-        name="wang-deng-groups",
+        name=WANG_DENG_GROUPS.name,
         source=f"{WANG_DENG_LOAD.source}; the groups are ours",
         equation=WANG_DENG_LOAD.equation,
         coefficients=_COEFFICIENTS,
@@ -121,3 +123,6 @@ def wang_deng_groups(oil: Oil, contact: Contact) -> WangDengGroups:
         radius_m=contact.radius_m,
         reduced_modulus_pa=contact.reduced_modulus_pa,
     )
+
+
+WANG_DENG_GROUPS = LawOfContact("wang-deng-groups", wang_deng_groups, in_bearings=True)
