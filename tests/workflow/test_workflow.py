@@ -193,7 +193,7 @@ def test_changed_log_redoes_only_its_own_share(project: Path) -> None:
 
 def test_real_etm_log_goes_through(project: Path, real_pcs: Path) -> None:
     raw = project / "data/raw/etm-slim"
-    raw.mkdir()
+    raw.mkdir(parents=True)
     shutil.copy(real_pcs / "ETM_slim_mapper.txt", raw)
     campaign = read_campaign(project, "etm-slim")
     # 20 000 points: the comparison would take longer than all the rest
