@@ -100,7 +100,7 @@ def test_unusable_log_is_refused_whole_with_the_same_rules(
     values, units, load = example.columns(7), example.units, example.load
     lacking = {key: column for key, column in values.items() if key != load}
     writer = WRITERS[name]
-    for content, rule, words in (
+    for content, rule, sentence in (
         (writer(values, units, {"oil": "9999"}), "unknown_oil", "'9999'"),
         (writer(values, units, {"note": "x"}), "header", "no property `oil`"),
         (writer(lacking, units, KEYS), "columns", f"lacks the columns {load}"),
@@ -109,7 +109,7 @@ def test_unusable_log_is_refused_whole_with_the_same_rules(
         reading = read(content, config, example)
         (refusal,) = reading.refusals
         assert refusal.rule == rule
-        assert words in refusal.reason
+        assert sentence in refusal.reason
         assert (reading.rows, refusal.refused_rows, reading.runs) == (7, 7, [])
 
 
@@ -123,5 +123,5 @@ def test_log_without_rows_says_so(config: Settings, example: Example, name: str)
 
 def test_every_reader_has_its_section_in_the_guide() -> None:
     guide = (ROOT / "data/raw/README.md").read_text(encoding="utf-8")
-    assert [reader.name for reader in READERS if f"## `{reader.name}`" not in guide] == []
-    assert {reader.name for reader in READERS} == {*WRITERS, "pcs"}
+    assert [name for name in READERS if f"## `{name}`" not in guide] == []
+    assert set(READERS) == {*WRITERS, "pcs"}

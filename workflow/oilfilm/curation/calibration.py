@@ -19,10 +19,6 @@ def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFr
 
     All points of a rig share these errors, so they are kept apart from the random ones; null
     where the rig file states none.
-
-    Args:
-        points: With `rig` and the quantities of the table of points.
-        rigs: Rigs by name.
     """
     rig = points["rig"].astype("category")
 

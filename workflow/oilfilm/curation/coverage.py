@@ -34,10 +34,6 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     The matrix is planned for each oil of the campaign, on whichever of its rigs. Without a matrix
     nothing is planned and nothing can be missing. Runs that state no set points share rows with
     null conditions.
-
-    Args:
-        runs: Table of runs with their verdicts.
-        settings: Settings of the run.
     """
     planned = _planned(settings)
     tested = _counted(with_levels(runs, settings))
@@ -64,12 +60,7 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 
 
 def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """The runs at conditions of the campaign's matrix; all of them where it has none.
-
-    Args:
-        runs: Table of runs.
-        settings: Settings of the run.
-    """
+    """The runs at conditions of the campaign's matrix; all of them where it has none."""
     if settings.campaign.matrix is None:
         return runs
     planned = set(_keys(_planned(settings)))
@@ -77,12 +68,7 @@ def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 
 
 def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """Runs with a pressure for a load, and each set point moved to the level that it means.
-
-    Args:
-        runs: Table of runs.
-        settings: Settings of the run.
-    """
+    """Runs with a pressure for a load, and each set point moved to the level that it means."""
     planned, same = _planned(settings), settings.same_set_point
     noted = _with_pressure(runs, settings.rigs)
     levels = {name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}
@@ -99,43 +85,29 @@ def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
 
 
 def describe_condition(condition: Mapping[Any, Any]) -> str:
-    """A condition in words, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
-    names = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
-    values = [condition[name] for name in SET_POINTS]
-    set_points = [
-        name.format(value)
-        for name, value in zip(names, values, strict=True)
-        if not math.isnan(value)
-    ]
+    """A condition as text, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
+    forms = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
+    values = {form: condition[name] for form, name in zip(forms, SET_POINTS, strict=True)}
+    set_points = [form.format(value) for form, value in values.items() if not math.isnan(value)]
     return ", ".join(set_points) or "no set points"
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
-    """Table of gate counts: how many files, runs, points and rows each gate or rule refused.
-
-    Args:
-        runs: Table of runs with their verdicts.
-        points: Table of points with their verdicts.
-        quarantine: Table of what was refused.
-    """
+    """Table of gate counts: how many files, runs, points and rows each gate or rule refused."""
     refusals = pd.concat([_from_quarantine(quarantine), _from_points(points, runs)])
     if refusals.empty:
         return tables.empty("gate_counts")
-    rows = [
-        {
-            "stage": stage,
-            "gate": gate,
-            "what": what,
-            "files": of_gate["file"].nunique(),
-            "runs": of_gate.loc[of_gate["run_id"] != "", "run_id"].nunique(),
-            "runs_refused": of_gate["runs_refused"].sum(),
-            "points": of_gate["points"].sum(),
-            "rows": of_gate["refused_rows"].sum(),
-            "advice": of_gate["advice"].iloc[0],
-        }
-        for (stage, gate, what), of_gate in refusals.groupby(["stage", "rule", "what"])
-    ]
-    return tables.from_rows(rows, "gate_counts")
+    # a file that cannot be read has no run
+    refusals = refusals.assign(run_id=refusals["run_id"].mask(refusals["run_id"] == ""))
+    counts = refusals.groupby(["stage", "rule", "what"], as_index=False).agg(
+        files=("file", "nunique"),
+        runs=("run_id", "nunique"),
+        runs_refused=("runs_refused", "sum"),
+        points=("points", "sum"),
+        rows=("refused_rows", "sum"),
+        advice=("advice", "first"),
+    )
+    return tables.conform(counts.rename(columns={"rule": "gate"}), "gate_counts", "gate counts")
 
 
 def _planned(settings: Settings) -> pd.DataFrame:

@@ -15,11 +15,9 @@ from oilfilm import tables
 from oilfilm.curation.gate import Columns, Finding, Limits, Run
 from oilfilm.curation.measure import Measured, measure
 from oilfilm.curation.refusals import (
-    advice_for,
     plateau_gates,
     quarantine_rows,
     refusal,
-    refusal_of_all,
     run_gates,
 )
 from oilfilm.curation.repeats import repeated
@@ -44,13 +42,7 @@ class Curated:
 def check_logs(
     logs: Iterable[tuple[str, bytes]], settings: Settings, kind: RigKind = TRACTION_RIG
 ) -> Curated:
-    """What ingest and curation make of logs, given by name and content.
-
-    Args:
-        logs: Name of each log in its folder, and its bytes.
-        settings: Settings of the run.
-        kind: The kind of rig that they are of.
-    """
+    """What ingest and curation make of logs, given by name and content."""
     ingested = ingest_logs(logs, settings, kind.logs)
     samples = ingested.all_samples()
     share = curate(samples, ingested.runs, settings, kind)
@@ -85,8 +77,7 @@ def curate(
     for run in runs.to_dict("records"):
         run_id = run["run_id"]
         if run["rule"]:
-            advice = advice_for(run["rule"], kind)
-            refused[run_id] = Refusal(run["rule"], run["reason"], advice, run_id)
+            refused[run_id] = refusal(run["rule"], Finding(run["reason"]), kind, run_id)
         if run_id not in rows_of:
             finding = Finding("the log has no readable row of data")
             refused.setdefault(run_id, refusal("no_rows", finding, kind, run_id))
@@ -249,11 +240,10 @@ def _why_all_fail(
     run_id, failed = points["run_id"].iloc[0], failed.loc[points.index]
     for gate in plateau_gates(kind):
         if failed[gate.name].all():
-            return refusal_of_all(gate.name, gate.judge(points, limits), kind, run_id)
+            return refusal(gate.name, Finding(gate.judge(points, limits).sentence), kind, run_id)
     counts = ", ".join(f"{name} {count}" for name, count in failed.sum().items() if count)
-    sentence = "each of the {plateaus} plateaus fails some gate ({counts})"
-    numbers = {"plateaus": len(points), "counts": counts}
-    return refusal("no_point_left", Finding(sentence, numbers=numbers), kind, run_id)
+    sentence = f"each of the {len(points)} plateaus fails some gate ({counts})"
+    return refusal("no_point_left", Finding(sentence), kind, run_id)
 
 
 def _with_rules(runs: pd.DataFrame, refused: list[Refusal]) -> pd.DataFrame:

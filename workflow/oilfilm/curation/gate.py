@@ -5,9 +5,9 @@ runs at once. `run_gates.py` and `plateau_gates.py` define them all in the order
 judge. A new gate is one function there.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -63,27 +63,19 @@ class Run:
         return self.signals[channel.column][self.working]
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What a gate found in a run: a sentence with its numbers, and the rows concerned.
-
-    Rows are 0 where none in particular is meant. The sentence names its numbers in braces; the
-    rows are among them as `first_row` and `last_row`.
-    """
+class Finding(NamedTuple):
+    """What a gate found in a run: a sentence and the rows concerned, 0 where none is meant."""
 
     sentence: str
     first_row: int = 0
     last_row: int = 0
-    numbers: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """Which plateaus a gate refuses, and the sentence about them with its numbers."""
+class Judgement(NamedTuple):
+    """Which plateaus a gate refuses, and the sentence about them all."""
 
     fails: "pd.Series[bool] | BoolArray"
     sentence: str
-    numbers: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -115,47 +107,29 @@ class TorqueLimits(Limits):
     standstill_rpm: float
 
 
-# The limits are those of the rigs that the gate judges.
+# A check of one run: None where the run passes. The limits are those of the rigs that it judges.
 RunJudge = Callable[[Run, Any], Finding | None]
+# A check of plateaus, which carry the oil and the set points of their run. Where its quantity is
+# null (no set point, no second half) it does not refuse.
 PlateauJudge = Callable[[pd.DataFrame, Any], Judgement]
+Judge = TypeVar("Judge", RunJudge, PlateauJudge)
 
 
 @dataclass(frozen=True)
-class Gate:
+class Gate(Generic[Judge]):
     """A check with its advice and the kinds of rig that it judges."""
 
     name: str
     rigs: tuple[str, ...]
     advice: str
+    judge: Judge
 
 
-@dataclass(frozen=True)
-class RunGate(Gate):
-    """A check of one run. `judge` gives None where the run passes."""
-
-    judge: RunJudge
-
-
-@dataclass(frozen=True)
-class PlateauGate(Gate):
-    """A check of plateaus, which carry the oil and the set points of their run.
-
-    A gate whose quantity is null (no set point, no second half) does not refuse.
-    """
-
-    judge: PlateauJudge
-
-
-def run_gate(*rigs: str, advice: str) -> Callable[[RunJudge], RunGate]:
-    """Make a function a gate of runs, under its own name.
+def gate(*rigs: str, advice: str) -> Callable[[Judge], Gate[Judge]]:
+    """Make a function a gate under its own name.
 
     Args:
         rigs: Kinds of rig that it judges.
         advice: What to do about a refusal. May hold words of the rig in braces (`RigKind.words`).
     """
-    return lambda judge: RunGate(judge.__name__, rigs, advice, judge)
-
-
-def plateau_gate(*rigs: str, advice: str) -> Callable[[PlateauJudge], PlateauGate]:
-    """Make a function a gate of plateaus, as `run_gate` does for runs."""
-    return lambda judge: PlateauGate(judge.__name__, rigs, advice, judge)
+    return lambda judge: Gate(judge.__name__, rigs, advice, judge)

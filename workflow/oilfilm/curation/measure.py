@@ -50,26 +50,26 @@ def measure(
     spike = curation.spikes.threshold
     signals = kind.usable(signals)
     division = kind.divide(signals, rig, settings)
-    usable, flaw = _usable_phases(signals, division, kind, settings)
+    usable, missing = _usable_phases(signals, division, kind, settings)
     starts, stops = _without(division, usable, signals, curation.plateaus.min_duration_s)
     averages = average(signals, starts, stops, kind, spike, curation.plateaus.transient_share)
     averages["duration_s"] = (stops - starts) * signals.interval_s
-    if flaw is not None:
-        unknown = nothing(len(starts))
-        plateaus = kind.derive(averages, unknown, unknown)
-        return Measured(plateaus, division.working, ("zero_missing", flaw), division.too_short)
-    zero = zero_reference(signals, kind.sensor.column, division.rest, spike)
-    time_s = averages["time_s"]
-    plateaus = kind.derive(averages, zero.at(time_s), zero.standard_error_at(time_s))
-    drifts = None
-    if abs(zero.drift) > limits.zero_drift_max:
-        sentence = (
-            "the zero of the {sensor} moves by {drift:.3g} {sensor_unit} during the run; allowed "
-            "{allowed:g} {sensor_unit}"
-        )
-        numbers = {"drift": zero.drift, "allowed": limits.zero_drift_max}
-        drifts = "zero_drift", Finding(sentence, numbers=numbers)
-    return Measured(plateaus, division.working, drifts, division.too_short)
+    flaw: tuple[str, Finding] | None = None
+    if missing is not None:
+        output = output_se = nothing(len(starts))
+        flaw = "zero_missing", missing
+    else:
+        zero = zero_reference(signals, kind.sensor.column, division.rest, spike)
+        output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
+        if abs(zero.drift) > limits.zero_drift_max:
+            sensor, unit = kind.sensor.name, kind.sensor.unit
+            sentence = (
+                f"the zero of the {sensor} moves by {zero.drift:.3g} {unit} during the run; "
+                f"allowed {limits.zero_drift_max:g} {unit}"
+            )
+            flaw = "zero_drift", Finding(sentence)
+    plateaus = kind.derive(averages, output, output_se)
+    return Measured(plateaus, division.working, flaw, division.too_short)
 
 
 def _readings(signals: Signals, kind: RigKind) -> Columns:
@@ -98,7 +98,7 @@ def _usable_phases(
     least_s = kind.limits(settings).zero_min_duration_s
     usable: list[slice] = []
     for name, part in division.rest.items():
-        problem = phase_too_short(signals, part, name, least_s)
+        problem = phase_too_short(signals, part, f"{name} phase of {kind.words['rest']}", least_s)
         problem = problem or kind.phase_problem(signals, part, name, settings)
         if problem is not None:
             return usable, problem

@@ -10,12 +10,13 @@ from oilfilm.curation.gate import (
     BOTH,
     TORQUE,
     TRACTION,
+    Gate,
     Judgement,
     Limits,
-    PlateauGate,
+    PlateauJudge,
     TorqueLimits,
     TractionLimits,
-    plateau_gate,
+    gate,
 )
 from oilfilm.units import FloatArray, conversion
 
@@ -23,54 +24,25 @@ from oilfilm.units import FloatArray, conversion
 _LOAD_UNITS = ("kgf", "lbf", "gf")
 
 
-def _by_range(
-    fails: "pd.Series[bool]", values: "pd.Series[float]", sentence: str, **numbers: float
-) -> Judgement:
-    """Judgement by one quantity; `lowest` and `highest` of its sentence are over the plateaus."""
-    return Judgement(fails, sentence, {"lowest": values.min(), "highest": values.max(), **numbers})
-
-
-def _by_slip_or_traction(
-    points: pd.DataFrame, ending: str, most_slip: float, most_traction: float, sentence: str
-) -> Judgement:
-    """Judgement by a difference of slip or of traction within each plateau."""
-    slip, traction = points[f"slip_{ending}"].abs(), points[f"traction_{ending}"].abs()
-    numbers = {"most_slip": most_slip, "most_traction": most_traction}
-    return Judgement(
-        (slip > most_slip) | (traction > most_traction),
-        sentence + "; allowed {most_slip:g} and {most_traction:g}",
-        {"slip": slip.max(), "traction": traction.max(), **numbers},
-    )
-
-
-@plateau_gate(
-    TRACTION,
-    advice="Such rows carry no traction; nothing to do if the step was not meant to.",
-)
+@gate(TRACTION, advice="Such rows carry no traction; nothing to do if the step was not meant to.")
 def traction_missing(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Force, load or slip has no value."""
     missing = points[["traction_coefficient", "slide_roll_ratio"]].isna().any(axis=1)
     return Judgement(missing, "no traction force, load above zero or slip was logged")
 
 
-@plateau_gate(
-    *BOTH, advice="Hold each {level} longer than settle_s + min_duration_s of config.yaml."
-)
+@gate(*BOTH, advice="Hold each {level} longer than settle_s + min_duration_s of config.yaml.")
 def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Little is left of a level once it has settled."""
     duration_s, least_s = points["duration_s"], limits.min_duration_s
-    return _by_range(
+    return Judgement(
         duration_s < least_s,
-        duration_s,
-        "{lowest:.2f} s to {highest:.2f} s are left of each plateau once it has settled; "
-        "expected {least_s:g} s or more",
-        least_s=least_s,
+        f"{duration_s.min():.2f} s to {duration_s.max():.2f} s are left of each plateau once it "
+        f"has settled; expected {least_s:g} s or more",
     )
 
 
-@plateau_gate(
-    TRACTION, advice="Check the load's unit and calibration and the set point in the header."
-)
+@gate(TRACTION, advice="Check the load's unit and calibration and the set point in the header.")
 def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The load is not the one that was set."""
     load_n, nominal_n = points["load_n"].mean(), points["nominal_load_n"].median()
@@ -82,9 +54,8 @@ def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     ]
     return Judgement(
         _off_nominal(points, "load_n", allowed),
-        "the mean load is {load_n:.2f} N, nominal {nominal_n:.2f} N (tolerance {allowed:.0%})"
-        "{hint}",
-        {"load_n": load_n, "nominal_n": nominal_n, "allowed": allowed, "hint": "".join(hints)},
+        f"the mean load is {load_n:.2f} N, nominal {nominal_n:.2f} N (tolerance {allowed:.0%})"
+        + "".join(hints),
     )
 
 
@@ -93,66 +64,57 @@ def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Serie
     return (points[name] - nominal).abs() > tolerance * nominal
 
 
-@plateau_gate(
+@gate(
     TRACTION,
     advice="Check the spindle control, the track radii of the rig file and the set point.",
 )
 def speed_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The entrainment speed is not the one that was set."""
     allowed = limits.gates.speed_tolerance
-    return _by_range(
+    return Judgement(
         _off_nominal(points, "entrainment_speed_m_s", allowed),
-        points["entrainment_speed_m_s"],
-        "the entrainment speed is {lowest:.3f} to {highest:.3f} m/s, nominal {nominal:g} m/s "
-        "(tolerance {allowed:.0%})",
-        nominal=points["nominal_entrainment_speed_m_s"].median(),
-        allowed=allowed,
+        f"the entrainment speed is {_span(points['entrainment_speed_m_s'], '.3f')} m/s, nominal "
+        f"{points['nominal_entrainment_speed_m_s'].median():g} m/s (tolerance {allowed:.0%})",
     )
 
 
-@plateau_gate(TRACTION, advice="Check the temperature control and the set point.")
+def _span(values: "pd.Series[float]", form: str) -> str:
+    """The range of a quantity over the plateaus, as in `0.10 to 0.25`."""
+    return f"{values.min():{form}} to {values.max():{form}}"
+
+
+@gate(TRACTION, advice="Check the temperature control and the set point.")
 def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The inlet temperature is not the one that was set."""
     temperature_c = points["inlet_temperature_c"]
     nominal_c = points["nominal_inlet_temperature_c"]
     allowed_c = limits.gates.temperature_tolerance_c
-    return _by_range(
+    return Judgement(
         (temperature_c - nominal_c).abs() > allowed_c,
-        temperature_c,
-        "the inlet temperature is {lowest:.1f} to {highest:.1f} degC, nominal {nominal:g} degC "
-        "(tolerance {allowed:g} degC)",
-        nominal=nominal_c.median(),
-        allowed=allowed_c,
+        f"the inlet temperature is {_span(temperature_c, '.1f')} degC, nominal "
+        f"{nominal_c.median():g} degC (tolerance {allowed_c:g} degC)",
     )
 
 
-@plateau_gate(
-    TRACTION, advice="Check the spindle speeds: one of them may have slipped for a moment."
-)
+@gate(TRACTION, advice="Check the spindle speeds: one of them may have slipped for a moment.")
 def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
     least, most = limits.gates.slide_roll_ratio_min, limits.gates.slide_roll_ratio_max
-    return _by_range(
+    return Judgement(
         ~slip.between(least, most),
-        slip,
-        "the slide-roll ratio is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
-        least=least,
-        most=most,
+        f"the slide-roll ratio is {_span(slip, '.4f')}; expected {least:g} to {most:g}",
     )
 
 
-@plateau_gate(
-    TRACTION, advice="Check the control of the slip and the planned slips of the campaign file."
-)
+@gate(TRACTION, advice="Check the control of the slip and the planned slips of the campaign file.")
 def slip_off_set_point(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is none of the planned ones."""
     distance = _distance_to_plan(points, limits.planned_slips)
     return Judgement(
         distance > limits.gates.slip_tolerance,
-        "the slide-roll ratio is up to {distance:.4f} away from every planned one (tolerance "
-        "{allowed:g})",
-        {"distance": distance.max(initial=0), "allowed": limits.gates.slip_tolerance},
+        f"the slide-roll ratio is up to {distance.max(initial=0):.4f} away from every planned one "
+        f"(tolerance {limits.gates.slip_tolerance:g})",
     )
 
 
@@ -164,92 +126,89 @@ def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatAr
     return np.abs(slip[:, np.newaxis] - np.array(planned)).min(axis=1)
 
 
-@plateau_gate(TRACTION, advice="Let the rig settle longer, or check its control.")
+@gate(TRACTION, advice="Let the rig settle longer, or check its control.")
 def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Slip or traction differs between the two halves of a plateau."""
-    return _by_slip_or_traction(
-        points,
-        "change",
-        limits.gates.slip_change_max,
-        limits.gates.traction_change_max,
-        "slip and traction change within the plateaus by up to {slip:.4f} and {traction:.4f}",
+    slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
+    most_slip, most_traction = limits.gates.slip_change_max, limits.gates.traction_change_max
+    return Judgement(
+        (slip > most_slip) | (traction > most_traction),
+        f"slip and traction change within the plateaus by up to {slip.max():.4f} and "
+        f"{traction.max():.4f}; allowed {most_slip:g} and {most_traction:g}",
     )
 
 
-@plateau_gate(
+@gate(
     TRACTION,
     advice="Let the rig settle longer after each step, or raise settle_s of config.yaml.",
 )
 def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The beginning of a plateau differs from the rest of it."""
-    return _by_slip_or_traction(
-        points,
-        "transient",
-        limits.gates.slip_transient_max,
-        limits.gates.traction_transient_max,
+    slip, traction = points["slip_transient"].abs(), points["traction_transient"].abs()
+    most_slip, most_traction = limits.gates.slip_transient_max, limits.gates.traction_transient_max
+    return Judgement(
+        (slip > most_slip) | (traction > most_traction),
         f"the first {limits.transient_share:.0%} of the plateaus differ from the rest by up to "
-        "{slip:.4f} in slip and {traction:.4f} in traction",
+        f"{slip.max():.4f} in slip and {traction.max():.4f} in traction; allowed {most_slip:g} and "
+        f"{most_traction:g}",
     )
 
 
-@plateau_gate(TORQUE, advice="Wait until the bearing has warmed through.")
+@gate(TORQUE, advice="Wait until the bearing has warmed through.")
 def torque_drifts(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque differs between the two halves of a plateau."""
     change = points["torque_change_n_m"].abs() / points["torque_n_m"].abs()
-    allowed = limits.gates.torque_change_max
-    sentence = (
-        "the torque changes within the plateaus by up to {highest:.1%}; allowed {allowed:.1%}"
-    )
-    return _by_range(change > allowed, change, sentence, allowed=allowed)
+    return _by_change("torque", change, limits.gates.torque_change_max)
 
 
-@plateau_gate(*BOTH, advice="Check the load's control, and hold the load while the {level} steps.")
+def _by_change(quantity: str, change: "pd.Series[float]", allowed: float) -> Judgement:
+    """Judgement by a relative change within each plateau."""
+    sentence = f"the {quantity} changes within the plateaus by up to {change.max():.1%}"
+    return Judgement(change > allowed, f"{sentence}; allowed {allowed:.1%}")
+
+
+@gate(*BOTH, advice="Check the load's control, and hold the load while the {level} steps.")
 def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The load differs between the two halves of a plateau."""
-    change, allowed = points["load_change"].abs(), limits.signals.load_change_max
-    sentence = "the load changes within the plateaus by up to {highest:.1%}; allowed {allowed:.1%}"
-    return _by_range(change > allowed, change, sentence, allowed=allowed)
+    return _by_change("load", points["load_change"].abs(), limits.signals.load_change_max)
 
 
-@plateau_gate(*BOTH, advice="Wait until the temperature of the oil is steady.")
+@gate(*BOTH, advice="Wait until the temperature of the oil is steady.")
 def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The oil's temperature differs between the two halves of a plateau."""
     change_c = points["temperature_change_c"].abs()
     allowed_c = limits.signals.temperature_change_max_c
-    return _by_range(
+    return Judgement(
         change_c > allowed_c,
-        change_c,
-        "the temperature changes within the plateaus by up to {highest:.2f} degC; allowed "
-        "{allowed_c:g} degC",
-        allowed_c=allowed_c,
+        f"the temperature changes within the plateaus by up to {change_c.max():.2f} degC; allowed "
+        f"{allowed_c:g} degC",
     )
 
 
-@plateau_gate(
+@gate(
     *BOTH, advice="Look for a loose contact or a disturbance near the cable of the {sensor} sensor."
 )
 def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Too many readings of a plateau are spikes."""
-    rows = points["n_samples"] + points["n_spikes"]
+    spikes, allowed = points["n_spikes"], limits.signals.spike_share_max
     return Judgement(
-        points["n_spikes"] > limits.signals.spike_share_max * rows,
-        "up to {spikes} readings of a plateau are spikes; allowed {allowed:.0%} of its rows",
-        {"spikes": points["n_spikes"].max(), "allowed": limits.signals.spike_share_max},
+        spikes > allowed * (points["n_samples"] + spikes),
+        f"up to {spikes.max()} readings of a plateau are spikes; allowed {allowed:.0%} of its rows",
     )
 
 
-@plateau_gate(TRACTION, advice="Check the fringe order of these readings.")
+@gate(TRACTION, advice="Check the fringe order of these readings.")
 def film_off_trend(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """A measured film leaves the power law in speed that its run follows.
 
     The law is the repeated-median line of ln h against ln U, which holds with up to half of the
     readings wrong (A. F. Siegel, Biometrika 69 (1982) 242).
     """
+    factor = limits.gates.film_trend_factor
     return Judgement(
-        _off_trend(points, limits.gates.film_trend_factor),
+        _off_trend(points, factor),
         "the measured film thickness does not follow a power of the entrainment speed within a "
-        "factor of {factor:g}",
-        {"factor": limits.gates.film_trend_factor},
+        f"factor of {factor:g}",
     )
 
 
@@ -273,49 +232,43 @@ def _off_trend(points: pd.DataFrame, factor: float) -> npt.NDArray[np.bool_]:
     return off.to_numpy()
 
 
-@plateau_gate(TRACTION, advice="Let the force settle after the rig reverses the slip.")
+@gate(TRACTION, advice="Let the force settle after the rig reverses the slip.")
 def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The force of one direction of slip had not reversed."""
     asymmetry, allowed = points["force_asymmetry"], limits.gates.asymmetry_max
     sliding = points["slide_roll_ratio"].abs() > limits.gates.asymmetry_slip_min
-    return _by_range(
+    return Judgement(
         sliding & (asymmetry > allowed),
-        asymmetry,
-        "|TF1 + TF2| is {lowest:.2f} to {highest:.2f} of |TF1| + |TF2|, allowed {allowed:g}: one "
+        f"|TF1 + TF2| is {_span(asymmetry, '.2f')} of |TF1| + |TF2|, allowed {allowed:g}: one "
         "direction of the slip had not reversed",
-        allowed=allowed,
     )
 
 
-@plateau_gate(TRACTION, advice="Check the zero and the calibration of the force sensor.")
+@gate(TRACTION, advice="Check the zero and the calibration of the force sensor.")
 def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The traction coefficient is one that no oil has."""
     mu = points["traction_coefficient"]
     least, most = limits.gates.traction_min, limits.gates.traction_max
-    return _by_range(
+    return Judgement(
         (mu < least) | (mu > most),
-        mu,
-        "the traction coefficient is {lowest:.4f} to {highest:.4f}; expected {least:g} to {most:g}",
-        least=least,
-        most=most,
+        f"the traction coefficient is {_span(mu, '.4f')}; expected {least:g} to {most:g}",
     )
 
 
-@plateau_gate(
+@gate(
     TRACTION,
     advice="Raise the speed, or lower the temperature or the load: this is mixed lubrication.",
 )
 def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film does not separate the surfaces."""
-    return _by_range(
+    return Judgement(
         points["film_judgement"] == "below limit",
-        points["lambda_ratio"],
-        "the lambda ratio is {lowest:.2f} to {highest:.2f}; full film needs more than {limit:g}",
-        limit=limits.gates.lambda_limit,
+        f"the lambda ratio is {_span(points['lambda_ratio'], '.2f')}; full film needs more than "
+        f"{limits.gates.lambda_limit:g}",
     )
 
 
-@plateau_gate(
+@gate(
     TRACTION,
     advice="Fill in the rig's geometry, materials and roughness and the oil's properties, or set "
     "film_unjudged in the campaign file, with a reason.",
@@ -330,33 +283,29 @@ def film_not_judged(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     )
 
 
-@plateau_gate(TORQUE, advice="Check the sign and the zero of the torque sensor.")
+@gate(TORQUE, advice="Check the sign and the zero of the torque sensor.")
 def torque_not_positive(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque does not resist the motion."""
     torque = points["torque_n_m"]
-    sentence = "the torque is {lowest:.3g} to {highest:.3g} N m; expected more than 0"
-    return _by_range(~(torque > 0), torque, sentence)
+    sentence = f"the torque is {_span(torque, '.3g')} N m; expected more than 0"
+    return Judgement(~(torque > 0), sentence)
 
 
-@plateau_gate(
-    TORQUE,
-    advice="Log the speed of the inner ring as positive: its torque is what resists it.",
-)
+@gate(TORQUE, advice="Log the speed of the inner ring as positive: its torque is what resists it.")
 def turns_backwards(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The speed is negative."""
     speed = points["inner_speed_rpm"]
-    sentence = "the speed is {lowest:.0f} to {highest:.0f} rpm; expected more than 0"
-    return _by_range(speed < 0, speed, sentence)
+    return Judgement(speed < 0, f"the speed is {_span(speed, '.0f')} rpm; expected more than 0")
 
 
-@plateau_gate(
-    TORQUE, advice="Check the load cell: a ball bearing of this kind must be pushed together."
-)
+@gate(TORQUE, advice="Check the load cell: a ball bearing of this kind must be pushed together.")
 def unloaded(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """Nothing pushes the bearing together."""
     load = points["axial_load_n"]
-    sentence = "the axial load is {lowest:.3g} to {highest:.3g} N; expected more than 0"
-    return _by_range(~(load > 0), load, sentence)
+    sentence = f"the axial load is {_span(load, '.3g')} N; expected more than 0"
+    return Judgement(~(load > 0), sentence)
 
 
-PLATEAU_GATES = tuple(each for each in list(globals().values()) if isinstance(each, PlateauGate))
+PLATEAU_GATES: tuple[Gate[PlateauJudge], ...] = tuple(
+    each for each in list(globals().values()) if isinstance(each, Gate)
+)

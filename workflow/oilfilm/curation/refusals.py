@@ -1,11 +1,12 @@
-"""Refusals of curation: a finding becomes a sentence here, and a refusal becomes a row."""
+"""Refusals of curation: a finding gets its advice here, and a refusal becomes a row."""
 
-from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
 
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import Finding, Gate, Judgement, PlateauGate, RunGate
+from oilfilm.curation.gate import Finding, Gate, PlateauJudge, RunJudge
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
@@ -23,47 +24,34 @@ _ADVICE = {
 }
 
 
-def run_gates(kind: RigKind) -> list[RunGate]:
+def run_gates(kind: RigKind) -> list[Gate[RunJudge]]:
     """The gates of runs that judge a kind of rig."""
     return [gate for gate in RUN_GATES if kind.name in gate.rigs]
 
 
-def plateau_gates(kind: RigKind) -> list[PlateauGate]:
+def plateau_gates(kind: RigKind) -> list[Gate[PlateauJudge]]:
     """The gates of plateaus that judge a kind of rig."""
     return [gate for gate in PLATEAU_GATES if kind.name in gate.rigs]
 
 
 def advice_for(rule: str, kind: RigKind) -> str:
     """What to do about a refusal by the gate or rule of that name."""
-    every_gate: tuple[Gate, ...] = (*RUN_GATES, *PLATEAU_GATES)
-    gates = {gate.name: gate.advice for gate in every_gate}
-    return {**gates, **_ADVICE, **kind.advice}[rule].format(**kind.words)
+    gates: list[Gate[Any]] = [*RUN_GATES, *PLATEAU_GATES]
+    of_gates = {gate.name: gate.advice for gate in gates}
+    return {**of_gates, **_ADVICE, **kind.advice}[rule].format(**kind.words)
 
 
 def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:
-    """A finding about a run as a refusal, with its sentence and the advice for the rig."""
-    rows = {"first_row": finding.first_row, "last_row": finding.last_row}
-    numbers = {**finding.numbers, **rows}
-    sentence = finding.sentence.format(**{**kind.words, **numbers})
-    return Refusal(rule, sentence, advice_for(rule, kind), run_id, **rows, numbers=numbers)
-
-
-def refusal_of_all(rule: str, judgement: Judgement, kind: RigKind, run_id: str) -> Refusal:
-    """The refusal of a run of which one gate refuses every plateau."""
-    return refusal(rule, Finding(judgement.sentence, numbers=judgement.numbers), kind, run_id)
+    """A finding about a run as a refusal, with the advice for the rig."""
+    sentence, first_row, last_row = finding
+    return Refusal(rule, sentence, advice_for(rule, kind), run_id, first_row, last_row)
 
 
 def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame) -> pd.DataFrame:
-    """The table of quarantine of refusals by curation.
-
-    Args:
-        refusals: Each of one run.
-        runs: Table of runs, which has them all.
-    """
-    about: Mapping[str, Mapping[str, str]] = runs.set_index("run_id")[["campaign", "file"]].to_dict(
-        "index"
-    )  # type: ignore[assignment]
-    rows = []
-    for each in refusals:
-        rows.append({**about[each.run_id], "stage": "curate", **each.row()})
+    """The table of quarantine of refusals by curation; `runs` has the run of each."""
+    of_run = runs.set_index("run_id")
+    rows = [
+        {**of_run.loc[each.run_id, ["campaign", "file"]], "stage": "curate", **asdict(each)}
+        for each in refusals
+    ]
     return tables.from_rows(rows, "quarantine")

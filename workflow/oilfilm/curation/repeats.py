@@ -11,11 +11,11 @@ from oilfilm.readers.base import Refusal
 _RULES = {
     "duplicate_log": (
         ["content_sha256"],
-        "the log has the same content as {earlier}, which is kept",
+        "the log has the same content as {}, which is kept",
     ),
     "repeated_label": (
         ["label"],
-        "the header gives the run the name that {earlier} has, which is kept",
+        "the header gives the run the name that {} has, which is kept",
     ),
     "duplicate_condition": (
         [
@@ -25,7 +25,7 @@ _RULES = {
             "nominal_entrainment_speed_m_s",
             "nominal_inlet_temperature_c",
         ],
-        "the run has the oil and the set points of {earlier}, which is kept",
+        "the run has the oil and the set points of {}, which is kept",
     ),
 }
 
@@ -43,6 +43,6 @@ def repeated(runs: pd.DataFrame, rule: str, kind: RigKind) -> list[Refusal]:
     if rule != "duplicate_log":
         later |= candidates["run_id"] != first["run_id"]
     return [
-        refusal(rule, Finding(sentence, numbers={"earlier": earlier}), kind, run_id)
+        refusal(rule, Finding(sentence.format(earlier)), kind, run_id)
         for run_id, earlier in zip(candidates["run_id"][later], first["run_id"][later], strict=True)
     ]

@@ -60,7 +60,7 @@ class RigKind(Protocol):
         sensor: The signal whose zero is removed and whose spikes are left out.
         load: The signal of the load.
         averaging: What is made of each signal over a plateau.
-        words: Its words in sentences and advice: sensor, sensor_unit, level, rest.
+        words: Its words in sentences and advice: sensor, level, rest.
         advice: What to do about a refusal by a rule that is no gate.
         carried: Columns of the table of runs that every plateau carries.
         keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.

@@ -7,18 +7,19 @@ from oilfilm.curation.gate import (
     TORQUE,
     TRACTION,
     Finding,
+    Gate,
     Limits,
     Run,
-    RunGate,
+    RunJudge,
     TorqueLimits,
     TractionLimits,
-    run_gate,
+    gate,
 )
 from oilfilm.curation.statistics import longest_hold
 from oilfilm.units import FloatArray
 
 
-@run_gate(*BOTH, advice="Check the logger's clock, and whether two logs were joined.")
+@gate(*BOTH, advice="Check the logger's clock, and whether two logs were joined.")
 def time_disorder(run: Run, limits: Limits) -> Finding | None:
     """The clock stands still or runs backwards."""
     time_s, row = run.signals.time_s, run.signals.row
@@ -27,45 +28,43 @@ def time_disorder(run: Run, limits: Limits) -> Finding | None:
         return None
     first = int(backward[0])
     return Finding(
-        "the time stamp does not increase at {count} rows, first from {before_s:g} s at row "
-        "{first_row} to {after_s:g} s at row {last_row}",
-        int(row[first]),
-        int(row[first + 1]),
-        {"count": len(backward), "before_s": time_s[first], "after_s": time_s[first + 1]},
+        f"the time stamp does not increase at {len(backward)} rows, first from {time_s[first]:g} s "
+        f"at row {row[first]} to {time_s[first + 1]:g} s at row {row[first + 1]}",
+        row[first],
+        row[first + 1],
     )
 
 
-@run_gate(*BOTH, advice="The logger paused or its clock was set: repeat the run.")
+@gate(*BOTH, advice="The logger paused or its clock was set: repeat the run.")
 def clock_jump(run: Run, limits: Limits) -> Finding | None:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
     longest_s = limits.signals.clock_jump_intervals * run.signals.interval_s
     if len(gaps) == 0 or gaps.max() <= longest_s:
         return None
-    before = int(np.argmax(gaps))
+    longest = int(np.argmax(gaps))
+    before, after = run.signals.row[[longest, longest + 1]]
     return Finding(
-        "{gap_s:g} s pass between row {first_row} and row {last_row}; expected no gap over "
-        "{longest_s:g} s",
-        int(run.signals.row[before]),
-        int(run.signals.row[before + 1]),
-        {"gap_s": gaps[before], "longest_s": longest_s},
+        f"{gaps[longest]:g} s pass between row {before} and row {after}; expected no gap over "
+        f"{longest_s:g} s",
+        before,
+        after,
     )
 
 
-@run_gate(TORQUE, advice="Check the speed signal, its unit and its column.")
+@gate(TORQUE, advice="Check the speed signal, its unit and its column.")
 def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     """The bearing stands still from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
     if fastest_rpm > limits.standstill_rpm:
         return None
     return Finding(
-        "the bearing never turns: its highest speed is {fastest_rpm:g} rpm; expected more than "
-        "{limit_rpm:g} rpm",
-        numbers={"fastest_rpm": fastest_rpm, "limit_rpm": limits.standstill_rpm},
+        f"the bearing never turns: its highest speed is {fastest_rpm:g} rpm; expected more than "
+        f"{limits.standstill_rpm:g} rpm"
     )
 
 
-@run_gate(*BOTH, advice="Check the {sensor} sensor, its cable and amplifier, and repeat the run.")
+@gate(*BOTH, advice="Check the {sensor} sensor, its cable and amplifier, and repeat the run.")
 def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     """The sensor gives exactly the same reading again and again."""
     values, row = run.of(run.sensor), run.signals.row[run.working]
@@ -73,16 +72,16 @@ def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     long_enough = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
     if not long_enough or stop - start < limits.stuck.samples:
         return None
+    first, last = row[[start, stop - 1]]
     return Finding(
-        "the {sensor} is exactly {value:g} {sensor_unit} from row {first_row} to row {last_row}; "
-        "expected noise within {duration_s:g} s",
-        int(row[start]),
-        int(row[stop - 1]),
-        {"value": values[start], "duration_s": limits.stuck.duration_s},
+        f"the {run.sensor.name} is exactly {values[start]:g} {run.sensor.unit} from row {first} to "
+        f"row {last}; expected noise within {limits.stuck.duration_s:g} s",
+        first,
+        last,
     )
 
 
-@run_gate(
+@gate(
     TRACTION,
     advice="Check the polarity of the force sensor and which body is slowed; the campaign file "
     "gives both (semantics: traction_sign, slower_body).",
@@ -96,13 +95,12 @@ def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
     if not median_n < 0 or (along < 0).mean() < limits.gates.sign_share:
         return None
     return Finding(
-        "the traction force acts against the slip (median {median_n:.3g} N); expected the slower "
-        "body to be dragged along",
-        numbers={"median_n": median_n},
+        f"the traction force acts against the slip (median {median_n:.3g} N); expected the slower "
+        "body to be dragged along"
     )
 
 
-@run_gate(*BOTH, advice="Choose a wider range of the sensor or its amplifier.")
+@gate(*BOTH, advice="Choose a wider range of the sensor or its amplifier.")
 def saturated(run: Run, limits: Limits) -> Finding | None:
     """A sensor is at the end of its range for part of the run."""
     row = run.signals.row[run.working]
@@ -116,18 +114,13 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
                 and share > limits.signals.saturated_share
                 and _piled_up(values, extreme, limits.signals.piled_up_factor)
             ):
+                first, last = row[at_stop[[0, -1]]]
                 return Finding(
-                    "the {signal} is at its extreme of {extreme:g} {unit} in {share:.1%} of the "
-                    "rows, between row {first_row} and row {last_row}; allowed {allowed:.1%}",
-                    int(row[at_stop[0]]),
-                    int(row[at_stop[-1]]),
-                    {
-                        "signal": channel.name,
-                        "extreme": extreme,
-                        "unit": channel.unit,
-                        "share": share,
-                        "allowed": limits.signals.saturated_share,
-                    },
+                    f"the {channel.name} is at its extreme of {extreme:g} {channel.unit} in "
+                    f"{share:.1%} of the rows, between row {first} and row {last}; allowed "
+                    f"{limits.signals.saturated_share:.1%}",
+                    first,
+                    last,
                 )
     return None
 
@@ -143,7 +136,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     return len(levels) > 1 and bool(counts[end] > factor * counts[neighbour])
 
 
-@run_gate(TRACTION, advice="Let rig and oil warm through before the sweep.")
+@gate(TRACTION, advice="Let rig and oil warm through before the sweep.")
 def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     """The inlet temperature differs between the plateaus of one run."""
     levels = run.plateaus["inlet_temperature_c"]
@@ -152,13 +145,12 @@ def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     if len(levels) == 0 or levels.max() - levels.min() <= allowed_c:
         return None
     return Finding(
-        "the inlet temperature goes from {lowest_c:.1f} to {highest_c:.1f} degC within the run; "
-        "allowed {allowed_c:g} degC",
-        numbers={"lowest_c": levels.min(), "highest_c": levels.max(), "allowed_c": allowed_c},
+        f"the inlet temperature goes from {levels.min():.1f} to {levels.max():.1f} degC within the "
+        f"run; allowed {allowed_c:g} degC"
     )
 
 
-@run_gate(
+@gate(
     TRACTION,
     advice="The contact or its temperature changed during the sweep: look at the specimens and "
     "repeat the run.",
@@ -185,13 +177,8 @@ def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
     if difference <= limits.gates.branch_difference_max:
         return None
     return Finding(
-        "with rising and falling slip the traction coefficients differ by {difference:.4f} (median "
-        "over {count} points); allowed {allowed:g}",
-        numbers={
-            "difference": difference,
-            "count": len(shared),
-            "allowed": limits.gates.branch_difference_max,
-        },
+        f"with rising and falling slip the traction coefficients differ by {difference:.4f} "
+        f"(median over {len(shared)} points); allowed {limits.gates.branch_difference_max:g}"
     )
 
 
@@ -208,4 +195,6 @@ def _turning_point(slip: FloatArray, least: int) -> int | None:
     return turn if from_end.max() >= least else None
 
 
-RUN_GATES = tuple(each for each in list(globals().values()) if isinstance(each, RunGate))
+RUN_GATES: tuple[Gate[RunJudge], ...] = tuple(
+    each for each in list(globals().values()) if isinstance(each, Gate)
+)

@@ -25,8 +25,10 @@ class Signals:
 
     @cached_property
     def interval_s(self) -> float:
-        """Median time between samples, in s (see `sampling_interval`)."""
-        return sampling_interval(self.time_s)
+        """Median time between samples, in s; 1 where there are too few to tell."""
+        intervals = np.diff(self.time_s)
+        median = float(np.median(intervals)) if len(intervals) else 0.0
+        return max(median, _SHORTEST_INTERVAL_S) if median > 0 else 1.0
 
     def where(self, kept: npt.NDArray[np.bool_]) -> "Signals":
         """The samples that a mask keeps."""
@@ -40,10 +42,3 @@ class Signals:
 
     def __len__(self) -> int:
         return len(self.row)
-
-
-def sampling_interval(time_s: FloatArray) -> float:
-    """Median time between samples, in s; 1 where there are too few to tell."""
-    intervals = np.diff(time_s)
-    median = float(np.median(intervals)) if len(intervals) else 0.0
-    return max(median, _SHORTEST_INTERVAL_S) if median > 0 else 1.0

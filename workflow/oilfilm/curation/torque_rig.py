@@ -44,12 +44,7 @@ class TorqueRig(RigKind):
         errors=("torque_n_m",),
         changes=("torque_n_m", "oil_temperature_c", "axial_load_n"),
     )
-    words: Mapping[str, str] = {
-        "sensor": sensor.name,
-        "sensor_unit": sensor.unit,
-        "level": "speed",
-        "rest": "standstill",
-    }
+    words: Mapping[str, str] = {"sensor": sensor.name, "level": "speed", "rest": "standstill"}
     advice: Mapping[str, str] = {
         "truncated": "Repeat the run: its closing phase of standstill is missing.",
         "zero_missing": "Let the bearing stand still, loaded, before and after the run.",
@@ -162,14 +157,12 @@ def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDAr
 
 def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Finding:
     """A level that ended before it settled."""
+    speed_rpm = np.median(signals["inner_speed_rpm"][start:stop])
+    held_s = (stop - start) * signals.interval_s
+    least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
     return Finding(
-        "the speed of about {speed_rpm:.0f} rpm was held for {held_s:.1f} s; expected "
-        "{least_s:g} s or more",
-        int(signals.row[start]),
-        int(signals.row[stop - 1]),
-        {
-            "speed_rpm": np.median(signals["inner_speed_rpm"][start:stop]),
-            "held_s": (stop - start) * signals.interval_s,
-            "least_s": settings.settle_s + settings.guard_s + settings.min_duration_s,
-        },
+        f"the speed of about {speed_rpm:.0f} rpm was held for {held_s:.1f} s; expected "
+        f"{least_s:g} s or more",
+        signals.row[start],
+        signals.row[stop - 1],
     )

@@ -57,12 +57,7 @@ class TractionRig(RigKind):
         changes=("slide_roll_ratio", "traction_force_n", "load_n", "inlet_temperature_c"),
         transients=("slide_roll_ratio", "traction_force_n"),
     )
-    words: Mapping[str, str] = {
-        "sensor": sensor.name,
-        "sensor_unit": sensor.unit,
-        "level": "slip",
-        "rest": "pure rolling",
-    }
+    words: Mapping[str, str] = {"sensor": sensor.name, "level": "slip", "rest": "pure rolling"}
     advice: Mapping[str, str] = {
         "truncated": "Repeat the run; the disk may have been full or the program killed.",
         "columns_disagree": "Look at the columns' units, the track radii of the rig file and the "
@@ -130,14 +125,8 @@ class TractionRig(RigKind):
             return None
         hint = "; so large a slip may come from swapped speed columns or wrong track radii"
         return Finding(
-            "the {phase} phase runs at a slide-roll ratio of {slip:.4f}; expected {rest}, within "
-            "{limit}{hint}",
-            numbers={
-                "phase": name,
-                "slip": slip,
-                "limit": limit,
-                "hint": hint if abs(slip) > _ABSURD_SLIP else "",
-            },
+            f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; expected pure rolling, "
+            f"within {limit}{hint if abs(slip) > _ABSURD_SLIP else ''}"
         )
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:

@@ -53,20 +53,19 @@ def phase_too_short(
     Args:
         signals: The run.
         part: The samples of the phase.
-        name: `opening` or `closing`.
+        name: The phase in words, as in `opening phase of standstill`.
         min_duration_s: Shortest phase that can be used.
     """
     rows = part.stop - part.start
     if rows <= 0:
-        return Finding("the log has no {phase} phase of {rest}", numbers={"phase": name})
+        return Finding(f"the log has no {name}")
     duration_s = rows * signals.interval_s
     # a single row gives no standard error
     if duration_s >= min_duration_s and rows > 1:
         return None
     return Finding(
-        "{duration_s:.2f} s ({rows} rows) are left of the {phase} phase of {rest}; expected "
-        "{least_s:g} s or more, and two rows",
-        numbers={"duration_s": duration_s, "rows": rows, "phase": name, "least_s": min_duration_s},
+        f"{duration_s:.2f} s ({rows} rows) are left of the {name}; expected {min_duration_s:g} s "
+        "or more, and two rows"
     )
 
 

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -57,7 +57,6 @@ class Refusal:
         first_row: First data row concerned, counted from 1; 0 where no row is meant.
         last_row: Last data row concerned.
         refused_rows: How many rows are kept out of samples because of it.
-        numbers: The numbers of the sentence, by name.
     """
 
     rule: str
@@ -67,7 +66,6 @@ class Refusal:
     first_row: int = 0
     last_row: int = 0
     refused_rows: int = 0
-    numbers: Mapping[str, Any] = field(default_factory=dict)
 
     def of_rows(self, run_id: str, first: int, last: int) -> "Refusal":
         """The refusal of the rows from `first` to `last`; of none where `last` is smaller."""
@@ -75,11 +73,6 @@ class Refusal:
         return replace(
             self, run_id=run_id, first_row=min(first, last), last_row=last, refused_rows=count
         )
-
-    def row(self) -> dict[str, Any]:
-        """What the table of quarantine holds of it."""
-        names = (each.name for each in fields(self) if each.name != "numbers")
-        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True)
@@ -128,9 +121,9 @@ def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64])
     return {"row": row, **dict.fromkeys(names, nothing), **given}
 
 
-def refused_file(rows: int, refusal: Refusal) -> Reading:
+def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:
     """The reading of a file of which nothing can be used."""
-    return Reading(rows, [], [refusal.of_rows("", 1, rows)])
+    return Reading(rows, [], [Refusal(rule, reason, advice).of_rows("", 1, rows)])
 
 
 def refused_ranges(
@@ -148,7 +141,7 @@ def damaged_file(form: str, error: Exception) -> Reading:
     what = " ".join(str(error).split())[:200] or type(error).__name__
     reason = f"the file begins like {form}, but cannot be read: {what}"
     advice = "Copy it again from the rig, or export it again; what it held cannot be told."
-    return refused_file(0, Refusal("damaged_file", reason, advice))
+    return refused_file(0, "damaged_file", reason, advice)
 
 
 def number(text: str) -> float:

@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.readers.base import LARGEST_READING, Flaw, LoggedRun, Refusal, as_ranges
+from oilfilm.readers.base import (
+    LARGEST_READING,
+    Flaw,
+    LoggedRun,
+    Reading,
+    Refusal,
+    as_ranges,
+)
 from oilfilm.readers.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, conversion
@@ -93,7 +100,7 @@ def find_columns(
             message is a sentence for the user.
     """
     columns: dict[str, Column] = {}
-    for place, (name, own_unit) in enumerate(zip(names, units, strict=True)):
+    for index, (name, own_unit) in enumerate(zip(names, units, strict=True)):
         known = meaning(name, renamed, vocabulary)
         if known is None:
             continue
@@ -106,24 +113,23 @@ def find_columns(
                 f"names or under `{vocabulary.columns_key}` of the campaign file"
             )
         try:
-            columns[quantity] = Column(
-                quantity, place, conversion(unit, vocabulary.quantities[quantity])
-            )
+            to = conversion(unit, vocabulary.quantities[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
+        columns[quantity] = Column(quantity, index, to)
     either = vocabulary.either
-    chosen = next((some for some in either if all(name in columns for name in some)), either[0])
+    chosen = next((some for some in either if columns.keys() >= set(some)), either[0])
     needed = [*vocabulary.always, *chosen]
-    missing = [quantity for quantity in needed if quantity not in columns]
+    missing = ", ".join(quantity for quantity in needed if quantity not in columns)
     if missing:
-        raise ValueError(
-            f"the log lacks the columns {', '.join(missing)}; its own are "
-            f"{', '.join(names)[:200]!r}"
-        )
-    again = [
-        name for some in either[either.index(chosen) + 1 :] for name in some if name in columns
+        own_names = ", ".join(names)[:200]
+        raise ValueError(f"the log lacks the columns {missing}; its own are {own_names!r}")
+    spare = [
+        replace(columns[quantity], spare=True)
+        for others in either[either.index(chosen) + 1 :]
+        for quantity in others
+        if quantity in columns
     ]
-    spare = [replace(columns[quantity], spare=True) for quantity in again]
     return (*(columns[quantity] for quantity in needed), *spare)
 
 
@@ -170,6 +176,8 @@ class LoggedTable:
         rows: How many rows there are, good and bad.
         first_row: Number of the first row in the file.
         flaw: Why the run cannot be used, if so.
+        problem: Why there can be no run, if so.
+        behind: The refusal of rows behind those of the table, if there are any.
     """
 
     run_id: str
@@ -180,30 +188,45 @@ class LoggedTable:
     rows: int
     first_row: int = 1
     flaw: Flaw | None = None
-
-    def refused(self, refusal: Refusal) -> tuple[list[LoggedRun], list[Refusal]]:
-        """No run, and the refusal of all its rows."""
-        last = self.first_row + self.rows - 1
-        return [], [refusal.of_rows(self.run_id, self.first_row, last)]
+    problem: Refusal | None = None
+    behind: Refusal | None = None
 
 
-def read_table(
+def read_tables(tables: Iterable[LoggedTable], settings: Settings, kind: LogKind) -> Reading:
+    """The runs that the tables of a file make, and what had to be refused of them."""
+    runs: list[LoggedRun] = []
+    refusals: list[Refusal] = []
+    rows = 0
+    for table in tables:
+        run, refused = _read_table(table, settings, kind)
+        runs += [run] if run is not None else []
+        refusals += refused if table.behind is None else [*refused, table.behind]
+        rows += table.rows + (table.behind.refused_rows if table.behind else 0)
+    return Reading(rows, runs, refusals)
+
+
+def _read_table(
     table: LoggedTable, settings: Settings, kind: LogKind
-) -> tuple[list[LoggedRun], list[Refusal]]:
-    """The run that a table makes, and what had to be refused of it."""
+) -> tuple[LoggedRun | None, list[Refusal]]:
+    def refused(problem: Refusal) -> tuple[None, list[Refusal]]:
+        last = table.first_row + table.rows - 1
+        return None, [problem.of_rows(table.run_id, table.first_row, last)]
+
+    if table.problem is not None:
+        return refused(table.problem)
     try:
         columns = find_columns(
             table.names, table.units, kind.renamed(settings.campaign), kind.vocabulary
         )
         columns = tuple(
-            column for column in columns if not column.spare or _has_numbers(table, column.place)
+            column for column in columns if not column.spare or _has_numbers(table, column.index)
         )
-        logged = [_numbers(table, column.place) for column in columns]
+        logged = [_numbers(table, column.index) for column in columns]
     except ValueError as error:
-        return table.refused(Refusal("columns", str(error), columns_advice(kind.vocabulary)))
+        return refused(Refusal("columns", str(error), columns_advice(kind.vocabulary)))
     problem = kind.header_problem(table.keys, columns, settings)
     if problem:
-        return table.refused(problem)
+        return refused(problem)
     every, good = converted(columns, logged)
     rows = np.arange(table.first_row, table.first_row + table.rows)
     values = {quantity: numbers[good] for quantity, numbers in every.items()}
@@ -212,19 +235,19 @@ def read_table(
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
         refusals.append(unreadable_rows(table.run_id, first, last, seen))
     log = ContinuousLog(table.run_id, table.keys, columns, rows[good], values, table.flaw)
-    return [kind.run(log, settings)], refusals
+    return kind.run(log, settings), refusals
 
 
-def _has_numbers(table: LoggedTable, place: int) -> bool:
-    return table.values[place].dtype.kind in "iuf"
+def _has_numbers(table: LoggedTable, index: int) -> bool:
+    return table.values[index].dtype.kind in "iuf"
 
 
-def _numbers(table: LoggedTable, place: int) -> FloatArray:
-    column = table.values[place]
-    if not _has_numbers(table, place):
-        raise ValueError(f"the column {table.names[place][:60]!r} does not hold numbers")
+def _numbers(table: LoggedTable, index: int) -> FloatArray:
+    column = table.values[index]
+    if not _has_numbers(table, index):
+        raise ValueError(f"the column {table.names[index][:60]!r} does not hold numbers")
     if len(column) != table.rows:
-        raise ValueError(f"the column {table.names[place][:60]!r} has {len(column)} rows")
+        raise ValueError(f"the column {table.names[index][:60]!r} has {len(column)} rows")
     return column.astype(np.float64)
 
 

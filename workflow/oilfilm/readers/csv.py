@@ -6,7 +6,6 @@ data/raw/README.md describes what may vary between logs; `layout` finds it out.
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
@@ -22,59 +21,50 @@ from oilfilm.readers.layout import (
     normalise,
     truncated,
 )
-from oilfilm.readers.log_kind import ContinuousLog, LogKind
+from oilfilm.readers.log_kind import ContinuousLog, FloatArray, IndexArray, LogKind
 from oilfilm.settings.resolved import Settings
 
-FloatArray = npt.NDArray[np.float64]
-IndexArray = npt.NDArray[np.int64]
+
+def recognises(head: bytes) -> bool:
+    """True for text with a `#` comment or a line of several cells near its top."""
+    text = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")
+    if not text or "\0" in text[:200]:
+        return False
+    return text.startswith("#") or any(
+        line.count(mark) >= 3 for line in text.splitlines()[:100] for mark in ",;\t|"
+    )
 
 
-class CsvReader:
-    """Text logs in columns, in any dialect."""
-
-    name = "csv"
-
-    def recognises(self, head: bytes) -> bool:
-        """True for text with a `#` comment or a line of several cells near its top."""
-        text = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")
-        if not text or "\0" in text[:200]:
-            return False
-        return text.startswith("#") or any(
-            line.count(mark) >= 3 for line in text.splitlines()[:100] for mark in ",;\t|"
-        )
-
-    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
-        """See `Reader.read`."""
-        vocabulary = kind.vocabulary
-        try:
-            layout = find_layout(content, kind.renamed(settings.campaign), vocabulary)
-        except LayoutError as error:
-            refusal = Refusal("columns", str(error), columns_advice(vocabulary))
-            return refused_file(error.rows, refusal)
-        problem = kind.header_problem(layout.keys, layout.columns, settings)
-        rows = count_rows(layout.table)
-        if problem:
-            return refused_file(rows, problem)
-        complete_rows, _, tail = layout.table.rpartition(b"\n")
-        values, numbers, bad = _parse(complete_rows, layout)
-        lines = layout.table.split(b"\n") if len(bad) else []
-        refusals = [
-            _bad_range(file, first, last, lines[first - 1], layout.first_line)
-            for first, last in as_ranges(bad)
-        ]
-        cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
-        cut = cut_row(cells, layout.width, rows, file)
-        if cut is not None:
-            refusals.append(cut)
-        log = ContinuousLog(file, layout.keys, layout.columns, numbers, values, flaw=truncated(cut))
-        return Reading(rows, [kind.run(log, settings)], refusals)
+def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+    """See `Reader.read`."""
+    try:
+        layout = find_layout(content, kind.renamed(settings.campaign), kind.vocabulary)
+    except LayoutError as error:
+        return refused_file(error.rows, "columns", str(error), columns_advice(kind.vocabulary))
+    count = count_rows(layout.table)
+    problem = kind.header_problem(layout.keys, layout.columns, settings)
+    if problem:
+        return Reading(count, [], [problem.of_rows("", 1, count)])
+    complete_rows, _, tail = layout.table.rpartition(b"\n")
+    values, rows, bad = _parse(complete_rows, layout)
+    lines = layout.table.split(b"\n") if len(bad) else []
+    refusals = [
+        _bad_range(file, first, last, lines[first - 1], layout.first_line)
+        for first, last in as_ranges(bad)
+    ]
+    cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
+    cut = cut_row(cells, layout.width, count, file)
+    if cut is not None:
+        refusals.append(cut)
+    log = ContinuousLog(file, layout.keys, layout.columns, rows, values, flaw=truncated(cut))
+    return Reading(count, [kind.run(log, settings)], refusals)
 
 
 def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:
     """Values of the good rows by quantity, their row numbers, and those of the bad rows."""
     misfits: list[int] = []
-    names = [f"c{place}" for place in range(layout.width)]
-    wanted = [names[column.place] for column in layout.columns]
+    names = [f"c{index}" for index in range(layout.width)]
+    wanted = [names[column.index] for column in layout.columns]
 
     def skip(row: arrow_csv.InvalidRow) -> str:
         misfits.append(row.number)
@@ -105,8 +95,8 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         )
 
     if not table:
-        nothing = np.array([], dtype=np.int64)
-        return {column.quantity: np.array([]) for column in layout.columns}, nothing, nothing
+        no_rows = np.array([], dtype=np.int64)
+        return {column.quantity: np.array([]) for column in layout.columns}, no_rows, no_rows
     try:
         table_of_cells = parse(arrow.float64(), layout.decimal_mark)
         cells = {name: table_of_cells[name].to_numpy() for name in wanted}
@@ -114,14 +104,14 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         texts = parse(arrow.binary(), ".").to_pandas()
         cells = {name: _numbers(texts[name], layout.decimal_mark) for name in wanted}
     bad_shape = np.array(misfits, dtype=np.int64)
-    numbers = np.arange(1, len(cells[wanted[0]]) + len(misfits) + 1)
+    rows = np.arange(1, len(cells[wanted[0]]) + len(misfits) + 1)
     if misfits:
-        numbers = np.delete(numbers, bad_shape - 1)
-    every, good = converted(layout.columns, [cells[name] for name in wanted])
+        rows = np.delete(rows, bad_shape - 1)
+    values, good = converted(layout.columns, [cells[name] for name in wanted])
     if good.all():
-        return every, numbers, bad_shape
-    values = {quantity: column[good] for quantity, column in every.items()}
-    return values, numbers[good], np.sort(np.concatenate([numbers[~good], bad_shape]))
+        return values, rows, bad_shape
+    good_values = {quantity: column[good] for quantity, column in values.items()}
+    return good_values, rows[good], np.sort(np.concatenate([rows[~good], bad_shape]))
 
 
 def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> FloatArray:

@@ -19,14 +19,13 @@ from oilfilm.readers.base import (
     LoggedRun,
     Nominal,
     Reading,
-    Refusal,
     printable,
     refused_file,
     refused_ranges,
 )
 from oilfilm.readers.columns import ROWS_ADVICE
 from oilfilm.readers.log_kind import LogKind
-from oilfilm.readers.registry import READERS, find_reader
+from oilfilm.readers.registry import READERS, recognised_format
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
@@ -52,12 +51,7 @@ class Ingested:
 def ingest_logs(
     logs: Iterable[tuple[str, bytes]], settings: Settings, kind: LogKind = TRACTION
 ) -> Ingested:
-    """Read raw logs into samples, runs and quarantine.
-
-    Args:
-        logs: Name of each log, unique among them, and its bytes.
-        settings: Settings of the run.
-        kind: Whose logs they are.
+    """Read raw logs, given by name and bytes, into samples, runs and quarantine.
 
     Raises:
         OilfilmError: A log has the name of a run of another one.
@@ -66,27 +60,24 @@ def ingest_logs(
     logged: dict[str, list[LoggedRun]] = {oil: [] for oil in settings.oils}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
-    named: dict[str, str] = {}
-    name = settings.campaign.name
+    file_of_run: dict[str, str] = {}
     for file, content in logs:
-        reader_name, reading = read_log(content, file, settings, kind)
-        about = {"campaign": name, "file": file}
+        reader, reading = read_log(content, file, settings, kind)
+        about = {"campaign": settings.campaign.name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
         digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
         for run in reading.runs:
-            other = named.setdefault(run.run_id, file)
+            other = file_of_run.setdefault(run.run_id, file)
             if other != file:
                 raise OilfilmError(
                     f"{file}: its run would have the name {run.run_id!r}, as one of {other} has "
                     "already. Rename the file."
                 )
-            rows_refused = sum(r.refused_rows for r in reading.refusals if r.run_id == run.run_id)
-            runs.append(
-                {**about, **_about_run(run, settings), **digests, "reader": reader_name}
-                | {"refused_rows": rows_refused}
-            )
+            rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
+            of_run = {**_about_run(run, settings), "reader": reader, "refused_rows": rows}
+            runs.append({**about, **digests, **of_run})
             logged[run.oil].append(run)
-        refused += [{**about, "stage": "ingest", **refusal.row()} for refusal in reading.refusals]
+        refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
     return Ingested(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
@@ -117,13 +108,7 @@ def read_bytes(path: Path) -> bytes:
 def read_log(
     content: bytes, file: str, settings: Settings, kind: LogKind = TRACTION
 ) -> tuple[str, Reading]:
-    """The reader's name and what it found in one file's bytes.
-
-    Args:
-        content: The file's bytes.
-        file: Its name, unique among the logs.
-        settings: Settings of the run.
-        kind: Whose log it is to be.
+    """The format of a file's bytes and what they hold; `file` is its name, unique among the logs.
 
     Raises:
         RuntimeError: The reader lost a row.
@@ -131,27 +116,28 @@ def read_log(
     if len(content) > LARGEST_LOG:
         reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
         advice = "Let the logger begin a file for each run."
-        return "none", refused_file(0, Refusal("too_large", reason, advice))
+        return "none", refused_file(0, "too_large", reason, advice)
     try:
         content = unpack(content)
     except OSError as error:
         reason = f"the compressed file cannot be unpacked: {error}"
         advice = "Copy it again from the rig; what it held cannot be told."
-        return "none", refused_file(0, Refusal("damaged_archive", reason, advice))
-    reader = find_reader(content)
-    if reader is None:
+        return "none", refused_file(0, "damaged_archive", reason, advice)
+    name = recognised_format(content)
+    if name is None:
         return "none", _unknown(content)
-    reading = _without_absurd(reader.read(content, file, settings, kind))
+    reading = _without_absurd(READERS[name].read(content, file, settings, kind))
     if not reading.runs and not reading.refusals:
-        reason = f"the file looks like {reader.name}, but holds no row of data"
-        refusal = Refusal("no_rows", reason, "Take it out, or export it again.")
-        return reader.name, refused_file(reading.rows, refusal)
+        reason = f"the file looks like {name}, but holds no row of data"
+        return name, refused_file(
+            reading.rows, "no_rows", reason, "Take it out, or export it again."
+        )
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
     refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
-    return reader.name, replace(reading, refusals=refusals)
+    return name, replace(reading, refusals=refusals)
 
 
 def _without_absurd(reading: Reading) -> Reading:
@@ -206,31 +192,23 @@ def _codec(content: bytes) -> str | None:
 
 
 def _unknown(content: bytes) -> Reading:
-    known = ", ".join(reader.name for reader in READERS)
-    seen = content[:40].decode("utf-8", "backslashreplace")
-    is_archive = content.startswith(b"PK")
-    hint = (
-        "; an Excel workbook or a zip archive: export it as csv, or unpack it" if is_archive else ""
-    )
-    reason = f"no reader knows this content, which begins {seen!r}{hint}"
-    advice = f"Formats read: {known}. data/raw/README.md describes them."
-    return refused_file(
-        0, Refusal("unknown_format", reason if content else "the file is empty", advice)
-    )
+    beginning = content[:40].decode("utf-8", "backslashreplace")
+    reason = f"no reader knows this content, which begins {beginning!r}"
+    if content.startswith(b"PK"):
+        reason += "; an Excel workbook or a zip archive: export it as csv, or unpack it"
+    advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
+    return refused_file(0, "unknown_format", reason if content else "the file is empty", advice)
 
 
 def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
-    set_points = asdict(_with_load(run.nominal, run.rig, settings))
+    nominal = asdict(_with_load(run.nominal, run.rig, settings))
     return {
         "run_id": run.run_id,
         "oil": run.oil,
         "rig": run.rig,
         "log_kind": run.kind,
         "label": printable(run.label)[:_LONGEST_LABEL],
-        **{
-            f"nominal_{name}": math.nan if value is None else value
-            for name, value in set_points.items()
-        },
+        **{f"nominal_{key}": math.nan if x is None else x for key, x in nominal.items()},
         "samples": len(run),
         "plateaus": 0,
         "accepted_points": 0,

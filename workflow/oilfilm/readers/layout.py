@@ -81,7 +81,7 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
     except ValueError as error:
         raise LayoutError(str(error), count_rows(table)) from error
     # not the first row alone: it may hold whole numbers only
-    numbers = (row[column.place] for row in rows for column in columns if column.place < len(row))
+    numbers = (row[column.index] for row in rows for column in columns if column.index < len(row))
     decimal_mark = "," if delimiter != "," and any("," in cell for cell in numbers) else "."
     return Layout(
         _header_keys(decoded[:number], delimiter),
@@ -101,9 +101,7 @@ def normalise(content: bytes) -> bytes:
     character, so that the rows that hold them are refused.
     """
     encoding = encoding_of(content)
-    if encoding.startswith("utf-16"):
-        content = content.decode(encoding, "replace").encode("utf-8")
-    elif encoding != "ascii":
+    if encoding != "ascii":
         content = content.decode(encoding, "replace").encode("utf-8")
     content = content.removeprefix(_UTF8_MARK)
     if b"\r" in content:

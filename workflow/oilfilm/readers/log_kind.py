@@ -1,8 +1,7 @@
 """What the logs of one kind of rig may hold, and what is made of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +47,7 @@ class Column:
     """
 
     quantity: str
-    place: int
+    index: int
     to: Conversion
     spare: bool = False
 
@@ -84,21 +83,18 @@ class ContinuousLog:
         return LoggedRun(self.run_id, oil, rig, "continuous", nominal, samples, self.flaw, label)
 
 
-class LogKind(Protocol):
-    """A kind of log: formats find names, units, keys and numbers, and it makes a run of them."""
+@dataclass(frozen=True)
+class LogKind:
+    """A kind of log: formats find names, units, keys and numbers, and it makes a run of them.
+
+    Attributes:
+        vocabulary: What such logs may hold.
+        renamed: Quantity -> `name` and `unit` of the columns with names of their own in a campaign.
+        header_problem: Why a log with these header keys and columns cannot be used, if so.
+        run: The run that a log makes.
+    """
 
     vocabulary: Vocabulary
-
-    def renamed(self, campaign: Campaign) -> Renamed:
-        """Quantity -> `name` and `unit` of the columns with names of their own in a campaign."""
-        ...
-
-    def header_problem(
-        self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-    ) -> Refusal | None:
-        """Why a log with these keys and columns cannot be used."""
-        ...
-
-    def run(self, log: ContinuousLog, settings: Settings) -> LoggedRun:
-        """The run that a log makes."""
-        ...
+    renamed: Callable[[Campaign], Renamed]
+    header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], Refusal | None]
+    run: Callable[[ContinuousLog, Settings], LoggedRun]

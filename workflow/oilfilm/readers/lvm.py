@@ -1,31 +1,24 @@
 """LabVIEW's text logs (LVM): a header, then segments with a header of their own and rows.
 
-The segments are told apart here; lvm-read is given one at a time, from memory, so that neither
-its pickles nor its evaluation of header cells is ever reached by a file.
+Each segment is a run. The segments are told apart here; lvm-read is given one at a time, from
+memory, so that neither its pickles nor its evaluation of header cells is ever reached by a file.
 """
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import lvm_read
 import numpy as np
-import numpy.typing as npt
 
-from oilfilm.readers.base import Flaw, LoggedRun, Reading, Refusal, damaged_file, refused_file
-from oilfilm.readers.columns import (
-    FORMAT_ADVICE,
-    LoggedTable,
-    meaning,
-    plain_key,
-    read_table,
-)
+from oilfilm.readers.base import Flaw, Reading, Refusal, damaged_file, refused_file
+from oilfilm.readers.columns import FORMAT_ADVICE, LoggedTable, meaning, plain_key, read_tables
 from oilfilm.readers.layout import cut_row, normalise, truncated
-from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.log_kind import FloatArray, LogKind
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 
-FloatArray = npt.NDArray[np.float64]
 Cells = Mapping[str, Sequence[str]]
 
 _TITLE = b"LabVIEW Measurement"
@@ -45,65 +38,35 @@ class _Segment:
     separator: str
 
 
-class LvmReader:
-    """LVM files; each segment is a run."""
+def recognises(head: bytes) -> bool:
+    """True for text that begins with the title of LVM."""
+    return normalise(head).lstrip(b" \t\n").startswith(_TITLE)
 
-    name = "lvm"
 
-    def recognises(self, head: bytes) -> bool:
-        """True for text that begins with the title of LVM."""
-        return normalise(head).lstrip(b" \t\n").startswith(_TITLE)
-
-    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
-        """See `Reader.read`."""
-        text = normalise(content).decode("utf-8", "replace")
-        mark = _SEPARATOR.search(text[:4000])
-        separator = mark[1] if mark else "\t"
-        ends_with_line = text.endswith("\n")
-        lines = text.removesuffix("\n").split("\n")
-        header, segments = _split(lines, separator)
-        if not segments:
-            reason = "the header does not end: no segment with a line `Channels` follows it"
-            advice = f"Export it again. {FORMAT_ADVICE}"
-            return refused_file(0, Refusal("columns", reason, advice))
-        runs: list[LoggedRun] = []
-        refusals: list[Refusal] = []
-        rows = 0
-        for number, segment in enumerate(segments, start=1):
-            run_id = f"{file}:segment{number}" if len(segments) > 1 else file
-            complete = ends_with_line or number < len(segments)
+def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+    """See `Reader.read`."""
+    text = normalise(content).decode("utf-8", "replace")
+    mark = _SEPARATOR.search(text[:4000])
+    separator = mark[1] if mark else "\t"
+    lines = text.removesuffix("\n").split("\n")
+    starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
+    if not starts:
+        reason = "the header does not end: no segment with a line `Channels` follows it"
+        return refused_file(0, "columns", reason, f"Export it again. {FORMAT_ADVICE}")
+    header = _header(lines[: starts[0]], separator)
+    tables: list[LoggedTable] = []
+    first_row = 1
+    for number, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1):
+        segment = _segment(lines[start:stop], separator)
+        run_id = f"{file}:segment{number}" if len(starts) > 1 else file
+        complete = text.endswith("\n") or number < len(starts)
+        if segment.rows:
             try:
-                table, cut = _table(header, segment, complete, run_id, rows + 1, settings, kind)
+                tables.append(_table(header, segment, complete, run_id, first_row, settings, kind))
             except Exception as error:  # whatever a damaged file makes the library stumble over
                 return damaged_file("lvm", error)
-            segment_runs, refused = _read(table, segment, settings, kind)
-            runs += segment_runs
-            refusals += [*refused, *cut]
-            rows += len(segment.rows)
-        return Reading(rows, runs, refusals)
-
-
-def _read(
-    table: LoggedTable, segment: _Segment, settings: Settings, kind: LogKind
-) -> tuple[list[LoggedRun], list[Refusal]]:
-    """Run and refusals of a segment; none of one without rows."""
-    if not segment.rows:
-        return [], []
-    if not segment.names:
-        reason = "the segment has no line `X_Value` with the names of its channels"
-        return table.refused(Refusal("columns", reason, FORMAT_ADVICE))
-    return read_table(table, settings, kind)
-
-
-def _split(lines: Sequence[str], separator: str) -> tuple[Cells, list[_Segment]]:
-    """The file's header and its segments, each of which begins with a line `Channels`."""
-    starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
-    stops = [*starts[1:], len(lines)][: len(starts)]
-    header = _header(lines[: starts[0]] if starts else lines, separator)
-    segments = [
-        _segment(lines[start:stop], separator) for start, stop in zip(starts, stops, strict=True)
-    ]
-    return header, segments
+        first_row += len(segment.rows)
+    return read_tables(tables, settings, kind)
 
 
 def _segment(lines: Sequence[str], separator: str) -> _Segment:
@@ -111,9 +74,8 @@ def _segment(lines: Sequence[str], separator: str) -> _Segment:
         cells = line.split(separator)
         if cells[0] == "X_Value":
             names = [cell.strip() for cell in cells]
-            return _Segment(
-                _header(lines[:number], separator), names, lines[number + 1 :], separator
-            )
+            header = _header(lines[:number], separator)
+            return _Segment(header, names, lines[number + 1 :], separator)
     ends = [number for number, line in enumerate(lines, start=1) if line.startswith(_END)]
     end = ends[0] if ends else len(lines)
     return _Segment(_header(lines[:end], separator), [], lines[end:], separator)
@@ -132,38 +94,37 @@ def _table(
     first_row: int,
     settings: Settings,
     kind: LogKind,
-) -> tuple[LoggedTable, list[Refusal]]:
-    """A segment as a table, and the refusal of a last row that may be cut."""
-    kept, cut = list(segment.rows), []
-    if not complete and kept:
+) -> LoggedTable:
+    """A segment as a table, without a last row that may be cut."""
+    kept, cut = list(segment.rows), None
+    if not complete:
         row = first_row + len(kept) - 1
         cells = kept.pop().count(segment.separator) + 1
         # the column of comments need not be there
-        columns = len(segment.names) - (segment.names[-1:] == ["Comment"])
-        refusal = cut_row(cells, columns, row, run_id)
-        cut = [refusal] if refusal else []
+        width = len(segment.names) - (segment.names[-1:] == ["Comment"])
+        cut = cut_row(cells, width, row, run_id)
     decimal_mark = (header.get("decimal_separator") or ["."])[0] or "."
     values = _numbers(segment.names, kept, segment.separator, decimal_mark)
-    names, units, columns_ = _named(header, segment, values, decimal_mark, settings.campaign, kind)
-    flaw = _flaw(segment, cut)
+    names, units, columns = _named(header, segment, values, decimal_mark, settings.campaign, kind)
+    problem = None
+    if not segment.names:
+        reason = "the segment has no line `X_Value` with the names of its channels"
+        problem = Refusal("columns", reason, FORMAT_ADVICE)
     keys = _keys(header) | _keys(segment.header)
-    return LoggedTable(run_id, keys, names, units, columns_, len(kept), first_row, flaw), cut
+    flaw = truncated(cut) or _too_few_rows(segment)
+    return LoggedTable(
+        run_id, keys, names, units, columns, len(kept), first_row, flaw, problem, cut
+    )
 
 
-def _flaw(segment: _Segment, cut: Sequence[Refusal]) -> Flaw | None:
-    """Why a segment counts as truncated, if it does."""
-    if cut and cut[0].rule == "cut_row":
-        return truncated(cut[0])
-    samples = [int(cell) for cell in segment.header.get("samples", []) if _is_count(cell)]
-    announced = max(samples, default=0)
-    if announced > len(segment.rows):
-        sentence = f"the segment announces {announced} samples and holds {len(segment.rows)}"
-        return Flaw("truncated", sentence)
-    return None
-
-
-def _is_count(text: str) -> bool:
-    return text.isascii() and text.isdecimal() and len(text) < 12
+def _too_few_rows(segment: _Segment) -> Flaw | None:
+    cells = segment.header.get("samples", [])
+    counts = [cell for cell in cells if cell.isascii() and cell.isdecimal() and len(cell) < 12]
+    announced = max(map(int, counts), default=0)
+    if announced <= len(segment.rows):
+        return None
+    sentence = f"the segment announces {announced} samples and holds {len(segment.rows)}"
+    return Flaw("truncated", sentence)
 
 
 def _numbers(
@@ -182,11 +143,11 @@ def _numbers(
         separator.join(["X_Value", *("Y" for _ in names[1:])]) + "\n",
         *(f"{row}\n" for row in plain),
     ]
-    read = lvm_read.read_lines(lines, separator=separator)[0]["data"]
-    if len(read) != len(rows):
-        raise ValueError(f"of {len(rows)} rows {len(read)} came back")
-    width = min(read.shape[1], len(names))
-    values[:, :width] = read[:, :width]
+    numbers = lvm_read.read_lines(lines, separator=separator)[0]["data"]
+    if len(numbers) != len(rows):
+        raise ValueError(f"of {len(rows)} rows {len(numbers)} came back")
+    width = min(numbers.shape[1], len(names))
+    values[:, :width] = numbers[:, :width]
     return values
 
 
@@ -214,7 +175,7 @@ def _named(
     """Names, units and columns, the X column being the time where no channel is."""
     names = list(segment.names)
     labels = ["", *segment.header.get("y_unit_label", [])]
-    units = [labels[place] if place < len(labels) else "" for place in range(len(names))]
+    units = [labels[index] if index < len(labels) else "" for index in range(len(names))]
     columns = list(values.T)
     renamed = kind.renamed(campaign)
     known = [meaning(name, renamed, kind.vocabulary) for name in names]
@@ -229,10 +190,10 @@ def _named(
             return names, units, columns
         return ["time", *names[1:]], [x_unit, *units[1:]], columns
     steps = {
-        (_first(segment.header, "x0", place, decimal_mark), increment)
-        for place, column in enumerate(known)
+        (_first(segment.header, "x0", index, decimal_mark), increment)
+        for index, column in enumerate(known)
         if column is not None
-        and np.isfinite(increment := _first(segment.header, "delta_x", place, decimal_mark))
+        and np.isfinite(increment := _first(segment.header, "delta_x", index, decimal_mark))
     }
     if len(steps) != 1:
         return names, units, columns
@@ -241,11 +202,11 @@ def _named(
     return ["time", *names[1:]], [x_unit, *units[1:]], [time, *columns[1:]]
 
 
-def _first(header: Cells, key: str, place: int, decimal_mark: str) -> float:
+def _first(header: Cells, key: str, index: int, decimal_mark: str) -> float:
     """The number of a channel in a line of the segment's header; NaN where it has none."""
     cells = header.get(key, [])
     try:
-        return float(cells[place - 1].replace(decimal_mark, "."))
+        return float(cells[index - 1].replace(decimal_mark, "."))
     except (IndexError, ValueError):
         return float("nan")
 

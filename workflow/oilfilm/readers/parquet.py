@@ -1,4 +1,4 @@
-"""Parquet logs: one row per instant, header keys in the file's metadata."""
+"""Parquet logs: one row per instant, header keys in the file's metadata; a file is a run."""
 
 import json
 from collections.abc import Mapping
@@ -9,14 +9,8 @@ import numpy.typing as npt
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from oilfilm.readers.base import LARGEST_LOG, Reading, Refusal, damaged_file, refused_file
-from oilfilm.readers.columns import (
-    LoggedTable,
-    header_text,
-    meaning,
-    plain_key,
-    read_table,
-)
+from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
+from oilfilm.readers.columns import LoggedTable, header_text, meaning, plain_key, read_tables
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -28,38 +22,33 @@ _NOT_KEYS = {b"pandas", b"ARROW:schema", _PANDAS_KEYS}
 _BYTES_A_NUMBER = 8
 
 
-class ParquetReader:
-    """Parquet files with one column per quantity; a file is a run."""
+def recognises(head: bytes) -> bool:
+    """True for the mark of Parquet, encrypted or not."""
+    return head.startswith(_MARKS)
 
-    name = "parquet"
 
-    def recognises(self, head: bytes) -> bool:
-        """True for the mark of Parquet, encrypted or not."""
-        return head.startswith(_MARKS)
-
-    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
-        """See `Reader.read`."""
-        if content.startswith(b"PARE"):
-            advice = "Export it without encryption."
-            return refused_file(0, Refusal("damaged_file", "the file is encrypted Parquet", advice))
-        try:
-            log = parquet.ParquetFile(arrow.BufferReader(content))
-            metadata = log.schema_arrow.metadata or {}
-            if _OWN_TABLE in metadata:
-                return _own_table(log.metadata.num_rows, metadata[_OWN_TABLE])
-            table = _table(log, file, settings.campaign, kind)
-        except Exception as error:  # Arrow raises whatever a damaged file makes it stumble over
-            return damaged_file("parquet", error)
-        runs, refusals = read_table(table, settings, kind)
-        # a table without rows is left to `ingest`, which says so
-        return Reading(table.rows, runs, refusals) if table.rows else Reading(0)
+def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+    """See `Reader.read`."""
+    if content.startswith(b"PARE"):
+        advice = "Export it without encryption."
+        return refused_file(0, "damaged_file", "the file is encrypted Parquet", advice)
+    try:
+        log = parquet.ParquetFile(arrow.BufferReader(content))
+        metadata = log.schema_arrow.metadata or {}
+        if _OWN_TABLE in metadata:
+            return _own_table(log.metadata.num_rows, metadata[_OWN_TABLE])
+        table = _table(log, file, settings.campaign, kind)
+    except Exception as error:  # Arrow raises whatever a damaged file makes it stumble over
+        return damaged_file("parquet", error)
+    # a table without rows is left to `ingest`, which says so
+    return read_tables([table] if table.rows else [], settings, kind)
 
 
 def _own_table(rows: int, footer: bytes) -> Reading:
     name = footer.decode("utf-8", "replace")[:80]
     reason = f"this is a table that oilfilm made itself, not a raw log ({name!r})"
     advice = "Take it out of the raw folder; tables belong into results."
-    return refused_file(rows, Refusal("own_table", reason, advice))
+    return refused_file(rows, "own_table", reason, advice)
 
 
 def _table(log: parquet.ParquetFile, file: str, campaign: Campaign, kind: LogKind) -> LoggedTable:
@@ -77,8 +66,8 @@ def _table(log: parquet.ParquetFile, file: str, campaign: Campaign, kind: LogKin
     for field in schema:
         unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace").strip()
         # of columns of one name the run is refused whichever is taken
-        places = columns.schema.get_all_field_indices(field.name)
-        values.append(_numbers(columns.column(places[0])) if places else np.array([]))
+        indices = columns.schema.get_all_field_indices(field.name)
+        values.append(_numbers(columns.column(indices[0])) if indices else np.array([]))
         units.append(unit or ("s" if _is_instant(field.type) else ""))
     rows = columns.num_rows if wanted else log.metadata.num_rows
     return LoggedTable(file, _keys(schema.metadata or {}), schema.names, units, values, rows)
@@ -100,16 +89,12 @@ def _is_instant(kind: arrow.DataType) -> bool:
 
 def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
     """Numbers of a column, missing ones NaN; instants as seconds since the first; else text."""
-    kind = arrow.types
     if _is_instant(column.type):
         instants = column.to_numpy()
         start = instants[0] if instants.dtype.kind == "M" and len(instants) else 0
         return (instants - start) / np.timedelta64(1, "s")
-    if (
-        kind.is_integer(column.type)
-        or kind.is_floating(column.type)
-        or kind.is_decimal(column.type)
-    ):
+    are_numbers = arrow.types.is_integer, arrow.types.is_floating, arrow.types.is_decimal
+    if any(are(column.type) for are in are_numbers):
         return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
     return np.array([], dtype=str)
 
@@ -125,7 +110,6 @@ def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
         keys = {plain_key(str(name)): header_text(value) for name, value in attributes.items()}
     for name, value in metadata.items():
         if name not in _NOT_KEYS:
-            keys[plain_key(name.decode("utf-8", "replace"))] = value.decode(
-                "utf-8", "replace"
-            ).strip()
+            key = plain_key(name.decode("utf-8", "replace"))
+            keys[key] = value.decode("utf-8", "replace").strip()
     return keys

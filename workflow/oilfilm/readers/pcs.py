@@ -6,7 +6,6 @@ each slip in both directions: index 1 with the disc faster, index 2 with the bal
 """
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -21,16 +20,15 @@ from oilfilm.readers.base import (
     Nominal,
     Reading,
     Refusal,
+    distinct,
     number,
     refused_file,
     refused_ranges,
     samples_of_run,
 )
-from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.log_kind import FloatArray, IndexArray, LogKind
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
-
-FloatArray = npt.NDArray[np.float64]
 
 _STEP = re.compile(r"^Step (\d{1,9})\b.* started at (.+)$")
 _DATE_FORMATS = ("%d/%m/%Y %H:%M:%S", "%d/%m/%Y %H:%M")
@@ -73,51 +71,45 @@ class _Step:
     names: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     first_row: int = 0
-    label: str = ""
 
     @property
-    def rows(self) -> npt.NDArray[np.int64]:
+    def rows(self) -> IndexArray:
         return np.arange(self.first_row, self.first_row + len(self.lines))
 
 
-class PcsReader:
-    """Exports of MTM, ETM and EHD rigs."""
+def recognises(head: bytes) -> bool:
+    """True where the first lines have a PCS step or the title of a PCS file."""
+    text = head.decode("utf-8-sig", "replace")
+    return any(_STEP.match(line) or "Test Data File" in line for line in text.splitlines()[:40])
 
-    name = "pcs"
 
-    def recognises(self, head: bytes) -> bool:
-        """True where the first lines have a PCS step or the title of a PCS file."""
-        text = head.decode("utf-8-sig", "replace")
-        return any(_STEP.match(line) or "Test Data File" in line for line in text.splitlines()[:40])
-
-    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
-        """See `Reader.read`."""
-        text = _decode(content)
-        steps = _with_own_labels(_steps(text.splitlines()))
-        rows = sum(len(step.lines) for step in steps)
-        if kind is not TRACTION:
-            reason = (
-                f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log"
-            )
-            advice = "Move it to the folder of the campaign's traction logs."
-            return refused_file(rows, Refusal("columns", reason, advice))
-        oils = list(settings.oils)
-        if len(oils) != 1 or len(settings.rigs) != 1:
-            reason = (
-                f"a PCS export does not name its oil, and the campaign has {len(oils)} oils and "
-                f"{len(settings.rigs)} rigs"
-            )
-            advice = "Put logs of one oil and one rig into a campaign of their own."
-            return refused_file(rows, Refusal("unknown_oil", reason, advice))
-        runs: list[LoggedRun] = []
-        refusals = list(_misdated(steps))
-        cut = bool(text) and not text.endswith(("\n", "\r"))
-        for step in steps:
-            if step.lines:
-                run, refused = _read_step(step, file, settings, cut and step is steps[-1])
-                runs += [run] if run is not None else []
-                refusals += refused
-        return Reading(rows, runs, refusals)
+def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+    """See `Reader.read`."""
+    text = _decode(content)
+    steps = list(_steps(text.splitlines()))
+    labels = distinct(f"step{step.number:03d}" for step in steps)
+    rows = sum(len(step.lines) for step in steps)
+    if kind is not TRACTION:
+        reason = f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log"
+        advice = "Move it to the folder of the campaign's traction logs."
+        return refused_file(rows, "columns", reason, advice)
+    oils, rigs = len(settings.oils), len(settings.rigs)
+    if oils != 1 or rigs != 1:
+        reason = (
+            f"a PCS export does not name its oil, and the campaign has {oils} oils and {rigs} rigs"
+        )
+        advice = "Put logs of one oil and one rig into a campaign of their own."
+        return refused_file(rows, "unknown_oil", reason, advice)
+    runs: list[LoggedRun] = []
+    refusals = list(_misdated(steps))
+    cut = bool(text) and not text.endswith(("\n", "\r"))
+    for step, label in zip(steps, labels, strict=True):
+        if step.lines:
+            last_is_cut = cut and step is steps[-1]
+            run, refused = _read_step(step, f"{file}:{label}", settings, last_is_cut)
+            runs += [run] if run is not None else []
+            refusals += refused
+    return Reading(rows, runs, refusals)
 
 
 def _decode(content: bytes) -> str:
@@ -157,18 +149,6 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         yield step
 
 
-def _with_own_labels(steps: Iterable[_Step]) -> list[_Step]:
-    """Steps labelled by their number, and by a count where a number is repeated."""
-    seen: Counter[int] = Counter()
-    labelled = []
-    for step in steps:
-        seen[step.number] += 1
-        again = f"-{seen[step.number]}" if seen[step.number] > 1 else ""
-        step.label = f"step{step.number:03d}{again}"
-        labelled.append(step)
-    return labelled
-
-
 def _misdated(steps: list[_Step]) -> Iterator[Refusal]:
     """Steps dated after a later one: the clock or the file's order is not to be trusted."""
     for step, following in pairwise(steps):
@@ -192,11 +172,10 @@ def _date(text: str) -> datetime | None:
 
 
 def _read_step(
-    step: _Step, file: str, settings: Settings, cut: bool
+    step: _Step, run_id: str, settings: Settings, cut: bool
 ) -> tuple[LoggedRun | None, list[Refusal]]:
-    run_id = f"{file}:{step.label}"
-    places = _column_places(step.names)
-    missing = [_COLUMNS[name][0] for name in _REQUIRED if name not in places]
+    columns = _column_indices(step.names)
+    missing = [_COLUMNS[name][0] for name in _REQUIRED if name not in columns]
     problem = None
     if step.type.lower() not in _SWEEPS:
         problem = Refusal(
@@ -210,7 +189,7 @@ def _read_step(
     if problem is not None:
         rows = step.rows
         return None, [problem.of_rows(run_id, int(rows[0]), int(rows[-1]))]
-    values, readable = _cells(step, places)
+    values, readable = _cells(step, columns)
     if cut:
         readable[-1] = False
     sound = readable & _identities_hold(values)
@@ -230,16 +209,11 @@ def _read_step(
             "Look at these rows: a sensor or the export has failed there.",
         ),
     ]
-    return _run(
-        step,
-        run_id,
-        {key: array[sound] for key, array in values.items()},
-        step.rows[sound],
-        settings,
-    ), refusals
+    sound_values = {name: array[sound] for name, array in values.items()}
+    return _run(run_id, sound_values, step.rows[sound], settings), refusals
 
 
-def _column_places(names: list[str]) -> dict[str, int]:
+def _column_indices(names: list[str]) -> dict[str, int]:
     """Position of each known column; the first columns of a table repeat later ones."""
     return {
         ours: len(names) - 1 - names[::-1].index(theirs)
@@ -250,21 +224,20 @@ def _column_places(names: list[str]) -> dict[str, int]:
 
 
 def _cells(
-    step: _Step, places: Mapping[str, int]
+    step: _Step, columns: Mapping[str, int]
 ) -> tuple[dict[str, FloatArray], npt.NDArray[np.bool_]]:
     """Numbers of the known columns (blank: NaN) and whether each row can be read."""
     cells = [line.split("\t") for line in step.lines]
     values: dict[str, FloatArray] = {name: np.full(len(cells), np.nan) for name in _COLUMNS}
     readable = np.ones(len(cells), dtype=bool)
-    for name, place in places.items():
-        for index, row in enumerate(cells):
-            text = row[place].strip() if place < len(row) else ""
-            try:
-                values[name][index] = number(text) if text else np.nan
-            except ValueError:
-                readable[index] = False
-    for name in places:
+    for name, column in columns.items():
         array = values[name]
+        for row, cells_of_row in enumerate(cells):
+            text = cells_of_row[column].strip() if column < len(cells_of_row) else ""
+            try:
+                array[row] = number(text) if text else np.nan
+            except ValueError:
+                readable[row] = False
         readable &= ~(np.abs(array) > LARGEST_READING)
         if name in _REQUIRED:
             readable &= ~np.isnan(array)
@@ -308,11 +281,7 @@ def _surface_speeds(values: Mapping[str, FloatArray]) -> tuple[FloatArray, Float
 
 
 def _run(
-    step: _Step,
-    run_id: str,
-    values: Mapping[str, FloatArray],
-    rows: npt.NDArray[np.int64],
-    settings: Settings,
+    run_id: str, values: Mapping[str, FloatArray], rows: IndexArray, settings: Settings
 ) -> LoggedRun:
     ball, disc = _surface_speeds(values)
     samples = samples_of_run(

@@ -1,24 +1,18 @@
-"""Raw formats: one module per format. Adding one touches its module and the list here.
+"""The formats of raw logs, each read by the module of its name.
 
 A file's format is recognised by its content, never by its name.
 """
 
 from typing import Protocol
 
+from oilfilm.readers import csv, lvm, parquet, pcs, tdms
 from oilfilm.readers.base import Reading
-from oilfilm.readers.csv import CsvReader
 from oilfilm.readers.log_kind import LogKind
-from oilfilm.readers.lvm import LvmReader
-from oilfilm.readers.parquet import ParquetReader
-from oilfilm.readers.pcs import PcsReader
-from oilfilm.readers.tdms import TdmsReader
 from oilfilm.settings.resolved import Settings
 
 
 class Reader(Protocol):
-    """A raw format. It knows its format and nothing else."""
-
-    name: str
+    """A module that reads one format."""
 
     def recognises(self, head: bytes) -> bool:
         """True where the first bytes of a file look like this format."""
@@ -35,16 +29,10 @@ class Reader(Protocol):
 
 
 # The first that recognises a file reads it: csv, which takes any text in columns, comes last.
-READERS: tuple[Reader, ...] = (
-    TdmsReader(),
-    ParquetReader(),
-    LvmReader(),
-    PcsReader(),
-    CsvReader(),
-)
+READERS: dict[str, Reader] = {"tdms": tdms, "parquet": parquet, "lvm": lvm, "pcs": pcs, "csv": csv}
 
 
-def find_reader(content: bytes) -> Reader | None:
-    """The reader that recognises a file's bytes; None for an unknown format."""
+def recognised_format(content: bytes) -> str | None:
+    """The name of the format of a file's bytes; None where no reader recognises them."""
     head = content[:4096]
-    return next((reader for reader in READERS if reader.recognises(head)), None)
+    return next((name for name, reader in READERS.items() if reader.recognises(head)), None)

@@ -1,10 +1,10 @@
-"""LabVIEW's binary logs (TDMS): groups of channels with properties."""
+"""LabVIEW's binary logs (TDMS): groups of channels with properties; one with rows is a run."""
 
 import io
 import logging
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,22 +12,8 @@ import numpy.typing as npt
 from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 
-from oilfilm.readers.base import (
-    Flaw,
-    LoggedRun,
-    Reading,
-    Refusal,
-    damaged_file,
-    distinct,
-    refused_file,
-)
-from oilfilm.readers.columns import (
-    LoggedTable,
-    header_text,
-    meaning,
-    plain_key,
-    read_table,
-)
+from oilfilm.readers.base import Flaw, Reading, Refusal, damaged_file, distinct, refused_file
+from oilfilm.readers.columns import LoggedTable, header_text, meaning, plain_key, read_tables
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -57,37 +43,28 @@ class _Group:
     steps: Mapping[str, tuple[float, float]]
 
 
-class TdmsReader:
-    """TDMS files; each group of channels that has rows is a run."""
+def recognises(head: bytes) -> bool:
+    """True where the file begins with the tag of a segment."""
+    return head.startswith(_TAG)
 
-    name = "tdms"
 
-    def recognises(self, head: bytes) -> bool:
-        """True where the file begins with the tag of a segment."""
-        return head.startswith(_TAG)
-
-    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
-        """See `Reader.read`."""
-        flaw = _cut(content)
-        try:
-            groups = [group for group in _groups(content) if any(map(len, group.values))]
-        except Exception as error:  # whatever a damaged file makes the library stumble over
-            return damaged_file("tdms", error)
-        if flaw and not groups:
-            advice = "Copy it again, or repeat the run."
-            return refused_file(0, Refusal("damaged_file", flaw.reason, advice))
-        labels = distinct(group.name for group in groups)
-        runs: list[LoggedRun] = []
-        refusals: list[Refusal] = []
-        rows = 0
-        for group, label in zip(groups, labels, strict=True):
-            run_id = f"{file}:{label}" if len(groups) > 1 else file
-            table, behind = _table(group, run_id, rows + 1, flaw, settings.campaign, kind)
-            group_runs, refused = read_table(table, settings, kind)
-            runs += group_runs
-            refusals += refused + behind
-            rows += table.rows + sum(refusal.refused_rows for refusal in behind)
-        return Reading(rows, runs, refusals)
+def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+    """See `Reader.read`."""
+    flaw = _cut(content)
+    try:
+        groups = [group for group in _groups(content) if any(map(len, group.values))]
+    except Exception as error:  # whatever a damaged file makes the library stumble over
+        return damaged_file("tdms", error)
+    if flaw and not groups:
+        return refused_file(0, "damaged_file", flaw.reason, "Copy it again, or repeat the run.")
+    tables: list[LoggedTable] = []
+    first_row = 1
+    for group, label in zip(groups, distinct(group.name for group in groups), strict=True):
+        run_id = f"{file}:{label}" if len(groups) > 1 else file
+        table = _table(group, run_id, first_row, flaw, settings.campaign, kind)
+        tables.append(table)
+        first_row += table.rows + (table.behind.refused_rows if table.behind else 0)
+    return read_tables(tables, settings, kind)
 
 
 def _cut(content: bytes) -> Flaw | None:
@@ -131,16 +108,18 @@ def _groups(content: bytes) -> Iterator[_Group]:
                 [channel.name.strip() for channel in members],
                 [unit.strip() for unit in units],
                 [_seconds(array) for array in values],
-                {name: step for channel in members for name, step in _step(channel)},
+                {
+                    channel.name.strip(): _step(channel)
+                    for channel in members
+                    if "wf_increment" in channel.properties
+                },
             )
 
 
-def _step(channel: TdmsChannel) -> Iterator[tuple[str, tuple[float, float]]]:
-    """Name, start and increment of time in s of a channel that has them."""
-    properties = channel.properties
-    if "wf_increment" in properties:
-        start = float(properties.get("wf_start_offset", 0.0))
-        yield channel.name.strip(), (start, float(properties["wf_increment"]))
+def _step(channel: TdmsChannel) -> tuple[float, float]:
+    """Start and increment of time in s of a channel."""
+    start = float(channel.properties.get("wf_start_offset", 0.0))
+    return start, float(channel.properties["wf_increment"])
 
 
 def _check_claims(
@@ -175,7 +154,7 @@ def _table(
     flaw: Flaw | None,
     campaign: Campaign,
     kind: LogKind,
-) -> tuple[LoggedTable, list[Refusal]]:
+) -> LoggedTable:
     """The rows that all channels of a run have, and the refusal of those behind them.
 
     Channels that mean nothing to a run may be of any length: they are not read. Time is made of
@@ -199,15 +178,13 @@ def _table(
         units.append("s")
         values.append(start + increment * np.arange(rows))
     table = LoggedTable(run_id, group.keys, names, units, values, rows, first, flaw)
-    return table, [_behind(run_id, used, first + rows, longest - rows)] if longest > rows else []
-
-
-def _behind(run_id: str, lengths: Mapping[str, int], first: int, rows: int) -> Refusal:
-    """The refusal of rows that only some channels have."""
-    ends = ", ".join(f"{name[:40]} {length}" for name, length in lengths.items())
-    last = first + rows - 1
-    return Refusal(
+    if longest == rows:
+        return table
+    ends = ", ".join(f"{name[:40]} {length}" for name, length in used.items())
+    first_behind, last = first + rows, first + longest - 1
+    behind = Refusal(
         "unequal_channels",
-        f"rows {first} to {last}: the channels are of different lengths ({ends[:200]})",
+        f"rows {first_behind} to {last}: the channels are of different lengths ({ends[:200]})",
         "The rows that all channels have are used; let the logger write them together.",
-    ).of_rows(run_id, first, last)
+    ).of_rows(run_id, first_behind, last)
+    return replace(table, behind=behind)

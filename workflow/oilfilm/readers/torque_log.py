@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.base import LoggedRun, Nominal, Refusal
 from oilfilm.readers.columns import oil_problem, simulation_problem
-from oilfilm.readers.log_kind import Column, ContinuousLog, Renamed, Vocabulary, named_columns
+from oilfilm.readers.log_kind import Column, ContinuousLog, LogKind, Vocabulary, named_columns
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
@@ -20,45 +20,22 @@ _OWN_NAMES = {
 }
 
 
-class TorqueLog:
-    """Axial load, speed, temperatures and friction torque of a bearing against time.
-
-    The samples of its runs have the columns of the project's own names and `row`; a run's `rig` is
-    its bearing.
-    """
-
-    vocabulary = Vocabulary(
-        "torque",
-        "torque: columns",
-        {quantity: (unit,) for quantity, unit in _OWN_NAMES.values()},
-        _OWN_NAMES,
-        tuple(quantity for quantity, _ in _OWN_NAMES.values()),
-        ((),),
+def _header_problem(
+    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+) -> Refusal | None:
+    bearing = torque_of(settings.campaign).bearing
+    return (
+        oil_problem(keys, settings)
+        or _bearing_problem(keys.get("bearing", bearing), bearing)
+        or simulation_problem(keys, settings)
     )
 
-    def renamed(self, campaign: Campaign) -> Renamed:
-        """See `LogKind.renamed`."""
-        return named_columns(torque_of(campaign).columns)
 
-    def header_problem(
-        self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-    ) -> Refusal | None:
-        """See `LogKind.header_problem`."""
-        bearing = torque_of(settings.campaign).bearing
-        return (
-            oil_problem(keys, settings)
-            or _bearing_problem(keys.get("bearing", bearing), bearing)
-            or simulation_problem(keys, settings)
-        )
-
-    def run(self, log: ContinuousLog, settings: Settings) -> LoggedRun:
-        """See `LogKind.run`."""
-        samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
-        bearing = torque_of(settings.campaign).bearing
-        return log.run(bearing, Nominal(), {"row": log.rows, **samples})
-
-
-TORQUE = TorqueLog()
+def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+    """Samples have the columns of the project's own names and `row`; the `rig` is the bearing."""
+    samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
+    bearing = torque_of(settings.campaign).bearing
+    return log.run(bearing, Nominal(), {"row": log.rows, **samples})
 
 
 def torque_of(campaign: Campaign) -> Torque:
@@ -83,3 +60,19 @@ def _bearing_problem(named: str, bearing: str) -> Refusal | None:
         f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
         "Correct the header, or put the log into a campaign of its own.",
     )
+
+
+# Axial load, speed, temperatures and friction torque of a bearing against time.
+TORQUE = LogKind(
+    Vocabulary(
+        "torque",
+        "torque: columns",
+        {quantity: (unit,) for quantity, unit in _OWN_NAMES.values()},
+        _OWN_NAMES,
+        always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
+        either=((),),
+    ),
+    lambda campaign: named_columns(torque_of(campaign).columns),
+    _header_problem,
+    _run,
+)

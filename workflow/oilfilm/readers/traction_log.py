@@ -21,11 +21,11 @@ from oilfilm.readers.log_kind import (
     ContinuousLog,
     FloatArray,
     IndexArray,
-    Renamed,
+    LogKind,
     Vocabulary,
     named_columns,
 )
-from oilfilm.settings.campaign import Campaign, Semantics
+from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
@@ -63,52 +63,39 @@ _OWN_NAMES = {
 _HARDEST_GPA = 1e3
 
 
-class TractionLog:
-    """Load, traction force, surface speeds and temperature against time."""
-
-    vocabulary = Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS)
-
-    def renamed(self, campaign: Campaign) -> Renamed:
-        """See `LogKind.renamed`."""
-        return named_columns(campaign.columns)
-
-    def header_problem(
-        self, keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-    ) -> Refusal | None:
-        """See `LogKind.header_problem`."""
-        rig = _rig_name(keys, settings)
-        return (
-            oil_problem(keys, settings)
-            or unknown("rig", rig, settings.rigs)
-            or simulation_problem(keys, settings)
-            or _set_point_problem(keys)
-            or _rig_problem(columns, rig, settings.rigs[rig])
-        )
-
-    def run(self, log: ContinuousLog, settings: Settings) -> LoggedRun:
-        """See `LogKind.run`."""
-        rig_name, values = _rig_name(log.keys, settings), log.values
-        rig, semantics = settings.rigs[rig_name], settings.campaign.semantics_for(rig_name)
-        units = {column.quantity: column.to.unit for column in log.columns}
-        ball, disc = _surface_speeds(values, units, rig, semantics)
-        if "ball_speed" in values and log.flaw is None:
-            flaw = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
-            log = replace(log, flaw=flaw)
-        samples = samples_of_run(
-            row=log.rows,
-            time_s=values["time"],
-            load_n=_load_n(values["load"], units["load"], rig),
-            traction_force_n=values["traction_force"],
-            ball_speed_m_s=ball,
-            disc_speed_m_s=disc,
-            inlet_temperature_c=values["inlet_temperature"],
-        )
-        given = {name: _set_point(name, log.keys[name]) for name in SET_POINTS if name in log.keys}
-        header = {name: value for name, value in given.items() if value is not None}
-        return log.run(rig_name, Nominal.planned(settings.campaign, header), samples)
+def _header_problem(
+    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+) -> Refusal | None:
+    rig = _rig_name(keys, settings)
+    return (
+        oil_problem(keys, settings)
+        or unknown("rig", rig, settings.rigs)
+        or simulation_problem(keys, settings)
+        or _set_point_problem(keys)
+        or _rig_problem(columns, rig, settings.rigs[rig])
+    )
 
 
-TRACTION = TractionLog()
+def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+    rig_name, values = _rig_name(log.keys, settings), log.values
+    rig, semantics = settings.rigs[rig_name], settings.campaign.semantics_for(rig_name)
+    units = {column.quantity: column.to.unit for column in log.columns}
+    ball, disc = _surface_speeds(values, units, rig, semantics)
+    if "ball_speed" in values and log.flaw is None:
+        flaw = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
+        log = replace(log, flaw=flaw)
+    samples = samples_of_run(
+        row=log.rows,
+        time_s=values["time"],
+        load_n=_load_n(values["load"], units["load"], rig),
+        traction_force_n=values["traction_force"],
+        ball_speed_m_s=ball,
+        disc_speed_m_s=disc,
+        inlet_temperature_c=values["inlet_temperature"],
+    )
+    given = {name: _set_point(name, log.keys[name]) for name in SET_POINTS if name in log.keys}
+    header = {name: value for name, value in given.items() if value is not None}
+    return log.run(rig_name, Nominal.planned(settings.campaign, header), samples)
 
 
 def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
@@ -227,3 +214,12 @@ def _contradiction(
                 f"{median:.2g}, allowed {getattr(limits, name):g}",
             )
     return None
+
+
+# Load, traction force, surface speeds and temperature against time.
+TRACTION = LogKind(
+    Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS),
+    lambda campaign: named_columns(campaign.columns),
+    _header_problem,
+    _run,
+)
