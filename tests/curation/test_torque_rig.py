@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import formats
+import torque_logs
 from campaigns import ROOT
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
@@ -62,34 +63,24 @@ def test_a_level_too_short_to_settle_is_listed_and_costs_no_other(config, rows):
     frame = signals()
     speed = frame["inner_speed_rpm"]
     brief = pd.concat([frame[speed < 4000].iloc[:280], frame[speed.between(5e3, 7e3)][:rows]])
-    whole = pd.concat([brief, frame[speed > 8000], frame.iloc[-120:]])
-    whole = whole.assign(time_s=np.arange(len(whole)) / RATE_HZ)
-    runs, refused = measured([("a.csv", text(whole))], config)
+    log = pd.concat([brief, frame[speed > 8000], frame.iloc[-120:]])
+    log = log.assign(time_s=np.arange(len(log)) / RATE_HZ)
+    runs, refused = measured([("a.csv", text(log))], config)
     assert runs.loc[runs["accepted"], "inner_speed_rpm"].round(-1).tolist() == [3000, 9000]
-    (found,) = refused.to_dict("records")
-    assert found["rule"] == "too_short"
-    assert re.search(r"the speed of about 6000 rpm was held for 2\.[123] s", found["reason"])
+    (refusal,) = refused.to_dict("records")
+    assert refusal["rule"] == "too_short"
+    assert re.search(r"the speed of about 6000 rpm was held for 2\.[123] s", refusal["reason"])
 
 
 @pytest.mark.parametrize("acceleration_rpm_s", [100, 1000])
 def test_ramps_between_levels_are_no_part_of_them(config, acceleration_rpm_s):
-    random = np.random.default_rng(5)
     levels, held_s = [3000.0, 6000.0, 9000.0], 20
     speed = [np.zeros(8 * RATE_HZ)]
     for before, level in zip([0.0, *levels], [*levels, 0.0], strict=True):
         ramp = np.arange(before, level, np.sign(level - before) * acceleration_rpm_s / RATE_HZ)
         speed += [ramp, np.full(held_s * RATE_HZ if level else 8 * RATE_HZ, level)]
     speed = np.concatenate(speed)
-    frame = pd.DataFrame(
-        {
-            "time_s": np.arange(len(speed)) / RATE_HZ,
-            "axial_load_n": 10000 + 5 * random.standard_normal(len(speed)),
-            "inner_speed_rpm": speed + np.where(speed > 0, random.standard_normal(len(speed)), 0),
-            "oil_temperature_c": 100.0,
-            "outer_ring_temperature_c": 110.0,
-            "torque_n_m": 0.3 + speed / 3000 + 0.02 * random.standard_normal(len(speed)),
-        }
-    )
+    frame = torque_logs.measured(speed, speed / 3000, seed=5)
     runs, _ = measured([("a.csv", text(frame))], config)
     kept = runs[runs["accepted"]]
     np.testing.assert_allclose(kept["inner_speed_rpm"], levels, rtol=1e-3)
@@ -105,9 +96,7 @@ def test_a_tare_of_one_row_is_refused_and_stops_no_other_text(config):
 
 
 def test_no_logs_give_empty_tables(config):
-    runs, refused = measured([], config)
-    assert runs.empty
-    assert refused.empty
+    assert all(table.empty for table in measured([], config))
 
 
 @pytest.mark.parametrize("name", formats.WRITERS)

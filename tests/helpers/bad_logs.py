@@ -1,13 +1,13 @@
 """A corpus of bad raw files, one failure each, made from one good run by the smallest change.
 
-`BAD_LOGS` is the table: a name, the bytes, the rule that must act, words that its sentence must
-hold, and whether points of the run are used all the same.
+`BAD_LOGS` is the table: by rule, the name of each file, its bytes and a part of the sentence; and
+whether points of the run are used all the same.
 """
 
 import gzip
 import io
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,7 +86,7 @@ def csv(values: Columns | None = None, units: Mapping[str, str] = UNITS, **keys:
 UNITS_TWICE = {**UNITS, "entrainment_speed": "mm/s", "slide_roll_ratio": "%"}
 
 
-def said_twice(speed: float = 30e3, per_slip: float = 100.0) -> Columns:
+def logged_twice(speed: float = 30e3, per_slip: float = 100.0) -> Columns:
     """The good run with the set points of speed and slip beside the speeds of ball and disc."""
     slip = np.repeat(PHASES, round(4.0 * RATE_HZ))
     return {
@@ -101,27 +101,22 @@ HEAD, ROWS = GOOD[: GOOD.index(b"time [s]")], GOOD[GOOD.index(b"time [s]") :]
 NAMES = ROWS.splitlines()[0]
 
 
-def row_changed(place: int, change: Callable[[bytes], bytes]) -> bytes:
-    """The text with one line of the table changed; row 1 stands right below the names."""
+def row_changed(change: Callable[[bytes], bytes]) -> bytes:
+    """The text with row 50 changed; row 1 is right below the names."""
     lines = ROWS.splitlines()
-    lines[place] = change(lines[place])
+    lines[50] = change(lines[50])
     return HEAD + b"\n".join(lines) + b"\n"
 
 
-def cell(place: int, text: bytes) -> Callable[[bytes], bytes]:
-    """A change of one cell of a line."""
+def cell_changed(column: int, text: bytes) -> bytes:
+    """The text with one cell of row 50 changed."""
 
     def change(line: bytes) -> bytes:
         cells = line.split(b",")
-        cells[place] = text
+        cells[column] = text
         return b",".join(cells)
 
-    return change
-
-
-def binary(writer: Callable[..., bytes], values: Columns | None = None, **keys: Any) -> bytes:
-    """The run in a format other than text."""
-    return writer(values or good(), UNITS, {**KEYS, **keys})
+    return row_changed(change)
 
 
 def zipped() -> bytes:
@@ -131,24 +126,20 @@ def zipped() -> bytes:
     return buffer.getvalue()
 
 
-def damaged(content: bytes, place: int) -> bytes:
+def damaged(content: bytes, start: int) -> bytes:
     """Sixteen bytes of zeros written over a file."""
-    return content[:place] + bytes(16) + content[place + 16 :]
-
-
-def tdms_without_channels() -> bytes:
-    return formats.tdms_file([RootObject(KEYS)])
+    return content[:start] + bytes(16) + content[start + 16 :]
 
 
 def tdms_of_unequal_channels(colour: str) -> bytes:
     values, units, name = good(), dict(UNITS), f"load [{colour}N]"
     values[name], units[name] = values.pop("load")[:-30], "N"
-    return formats.tdms_file([RootObject(KEYS), *formats.tdms_channels("run", values, units)])
+    return formats.tdms(values, units, KEYS)
 
 
 def tdms_of_text() -> bytes:
     values = {**good(), "load": np.array(["80.1"] * len(good()["load"]))}
-    return formats.tdms_file([RootObject(KEYS), *formats.tdms_channels("run", values, UNITS)])
+    return formats.tdms(values, UNITS, KEYS)
 
 
 PCS_TABLE = (
@@ -173,165 +164,151 @@ class Bad:
 
     name: str
     content: bytes
+    sentence: str
     rule: str
-    words: str
-    used: bool = False
-    config: Settings = CONFIG
+    used: bool
+    config: Settings
 
 
-def _bad_logs() -> Iterator[Bad]:
-    # --- no log at all
-    yield Bad("empty", b"", "unknown_format", "the file is empty")
-    yield Bad("binary_junk", bytes(range(255, 0, -1)) * 20, "unknown_format", "begins '\\\\xff")
-    yield Bad("zip", zipped(), "unknown_format", "begins 'PK")
-    yield Bad(
-        "html_error_page",
-        b"<!DOCTYPE html>\n<html><body><h1>502 Bad Gateway</h1></body></html>\n",
+def bad(
+    rule: str, used: bool = False, config: Settings = CONFIG, **logs: tuple[bytes, str]
+) -> list[Bad]:
+    """Bad files that one rule refuses: name, content and a part of the sentence of each."""
+    return [Bad(name, *log, rule, used, config) for name, log in logs.items()]
+
+
+def as_pressure() -> bytes:
+    """The load logged as pressure; in two rows, of 1e6 GPa, it would be 4e19 N."""
+    values = changed("load", lambda load: np.full_like(load, 1.25))
+    values["load"][[50, 51]] = 1e6, -1e6
+    return csv(values, {**UNITS, "load": "GPa"})
+
+
+TDMS, LVM, PARQUET = (
+    write(good(), UNITS, KEYS) for write in (formats.tdms, formats.lvm, formats.as_parquet)
+)
+HTML = b"<!DOCTYPE html>\n<html><body><h1>502 Bad Gateway</h1></body></html>\n"
+ZST = arrow.compress(GOOD, "zstd", asbytes=True)
+BRIEF = good((0.0, 0.0, 0.0, 0.05, 0.1, 0.2, 0.0, 0.0, 0.0), 1.0)
+HALVED_SLIP, DOUBLED_SPEED = logged_twice(per_slip=50), logged_twice(speed=60e3)
+PCS_LACKING = pcs(table=PCS_TABLE.replace("Ball Load (N)", "Ball Weight (N)"))
+ENDLESS_STEP = pcs().replace(b"Step 1 ", b"Step " + 5000 * b"1" + b" ")
+
+BAD_LOGS = (
+    *bad(
         "unknown_format",
-        "DOCTYPE html",
-    )
-    yield Bad("pdf", b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n", "unknown_format", "%PDF-1.7")
-    yield Bad("only_comments", HEAD, "columns", "no line names columns")
-    yield Bad("other_table", b"name,age,town,zip\nann,31,ulm,1\n", "columns", "'name,age,town,zip'")
-    # --- compression
-    yield Bad("gz_cut", gzip.compress(GOOD)[:-400], "damaged_archive", "cannot be unpacked")
-    zst = arrow.compress(GOOD, "zstd", asbytes=True)
-    yield Bad("zst_damaged", damaged(zst, 2000), "damaged_archive", "cannot be unpacked")
-    yield Bad("gz_in_gz", gzip.compress(gzip.compress(GOOD)), "unknown_format", "\\x1f")
-    yield Bad("gz_of_zeros", gzip.compress(bytes(1 << 24), 9), "unknown_format", "\\x00")
-    # --- header
-    yield Bad("no_oil", csv(oil=None), "header", "no line `# oil")
-    yield Bad("unknown_rig", csv(rig="mars"), "unknown_rig", "rig 'mars'")
-    yield Bad("nan_set_point", csv(max_hertz_pressure_gpa="nan"), "header", "gpa: 'nan'")
-    yield Bad("negative_set_point", csv(entrainment_speed_m_s=-30), "header", "m_s: '-30'")
-    yield Bad("python_number", csv(max_hertz_pressure_gpa="1_25"), "header", "gpa: '1_25'")
-    yield Bad("infinite_set_point", csv(load_n="inf"), "header", "load_n: 'inf'")
-    yield Bad("set_point_of_zero", csv(load_n=0), "header", "load_n: '0'")
-    yield Bad("two_oils", csv(oil="4050\n# oil: 4102"), "unknown_oil", "oil '4050 / 4102'")
-    yield Bad("pressure_in_pa", csv(max_hertz_pressure_gpa=1.25e9), "header", "below 1000")
-    yield Bad("set_point_in_words", csv(inlet_temperature_c="warm"), "header", "c: 'warm'")
-    yield Bad("impossible_cold", csv(inlet_temperature_c=-300), "header", "above -273.15")
-    # --- columns and units
-    without = {name: column for name, column in good().items() if name != "inlet_temperature"}
-    yield Bad("missing_column", csv(without), "columns", "lacks the columns inlet_temperature")
-    yield Bad(
-        "doubled_column",
-        GOOD.replace(b"disc_speed [rpm]", b"ball_speed [rpm]"),
+        empty=(b"", "the file is empty"),
+        binary_junk=(bytes(range(255, 0, -1)) * 20, "begins '\\\\xff"),
+        zip=(zipped(), "begins 'PK"),
+        html_error_page=(HTML, "DOCTYPE html"),
+        pdf=(b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n", "%PDF-1.7"),
+        gz_in_gz=(gzip.compress(gzip.compress(GOOD)), "\\x1f"),
+        gz_of_zeros=(gzip.compress(bytes(1 << 24), 9), "\\x00"),
+        tdms_index=(b"TDSh" + TDMS[4:400], "begins 'TDSh"),
+    ),
+    *bad(
+        "damaged_archive",
+        gz_cut=(gzip.compress(GOOD)[:-400], "cannot be unpacked"),
+        zst_damaged=(damaged(ZST, 2000), "cannot be unpacked"),
+    ),
+    *bad(
+        "damaged_file",
+        tdms_damaged=(damaged(TDMS, TDMS.rindex(b"TDSm")), "begins like tdms"),
+        parquet_damaged=(damaged(PARQUET, 300), "begins like parquet"),
+        parquet_encrypted=(b"PARE" + PARQUET[4:], "encrypted"),
+    ),
+    *bad(
+        "header",
+        nan_set_point=(csv(max_hertz_pressure_gpa="nan"), "gpa: 'nan'"),
+        negative_set_point=(csv(entrainment_speed_m_s=-30), "m_s: '-30'"),
+        python_number=(csv(max_hertz_pressure_gpa="1_25"), "gpa: '1_25'"),
+        infinite_set_point=(csv(load_n="inf"), "load_n: 'inf'"),
+        set_point_of_zero=(csv(load_n=0), "load_n: '0'"),
+        pressure_in_pa=(csv(max_hertz_pressure_gpa=1.25e9), "below 1000"),
+        set_point_in_words=(csv(inlet_temperature_c="warm"), "c: 'warm'"),
+        impossible_cold=(csv(inlet_temperature_c=-300), "above -273.15"),
+    ),
+    *bad("unknown_rig", unknown_rig=(csv(rig="mars"), "rig 'mars'")),
+    *bad(
+        "unknown_oil",
+        two_oils=(csv(oil="4050\n# oil: 4102"), "oil '4050 / 4102'"),
+        pcs_of_several_oils=(pcs(), "does not name its oil"),
+    ),
+    *bad(
         "columns",
-        "repeats the column 'ball_speed'",
-    )
-    yield Bad("unknown_unit", csv(units={**UNITS, "load": "stone2"}), "columns", "'stone2' is none")
-    yield Bad("unit_of_mass", csv(units={**UNITS, "load": "kg"}), "columns", "'kg' is none of N")
-    endless = GOOD.replace(b"load [N]", b"load [10**10**10]")
-    yield Bad("unit_to_compute_for_ever", endless, "columns", "'10**10**10' is none of N")
-    yield Bad("endless_brackets", HEAD + b"(" * 60_000 + b"\n", "columns", "no line names columns")
-    yield Bad("no_unit", GOOD.replace(b"load [N]", b"load"), "columns", "'load' has no unit")
-    yield Bad("no_names", GOOD.replace(NAMES + b"\n", b""), "columns", "no line names columns")
+        only_comments=(HEAD, "no line names columns"),
+        other_table=(b"name,age,town,zip\nann,31,ulm,1\n", "'name,age,town,zip'"),
+        doubled_column=(GOOD.replace(b"disc_", b"ball_"), "repeats the column 'ball_speed'"),
+        unit_to_compute_for_ever=(GOOD.replace(b"[N]", b"[10**10**10]"), "'10**10**10' is none"),
+        endless_brackets=(HEAD + b"(" * 60_000 + b"\n", "no line names columns"),
+        no_unit=(GOOD.replace(b"load [N]", b"load"), "'load' has no unit"),
+        no_names=(GOOD.replace(NAMES + b"\n", b""), "no line names columns"),
+        tdms_of_text=(tdms_of_text(), "'load' does not hold numbers"),
+        lvm_without_end_of_header=(LVM[: LVM.index(b"Channels")], "does not end"),
+        lvm_without_names=(LVM.replace(b"X_Value", b"Values"), "no line `X_Value`"),
+        lvm_of_distance=(LVM.replace(5 * b"\tTime", b"\tLength"), "lacks the columns time"),
+    ),
+    *bad(
+        "no_rows",
+        no_readable_row=(HEAD + NAMES + b"\na,b,c,d,e,f\n", "no readable row"),
+        tdms_without_channels=(formats.tdms_file([RootObject(KEYS)]), "holds no row"),
+    ),
     # --- rows
-    yield Bad("cut_in_last_cell", GOOD[:-3], "unterminated_row", "no line end", used=True)
-    rows = {
-        "word_for_number": (cell(1, b"oops"), "oops"),
-        "empty_cell": (cell(1, b""), "cells are missing"),
-        "nan_reading": (cell(1, b"nan"), "nan"),
-        "infinite_reading": (cell(2, b"-inf"), "-inf"),
-        "huge_reading": (cell(3, b"1e300"), "1e300"),
-        "huge_field": (cell(1, b"9" * 3_000_000), "99999"),
-        "nul_bytes": (cell(1, b"\0\0\0"), "rows 50 to 50"),
-        "quotes": (cell(1, b'8"0"'), "rows 50 to 50"),
-        "mixed_delimiters": (lambda line: line.replace(b",", b";"), "rows 50 to 50"),
-        "decimal_comma": (lambda line: line.replace(b".", b","), "too many"),
-        "invalid_utf8": (cell(1, b"80\xff\xfe\xff"), "rows 50 to 50"),
-        "superfluous_cell": (lambda line: line + b",1", "too many"),
-        "formula": (cell(1, b"=SUM(A1:A9)"), "=SUM"),
-        "header_repeated": (lambda _: NAMES, "time [s]"),
-    }
-    for name, (change, words) in rows.items():
-        yield Bad(name, row_changed(50, change), "unreadable_row", words, used=True)
-    yield Bad("no_readable_row", HEAD + NAMES + b"\na,b,c,d,e,f\n", "no_rows", "no readable row")
-    # --- what the sensors and the rig did
-    yield Bad("time_of_ages", row_changed(50, cell(0, b"5e12")), "unreadable_row", "time_s", True)
-    as_pressure = changed("load", lambda load: np.full_like(load, 1.25))
-    as_pressure["load"][[50, 51]] = 1e6, -1e6  # GPa: the load would be 4e19 N
-    yield Bad(
-        "absurd_pressure",
-        csv(as_pressure, units={**UNITS, "load": "GPa"}),
+    *bad("unterminated_row", used=True, cut_in_last_cell=(GOOD[:-3], "no line end")),
+    *bad(
         "unreadable_row",
-        "rows 51 to 52: load_n comes out as 1e+12 or more",
         used=True,
-    )
-    yield Bad("time_in_wrong_unit", csv(units={**UNITS, "time": "ms"}), "zero_missing", "")
-    yield Bad(
-        "load_in_kgf",
-        csv(changed("load", lambda load: load / 9.80665)),
+        word_for_number=(cell_changed(1, b"oops"), "oops"),
+        empty_cell=(cell_changed(1, b""), "cells are missing"),
+        huge_field=(cell_changed(1, b"9" * 3_000_000), "99999"),
+        nul_bytes=(cell_changed(1, b"\0\0\0"), "rows 50 to 50"),
+        quotes=(cell_changed(1, b'8"0"'), "rows 50 to 50"),
+        mixed_delimiters=(row_changed(lambda line: line.replace(b",", b";")), "rows 50 to 50"),
+        decimal_comma=(row_changed(lambda line: line.replace(b".", b",")), "too many"),
+        invalid_utf8=(cell_changed(1, b"80\xff\xfe\xff"), "rows 50 to 50"),
+        superfluous_cell=(row_changed(lambda line: line + b",1"), "too many"),
+        formula=(cell_changed(1, b"=SUM(A1:A9)"), "=SUM"),
+        header_repeated=(row_changed(lambda _: NAMES), "time [s]"),
+        time_of_ages=(cell_changed(0, b"5e12"), "time_s"),
+        absurd_pressure=(as_pressure(), "rows 51 to 52: load_n comes out as 1e+12 or more"),
+    ),
+    *bad(
+        "unequal_channels",
+        used=True,
+        tdms_steers_a_terminal=(tdms_of_unequal_channels("\x1b[31m"), "[?[31mN] 370"),
+    ),
+    # --- what the sensors and the rig did
+    *bad(
+        "columns_disagree",
+        slip_by_another_definition=(csv(HALVED_SLIP, UNITS_TWICE), "slide_roll_ratio is 0.1 in"),
+        speed_as_a_sum=(csv(DOUBLED_SPEED, UNITS_TWICE), "entrainment_speed is 60 in row"),
+    ),
+    *bad(
+        "zero_missing",
+        time_in_wrong_unit=(csv(units={**UNITS, "time": "ms"}), ""),
+        speed_zero=(csv(good(speed_m_s=0.0)), "slide-roll ratio of"),
+    ),
+    *bad(
         "load_off_nominal",
-        "may be in kgf",
-    )
-    yield Bad(
-        "slip_by_another_definition",
-        csv(said_twice(per_slip=50), UNITS_TWICE),
-        "columns_disagree",
-        "slide_roll_ratio is 0.1 in row",
-    )
-    yield Bad(
-        "speed_as_a_sum",
-        csv(said_twice(speed=60e3), UNITS_TWICE),
-        "columns_disagree",
-        "entrainment_speed is 60 in row",
-    )
-    yield Bad("speed_zero", csv(good(speed_m_s=0.0)), "zero_missing", "slide-roll ratio of")
-    yield Bad("wrong_speed", csv(good(speed_m_s=25.0)), "speed_off_nominal", "speed")
-    yield Bad("cold", csv(inlet_temperature_c=100), "temperature_off_nominal", "temperature")
-    yield Bad(
-        "short_plateaus",
-        csv(good((0.0, 0.0, 0.0, 0.05, 0.1, 0.2, 0.0, 0.0, 0.0), 1.0)),
-        "not_steady",
-        "within the plateaus",
-    )
-    # --- other formats
-    tdms = binary(formats.tdms)
-    yield Bad(
-        "tdms_damaged", damaged(tdms, tdms.rindex(b"TDSm")), "damaged_file", "begins like tdms"
-    )
-    yield Bad("tdms_without_channels", tdms_without_channels(), "no_rows", "holds no row")
-    yield Bad("tdms_of_text", tdms_of_text(), "columns", "'load' does not hold numbers")
-    yield Bad("tdms_index", b"TDSh" + tdms[4:400], "unknown_format", "begins 'TDSh")
-    lvm = binary(formats.lvm)
-    coloured = tdms_of_unequal_channels("\x1b[31m")
-    yield Bad("tdms_steers_a_terminal", coloured, "unequal_channels", "[?[31mN] 370", True)
-    yield Bad("lvm_without_end_of_header", lvm[: lvm.index(b"Channels")], "columns", "does not end")
-    yield Bad(
-        "lvm_without_names",
-        lvm.replace(b"X_Value", b"Values"),
-        "columns",
-        "no line `X_Value`",
-    )
-    yield Bad(
-        "lvm_of_distance",
-        lvm.replace(b"Time\tTime\tTime\tTime\tTime", b"Length"),
-        "columns",
-        "lacks the columns time",
-    )
-    parquet = binary(formats.as_parquet)
-    yield Bad("parquet_damaged", damaged(parquet, 300), "damaged_file", "begins like parquet")
-    yield Bad("parquet_encrypted", b"PARE" + parquet[4:], "damaged_file", "encrypted")
-    yield from _bad_pcs()
-
-
-def _bad_pcs() -> Iterator[Bad]:
-    def bad(name: str, content: bytes, rule: str, words: str, used: bool = False) -> Bad:
-        return Bad(name, content, rule, words, used, PCS_CONFIG)
-
-    lacking = PCS_TABLE.replace("Ball Load (N)", "Ball Weight (N)")
-    yield bad("pcs_missing_column", pcs(table=lacking), "columns", "lacks the columns Ball Load")
-    yield bad("pcs_no_sweep", pcs(kind="BodTimed"), "not_a_sweep", "'BodTimed'")
-    endless = pcs().replace(b"Step 1 ", b"Step " + 5000 * b"1" + b" ")
-    yield bad("pcs_endless_number", b"PCS Test Data File\n" + endless, "no_rows", "holds no row")
-    python = PCS_ROW.replace("40.0", "4_0.0")
-    yield bad("pcs_python_number", pcs(PCS_ROW, python), "unreadable_row", "rows 2 to 2", True)
-    unreadable = PCS_ROW.replace("1000.000", "----")
-    yield bad("pcs_dashes", pcs(PCS_ROW, unreadable), "unreadable_row", "rows 2 to 2", True)
-    yield bad("pcs_title_alone", b"PCS Test Data File\n", "no_rows", "holds no row of data")
-    yield Bad("pcs_of_several_oils", pcs(), "unknown_oil", "does not name its oil")
-
-
-BAD_LOGS = tuple(_bad_logs())
+        load_in_kgf=(csv(changed("load", lambda load: load / 9.80665)), "may be in kgf"),
+    ),
+    *bad("speed_off_nominal", wrong_speed=(csv(good(speed_m_s=25.0)), "speed")),
+    *bad("temperature_off_nominal", cold=(csv(inlet_temperature_c=100), "temperature")),
+    *bad("not_steady", short_plateaus=(csv(BRIEF), "within the plateaus")),
+    # --- exports of PCS rigs
+    *bad("columns", config=PCS_CONFIG, pcs_missing_column=(PCS_LACKING, "the columns Ball Load")),
+    *bad("not_a_sweep", config=PCS_CONFIG, pcs_no_sweep=(pcs(kind="BodTimed"), "'BodTimed'")),
+    *bad(
+        "no_rows",
+        config=PCS_CONFIG,
+        pcs_endless_number=(b"PCS Test Data File\n" + ENDLESS_STEP, "holds no row"),
+        pcs_title_alone=(b"PCS Test Data File\n", "holds no row of data"),
+    ),
+    *bad(
+        "unreadable_row",
+        used=True,
+        config=PCS_CONFIG,
+        pcs_python_number=(pcs(PCS_ROW, PCS_ROW.replace("40.0", "4_0.0")), "rows 2 to 2"),
+        pcs_dashes=(pcs(PCS_ROW, PCS_ROW.replace("1000.000", "----")), "rows 2 to 2"),
+    ),
+)

@@ -13,11 +13,9 @@ import numpy as np
 import bad_logs
 import formats
 import torque_logs
-from campaigns import ROOT
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 Columns = dict[str, np.ndarray]
@@ -35,7 +33,6 @@ class SoundLog:
     sensor: str
     load: str
     temperature: str
-    level: str
     rest: int  # rows of the opening phase at rest, and of the closing one
     held: slice  # rows of one level in the middle of the run
 
@@ -56,8 +53,8 @@ class SoundLog:
         return self.text({**values, "time": self.values["time"][: kept.sum()]})
 
 
-def sound_logs() -> dict[str, SoundLog]:
-    traction = SoundLog(
+SOUND = {
+    "traction": SoundLog(
         TRACTION_RIG,
         bad_logs.CONFIG,
         bad_logs.good(),
@@ -66,36 +63,32 @@ def sound_logs() -> dict[str, SoundLog]:
         "traction_force",
         "load",
         "inlet_temperature",
-        "slide_roll_ratio",
         rest=80,
         held=slice(160, 240),
-    )
-    torque = SoundLog(
+    ),
+    "torque": SoundLog(
         TORQUE_RIG,
-        resolve(ROOT / "config", {"campaign": "demo"}),
+        bad_logs.CONFIG,
         torque_logs.by_quantity(torque_logs.signals()),
         torque_logs.UNITS,
         {"oil": "4050"},
         "torque",
         "axial_load",
         "oil_temperature",
-        "inner_speed",
         rest=120,
         held=slice(280, 440),
-    )
-    return {"traction": traction, "torque": torque}
+    ),
+}
 
 
-SOUND = sound_logs()
-
-
-def later(start: int, by_s: float) -> Callable[[np.ndarray], np.ndarray]:
-    """The clock is set by some seconds from a row on."""
-    return lambda time: time + np.where(np.arange(len(time)) >= start, by_s, 0.0)
+def clock_set(log: SoundLog, by_s: float) -> bytes:
+    """The clock is set by some seconds within the held level."""
+    after = np.arange(len(log.values["time"])) >= log.held.start + 9
+    return log.column("time", lambda time: time + by_s * after)
 
 
 def in_held_level(log: SoundLog, name: str, factor: Callable[[np.ndarray], np.ndarray]) -> bytes:
-    """One column times a factor that depends on the place within one level, from 0 to 1."""
+    """One column times a factor that depends on the position within one level, from 0 to 1."""
 
     def change(column: np.ndarray) -> np.ndarray:
         column[log.held] *= factor(np.linspace(0, 1, len(column[log.held])))
@@ -104,23 +97,13 @@ def in_held_level(log: SoundLog, name: str, factor: Callable[[np.ndarray], np.nd
     return log.column(name, change)
 
 
-def wild(column: np.ndarray) -> np.ndarray:
-    """15 % of the readings times 30: three of every twenty."""
-    return np.where(np.arange(len(column)) % 20 < 3, 30 * column, column)
+def held_for_1_5_s(log: SoundLog) -> bytes:
+    rows = np.arange(len(log.values["time"]))
+    return log.rows((rows < log.held.start + 30) | (rows >= log.held.stop))
 
 
-def drifting(total: float) -> Callable[[np.ndarray], np.ndarray]:
-    return lambda column: column + np.linspace(0, total, len(column))
-
-
-def shortened(log: SoundLog) -> bytes:
-    """The level is held for 1.5 s."""
-    kept = np.ones(len(log.values["time"]), dtype=bool)
-    kept[log.held.start + 30 : log.held.stop] = False
-    return log.rows(kept)
-
-
-def between(log: SoundLog, start: int, stop: int) -> bytes:
+def without_ends(log: SoundLog, start: int, stop: int) -> bytes:
+    """Without so many rows at the start and at the end."""
     rows = np.arange(len(log.values["time"]))
     return log.rows((rows >= start) & (rows < len(rows) - stop))
 
@@ -135,44 +118,43 @@ def stuck(log: SoundLog) -> bytes:
     return log.column(log.sensor, change)
 
 
-def saturated(name: Callable[[SoundLog], str]) -> Callable[[SoundLog], bytes]:
-    def plant(log: SoundLog) -> bytes:
-        top = np.quantile(log.values[name(log)], 0.9)
-        return log.column(name(log), lambda column: np.minimum(column, top))
-
-    return plant
+def saturated(log: SoundLog, name: str) -> bytes:
+    """A tenth of the readings are cut off at the end of the range."""
+    return log.column(name, lambda column: np.minimum(column, np.quantile(column, 0.9)))
 
 
-def reversed_sensor(log: SoundLog) -> bytes:
-    """The cable is plugged in the wrong way round; the zero turns too."""
-    return log.column(log.sensor, np.negative)
+def often_wild(log: SoundLog) -> bytes:
+    """15 % of the readings times 30: three of every twenty."""
+    wild = np.arange(len(log.values["time"])) % 20 < 3
+    return log.column(log.sensor, lambda column: np.where(wild, 30 * column, column))
 
 
-def warming(log: SoundLog) -> bytes:
-    seconds = log.values["time"]
-    return log.column(log.temperature, lambda column: column + 1.0 * seconds)
+def drifting(log: SoundLog, name: str, total: float) -> bytes:
+    return log.column(name, lambda column: column + np.linspace(0, total, len(column)))
 
 
 @dataclass(frozen=True)
 class Damage:
-    """A damage, the rule that must refuse it on each rig, words of the sentence, what it spares.
+    """A damage and what must come of it.
 
     Attributes:
         logs: The damaged log or logs.
         rules: Rule by rig; one for both where they share it.
-        words: What the sentence of the rule must hold, where the rule refuses the run.
+        sentence: A part of the sentence of the rule, where the rule refuses the run.
         spares: Whether the other levels of the run are accepted all the same.
     """
 
     name: str
     logs: Callable[[SoundLog], bytes | list[bytes]]
     rules: str | Mapping[str, str]
-    words: str = ""
+    sentence: str = ""
     spares: bool = False
 
     def rule(self, rig: str) -> str:
         return self.rules if isinstance(self.rules, str) else self.rules[rig]
 
+
+NO_OPENING, NO_CLOSING = ("zero_missing", "opening phase"), ("zero_missing", "closing phase")
 
 DAMAGES = (
     # --- the file
@@ -184,65 +166,38 @@ DAMAGES = (
     # --- the clock
     Damage(
         "clock_gap_of_an_hour",
-        lambda log: log.column("time", later(log.held.start + 9, 3600)),
+        lambda log: clock_set(log, 3600),
         "clock_jump",
         "3600.05 s pass between row",
     ),
     Damage(
         "clock_set_back",
-        lambda log: log.column("time", later(log.held.start + 9, -1)),
+        lambda log: clock_set(log, -1),
         "time_disorder",
         "the time stamp does not increase at 1 rows",
     ),
-    Damage(
-        "clock_stands_still",
-        lambda log: log.column("time", np.ones_like),
-        "time_disorder",
-        "does not increase",
-    ),
+    Damage("clock_stands_still", lambda log: log.column("time", np.ones_like), "time_disorder"),
     # --- the sensor
     Damage("stuck_sensor", stuck, "stuck_sensor", "is exactly"),
-    Damage("saturated_sensor", saturated(lambda log: log.sensor), "saturated", "at its extreme"),
-    Damage("saturated_load_cell", saturated(lambda log: log.load), "saturated", "load is at its"),
+    Damage("saturated_sensor", lambda log: saturated(log, log.sensor), "saturated", "at its"),
+    Damage("saturated_load_cell", lambda log: saturated(log, log.load), "saturated", "load is at"),
     Damage(
-        "swapped_sign",
-        reversed_sensor,
+        "cable_the_wrong_way_round",  # the zero turns too
+        lambda log: log.column(log.sensor, np.negative),
         {"traction": "swapped_sign", "torque": "torque_not_positive"},
     ),
-    Damage(
-        "15_percent_of_the_readings_times_30",
-        lambda log: log.column(log.sensor, wild),
-        "spiky",
-        "readings of a plateau are spikes",
-    ),
+    Damage("often_wild_readings", often_wild, "spiky", "readings of a plateau are spikes"),
     Damage(
         "drift_within_a_level",
-        lambda log: in_held_level(log, log.sensor, lambda place: 0.7 + 0.6 * place),
+        lambda log: in_held_level(log, log.sensor, lambda position: 0.7 + 0.6 * position),
         {"traction": "not_steady", "torque": "torque_drifts"},
         spares=True,
     ),
     # --- the zero
-    Damage(
-        "no_rest_at_the_start",
-        lambda log: between(log, log.rest, 0),
-        "zero_missing",
-        "opening phase",
-    ),
-    Damage(
-        "short_rest_at_the_start",
-        lambda log: between(log, log.rest - 12, 0),
-        "zero_missing",
-        "opening phase",
-    ),
-    Damage(
-        "no_rest_at_the_end", lambda log: between(log, 0, log.rest), "zero_missing", "closing phase"
-    ),
-    Damage(
-        "zero_drifts",
-        lambda log: log.column(log.sensor, drifting(0.5)),
-        "zero_drift",
-        "moves by 0.",
-    ),
+    Damage("no_rest_at_the_start", lambda log: without_ends(log, log.rest, 0), *NO_OPENING),
+    Damage("short_rest_at_the_start", lambda log: without_ends(log, log.rest - 12, 0), *NO_OPENING),
+    Damage("no_rest_at_the_end", lambda log: without_ends(log, 0, log.rest), *NO_CLOSING),
+    Damage("zero_drifts", lambda log: drifting(log, log.sensor, 0.5), "zero_drift", "moves by 0."),
     Damage(
         "rest_all_the_time",
         lambda log: log.rows(np.arange(len(log.values["time"])) < log.rest),
@@ -251,7 +206,7 @@ DAMAGES = (
     # --- load, temperature, steps
     Damage(
         "load_rises_by_half_within_a_level",
-        lambda log: in_held_level(log, log.load, lambda place: 1 + 0.5 * place),
+        lambda log: in_held_level(log, log.load, lambda position: 1 + 0.5 * position),
         "load_changes",
         spares=True,
     ),
@@ -261,13 +216,15 @@ DAMAGES = (
         {"traction": "traction_missing", "torque": "unloaded"},
     ),
     Damage(
-        "warming_up", warming, {"traction": "temperature_drift", "torque": "temperature_changes"}
+        "warming_up",
+        lambda log: drifting(log, log.temperature, log.values["time"][-1]),
+        {"traction": "temperature_drift", "torque": "temperature_changes"},
     ),
     Damage(
         "temperature_jumps_within_a_level",
-        lambda log: in_held_level(log, log.temperature, lambda place: 1 + 0.02 * (place > 0.6)),
+        lambda log: in_held_level(log, log.temperature, lambda position: 1 + (position > 0.6) / 50),
         "temperature_changes",
         spares=True,
     ),
-    Damage("level_held_too_briefly", shortened, "too_short", spares=True),
+    Damage("level_held_too_briefly", held_for_1_5_s, "too_short", spares=True),
 )

@@ -17,20 +17,21 @@ from oilfilm.readers.traction_log import TRACTION
 Columns = Mapping[str, np.ndarray]
 Units = Mapping[str, str]
 
+MEANS = {
+    "load": 82,
+    "traction_force": 0,
+    "ball_speed": 28650,
+    "disc_speed": 7160,
+    "inlet_temperature": 343,
+}
 KEYS = {"oil": "4102", "max_hertz_pressure_gpa": 1.25, "entrainment_speed_m_s": 30}
 
 
-def columns(rows: int) -> dict[str, np.ndarray]:
-    """Numbers of a run without regard to what a rig would measure."""
+def columns(rows: int, means: Mapping[str, float] = MEANS) -> dict[str, np.ndarray]:
+    """Numbers of a log without regard to what a rig would measure."""
     random = np.random.default_rng(1)
-    return {
-        "time": np.arange(rows) / 50,
-        "load": 82 + random.standard_normal(rows),
-        "traction_force": random.standard_normal(rows),
-        "ball_speed": 28650 + 10 * random.standard_normal(rows),
-        "disc_speed": 7160 + 10 * random.standard_normal(rows),
-        "inlet_temperature": 343 + random.standard_normal(rows),
-    }
+    noisy = {name: mean + random.standard_normal(rows) for name, mean in means.items()}
+    return {"time": np.arange(rows) / 50, **noisy}
 
 
 UNITS = {
@@ -151,34 +152,24 @@ WRITERS: dict[str, Callable[..., bytes]] = {
 }
 
 
-def torque_columns(rows: int) -> dict[str, np.ndarray]:
-    """Numbers of a torque log without regard to what a bearing would do."""
-    random = np.random.default_rng(2)
-    return {
-        "time": np.arange(rows) / 50,
-        "axial_load": 10 + random.standard_normal(rows),
-        "inner_speed": 600 + random.standard_normal(rows),
-        "oil_temperature": 373 + random.standard_normal(rows),
-        "outer_ring_temperature": 230 + random.standard_normal(rows),
-        "torque": 2000 + random.standard_normal(rows),
-    }
-
-
 @dataclass(frozen=True)
 class Example:
     """A log of one kind of rig in unusual units, and its samples by the units' definitions."""
 
     kind: LogKind
-    columns: Callable[[int], dict[str, np.ndarray]]
+    means: Mapping[str, float]
     units: Units
     samples: Callable[[Columns], Mapping[str, np.ndarray]]
     load: str
+
+    def columns(self, rows: int) -> dict[str, np.ndarray]:
+        return columns(rows, self.means)
 
 
 EXAMPLES = {
     "traction": Example(
         TRACTION,
-        columns,
+        MEANS,
         UNITS,
         # 1 kgf = 9.80665 N and 0 degC = 273.15 K by definition
         lambda logged: {
@@ -193,7 +184,13 @@ EXAMPLES = {
     ),
     "torque": Example(
         TORQUE,
-        torque_columns,
+        {
+            "axial_load": 10,
+            "inner_speed": 600,
+            "oil_temperature": 373,
+            "outer_ring_temperature": 230,
+            "torque": 2000,
+        },
         {
             "time": "s",
             "axial_load": "kN",

@@ -45,14 +45,14 @@ def mutate(content: bytes, random: np.random.Generator) -> bytes:
 
 def _damage(content: bytes, random: np.random.Generator) -> bytes:
     size = max(len(content), 1)
-    start, stop = sorted(int(place) for place in random.integers(0, size + 1, 2))
+    start, stop = sorted(int(position) for position in random.integers(0, size + 1, 2))
     stop = min(stop, start + int(random.integers(1, 4000)))
     kind = random.integers(0, 8)
     if kind == 0:  # bit flips
         changed = bytearray(content)
-        for place in random.integers(0, size, random.integers(1, 20)):
-            if place < len(changed):
-                changed[place] ^= 1 << int(random.integers(0, 8))
+        for position in random.integers(0, size, random.integers(1, 20)):
+            if position < len(changed):
+                changed[position] ^= 1 << int(random.integers(0, 8))
         return bytes(changed)
     if kind == 1:
         return content[:start]
@@ -64,7 +64,7 @@ def _damage(content: bytes, random: np.random.Generator) -> bytes:
         absurd = _ABSURD[int(random.integers(0, len(_ABSURD)))]
         # over what stands there: lengths and offsets of a binary file stay in step
         return content[:start] + absurd + content[start + len(absurd) * (kind == 7) :]
-    if kind == 5:  # a whole cell
+    if kind == 5:  # a cell
         absurd = _ABSURD[int(random.integers(0, len(_ABSURD)))]
         cell = content.find(b",", start)
         end = content.find(b",", cell + 1)

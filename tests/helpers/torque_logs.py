@@ -23,11 +23,15 @@ NAMES = (
 )
 
 
-def signals(seed: int = 1, levels: tuple[float, ...] = (2.0, 3.0, 5.0)) -> pd.DataFrame:
-    """Rest, three speeds of known torque, rest; a zero of 0.3 N m, noise of 0.05 N m."""
+def signals(seed: int = 1) -> pd.DataFrame:
+    """Rest, three speeds with torques of 2, 3 and 5 N m, rest."""
+    levels = np.repeat([0, 1, 2, 3, 0], [120, 160, 160, 160, 120])
+    return measured(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed)
+
+
+def measured(speed: np.ndarray, torque: np.ndarray, seed: int) -> pd.DataFrame:
+    """Signals of known speed and torque, with a zero of 0.3 N m and noise of 0.05 N m."""
     random = np.random.default_rng(seed)
-    speed = np.concatenate([np.zeros(120), np.repeat([3000.0, 6000.0, 9000.0], 160), np.zeros(120)])
-    torque = np.concatenate([np.zeros(120), np.repeat(levels, 160), np.zeros(120)])
     count = len(speed)
     return pd.DataFrame(
         {

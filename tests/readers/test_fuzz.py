@@ -31,10 +31,10 @@ def test_damaged_pcs_logs_end_in_a_verdict(real_pcs: Any) -> None:
 @pytest.mark.parametrize("name", WRITERS)
 def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str) -> None:
     log, random = SOUND[rig], generator(1, f"fuzz {rig} {name}")
-    whole = log.written(name)
-    damaged = [whole[: int(share * len(whole))] for share in (0.03, 0.5, 0.9, 0.999)]
-    damaged += [mutate(whole, random) for _ in range(FILES // 2)]
-    verdicts = Counter(carry(content, log.config, log.kind) for content in damaged)
+    content = log.written(name)
+    damaged = [content[: int(share * len(content))] for share in (0.03, 0.5, 0.9, 0.999)]
+    damaged += [mutate(content, random) for _ in range(FILES // 2)]
+    verdicts = Counter(carry(each, log.config, log.kind) for each in damaged)
     assert len(verdicts) >= 3, verdicts
 
 

@@ -32,9 +32,9 @@ def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: byt
         (tmp_path / os.fsdecode(name)).write_text("x")
     except OSError:
         pytest.skip("this file system has no such names")
-    with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it") as told:
+    with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it") as error:
         raw_files(tmp_path)
-    str(told.value).encode("utf-8")
+    str(error.value).encode("utf-8")
 
 
 def test_time_of_day_in_a_name_is_no_harm(tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 """Whatever the dialect, encoding, unit or order: what is written comes back."""
 
 import gzip
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from hypothesis import strategies as st
 
 from campaigns import ROOT
 from oilfilm.readers import ingest
+from oilfilm.readers.base import Reading
 from oilfilm.readers.ingest import read_log, unpack
 from oilfilm.readers.layout import encoding_of
 from oilfilm.settings.resolve import resolve
@@ -41,56 +41,46 @@ SAMPLE_COLUMNS = {
 }
 
 
-@dataclass(frozen=True)
-class Dialect:
-    delimiter: str
-    decimal: str
-    end: str
-    encoding: str
-    unit_style: str
-    comment: str
-    units: dict[str, str]
-    order: list[str]
-
-
-@st.composite
-def dialects(draw: Any) -> Dialect:
-    delimiter = draw(st.sampled_from([",", ";", "\t", "|"]))
-    return Dialect(
-        delimiter,
-        draw(st.sampled_from(["."] if delimiter == "," else [".", ","])),
-        draw(st.sampled_from(["\n", "\r\n", "\r"])),
-        draw(
-            st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gb18030"])
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gb18030")
+DIALECTS = st.fixed_dictionaries(
+    {
+        "delimiter and decimal mark": st.sampled_from([",.", ";.", ";,", "\t.", "\t,", "|.", "|,"]),
+        "end": st.sampled_from(["\n", "\r\n", "\r"]),
+        "encoding": st.sampled_from(ENCODINGS),
+        "unit style": st.sampled_from(["brackets", "parentheses", "row"]),
+        "comment": st.sampled_from(["# ", ""]),
+        "units": st.fixed_dictionaries(
+            {name: st.sampled_from(sorted(units)) for name, units in UNITS.items()}
         ),
-        draw(st.sampled_from(["brackets", "parentheses", "row"])),
-        draw(st.sampled_from(["# ", ""])),
-        {name: draw(st.sampled_from(sorted(units))) for name, units in UNITS.items()},
-        draw(st.permutations([*UNITS, "\u5907\u6ce8"])),
-    )
+        "order": st.permutations([*UNITS, "\u5907\u6ce8"]),
+    }
+)
 
 
-def write(dialect: Dialect, values: dict[str, np.ndarray]) -> bytes:
-    names = []
-    for name in dialect.order:
-        unit = dialect.units.get(name, "")
-        marks = {"brackets": f" [{unit}]", "parentheses": f" ({unit})", "row": ""}
-        names.append(name.replace("_", " ").title() + marks[dialect.unit_style] if unit else name)
-    lines = [f"{dialect.comment}oil: 4102", f"{dialect.comment}\u64cd\u4f5c\u5458: \u5f20", ""]
-    lines.append(dialect.delimiter.join(names))
-    if dialect.unit_style == "row":
-        lines.append(dialect.delimiter.join(dialect.units.get(name, "") for name in dialect.order))
+def write(dialect: dict[str, Any], values: dict[str, np.ndarray]) -> bytes:
+    delimiter, decimal_mark = dialect["delimiter and decimal mark"]
+    comment, order = dialect["comment"], dialect["order"]
+    units = [dialect["units"].get(name, "") for name in order]
+    style = {"brackets": "{} [{}]", "parentheses": "{} ({})", "row": "{}"}[dialect["unit style"]]
+    names = [
+        style.format(name.replace("_", " ").title(), unit) if unit else name
+        for name, unit in zip(order, units, strict=True)
+    ]
+    lines = [f"{comment}oil: 4102", f"{comment}\u64cd\u4f5c\u5458: \u5f20", ""]
+    lines.append(delimiter.join(names))
+    if dialect["unit style"] == "row":
+        lines.append(delimiter.join(units))
     for row in range(len(values["time"])):
         cells = [
-            repr(float(values[name][row])).replace(".", dialect.decimal) if name in values else "x"
-            for name in dialect.order
+            repr(float(values[name][row])).replace(".", decimal_mark) if name in values else "x"
+            for name in order
         ]
-        lines.append(dialect.delimiter.join(cells))
-    return (dialect.end.join(lines) + dialect.end).encode(dialect.encoding)
+        lines.append(delimiter.join(cells))
+    return (dialect["end"].join(lines) + dialect["end"]).encode(dialect["encoding"])
 
 
 @given(
-    dialect=dialects(),
+    dialect=DIALECTS,
     rows=st.lists(
         st.tuples(
             *5 * [st.floats(-1e5, 1e5, allow_nan=False).map(lambda x: round(x, 6))],
@@ -103,7 +93,7 @@ def write(dialect: Dialect, values: dict[str, np.ndarray]) -> bytes:
 )
 @settings(max_examples=300)
 def test_what_is_written_comes_back_whatever_the_dialect(
-    dialect: Dialect, rows: list[tuple[float, ...]]
+    dialect: dict[str, Any], rows: list[tuple[float, ...]]
 ) -> None:
     values = dict(zip(UNITS, np.array(rows).T, strict=True))
     _, reading = read_log(write(dialect, values), "log", CONFIG)
@@ -111,14 +101,14 @@ def test_what_is_written_comes_back_whatever_the_dialect(
     (run,) = reading.runs
     rig = CONFIG.rigs["ball-on-disc-20mm"]
     for name, logged in values.items():
-        unit = dialect.units[name]
+        unit = dialect["units"][name]
         expected = (logged - ZERO_C.get(unit, 0.0)) * UNITS[name][unit]
         if name.endswith("speed"):
             body = name.removesuffix("_speed")
             expected = expected * 2 * np.pi / 60 * getattr(rig, f"{body}_track_radius_m")
-        read = run.samples[SAMPLE_COLUMNS[name]]
+        samples = run.samples[SAMPLE_COLUMNS[name]]
         # 1e-12 relative; degF and K subtract 255 K, whose rounding is 3e-14
-        np.testing.assert_allclose(read, expected, rtol=1e-12, atol=2e-13 * 300)
+        np.testing.assert_allclose(samples, expected, rtol=1e-12, atol=2e-13 * 300)
 
 
 @pytest.mark.parametrize(
@@ -135,28 +125,33 @@ def test_decimal_mark_is_known_from_the_columns_that_are_read(rows: str, loads: 
     assert reading.runs[0].samples["load_n"].tolist() == loads
 
 
+def read(names: str, *rows: str, config: Settings = CONFIG) -> Reading:
+    log = "\n".join(["# oil: 4102", names, *rows, ""])
+    return read_log(log.encode("gb18030"), "log", config)[1]
+
+
+def with_campaign(**changes: Any) -> Settings:
+    return CONFIG.with_changes({"campaign": changes})
+
+
 def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
     names = "time_s,max_hertz_pressure_gpa,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
-    text = f"# oil: 4102\n{names}inlet_temperature_c\n0,1.5,0.5,24,26,70\n"
-    (run,) = read_log(text.encode(), "log", CONFIG)[1].runs
+    (run,) = read(f"{names}inlet_temperature_c", "0,1.5,0.5,24,26,70").runs
     # docs/physics.md: W 142 N at 1.5 GPa
     assert run.samples["load_n"][0] == pytest.approx(142, abs=0.5)
     assert run.samples["disc_speed_m_s"].tolist() == [26]
 
 
-def test_renamed_columns_are_found_by_the_campaign_file_() -> None:
-    columns = {
-        "load": {"name": "\u8f7d\u8377", "unit": "kgf"},
-        "traction_force": {"name": "F_x", "unit": "N"},
-    }
-    settings = CONFIG.with_changes({"campaign": {"columns": columns}})
-    text = (
-        "# oil: 4102\ntime_s,\u8f7d\u8377,F_x,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c\n"
-    )
-    content = (text + "0,10,-0.5,1,2,70\n").encode("gb18030")
-    (run,) = read_log(content, "log", settings)[1].runs
+def test_renamed_columns_are_found_by_the_campaign_file() -> None:
+    load, force = {"name": "\u8f7d\u8377", "unit": "kgf"}, {"name": "F_x", "unit": "N"}
+    config = with_campaign(columns={"load": load, "traction_force": force})
+    names = "time_s,\u8f7d\u8377,F_x,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    (run,) = read(names, "0,10,-0.5,1,2,70", config=config).runs
     assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
     assert run.samples["traction_force_n"].tolist() == [-0.5]
+
+
+SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment speed [mm/s],"
 
 
 @pytest.mark.parametrize(
@@ -171,21 +166,17 @@ def test_renamed_columns_are_found_by_the_campaign_file_() -> None:
 def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
     unit: str, definition: str, logged: float
 ) -> None:
-    settings = CONFIG.with_changes({"campaign": {"semantics": {"slide_roll_ratio": definition}}})
-    names = "time_s,load_n,traction_force_n,inlet_temperature_c,"
-    names += f"entrainment speed [mm/s],slide_roll_ratio [{unit}]"
-    content = f"# oil: 4102\n{names}\n0,82,1,70,10000,{logged}\n".encode()
-    (run,) = read_log(content, "log", settings)[1].runs
+    config = with_campaign(semantics={"slide_roll_ratio": definition})
+    names = f"{SLIP_NAMES}slide_roll_ratio [{unit}]"
+    (run,) = read(names, f"0,82,1,70,10000,{logged}", config=config).runs
     assert run.samples["disc_speed_m_s"].tolist() == pytest.approx([11.0])
     assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
 
 
 def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
-    settings = CONFIG.with_changes({"campaign": {"semantics": {"slide_roll_ratio": "over_faster"}}})
-    names = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment_speed_m_s,"
-    rows = "0,82,1,70,10,0.1\n1,82,1,70,10,2\n"
-    content = f"# oil: 4102\n{names}slide_roll_ratio\n{rows}".encode()
-    _, reading = read_log(content, "log", settings)
+    config = with_campaign(semantics={"slide_roll_ratio": "over_faster"})
+    rows = "0,82,1,70,10,0.1", "1,82,1,70,10,2"
+    reading = read(f"{SLIP_NAMES}slide_roll_ratio", *rows, config=config)
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.refused_rows) == ("unreadable_row", 2, 1)
     assert len(reading.runs[0]) == 1
@@ -193,10 +184,9 @@ def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
 
 def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
     rigs = {"pcs-etm": {"name": "x", "source": "y"}}
-    settings = Settings.of({**CONFIG.plain(), "rigs": rigs})
+    config = Settings.of({**CONFIG.plain(), "rigs": rigs})
     names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
-    content = f"# oil: 4102\n{names}\n0,1,2,3,4,5\n".encode()
-    (refusal,) = read_log(content, "log", settings)[1].refusals
+    (refusal,) = read(names, "0,1,2,3,4,5", config=config).refusals
     assert refusal.rule == "rig"
     assert "ball_track_radius_m" in refusal.reason
     assert refusal.refused_rows == 1

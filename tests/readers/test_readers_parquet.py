@@ -19,9 +19,9 @@ VALUES = formats.columns(40)
 
 def with_load(column: Any) -> bytes:
     table = formats.table(VALUES)
-    place = table.schema.get_field_index("load")
+    column_number = table.schema.get_field_index("load")
     field = arrow.field("load", column.type, metadata={"unit": "N"})
-    return formats.parquet_file(table.set_column(place, field, column))
+    return formats.parquet_file(table.set_column(column_number, field, column))
 
 
 @pytest.mark.parametrize(

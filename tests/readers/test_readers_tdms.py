@@ -70,17 +70,14 @@ def test_channels_with_clocks_of_their_own_give_no_time(read) -> None:
 def test_instants_become_seconds_since_the_first(read) -> None:
     values = formats.columns(10)
     instants = np.datetime64("2026-01-10T08:00:00", "us") + np.arange(10) * np.timedelta64(20, "ms")
-    channels = formats.tdms_channels("run", {**values, "time": instants})
-    (run,) = read(formats.tdms_file([RootObject(formats.KEYS), *channels])).runs
+    (run,) = read(formats.tdms({**values, "time": instants})).runs
     np.testing.assert_allclose(run.samples["time_s"], 0.02 * np.arange(10), atol=1e-12)
 
 
 def test_rows_that_only_some_channels_have_are_refused_by_range(read) -> None:
     values = formats.columns(50)
     values["load"] = values["load"][:44]
-    reading = read(
-        formats.tdms_file([RootObject(formats.KEYS), *formats.tdms_channels("r", values)])
-    )
+    reading = read(formats.tdms(values))
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unequal_channels", 45, 50)
     assert "load 44" in refusal.reason
@@ -89,9 +86,7 @@ def test_rows_that_only_some_channels_have_are_refused_by_range(read) -> None:
 
 def test_channels_that_mean_nothing_may_be_of_any_length_and_type(read) -> None:
     values = {**formats.columns(50), "vibration": np.arange(999.0), "who": np.array(["a", "b"])}
-    reading = read(
-        formats.tdms_file([RootObject(formats.KEYS), *formats.tdms_channels("r", values)])
-    )
+    reading = read(formats.tdms(values))
     assert (reading.rows, reading.refusals, len(reading.runs[0])) == (50, [], 50)
 
 
@@ -111,9 +106,9 @@ def test_incomplete_final_segment_is_reported_and_the_rows_before_it_are_kept(
     (run,) = reading.runs
     assert run.flaw.reason.startswith("the file ends within segment")
     kept = len(run)
-    # whole segments of 60 rows, and of the last one what its last channel still got
-    whole = (int(run.flaw.reason.split("segment ")[1].split(",")[0]) - 2) * 60
-    assert 0 < whole <= kept < whole + 60
+    # complete segments of 60 rows, and of the last one what its last channel still got
+    complete = (int(run.flaw.reason.split("segment ")[1].split(",")[0]) - 2) * 60
+    assert 0 < complete <= kept < complete + 60
     assert run.samples["time_s"].tolist() == values["time"][:kept].tolist()
     np.testing.assert_allclose(run.samples["load_n"] / 9.80665, values["load"][:kept], rtol=1e-12)
     assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.rows
@@ -129,10 +124,9 @@ def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
 
 def test_segment_of_unknown_length_counts_as_truncated(read) -> None:
     # what LabVIEW leaves behind when it is killed
-    content = bytearray(formats.tdms(formats.columns(60)))
-    place = content.rindex(b"TDSm")
-    content[place + 12 : place + 20] = b"\xff" * 8
-    (run,) = read(bytes(content)).runs
+    content = formats.tdms(formats.columns(60))
+    length = content.rindex(b"TDSm") + 12
+    (run,) = read(content[:length] + b"\xff" * 8 + content[length + 8 :]).runs
     assert run.flaw.rule == "truncated"
     assert len(run) == 60
 
