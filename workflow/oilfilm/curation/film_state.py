@@ -21,17 +21,15 @@ def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     Pressure needs the rig's geometry and materials, film and lambda the oil's properties as well;
     where they are not known the columns are null and the film "cannot be judged".
     """
-    contacts = {name: rig.contact() for name, rig in settings.rigs.items()}
-    oils = {name: oil.properties() if oil else None for name, oil in settings.oils.items()}
     points = points.assign(
         max_hertz_pressure_gpa=np.nan, film_thickness_um=np.nan, lambda_ratio=np.nan
     )
-    for rig, contact in contacts.items():
-        for name, oil in oils.items():
-            rows = (points["rig"] == rig) & (points["oil"] == name)
-            if contact is not None and rows.any():
-                derived = contact_state(points[rows], contact, oil, settings.film)
-                points.loc[rows, list(derived)] = derived
+    for (rig, oil_name), of_both in points.groupby(["rig", "oil"]):
+        contact, oil_file = settings.rigs[rig].contact(), settings.oils[oil_name]
+        if contact is not None:
+            oil = oil_file.properties() if oil_file else None
+            derived = contact_state(of_both, contact, oil, settings.film)
+            points.loc[of_both.index, list(derived)] = derived
     known = points["lambda_ratio"].notna()
     full = points["lambda_ratio"] > settings.gates.lambda_limit
     judgement = np.select([~known, full], ["cannot be judged", "full film"], "below limit")
