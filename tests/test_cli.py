@@ -26,10 +26,10 @@ def test_bad_log_is_refused_with_reason_and_advice(
 ) -> None:
     name = demo.truth.set_index("gate").loc[gate, "run_id"]
     assert main(["check", str(demo.folder / str(name)), *CONFIG]) == 1
-    said = capsys.readouterr().out
-    assert "REFUSED" in said
-    assert f"{gate}: " in said
-    assert "  -> " in said
+    output = capsys.readouterr().out
+    assert "REFUSED" in output
+    assert f"{gate}: " in output
+    assert "  -> " in output
 
 
 def test_torque_logs_are_checked_by_the_gates_of_torque_rigs(
@@ -75,21 +75,21 @@ AT = {"--stress": "1.2GPa", "--speed": "30m/s", "--temperature": "70degC", "--sl
 
 def ask(results: Path, oil: str = "4102", **changed: str) -> int:
     options = AT | {f"--{name}": value for name, value in changed.items()}
-    words = [word for option in options.items() for word in option]
-    return main(["predict", "--oil", oil, "--results", str(results), *words])
+    arguments = [word for option in options.items() for word in option]
+    return main(["predict", "--oil", oil, "--results", str(results), *arguments])
 
 
 def test_prediction_has_interval_and_source(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert ask(results) == 0
-    said = capsys.readouterr().out
-    mu = float(said.partition("mu = ")[2].partition(",")[0])
+    output = capsys.readouterr().out
+    mu = float(output.partition("mu = ")[2].partition(",")[0])
     true = float(traction_coefficient(printed()["4102"], 1.2, 30.0, 70.0, 0.05))
     assert mu == pytest.approx(true, rel=0.01)
-    assert "95 % interval 0.010" in said
-    assert "simulated data" in said
-    assert "OUTSIDE" not in said
+    assert "95 % interval 0.010" in output
+    assert "simulated data" in output
+    assert "OUTSIDE" not in output
 
 
 def test_units_of_a_prediction_are_converted(
@@ -105,16 +105,16 @@ def test_prediction_outside_the_tested_box_says_how_far(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert ask(results, speed="200m/s") == 0
-    said = capsys.readouterr().out
-    assert "OUTSIDE the tested box: entrainment_speed_m_s 200, tested 24.9" in said
+    output = capsys.readouterr().out
+    assert "OUTSIDE the tested box: entrainment_speed_m_s 200, tested 24.9" in output
     # (200 - 40)/(40 - 25) = 10.7 and a little less: the controlled speed is off by some 0.1 %
-    assert "10.5 tested ranges outside" in said
+    assert "10.5 tested ranges outside" in output
 
 
 def test_mistakes_in_a_prediction_are_sentences(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for changed, words in (
+    for changed, message in (
         ({"stress": "1.2kg"}, "--stress: found '1.2kg': the unit 'kg' is none of GPa"),
         ({"stress": "1e400GPa"}, "--stress: found '1e400GPa': no quantity is 1e+09 or more"),
         ({"campaign": "june"}, "june/tables/coefficients.parquet: there is no such table"),
@@ -123,7 +123,7 @@ def test_mistakes_in_a_prediction_are_sentences(
         ({"oil": "oil"}, "no fit of oil 'oil'; there are fits of 4102"),
     ):
         assert ask(results, **changed) == 2
-        assert words in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 def test_bare_number_is_in_the_unit_asked_for() -> None:

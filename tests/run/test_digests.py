@@ -8,8 +8,7 @@ SCRIPTS = Path(__file__).parents[2] / "workflow/scripts"
 
 
 def modules_behind(script: str) -> set[str]:
-    found = digests._with_imports([SCRIPTS / script])
-    return {path.stem for path in found}
+    return {path.stem for path in digests._with_imports([SCRIPTS / script])}
 
 
 def test_digest_follows_imports_to_the_formulas() -> None:

@@ -43,9 +43,9 @@ def test_full_disk_ends_a_job_in_a_sentence(
     with pytest.raises(SystemExit) as ended, job(a_job(tmp_path)):
         raise OSError(errno.ENOSPC, "No space left on device", "points.parquet")
     assert ended.value.code == 1
-    said = capsys.readouterr().err
-    assert said.startswith("The disk is full. Make room on it (")
-    assert "points.parquet" in said
+    message = capsys.readouterr().err
+    assert message.startswith("The disk is full. Make room on it (")
+    assert "points.parquet" in message
 
 
 def test_other_trouble_with_files_is_a_fault_of_the_program(tmp_path: Path) -> None:

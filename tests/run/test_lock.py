@@ -15,13 +15,13 @@ from oilfilm.run.lock import clear_leftovers, job_lock, lock_run
 
 def another_run(records: Path) -> subprocess.Popen[str]:
     """A process that is a run until its standard input closes."""
-    words = (
+    program = (
         f"import sys; sys.path.insert(0, {str(ROOT / 'workflow')!r})\n"
         "from pathlib import Path; from oilfilm.run.lock import lock_run\n"
         f"lock_run(Path({str(records)!r})); print('begun', flush=True); sys.stdin.read()"
     )
     run = subprocess.Popen(
-        [sys.executable, "-c", words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     assert run.stdout is not None
     assert run.stdout.readline() == "begun\n"

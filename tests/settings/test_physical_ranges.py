@@ -13,172 +13,133 @@ CONFIG, DEMO = "config.yaml", "campaigns/demo.yaml"
 RIG, OIL, BEARING = "rigs/ball-on-disc-20mm.yaml", "oils/4102.yaml", "bearings/mainshaft-167.yaml"
 
 # File, what is replaced, by what; the key, and what the message says besides.
-WRONG = [
-    pytest.param(
+WRONG = {
+    "matrix in MPa": (
         DEMO,
         "max_hertz_pressure_gpa: [1.0, 1.25, 1.5]",
         "max_hertz_pressure_gpa: [1000, 1250, 1500]",
         "matrix.max_hertz_pressure_gpa.0",
         ["found 1000", "10 or less, in GPa", "If it is in MPa, write 1."],
-        id="matrix in MPa",
     ),
-    pytest.param(
+    "matrix in K": (
         DEMO,
         "inlet_temperature_c: [25, 50,",
         "inlet_temperature_c: [298, 323,",
         "matrix.inlet_temperature_c.0",
         ["in degC", "If it is in K, write 24.85"],
-        id="matrix in K",
     ),
-    pytest.param(
+    "matrix in mm/s": (
         DEMO,
         "entrainment_speed_m_s: [25,",
         "entrainment_speed_m_s: [25000,",
         "matrix.entrainment_speed_m_s.0",
         ["If it is in mm/s, write 25."],
-        id="matrix in mm/s",
     ),
-    pytest.param(
-        DEMO, "slip_max: 0.30", "slip_max: 30", "twin.slip_max", ["write 0.3"], id="slip in percent"
-    ),
-    pytest.param(
+    "slip in percent": (DEMO, "slip_max: 0.30", "slip_max: 30", "twin.slip_max", ["write 0.3"]),
+    "tolerance in percent": (
         CONFIG,
         "load_tolerance: 0.03 ",
         "load_tolerance: 3 ",
         "gates.load_tolerance",
         ["found 3", "less than 1", "If it is in %, write 0.03."],
-        id="tolerance in percent",
     ),
-    pytest.param(
+    "Young's modulus in GPa": (
         RIG,
         "ball: {youngs_modulus_pa: 203.0e+9",
         "ball: {youngs_modulus_pa: 207",
         "ball.youngs_modulus_pa",
         ["found 207", "in Pa", "If it is in GPa, write 2.07e+11."],
-        id="Young's modulus in GPa",
     ),
-    pytest.param(
+    "roughness in nm": (
         RIG,
         "ball_roughness_ra_um: 0.014",
         "ball_roughness_ra_um: 14",
         "ball_roughness_ra_um",
         ["2 or less, in um", "If it is in nm, write 0.014."],
-        id="roughness in nm",
     ),
-    pytest.param(
+    "radius in mm": (
         RIG,
         "ball_radius_m: 0.010",
         "ball_radius_m: 10",
         "ball_radius_m",
         ["If it is in mm, write 0.01."],
-        id="radius in mm",
     ),
-    pytest.param(
+    "density in g/cm3": (
         OIL,
         "[298.15, 970.4]",
         "[298.15, 0.9704]",
         "density_kg_m3.0.1",
         ["If it is in g/cm3, write 970.4."],
-        id="density in g/cm3",
     ),
-    pytest.param(
+    "table in degC": (
         OIL,
         "density_kg_m3: [[298.15, 970.4]",
         "density_kg_m3: [[25, 970.4]",
         "density_kg_m3.0.0",
         ["200 or more, in K", "If it is in degC, write 298.15."],
-        id="table in degC",
     ),
-    pytest.param(
+    "conductivity in mW": (
         OIL,
         "[[300, 0.147]",
         "[[300, 147]",
         "thermal_conductivity_w_mk.0.1",
         ["If it is in mW/(m K), write 0.147."],
-        id="conductivity in mW",
     ),
-    pytest.param(
+    "specific heat in kJ": (
         OIL,
         "[[300, 2000]",
         "[[300, 2]",
         "specific_heat_j_kgk.0.1",
         ["If it is in kJ/(kg K), write 2000."],
-        id="specific heat in kJ",
     ),
-    pytest.param(
+    "temperature twice": (
         OIL,
         "[373.15, 920]]",
         "[298.15, 920]]",
         "density_kg_m3",
         ["each temperature once"],
-        id="temperature twice",
     ),
-    pytest.param(
+    "viscosity of another grade": (
         OIL,
         "viscosity_slope: 3.4101",
         "viscosity_slope: 3.3",
         "coefficients",
         ["cSt at 100 degC", "nominal_kinematic_viscosity_100c_cst is 7", "within 25%"],
-        id="viscosity of another grade",
     ),
-    pytest.param(
+    "viscosity contradicts the coefficients": (
         "oils/4050.yaml",
         "stand_in: true",
         "stand_in: false",
         "coefficients",
         ["give 5.45 cSt", "is 5;", "within 5%"],
-        id="viscosity contradicts the coefficients",
     ),
-    pytest.param(
-        OIL, 'id: "4102"', 'id: "4050"', "id", ["'4102', the file's name"], id="another oil's id"
-    ),
-    pytest.param(
+    "another oil's id": (OIL, 'id: "4102"', 'id: "4050"', "id", ["'4102', the file's name"]),
+    "ball diameter in mm": (
         BEARING,
         "ball_diameter_m: 22.225e-3",
         "ball_diameter_m: 22.225",
         "ball_diameter_m",
         ["If it is in mm, write 0.022225."],
-        id="ball diameter in mm",
     ),
-    pytest.param(
+    "30th of February": (
         CONFIG,
         'date: "2026-01-10"',
         'date: "2026-02-30"',
         "release.date",
         ["a day of the calendar"],
-        id="30th of February",
     ),
-    pytest.param(
+    "day without quotes": (
         CONFIG,
         'date: "2026-01-10"',
         "date: 2026-01-10",
         "release.date",
         ["expected text", 'Put it in quotes: "2026-01-10"'],
-        id="day without quotes",
     ),
-    pytest.param(
-        DEMO,
-        "licence: MIT",
-        "date: last summer\nlicence: MIT",
-        "date",
-        ["with its year"],
-        id="no year",
-    ),
-    pytest.param(
-        CONFIG,
-        "traction_min: -0.002",
-        "traction_min: .nan",
-        "gates.traction_min",
-        ["nan"],
-        id="nan",
-    ),
-    pytest.param(
-        CONFIG, "traction_max: 0.15", "traction_max: .inf", "gates.traction_max", ["inf"], id="inf"
-    ),
-    pytest.param(
-        CONFIG, "traction_max: 0.15", "traction_max:", "gates.traction_max", ["nothing"], id="empty"
-    ),
-]
+    "no year": (DEMO, "licence: MIT", "date: last summer\nlicence: MIT", "date", ["with its year"]),
+    "nan": (CONFIG, "traction_min: -0.002", "traction_min: .nan", "gates.traction_min", ["nan"]),
+    "inf": (CONFIG, "traction_max: 0.15", "traction_max: .inf", "gates.traction_max", ["inf"]),
+    "empty": (CONFIG, "traction_max: 0.15", "traction_max:", "gates.traction_max", ["nothing"]),
+}
 
 
 @pytest.fixture
@@ -195,7 +156,7 @@ def write_instead(path: Path, old: str, new: str) -> int:
     return text[: text.index(old)].count("\n") + 1
 
 
-@pytest.mark.parametrize(("file", "old", "new", "key", "expected"), WRONG)
+@pytest.mark.parametrize(("file", "old", "new", "key", "expected"), WRONG.values(), ids=WRONG)
 def test_value_that_no_rig_or_oil_has_is_refused(
     folder: Path, file: str, old: str, new: str, key: str, expected: list[str]
 ) -> None:

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.yaml_file import YamlFile, dotted, empty_keys, read_yaml
+from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
 T = TypeVar("T")
 Steps = tuple[Any, ...]
@@ -58,18 +58,19 @@ def check_file(file: YamlFile, model: Any) -> Any:
     Raises:
         OilfilmError: A key has no value, or a key or value is not as the model declares it.
     """
-    for steps in empty_keys(file.values):
-        raise OilfilmError(
-            f"{file.place_of(steps)}, `{dotted(steps)}`: found nothing; write a value, or leave "
-            "the key out."
-        )
-    return check(file.values, model, file.place_of, file.line_of)
+    for steps, value in leaves(file.values):
+        if value is None:
+            raise OilfilmError(
+                f"{file.location_of(steps)}, `{dotted(steps)}`: found nothing; write a value, or "
+                "leave the key out."
+            )
+    return check(file.values, model, file.location_of, file.line_of)
 
 
 def check(
     values: Any,
     model: Any,
-    place_of: Callable[[Steps], str],
+    location_of: Callable[[Steps], str],
     order: Callable[[Steps], Any] = lambda steps: 0,
 ) -> Any:
     """Values as a model.
@@ -77,7 +78,7 @@ def check(
     Args:
         values: Plain values.
         model: The model: a class, or a union of classes.
-        place_of: Where the value at these steps was written, as the message begins.
+        location_of: Where the value at these steps was written, as the message begins.
         order: Sorts mistakes; the first is reported.
 
     Raises:
@@ -91,7 +92,7 @@ def check(
     steps, sentence = min(
         mistakes, key=lambda mistake: ("is missing" in mistake[1], order(mistake[0]))
     )
-    raise OilfilmError(f"{place_of(steps)}: {sentence}") from None
+    raise OilfilmError(f"{location_of(steps)}: {sentence}") from None
 
 
 def first_mistake(values: Any, model: Any) -> str:
@@ -126,10 +127,10 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]
             yield steps, f"`{dotted(steps)}`: {context['sentence']}"
         elif details["type"] == "union_tag_invalid":
             tags = _tags(schema)
-            found = details["input"][tags[0]]
+            value = details["input"][tags[0]]
             yield (
                 (*steps, tags[0]),
-                f"`{tags[0]}`: found {found!r}, expected one of {_listed(tags[1])}.",
+                f"`{tags[0]}`: found {value!r}, expected one of {_listed(tags[1])}.",
             )
         elif details["type"] == "union_tag_not_found":
             yield steps, f"the key {_tags(schema)[0]!r} is missing."
@@ -146,10 +147,9 @@ def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) ->
     meaning = _meaning(schema, steps)
     if details["type"] == "missing":
         return f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
-    found = details["input"]
-    expected = _expected(details, node)
-    hint = _hint(found, node)
-    return f"`{dotted(steps)}`: found {found!r}, expected {expected}.{hint} {meaning}".rstrip()
+    value, expected = details["input"], _expected(details, node)
+    hint = _hint(value, node)
+    return f"`{dotted(steps)}`: found {value!r}, expected {expected}.{hint} {meaning}".rstrip()
 
 
 def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
@@ -198,24 +198,24 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
     return str(details["msg"])
 
 
-def _hint(found: Any, node: Mapping[str, Any]) -> str:
+def _hint(value: Any, node: Mapping[str, Any]) -> str:
     """What to write where YAML read something else, or where another unit was meant."""
-    if isinstance(found, str) and "enum" in node:
-        near = difflib.get_close_matches(found, map(str, node["enum"]), n=1)
+    if isinstance(value, str) and "enum" in node:
+        near = difflib.get_close_matches(value, map(str, node["enum"]), n=1)
         return f" Did you mean {near[0]!r}?" if near else ""
-    if isinstance(found, str) and node.get("type") in ("number", "integer"):
+    if isinstance(value, str) and node.get("type") in ("number", "integer"):
         try:
-            return f" Write {float(found):#}, with a point and no quotes."
+            return f" Write {float(value):#}, with a point and no quotes."
         except ValueError:
             return ""
-    if isinstance(found, date | int | float) and node.get("type") == "string":
-        return f' Put it in quotes: "{found}".'
-    if isinstance(found, bool) or not isinstance(found, int | float):
+    if isinstance(value, date | int | float) and node.get("type") == "string":
+        return f' Put it in quotes: "{value}".'
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return ""
     for other, factor, offset in _OTHER_UNITS.get(node.get("unit", ""), []):
-        value = found * factor + offset
-        if _in_range(value, node):
-            return f" If it is in {other}, write {value:g}."
+        converted = value * factor + offset
+        if _in_range(converted, node):
+            return f" If it is in {other}, write {converted:g}."
     return ""
 
 

@@ -111,15 +111,15 @@ class OilKeys(Group):
 
     @model_validator(mode="after")
     def _coefficients_give_the_stated_viscosity(self) -> Self:
-        stated_cst = self.nominal_kinematic_viscosity_100c_cst
+        nominal_cst = self.nominal_kinematic_viscosity_100c_cst
         given_cst = float(self.properties().kinematic_viscosity_m2_s(100.0)) * _CST_PER_M2_S
         tolerance = _STAND_IN_TOLERANCE if self.stand_in else _VISCOSITY_TOLERANCE
         # a viscosity that is not a number fails too
-        if not abs(given_cst / stated_cst - 1) <= tolerance:
+        if not abs(given_cst / nominal_cst - 1) <= tolerance:
             raise contradiction(
                 ("coefficients",),
                 f"the coefficients give {given_cst:.3g} cSt at 100 degC, but "
-                f"nominal_kinematic_viscosity_100c_cst is {stated_cst:g}; expected them within "
+                f"nominal_kinematic_viscosity_100c_cst is {nominal_cst:g}; expected them within "
                 f"{tolerance:.0%}. Check the units of the coefficients and of the density.",
             )
         return self
@@ -135,19 +135,9 @@ class OilKeys(Group):
             "specific_heat": self.specific_heat_j_kgk,
             "thermal_conductivity": self.thermal_conductivity_w_mk,
         }
+        copied = {"id", "name", "display_name", "nominal_kinematic_viscosity_100c_cst"}
         return {
-            **{
-                name: getattr(self, name)
-                for name in (
-                    "id",
-                    "name",
-                    "display_name",
-                    "nominal_kinematic_viscosity_100c_cst",
-                    "stand_in",
-                    "note",
-                    "source",
-                )
-            },
+            **self.model_dump(include={*copied, "stand_in", "note", "source"}),
             "relative_uncertainty": self.relative_uncertainty.model_dump(exclude_none=True),
             **{
                 name: oils.PiecewiseLinear(*zip(*sorted(rows), strict=True))

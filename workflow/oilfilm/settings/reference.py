@@ -1,4 +1,4 @@
-"""The files of data/reference: what the paper printed, stated and claimed."""
+"""The files of data/reference: what the paper printed and claimed."""
 
 from pathlib import Path
 from typing import Annotated, Self

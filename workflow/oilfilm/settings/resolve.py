@@ -59,7 +59,7 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
         }
     )
     for steps, sentence in contradictions(settings):
-        raise OilfilmError(f"{campaign.place_of(steps)}: {sentence}")
+        raise OilfilmError(f"{campaign.location_of(steps)}: {sentence}")
     return settings
 
 
@@ -95,22 +95,22 @@ def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any])
     for steps, complaint in unusable_values(given):
         raise OilfilmError(f"the command line's --config, `{dotted(steps)}`: {complaint}")
 
-    def place_of(steps: Steps) -> str:
+    def location_of(steps: Steps) -> str:
         # the last key may be one of several that contradict each other: look for its group too
         for known in (steps, steps[:-1]):
             if _has(given, known):
                 return "the command line's --config"
             if _has(own, known):
-                return campaign.place_of(("settings", *steps))
-        return config.place_of(steps)
+                return campaign.location_of(("settings", *steps))
+        return config.location_of(steps)
 
     if "campaign" in own:
         raise OilfilmError(
-            f"{campaign.place_of(('settings', 'campaign'))}: `settings` cannot name another "
+            f"{campaign.location_of(('settings', 'campaign'))}: `settings` cannot name another "
             "campaign; leave the key out."
         )
     merged = merge(merge(config.values, own), given)
-    check(merged, Config, place_of)
+    check(merged, Config, location_of)
     return merged
 
 
@@ -141,7 +141,7 @@ def _with_numbers(given: Any) -> Any:
 def _named_files(folder: Path, kind: str, campaign: YamlFile) -> dict[str, Any]:
     """Plain content of the files that a campaign names under `rigs` or `oils`."""
     return {
-        name: _named_file(folder, name, kind, campaign.place_of((f"{kind}s", index)))
+        name: _named_file(folder, name, kind, campaign.location_of((f"{kind}s", index)))
         for index, name in enumerate(campaign.values[f"{kind}s"])
     }
 
@@ -150,7 +150,7 @@ def _bearings(folder: Path, campaign: YamlFile) -> dict[str, Any]:
     """The bearing of a campaign with torque logs, and those of published figures."""
     if "torque" not in campaign.values:
         return {}
-    named_at = campaign.place_of(("torque", "bearing"))
+    named_at = campaign.location_of(("torque", "bearing"))
     own = campaign.values["torque"]["bearing"]
     others = sorted(set(_names_in(folder / "bearings")) - {own})
     return {name: _named_file(folder, name, "bearing", named_at) for name in [own, *others]}
@@ -168,7 +168,7 @@ def _named_file(folder: Path, name: str, kind: str, named_at: str) -> dict[str, 
     check_file(file, _FOLDERS[kind])
     if kind == "oil" and file.values["id"] != name:
         raise OilfilmError(
-            f"{file.place_of(('id',))}, `id`: found {file.values['id']!r}, expected {name!r}, "
+            f"{file.location_of(('id',))}, `id`: found {file.values['id']!r}, expected {name!r}, "
             "the file's name."
         )
     return file.values

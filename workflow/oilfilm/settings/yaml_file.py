@@ -1,6 +1,6 @@
 """Safe YAML with line numbers: plain values, and where in the file each of them is."""
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,7 +45,7 @@ class YamlFile:
                 line = _line(node.start_mark)
         return line
 
-    def place_of(self, steps: Sequence[object]) -> str:
+    def location_of(self, steps: Sequence[object]) -> str:
         """The file and the line of a key, as messages begin."""
         return f"{self.path}, line {self.line_of(steps)}"
 
@@ -63,7 +63,7 @@ def read_yaml(path: Path) -> YamlFile:
     _refuse_repeated_keys(node, path)
     file = YamlFile(path, _construct(node, path), node)
     for steps, complaint in unusable_values(file.values):
-        raise OilfilmError(f"{file.place_of(steps)}, `{dotted(steps)}`: {complaint}")
+        raise OilfilmError(f"{file.location_of(steps)}, `{dotted(steps)}`: {complaint}")
     return file
 
 
@@ -78,35 +78,31 @@ class _Plain(yaml.SafeDumper):
         return True
 
 
-def unusable_values(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[Any, str]]:
+def leaves(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[Any, object]]:
+    """The single values in groups and lists: the steps to each, and the value."""
+    if isinstance(value, Mapping):
+        parts: Iterable[tuple[object, object]] = value.items()
+    elif isinstance(value, list):
+        parts = enumerate(value)
+    else:
+        yield steps, value
+        return
+    for step, part in parts:
+        yield from leaves(part, (*steps, step))
+
+
+def unusable_values(values: object) -> Iterator[tuple[Any, str]]:
     """Values that no key accepts: the steps to each, and a complaint.
 
     Numbers that are not finite would switch gates off, because every comparison with them fails.
     """
-    if isinstance(value, int | float) and not abs(value) < LARGEST_NUMBER:
-        number = value if isinstance(value, float) else f"of {value.bit_length()} bits"
-        yield (
-            steps,
-            f"found the number {number}; expected a finite one, below {LARGEST_NUMBER:g}.",
-        )
-    elif isinstance(value, Mapping):
-        for key, part in value.items():
-            yield from unusable_values(part, (*steps, key))
-    elif isinstance(value, list):
-        for index, part in enumerate(value):
-            yield from unusable_values(part, (*steps, index))
-
-
-def empty_keys(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[object, ...]]:
-    """The steps to each key or list item that has no value."""
-    if value is None:
-        yield steps
-    elif isinstance(value, Mapping):
-        for key, part in value.items():
-            yield from empty_keys(part, (*steps, key))
-    elif isinstance(value, list):
-        for index, part in enumerate(value):
-            yield from empty_keys(part, (*steps, index))
+    for steps, value in leaves(values):
+        if isinstance(value, int | float) and not abs(value) < LARGEST_NUMBER:
+            number = value if isinstance(value, float) else f"of {value.bit_length()} bits"
+            yield (
+                steps,
+                f"found the number {number}; expected a finite one, below {LARGEST_NUMBER:g}.",
+            )
 
 
 def dotted(steps: Sequence[object]) -> str:
@@ -208,13 +204,13 @@ def _refuse_repeated_keys(node: yaml.Node, path: Path) -> None:
 
 def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
     mark = getattr(error, "problem_mark", None)
-    place = f"{path}, line {_line(mark)}" if mark is not None else str(path)
+    location = f"{path}, line {_line(mark)}" if mark is not None else str(path)
     reason = getattr(error, "problem", None) or str(error)
     if "\\t" in reason:
         reason += "; indent with spaces, not with tabs"
     if "mapping values" in reason:
         reason += "; put text that holds a colon in quotes"
-    return OilfilmError(f"{place}: not valid YAML: {reason}.")
+    return OilfilmError(f"{location}: not valid YAML: {reason}.")
 
 
 def _line(mark: Any) -> int:
