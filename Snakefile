@@ -41,7 +41,7 @@ rule all:
         rules.exports.output,
 
 
-# It takes what `all` asks for.
+# Its inputs are those of `all`.
 include: "workflow/rules/release.smk"
 
 

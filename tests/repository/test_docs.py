@@ -19,13 +19,13 @@ def named_paths(text: str) -> set[str]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_paths_that_a_page_names_exist(page: Path):
-    places = (ROOT, page.parent, ROOT / "workflow/oilfilm")
+    folders = (ROOT, page.parent, ROOT / "workflow/oilfilm")
     paths = {path for path in named_paths(page.read_text("utf-8")) if path}
     missing = [
         path
         for path in sorted(paths)
         if not path.startswith(NOT_TRACKED)
-        if not any((place / path).exists() for place in places)
+        if not any((folder / path).exists() for folder in folders)
     ]
     assert not missing
 

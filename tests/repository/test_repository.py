@@ -39,13 +39,12 @@ def tracked() -> list[Path]:
 
 
 def lines_with(pattern: re.Pattern[str]) -> list[str]:
-    found = []
-    for path in tracked():
-        text = path.read_bytes().decode(errors="replace")
-        for number, line in enumerate(text.splitlines(), start=1):
-            if pattern.search(line):
-                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
-    return found
+    return [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}"
+        for path in tracked()
+        for number, line in enumerate(path.read_text("utf-8", "replace").splitlines(), start=1)
+        if pattern.search(line)
+    ]
 
 
 def actions() -> Iterator[str]:
@@ -54,9 +53,9 @@ def actions() -> Iterator[str]:
 
 
 def workflow(path: Path) -> dict[str, Any]:
-    found = yaml.safe_load(path.read_text(encoding="utf-8"))
-    assert isinstance(found, dict)
-    return found
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    assert isinstance(content, dict)
+    return content
 
 
 def steps(path: Path) -> list[dict[str, Any]]:
@@ -136,8 +135,8 @@ def test_published_archives_are_the_same_bytes_whatever_the_umask(tmp_path: Path
     environment = {**os.environ, "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}"}
     archives = []
     for mask in (0o022, 0o077):
-        place = tmp_path / f"{mask:o}"
-        release = place / "results/releases/demo/v1-0123456789ab"
+        project = tmp_path / f"{mask:o}"
+        release = project / "results/releases/demo/v1-0123456789ab"
         for path, mode in ((release, 0o777), (release / "tables", 0o777)):
             path.mkdir(parents=True)
             path.chmod(mode & ~mask)
@@ -146,20 +145,20 @@ def test_published_archives_are_the_same_bytes_whatever_the_umask(tmp_path: Path
         (release.parent / "latest").symlink_to(release.name)
         done = subprocess.run(
             [ROOT / ".ci/publish", "v1"],
-            cwd=place,
+            cwd=project,
             env=environment,
             capture_output=True,
             text=True,
             check=False,
         )
         assert done.returncode == 0, done.stderr
-        *words, archive = done.stdout.split()
-        assert words[:4] == ["release", "create", "v1", "--verify-tag"]
+        *arguments, archive = done.stdout.split()
+        assert arguments[:4] == ["release", "create", "v1", "--verify-tag"]
         assert archive == "results/releases/demo-v1-0123456789ab.tar.gz"
-        archives.append((place / archive).read_bytes())
+        archives.append((project / archive).read_bytes())
     assert archives[0] == archives[1]
     with tarfile.open(fileobj=io.BytesIO(archives[0])) as archive:
-        assert {one.name: oct(one.mode) for one in archive} == {
+        assert {member.name: oct(member.mode) for member in archive} == {
             "v1-0123456789ab": "0o755",
             "v1-0123456789ab/tables": "0o755",
             "v1-0123456789ab/tables/runs.parquet": "0o644",

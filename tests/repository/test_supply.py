@@ -54,27 +54,33 @@ def test_licences_are_those_that_the_locked_packages_state() -> None:
     assert licences.TABLE.read_text(encoding="utf-8") == licences.table(), "run `make licences`"
 
 
-@pytest.mark.parametrize("said", ["GPL-3.0-or-later", "Proprietary", "MIT AND AGPL-3.0-only", ""])
+@pytest.mark.parametrize(
+    "licence", ["GPL-3.0-or-later", "Proprietary", "MIT AND AGPL-3.0-only", ""]
+)
 def test_unknown_or_forbidden_licence_is_refused(
-    said: str, monkeypatch: pytest.MonkeyPatch
+    licence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(licences, "stated", lambda about: said)
+    monkeypatch.setattr(licences, "stated", lambda about: licence)
     with pytest.raises(ValueError, match="numpy: states"):
         licences.licence("numpy")
 
 
-def guarded(words: str, tmp_path: Path) -> tuple[str, str]:
+def guarded(program: str, tmp_path: Path) -> tuple[str, str]:
     """What the guard refuses to a program, and what the program says."""
     log = tmp_path / "guard.log"
     environment = {**os.environ, "PYTHONPATH": str(GUARD), "OILFILM_GUARD": str(log)}
     done = subprocess.run(
-        [sys.executable, "-c", words], env=environment, capture_output=True, text=True, check=False
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     return log.read_text(encoding="utf-8") if log.exists() else "", done.stderr
 
 
 @pytest.mark.parametrize(
-    ("words", "refused"),
+    ("program", "refused"),
     [
         ("import socket; socket.create_connection(('192.0.2.1', 80), 1)", "192.0.2.1"),
         ("import socket; socket.getaddrinfo('example.invalid', 80)", "example.invalid"),
@@ -85,8 +91,8 @@ def guarded(words: str, tmp_path: Path) -> tuple[str, str]:
     ids=["address", "name", "pickle", "loopback", "plain values"],
 )
 def test_guard_of_the_workflow_tests_refuses_what_it_should(
-    words: str, refused: str, tmp_path: Path
+    program: str, refused: str, tmp_path: Path
 ) -> None:
-    log, said = guarded(words, tmp_path)
+    log, message = guarded(program, tmp_path)
     assert refused in log
-    assert bool(refused) == bool(log) == ("refused by the tests' guard" in said)
+    assert bool(refused) == bool(log) == ("refused by the tests' guard" in message)

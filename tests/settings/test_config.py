@@ -165,7 +165,7 @@ def test_merge_goes_group_by_group() -> None:
     }
 
 
-def test_every_key_of_the_settings_may_stand_in_a_campaign(folder: Path) -> None:
+def test_campaign_may_override_every_key_of_the_settings(folder: Path) -> None:
     settings = read_yaml(folder / "config.yaml").values
     del settings["campaign"]
     path = folder / "campaigns" / "etm-slim.yaml"
