@@ -1,5 +1,6 @@
 """The keys of config/config.yaml: what to run, and every threshold."""
 
+from collections.abc import Collection
 from datetime import date
 from typing import Annotated, Literal, Self
 
@@ -40,16 +41,13 @@ from oilfilm.settings.base import (
 from oilfilm.traction import LAW_NAMES, LAWS
 
 
-def _law_of_conditions(name: str) -> str:
-    if name not in LAWS:
-        raise unexpected("one of " + ", ".join(map(repr, LAWS)))
-    return name
+def _one_of(names: Collection[str]) -> AfterValidator:
+    def known(name: str) -> str:
+        if name not in names:
+            raise unexpected("one of " + ", ".join(map(repr, names)))
+        return name
 
-
-def _any_law(name: str) -> str:
-    if name not in LAW_NAMES:
-        raise unexpected("one of " + ", ".join(map(repr, LAW_NAMES)))
-    return name
+    return AfterValidator(known)
 
 
 def _existing_day(day: str) -> str:
@@ -60,12 +58,8 @@ def _existing_day(day: str) -> str:
     return day
 
 
-LawOfConditions = Annotated[
-    str, AfterValidator(_law_of_conditions), Field(json_schema_extra={"enum": list(LAWS)})
-]
-AnyLaw = Annotated[
-    str, AfterValidator(_any_law), Field(json_schema_extra={"enum": list(LAW_NAMES)})
-]
+LawOfConditions = Annotated[str, _one_of(LAWS), Field(json_schema_extra={"enum": list(LAWS)})]
+AnyLaw = Annotated[str, _one_of(LAW_NAMES), Field(json_schema_extra={"enum": list(LAW_NAMES)})]
 Day = Annotated[str, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$"), AfterValidator(_existing_day)]
 LimitOfChange = Annotated[float, Field(gt=0, le=1, json_schema_extra={"unit": "1"})]
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
