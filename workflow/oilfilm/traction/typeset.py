@@ -63,7 +63,7 @@ def latex(law: Law) -> list[str]:
     equations = [
         rf"{LATEX.identifier(name)} = {LATEX.write(value)}" for name, value in law.definitions()
     ]
-    for coefficient, factors in _power_laws(law):
+    for coefficient, factors in _power_laws(law).items():
         powers = "".join(
             rf" \left(\frac{{{symbol}}}{{\text{{{reference}}}}}\right)^{{{exponent}}}"
             for symbol, reference, exponent in factors
@@ -78,7 +78,7 @@ def mathml(law: Law) -> str:
         f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
         for name, value in law.definitions()
     ]
-    for coefficient, factors in _power_laws(law):
+    for coefficient, factors in _power_laws(law).items():
         powers = "".join(
             f"<msup><mrow><mo>(</mo><mfrac><mi>{symbol}</mi><mtext>{reference}</mtext></mfrac>"
             f"<mo>)</mo></mrow><mtext>{exponent}</mtext></msup>"
@@ -111,9 +111,8 @@ def _section(law: Law) -> str:
         f"{coefficient.smallest:g} to {coefficient.largest:g} |"
         for coefficient in law.coefficients
     )
-    groups = "; ".join(
-        f"{QUANTITIES[group].symbol}: {QUANTITIES[group].meaning}" for group in law.groups
-    )
+    quantities = (QUANTITIES[group] for group in law.groups)
+    groups = "; ".join(f"{quantity.symbol}: {quantity.meaning}" for quantity in quantities)
     return f"""
 ## {law.name}
 
@@ -127,29 +126,23 @@ def _section(law: Law) -> str:
 """
 
 
-def _power_laws(law: Law) -> list[tuple[str, list[tuple[str, str, str]]]]:
-    """X for all coefficients, then those whose exponents the law gives.
+def _power_laws(law: Law) -> dict[str, list[tuple[str, str, str]]]:
+    """X for all coefficients, then those whose exponents the law gives, by name.
 
     Each with its factors: symbol, reference with its unit, exponent.
     """
-    fitted = [f"X{number}" for number in range(1, len(law.groups) + 1)]
-    known = [
-        (coefficient.name, [f"{exponent:g}" for exponent in coefficient.exponents])
-        for coefficient in law.coefficients
-        if coefficient.exponents is not None
-    ]
+    exponents = {"X": [f"X{number}" for number in range(1, len(law.groups) + 1)]}
+    for coefficient in law.coefficients:
+        if coefficient.exponents is not None:
+            exponents[coefficient.name] = [f"{exponent:g}" for exponent in coefficient.exponents]
+    quantities = [QUANTITIES[group] for group in law.groups]
     references = [
-        (QUANTITIES[group].symbol, f"{reference:g} {QUANTITIES[group].unit}".removesuffix(" 1"))
-        for group, reference in zip(law.groups, law.reference, strict=True)
+        (quantity.symbol, f"{reference:g} {quantity.unit}".removesuffix(" 1"))
+        for quantity, reference in zip(quantities, law.reference, strict=True)
     ]
-    return [
-        (
-            name,
-            [
-                (symbol, reference, exponent)
-                for (symbol, reference), exponent in zip(references, exponents, strict=True)
-                if exponent != "0"
-            ],
-        )
-        for name, exponents in [("X", fitted), *known]
-    ]
+    return {
+        name: [
+            (*base, power) for base, power in zip(references, powers, strict=True) if power != "0"
+        ]
+        for name, powers in exponents.items()
+    }
