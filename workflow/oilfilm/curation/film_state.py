@@ -25,7 +25,7 @@ def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         max_hertz_pressure_gpa=np.nan, film_thickness_um=np.nan, lambda_ratio=np.nan
     )
     for (rig, oil_name), of_both in points.groupby(["rig", "oil"]):
-        contact, oil_file = settings.rigs[rig].contact(), settings.oils[oil_name]
+        contact, oil_file = settings.rigs[str(rig)].contact(), settings.oils[str(oil_name)]
         if contact is not None:
             oil = oil_file.properties() if oil_file else None
             derived = contact_state(of_both, contact, oil, settings.film)
