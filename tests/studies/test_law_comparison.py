@@ -52,7 +52,7 @@ def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> Non
 def test_curves_left_out_are_those_of_brute_force() -> None:
     law = LAWS["tanh"]
     points = points_of(law, 1e-3)
-    few = points[points["run_id"].isin([f"run{place:02d}" for place in range(0, 48, 3)])]
+    few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
     task, best = fitted(law, few)
     errors = leave_curves_out(task, best)
     for curve in range(task.curves):
