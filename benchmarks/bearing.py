@@ -62,7 +62,7 @@ def rubbing(points: OperatingPoints) -> tuple[int, np.ndarray]:
     oil = oil_at(OIL, TEMPERATURE_C, count)
     found = friction_equilibrium(bearing_of(BEARING), points, oil, law_of(OIL))
     orbit = found.balance.motion.orbit_speed_rad_s[:, 0]
-    return int(found.equilibrium.solution.converged.sum()), orbit
+    return int(found.solution.converged.sum()), orbit
 
 
 def rubbing_in_chunks(points: OperatingPoints) -> tuple[int, np.ndarray]:

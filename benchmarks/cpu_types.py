@@ -60,7 +60,7 @@ def make(folder: Path) -> None:
     campaign = carry_through(config, raw, sorted(path.name for path in raw.iterdir()))
     made = {"points": campaign.curated.points, "runs": campaign.curated.runs}
     made |= fit_oil(campaign.curated.points, OIL, config.fit, config.seed).tables
-    made |= compare_laws(campaign.curated.points, OIL, config).tables()
+    made |= compare_laws(campaign.curated.points, OIL, config)
     for name, frame in made.items():
         tables.write(
             frame, name, folder / f"{name}.parquet", {"campaign": "demo", "data": "simulated"}

@@ -24,67 +24,67 @@ from oilfilm.bearing.resistance import (
     land_damping_n_m_s,
     rolling_force_n,
 )
-from oilfilm.bearing.torque import SLIDINGS, cage_slip, torque_terms
+from oilfilm.bearing.torque import cage_slip, torque_terms
 from oilfilm.studies.load_variables import LOAD_VARIABLES
 
-
-class Coulomb:
-    """A law of one constant coefficient."""
-
-    def __init__(self, coefficient: float) -> None:
-        self.coefficient = coefficient
-
-    def __call__(self, at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
-        return np.full_like(slide_roll_ratio, self.coefficient)
+SLIDINGS = ("gross", "spin", "differential", "gyroscopic")
 
 
-class Steep:
-    """A law that hardly lets the contact slip."""
+def motion_in_oil(bearing: Bearing, points: OperatingPoints, oil: str = "4050", degc: float = 100):
+    """Friction equilibrium with an oil's printed law."""
+    known = lubrication(oil, degc, len(points.axial_load_n))
+    return friction_equilibrium(bearing, points, known, printed_law(oil))
 
-    def __call__(self, at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
-        return np.tanh(1e3 * slide_roll_ratio)
 
-
-def _in_ellipse(spin_about_normal: float, race_speed: float, rule: tuple[int, int]):
+def coulomb_traction(spin_about_normal: float, race_speed: float, nodes: tuple[int, int]):
     """Traction of Coulomb's law in both contacts of a loaded 218 ball with a given motion."""
     bearing = shipped("harris-218")
-    found = raceway_control(bearing, OperatingPoints.axial(17800.0, 0.0))
-    normal = found.contacts.normal[0, 0]
+    equilibrium = raceway_control(bearing, OperatingPoints.axial(17800.0, 0.0))
+    normal = equilibrium.contacts.normal[0, 0]
     spin = spin_about_normal * np.array([normal[0, 1], normal[1, 1], 0.0])
     motion = Motion(np.zeros((1, 1)), spin[np.newaxis, np.newaxis])
     rings = np.full((1, 1, 2), race_speed)
-    places = grid(*rule)
-    slip = sliding(bearing, found.contacts, motion, rings, places)
-    at = conditions(bearing, found.contacts, slip, np.full((1, 1, 1), 100.0))
-    return found.contacts, slip, traction(found.contacts, slip, at, Coulomb(0.1), places)
+    rule = grid(*nodes)
+    slip = sliding(bearing, equilibrium.contacts, motion, rings, rule)
+    at = conditions(bearing, equilibrium.contacts, slip, np.full((1, 1, 1), 100.0))
+    return (
+        equilibrium.contacts,
+        slip,
+        traction(equilibrium.contacts, slip, at, lambda at, s: np.full_like(s, 0.1), rule),
+    )
 
 
 def test_pure_spin_has_the_closed_form_moment():
     # A. B. Jones (1959): M = 3/8 mu Q a E, a the larger semi-axis, E the complete elliptic integral
-    contacts, _, found = _in_ellipse(spin_about_normal=100.0, race_speed=0.0, rule=(60, 60))
+    contacts, _, film = coulomb_traction(spin_about_normal=100.0, race_speed=0.0, nodes=(60, 60))
     a_y, a_x = contacts.semi_axis_y_m[0, 0, 1], contacts.semi_axis_x_m[0, 0, 1]
     moment = 3 / 8 * 0.1 * contacts.load_n[0, 0, 1] * a_y * ellipe(1 - (a_x / a_y) ** 2)
     # the kink of Coulomb's law in the middle slows the quadrature down
-    assert found.moment_n_m[0, 0, 0, 1] == pytest.approx(-moment, rel=2e-3)
-    assert found.heat_w[0, 0, 1] == pytest.approx(100 * moment, rel=2e-3)
+    assert film.moment_n_m[0, 0, 0, 1] == pytest.approx(-moment, rel=2e-3)
+    assert film.heat_w[0, 0, 1] == pytest.approx(100 * moment, rel=2e-3)
 
 
 def test_pure_sliding_pulls_with_all_of_the_coefficient():
-    contacts, slip, found = _in_ellipse(spin_about_normal=0.0, race_speed=50.0, rule=(16, 4))
+    contacts, slip, film = coulomb_traction(spin_about_normal=0.0, race_speed=50.0, nodes=(16, 4))
     # each race slides over a ball at rest; across a curved contact its speed turns a little
-    np.testing.assert_allclose(found.force_n[0, 0, 1], 0.1 * contacts.load_n[0, 0], rtol=1e-4)
+    np.testing.assert_allclose(film.force_n[0, 0, 1], 0.1 * contacts.load_n[0, 0], rtol=1e-4)
     speed = np.hypot(slip.along_m_s, slip.across_m_s)
     mean = (speed * grid(16, 4).share).sum(axis=-1)
-    np.testing.assert_allclose(found.heat_w, 0.1 * contacts.load_n * mean)
+    np.testing.assert_allclose(film.heat_w, 0.1 * contacts.load_n * mean)
 
 
-def test_rolling_force_is_that_of_the_rigid_isoviscous_limit_at_high_speed():
-    # for W/U^0.75 -> 0 the formula is F_IVR alone (Biboulet and Houpert, part 2)
-    force = rolling_force_n(1e-9, 1.0, 0.01, 0.01, 0.05, 2e11)
-    w, u = 1e-9 / (1e11 * 1e-4), 0.01 / (1e11 * 0.01)
-    assert force == pytest.approx(
-        2.9766 * 1e11 * 1e-4 * 5**0.3316 * w ** (1 / 3) * u ** (2 / 3), rel=1e-6
-    )
+# Biboulet and Houpert, part 2: F_IVR alone for W/U^0.75 -> 0, F_EHL alone for -> infinity
+@pytest.mark.parametrize(
+    ("load_n", "speed_m_s", "factor", "shape_power", "speed_power", "rel"),
+    [(1e-9, 1.0, 2.9766, 0.3316, 2 / 3, 1e-6), (1e5, 1e-3, 7.5826, 0.4055, 0.75, 1e-3)],
+)
+def test_rolling_force_has_the_rigid_and_the_elastic_limit(
+    load_n, speed_m_s, factor, shape_power, speed_power, rel
+):
+    force = rolling_force_n(load_n, speed_m_s, 0.01, 0.01, 0.05, 2e11)
+    w, u = load_n / (1e11 * 1e-4), 0.01 * speed_m_s / (1e11 * 0.01)
+    limit = factor * 1e11 * 1e-4 * 5**shape_power * w ** (1 / 3) * u**speed_power
+    assert force == pytest.approx(limit, rel=rel)
 
 
 def test_hysteresis_grows_with_the_load_to_the_power_of_four_thirds():
@@ -92,19 +92,10 @@ def test_hysteresis_grows_with_the_load_to_the_power_of_four_thirds():
     assert eight / one == pytest.approx(8**1.33)
 
 
-def test_rolling_force_is_that_of_the_elastic_limit_under_heavy_load():
-    # for W/U^0.75 -> infinity the formula is F_EHL alone (Biboulet and Houpert, part 2)
-    force = rolling_force_n(1e5, 1e-3, 0.01, 0.01, 0.05, 2e11)
-    w, u = 1e5 / (1e11 * 1e-4), 0.01 * 1e-3 / (1e11 * 0.01)
-    assert force == pytest.approx(
-        7.5826 * 1e11 * 1e-4 * 5**0.4055 * w ** (1 / 3) * u**0.75, rel=1e-3
-    )
-
-
 def test_the_land_drags_as_oil_sheared_across_its_gap_does():
     # tau = eta Omega R/c on the area 2 pi R L, at the arm R: outer land of the 218, R 68 mm
-    moment = land_damping_n_m_s(shipped("harris-218"), oil := lubrication("4050", 100, 1))
-    shear_pa = oil.dynamic_viscosity_pa_s * 1.0 * 0.068 / 0.3e-3
+    moment = land_damping_n_m_s(shipped("harris-218"), lubricant := lubrication("4050", 100, 1))
+    shear_pa = lubricant.oil.dynamic_viscosity_pa_s * 1.0 * 0.068 / 0.3e-3
     np.testing.assert_allclose(moment, shear_pa * (2 * np.pi * 0.068 * 6e-3) * 0.068)
 
 
@@ -128,11 +119,11 @@ def test_moments_on_all_bodies_cancel():
     # what the inner ring puts in, outer ring and oil take: nothing is left on balls and cage
     bearing = shipped("mainshaft-167")
     points = OperatingPoints.axial(20000.0, np.array([3000.0, 12000.0]) * RPM)
-    found = friction_equilibrium(bearing, points, lubrication("4102", 70, 2), printed_law("4102"))
-    rings = found.balls_per_row * found.balance.ring_moment_n_m.sum(axis=(1, 2))
-    oil = found.balls_per_row * (found.balance.drag_n * found.balance.contacts.orbit_radius_m).sum(
-        axis=1
-    )
+    equilibrium = motion_in_oil(bearing, points, "4102", 70)
+    rings = equilibrium.balls_per_row * equilibrium.balance.ring_moment_n_m.sum(axis=(1, 2))
+    oil = equilibrium.balls_per_row * (
+        equilibrium.balance.drag_n * equilibrium.balance.contacts.orbit_radius_m
+    ).sum(axis=1)
     np.testing.assert_allclose(rings, -oil, rtol=1e-6)
     terms = torque_terms(bearing, points, lubrication("4102", 70, 2), printed_law("4102"), TESTED)
     np.testing.assert_allclose(terms["torque_n_m"] - terms["outer_ring_torque_n_m"], oil, rtol=1e-6)
@@ -141,13 +132,8 @@ def test_moments_on_all_bodies_cancel():
 def test_turning_the_other_way_turns_the_torque_round():
     bearing = shipped("harris-218")
     speed = np.array([9000.0, -9000.0]) * RPM
-    found = friction_equilibrium(
-        bearing,
-        OperatingPoints.axial(17800.0, speed),
-        lubrication("4050", 100, 2),
-        printed_law("4050"),
-    )
-    forth, back = found.balance.ring_moment_n_m[:, 0, 0]
+    equilibrium = motion_in_oil(bearing, OperatingPoints.axial(17800.0, speed))
+    forth, back = equilibrium.balance.ring_moment_n_m[:, 0, 0]
     assert forth == pytest.approx(-back, rel=1e-6)
     assert forth < 0
 
@@ -155,19 +141,21 @@ def test_turning_the_other_way_turns_the_torque_round():
 def test_at_rest_balls_that_carry_nothing_resist_nothing():
     bearing = shipped("harris-218")
     points = replace(OperatingPoints.axial(2000.0, 0.0), radial_load_n=np.array([[2000.0, 0.0]]))
-    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
-    assert (found.balance.contacts.load_n == 0).any()
-    assert found.equilibrium.solution.converged.all()
-    assert not found.balance.heat_w.any()
+    equilibrium = motion_in_oil(bearing, points)
+    assert (equilibrium.balance.contacts.load_n == 0).any()
+    assert equilibrium.solution.converged.all()
+    assert not equilibrium.balance.heat_w.any()
 
 
 def test_at_rest_the_bearing_is_in_its_static_equilibrium():
     bearing = shipped("harris-218")
     points = OperatingPoints.axial(17800.0, 0.0)
-    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
+    equilibrium = motion_in_oil(bearing, points)
     static = raceway_control(bearing, points)
-    np.testing.assert_allclose(found.balance.contacts.load_n, static.contacts.load_n, rtol=1e-8)
-    assert not found.balance.heat_w.any()
+    np.testing.assert_allclose(
+        equilibrium.balance.contacts.load_n, static.contacts.load_n, rtol=1e-8
+    )
+    assert not equilibrium.balance.heat_w.any()
 
 
 def test_a_film_that_does_not_slip_lets_the_balls_roll():
@@ -175,9 +163,10 @@ def test_a_film_that_does_not_slip_lets_the_balls_roll():
     bearing = shipped("mainshaft-167")
     points = OperatingPoints.axial(20000.0, 6000 * RPM)
     oil = lubrication("4050", 100, 1, oil_volume_fraction=0.0)
-    found = friction_equilibrium(bearing, points, oil, Steep())
-    slip = cage_slip(bearing, points, found.balance.contacts, found.balance.motion)
-    assert found.equilibrium.solution.converged.all()
+    law = lambda at, slide_roll_ratio: np.tanh(1e3 * slide_roll_ratio)  # noqa: E731
+    equilibrium = friction_equilibrium(bearing, points, oil, law)
+    slip = cage_slip(bearing, points, equilibrium.balance.contacts, equilibrium.balance.motion)
+    assert equilibrium.solution.converged.all()
     assert abs(slip[0, 0]) < 1e-3
 
 
@@ -186,7 +175,7 @@ def test_rolling_balls_have_no_cage_slip():
     points = OperatingPoints.axial(17800.0, 10000 * RPM)
     at = raceway_control(bearing, points)
     rolling = rolling_motion(
-        bearing, at.contacts, points.inner_speed_rad_s[:, None], np.zeros((1, 1)), "inner"
+        bearing, at.contacts, points.inner_speed_rad_s[:, None], np.zeros((1, 1))
     )
     assert abs(cage_slip(bearing, points, at.contacts, rolling)[0, 0]) < 1e-12
 
@@ -196,12 +185,12 @@ def test_gyroscopic_moment_opens_the_inner_contact_angle_as_far_as_traction_can(
     # the equations of raceway control
     bearing = shipped("mainshaft-167")
     points = OperatingPoints.axial(20000.0, 12000 * RPM)
-    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
-    without, whole = (
+    equilibrium = motion_in_oil(bearing, points)
+    without, full = (
         raceway_control(bearing, points, gyroscopic_sign=sign).contacts.contact_angle_rad[0, 0, 0]
         for sign in (0.0, 1.0)
     )
-    assert without < found.balance.contacts.contact_angle_rad[0, 0, 0] < whole
+    assert without < equilibrium.balance.contacts.contact_angle_rad[0, 0, 0] < full
 
 
 def test_finer_grids_change_the_torque_by_less_than_a_thousandth():
@@ -229,9 +218,9 @@ def test_equal_races_that_turn_against_each_other_share_all_evenly():
     )
     speed = np.array([30.0 / (bearing.pitch_diameter_m / 2)])
     points = replace(OperatingPoints.axial(17800.0, speed), outer_speed_rad_s=-speed)
-    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
-    balance = found.balance
-    assert found.equilibrium.solution.converged.all()
+    equilibrium = motion_in_oil(bearing, points)
+    balance = equilibrium.balance
+    assert equilibrium.solution.converged.all()
     # to the thousandths by which the races of so large a bearing still differ
     assert abs(balance.motion.orbit_speed_rad_s[0, 0]) < 2e-3 * speed[0]
     np.testing.assert_allclose(*balance.contacts.load_n[0, 0], rtol=1e-6)
@@ -247,7 +236,7 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     inner, outer = balance.contacts.max_hertz_pressure_pa[0, 0] / 1e9
     assert inner > 1.01 * outer
     film = balance.traction
-    # force times sliding speed, place by place
+    # force times sliding speed, node by node
     sliding_m_s = film.slide_roll_ratio * balance.at.entrainment_speed_m_s
     heat = film.coefficient * balance.at.load_n * grid(16, 4).share * sliding_m_s
     np.testing.assert_allclose(heat.sum(axis=-1), film.heat_w)
@@ -273,18 +262,17 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     )
 
 
-def test_all_balls_asked_one_by_one_give_the_axial_answer():
+def test_all_balls_calculated_one_by_one_give_the_axial_answer():
     bearing = shipped("nasa-35")
     alone = OperatingPoints.axial(667.0, 28000 * RPM)
-    whole = replace(alone, radial_load_n=np.array([[1e-9, 0.0]]))
-    law, oil = printed_law("4050"), lubrication("4050", 120, 1)
-    one, all_ = (friction_equilibrium(bearing, points, oil, law) for points in (alone, whole))
-    assert all_.balance.contacts.load_n.shape == (1, 16, 2)
+    loaded = replace(alone, radial_load_n=np.array([[1e-9, 0.0]]))
+    one, every = (motion_in_oil(bearing, points, degc=120) for points in (alone, loaded))
+    assert every.balance.contacts.load_n.shape == (1, 16, 2)
     np.testing.assert_allclose(
-        all_.balance.motion.spin_rad_s[0, 3], one.balance.motion.spin_rad_s[0, 0], rtol=1e-5
+        every.balance.motion.spin_rad_s[0, 3], one.balance.motion.spin_rad_s[0, 0], rtol=1e-5
     )
     np.testing.assert_allclose(
-        all_.balance.ring_moment_n_m.sum(axis=1), 16 * one.balance.ring_moment_n_m[:, 0], rtol=1e-6
+        every.balance.ring_moment_n_m.sum(axis=1), 16 * one.balance.ring_moment_n_m[:, 0], rtol=1e-6
     )
 
 
@@ -293,11 +281,11 @@ def test_a_radial_load_makes_the_cage_push_some_balls_and_hold_others():
     points = replace(
         OperatingPoints.axial(17800.0, 6000 * RPM), radial_load_n=np.array([[6000.0, 0.0]])
     )
-    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
-    assert found.equilibrium.solution.converged.all()
-    assert found.balance.pocket_n.min() < 0 < found.balance.pocket_n.max()
-    heat = found.balance.heat_w.sum()
-    power = -found.balance.ring_moment_n_m[..., 0].sum() * points.inner_speed_rad_s[0]
+    equilibrium = motion_in_oil(bearing, points)
+    assert equilibrium.solution.converged.all()
+    assert equilibrium.balance.pocket_n.min() < 0 < equilibrium.balance.pocket_n.max()
+    heat = equilibrium.balance.heat_w.sum()
+    power = -equilibrium.balance.ring_moment_n_m[..., 0].sum() * points.inner_speed_rad_s[0]
     assert power == pytest.approx(heat, rel=1e-6)
 
 
@@ -308,8 +296,8 @@ def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
     speed = np.linspace(0, 4e6, 21) / (bearing.pitch_diameter_m * 1e3) * RPM
     for pressing in (2e6, 2e7, 8e7):  # N per square metre of ball diameter
         points = OperatingPoints.axial(pressing * bearing.ball_diameter_m**2, speed)
-        found = friction_equilibrium(bearing, points, lubrication(oil, 100, 21), printed_law(oil))
-        assert found.equilibrium.solution.converged.all()
+        equilibrium = motion_in_oil(bearing, points, oil)
+        assert equilibrium.solution.converged.all()
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -324,9 +312,9 @@ def test_all_five_freedoms_balance_from_rest_to_four_million_dmn(name, radial, m
         radial_load_n=np.tile([radial * axial_n, 0.0], (5, 1)),
         moment_n_m=np.tile([0.0, moment * lever_n_m], (5, 1)),
     )
-    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 5), printed_law("4050"))
-    for equilibrium in (raceway_control(bearing, points), found.equilibrium):
-        assert equilibrium.solution.converged.all()
+    equilibrium = motion_in_oil(bearing, points)
+    for solved in (raceway_control(bearing, points), equilibrium):
+        assert solved.solution.converged.all()
 
 
 def any_bearing(ball: float, room: float, angle: float, groove: float) -> Bearing:
@@ -394,23 +382,23 @@ def test_five_freedoms_carry_all_loads_and_lose_no_power(
         radial_load_n=axial * np.array([radial]),
         moment_n_m=axial * bearing.pitch_diameter_m / 2 * np.array([moment]),
     )
-    found = friction_equilibrium(bearing, points, lubrication("4050", 100, 1), printed_law("4050"))
-    assert found.equilibrium.solution.converged.all()
-    power = -found.balance.ring_moment_n_m[..., 0].sum() * points.inner_speed_rad_s[0]
-    assert power == pytest.approx(found.balance.heat_w.sum(), rel=1e-6)
+    equilibrium = motion_in_oil(bearing, points)
+    assert equilibrium.solution.converged.all()
+    power = -equilibrium.balance.ring_moment_n_m[..., 0].sum() * points.inner_speed_rad_s[0]
+    assert power == pytest.approx(equilibrium.balance.heat_w.sum(), rel=1e-6)
     # what the balls do to the inner ring, summed anew in the bearing's own axes
-    place = azimuths(bearing, only_axial=False)
-    x, r, t = np.moveaxis(found.balance.ring_force_n[0], -1, 0)
+    azimuth = azimuths(bearing, only_axial=False)
+    x, r, t = np.moveaxis(equilibrium.balance.ring_force_n[0], -1, 0)
     sums = [
         x.sum(),
-        (r * np.cos(place) - t * np.sin(place)).sum(),
-        (r * np.sin(place) + t * np.cos(place)).sum(),
+        (r * np.cos(azimuth) - t * np.sin(azimuth)).sum(),
+        (r * np.sin(azimuth) + t * np.cos(azimuth)).sum(),
     ]
-    asked = -np.array([axial, *points.radial_load_n[0]])
-    np.testing.assert_allclose(sums, asked, atol=1e-6 * axial)
+    applied = -np.array([axial, *points.radial_load_n[0]])
+    np.testing.assert_allclose(sums, applied, atol=1e-6 * axial)
 
 
-def test_on_the_rigs_own_contact_all_bases_say_the_same():
+def test_on_the_rigs_own_contact_all_load_variables_give_the_same():
     pressure = np.array([[1.0], [1.2], [1.5]])
     load = 42.1 * pressure**3
     slip = np.array([[0.01, 0.1, 0.3]])

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -5,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bearings import FOLDER, RPM, SHIPPED, shipped
-from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import (
     OperatingPoints,
     azimuths,
@@ -25,16 +26,16 @@ def test_equilibria_of_an_independent_calculation_are_met_within_half_a_percent(
     bearing = shipped(name)
     rows = np.array(REFERENCE[name], dtype=float)
     points = OperatingPoints.axial(rows[:, 0], rows[:, 1] * RPM)
-    found = raceway_control(bearing, points, gyroscopic_sign=-1.0)
-    assert found.solution.converged.all()
+    equilibrium = raceway_control(bearing, points, gyroscopic_sign=-1.0)
+    assert equilibrium.solution.converged.all()
     ours = np.column_stack(
         [
-            np.degrees(found.contacts.contact_angle_rad[:, 0]),
-            found.contacts.load_n[:, 0],
-            centrifugal_force_n(bearing, found.contacts, found.motion)[:, 0],
-            gyroscopic_moment_n_m(bearing, found.motion)[:, 0, 2],
-            found.motion.orbit_speed_rad_s[:, 0] / RPM,
-            found.contacts.max_hertz_pressure_pa[:, 0] / 1e9,
+            np.degrees(equilibrium.contacts.contact_angle_rad[:, 0]),
+            equilibrium.contacts.load_n[:, 0],
+            centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion)[:, 0],
+            gyroscopic_moment_n_m(bearing, equilibrium.motion)[:, 0, 2],
+            equilibrium.motion.orbit_speed_rad_s[:, 0] / RPM,
+            equilibrium.contacts.max_hertz_pressure_pa[:, 0] / 1e9,
         ]
     )
     printed = rows[:, 2:]
@@ -64,17 +65,17 @@ def test_without_friction_the_centrifugal_force_alone_parts_the_angles():
     # balance of a ball pressed by two normals: cot(alpha_o) - cot(alpha_i) = Fc Z/Fa
     bearing = shipped("harris-218")
     points = OperatingPoints.axial(17800.0, 10000 * RPM)
-    found = raceway_control(bearing, points, gyroscopic_sign=0.0)
-    inner, outer = found.contacts.contact_angle_rad[0, 0]
-    outward = centrifugal_force_n(bearing, found.contacts, found.motion)[0, 0]
+    equilibrium = raceway_control(bearing, points, gyroscopic_sign=0.0)
+    inner, outer = equilibrium.contacts.contact_angle_rad[0, 0]
+    outward = centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion)[0, 0]
     assert 1 / np.tan(outer) - 1 / np.tan(inner) == pytest.approx(16 * outward / 17800.0, rel=1e-8)
 
 
 def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
     # the angular momentum of a ball on its orbit, differentiated numerically in a fixed frame
     bearing = shipped("harris-218")
-    found = raceway_control(bearing, OperatingPoints.axial(17800.0, 10000 * RPM))
-    orbit, spin = found.motion.orbit_speed_rad_s[0, 0], found.motion.spin_rad_s[0, 0]
+    equilibrium = raceway_control(bearing, OperatingPoints.axial(17800.0, 10000 * RPM))
+    orbit, spin = equilibrium.motion.orbit_speed_rad_s[0, 0], equilibrium.motion.spin_rad_s[0, 0]
 
     def momentum(time):
         # r = (cos, sin), t = (-sin, cos) in the plane across the axis
@@ -84,7 +85,7 @@ def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
         return bearing.ball_inertia_kg_m2 * np.array([total[0], *across])
 
     moment = (momentum(1e-6) - momentum(-1e-6)) / 2e-6
-    ours = gyroscopic_moment_n_m(bearing, found.motion)[0, 0]
+    ours = gyroscopic_moment_n_m(bearing, equilibrium.motion)[0, 0]
     np.testing.assert_allclose(ours, moment, rtol=1e-6, atol=1e-9)
     assert ours[2] > 0
 
@@ -94,40 +95,42 @@ def test_equilibrium_is_found_from_rest_to_four_million_dmn(name):
     bearing = shipped(name)
     speed = np.linspace(0, 4e6, 41) / (bearing.pitch_diameter_m * 1e3) * RPM
     for axial_n in (10.0, 100.0, 1e3, 1e4, 5e4):
-        found = raceway_control(bearing, OperatingPoints.axial(axial_n, speed))
-        assert found.solution.converged.all()
-        push = found.contacts.load_n * np.sin(found.contacts.contact_angle_rad)
+        equilibrium = raceway_control(bearing, OperatingPoints.axial(axial_n, speed))
+        assert equilibrium.solution.converged.all()
+        push = equilibrium.contacts.load_n * np.sin(equilibrium.contacts.contact_angle_rad)
         np.testing.assert_allclose(push[:, 0, 0] * bearing.ball_count, axial_n, rtol=1e-6)
 
 
 def test_all_five_freedoms_give_the_axial_answer_under_axial_load():
     bearing = shipped("mainshaft-167")
     alone = OperatingPoints.axial(20000.0, 12000 * RPM)
-    # a load so small that it changes nothing makes every ball be asked
-    whole = OperatingPoints(*_fields(alone, radial=np.array([[1e-9, 0.0]])))
-    one, all_ = raceway_control(bearing, alone), raceway_control(bearing, whole)
-    assert all_.contacts.load_n.shape == (1, 20, 2)
-    np.testing.assert_allclose(all_.contacts.load_n[0], np.tile(one.contacts.load_n[0], (20, 1)))
+    # a load so small that it changes nothing: every ball is calculated
+    loaded = replace(alone, radial_load_n=np.array([[1e-9, 0.0]]))
+    one, every = (raceway_control(bearing, points).contacts.load_n for points in (alone, loaded))
+    assert every.shape == (1, 20, 2)
+    np.testing.assert_allclose(every[0], np.tile(one[0], (20, 1)))
 
 
-def test_the_ring_carries_the_loads_asked_for():
+def test_the_ring_carries_the_applied_loads():
     bearing = shipped("harris-218")
     radial, moment = np.array([[3000.0, -1000.0]]), np.array([[40.0, 25.0]])
-    points = OperatingPoints(
-        np.array([9000.0]), np.array([8000 * RPM]), np.zeros(1), radial, moment
-    )
-    found = raceway_control(bearing, points)
+    axial = OperatingPoints.axial(9000.0, 8000 * RPM)
+    points = replace(axial, radial_load_n=radial, moment_n_m=moment)
+    equilibrium = raceway_control(bearing, points)
     # summed anew from loads and angles alone; the outer race controls, so that the inner contacts
     # carry no friction
-    load, angle = found.contacts.load_n[0, :, 0], found.contacts.contact_angle_rad[0, :, 0]
-    place = azimuths(bearing, only_axial=False)
+    load, angle = (
+        equilibrium.contacts.load_n[0, :, 0],
+        equilibrium.contacts.contact_angle_rad[0, :, 0],
+    )
+    azimuth = azimuths(bearing, only_axial=False)
     along, inward = load * np.sin(angle), load * np.cos(angle)
     sums = [
         along.sum(),
-        (inward * np.cos(place)).sum(),
-        (inward * np.sin(place)).sum(),
-        bearing.inner_groove_radius_m * (along * np.sin(place)).sum(),
-        -bearing.inner_groove_radius_m * (along * np.cos(place)).sum(),
+        (inward * np.cos(azimuth)).sum(),
+        (inward * np.sin(azimuth)).sum(),
+        bearing.inner_groove_radius_m * (along * np.sin(azimuth)).sum(),
+        -bearing.inner_groove_radius_m * (along * np.cos(azimuth)).sum(),
     ]
     np.testing.assert_allclose(sums, [9000, 3000, -1000, 40, 25], rtol=1e-6)
 
@@ -136,9 +139,7 @@ def test_turning_the_load_turns_the_answer():
     bearing = shipped("harris-218")
     step = 2 * np.pi / bearing.ball_count
     radial = 4000 * np.array([[1.0, 0.0], [np.cos(step), np.sin(step)]])
-    points = OperatingPoints(
-        np.full(2, 9000.0), np.full(2, 8000 * RPM), np.zeros(2), radial, np.zeros((2, 2))
-    )
+    points = replace(OperatingPoints.axial([9000.0, 9000.0], 8000 * RPM), radial_load_n=radial)
     load = raceway_control(bearing, points).contacts.load_n
     np.testing.assert_allclose(np.roll(load[0], 1, axis=0), load[1], rtol=1e-6)
 
@@ -154,34 +155,21 @@ def test_turning_the_load_turns_the_answer():
 )
 def test_any_bearing_converges_or_its_balls_climb(ball, room, angle, inner, outer, pressing, dmn):
     pitch = ball * room
-    like = shipped("harris-218")
-    bearing = Bearing(
-        name="any",
+    bearing = replace(
+        shipped("harris-218"),
         ball_diameter_m=ball,
         pitch_diameter_m=pitch,
         ball_count=max(int(0.9 * np.pi * room), 3),
         contact_angle_rad=np.radians(angle),
         groove_curvature=(inner, outer),
-        reduced_modulus_pa=like.reduced_modulus_pa,
-        ball_density_kg_m3=like.ball_density_kg_m3,
-        roughness_rq_m=like.roughness_rq_m,
-        cage=like.cage,
     )
     axial_n = pressing * 1e6 * ball**2 * bearing.ball_count
-    found = raceway_control(bearing, OperatingPoints.axial(axial_n, dmn / (pitch * 1e3) * RPM))
+    equilibrium = raceway_control(
+        bearing, OperatingPoints.axial(axial_n, dmn / (pitch * 1e3) * RPM)
+    )
     # under a light load a fast ball sinks into the outer groove until the inner one passes it by:
     # there is no equilibrium then
-    if found.solution.converged.all():
-        assert (found.contacts.load_n > 0).all()
+    if equilibrium.solution.converged.all():
+        assert (equilibrium.contacts.load_n > 0).all()
     else:
-        assert np.degrees(found.contacts.contact_angle_rad[0, 0, 0]) > 60
-
-
-def _fields(points, radial):
-    return (
-        points.axial_load_n,
-        points.inner_speed_rad_s,
-        points.outer_speed_rad_s,
-        radial,
-        points.moment_n_m,
-    )
+        assert np.degrees(equilibrium.contacts.contact_angle_rad[0, 0, 0]) > 60

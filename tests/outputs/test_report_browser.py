@@ -271,7 +271,7 @@ def test_film_of_the_page_is_that_of_python_at_every_step(
         np.array([20.0, 57.0, 93.0, 94.0, 140.0]),  # a property bends at 93.85 degC
         np.array([0.0, 0.123]),
     )
-    points = grid.places().to_numpy().tolist()
+    points = grid.operating_points().to_numpy().tolist()
     for number, oil in enumerate(OILS):
         ratios = page.evaluate(
             "([n, points]) => points.map(p => oilfilm.lambdaRatio(oilfilm.DATA.oils[n].film, p))",

@@ -8,7 +8,6 @@ from scipy.integrate import quad
 from scipy.special import ellipe, ellipk
 
 from oilfilm.physics.contact import (
-    EllipticalContact,
     contact_radius,
     elliptical_contact,
     ellipticity,
@@ -148,52 +147,40 @@ def test_pressed_surfaces_fit_each_other_along_both_axes(ratio: float) -> None:
         assert curvature * k * integral == pytest.approx(1 / (2 * radius_m), rel=1e-7)
 
 
-def angular_contact(
-    ring: str, load_n: float, angle_deg: float, *, ball_mm: float, pitch_mm: float, groove_mm: float
-) -> EllipticalContact:
-    """Contact of a ball with one ring of the benchmark bearings (docs/physics.md; E 207.5 GPa)."""
-    steel = reduced_modulus(207.5e9, 0.3, 207.5e9, 0.3)
-    ball = ball_mm * 1e-3 / 2
-    pitch_along_normal = pitch_mm * 1e-3 / (2 * np.cos(np.radians(angle_deg)))
-    race = pitch_along_normal - ball if ring == "inner" else -(pitch_along_normal + ball)
-    along, across = 1 / (1 / ball + 1 / race), 1 / (1 / ball - 1e3 / groove_mm)
-    return elliptical_contact(load_n, along, across, steel)
+# ball, pitch diameter, groove radii of inner and outer ring, in mm
+HARRIS_218 = (22.23, 125.26, 11.63, 11.63)
+MAINSHAFT = (22.225, 167.5375, 0.52 * 22.225, 0.515 * 22.225)
 
 
+# docs/physics.md, Jones-Harris benchmark [C]: p0 is printed to 0.0005 GPa, Q to 0.5 N, which is
+# another 0.0002 GPa; E 207.5 GPa; the mainshaft bearing at 12 000 rpm
 @pytest.mark.parametrize(
-    ("ring", "load_n", "angle_deg", "max_pressure_gpa"),
+    ("bearing", "ring", "load_n", "angle_deg", "max_pressure_gpa"),
     [
-        ("inner", 1679, 41.50, 1.526),
-        ("outer", 1679, 41.50, 1.352),
-        ("inner", 1562, 45.42, 1.483),
-        ("outer", 2022, 37.39, 1.434),
-        ("inner", 1970, 44.91, 1.603),
-        ("outer", 2423, 38.44, 1.524),
+        (HARRIS_218, "inner", 1679, 41.50, 1.526),
+        (HARRIS_218, "outer", 1679, 41.50, 1.352),
+        (HARRIS_218, "inner", 1562, 45.42, 1.483),
+        (HARRIS_218, "outer", 2022, 37.39, 1.434),
+        (HARRIS_218, "inner", 1970, 44.91, 1.603),
+        (HARRIS_218, "outer", 2423, 38.44, 1.524),
+        (MAINSHAFT, "inner", 1770, 34.39, 1.489),
+        (MAINSHAFT, "outer", 2834, 24.65, 1.479),
     ],
 )
-def test_harris_218_bearing_has_the_benchmark_pressures(
-    ring: str, load_n: float, angle_deg: float, max_pressure_gpa: float
+def test_angular_contact_bearings_have_the_benchmark_pressures(
+    bearing: tuple[float, float, float, float],
+    ring: str,
+    load_n: float,
+    angle_deg: float,
+    max_pressure_gpa: float,
 ) -> None:
-    # docs/physics.md, Jones-Harris benchmark [C]: p0 is printed to 0.0005 GPa, Q to 0.5 N, which
-    # is another 0.0002 GPa
-    contact = angular_contact(
-        ring, load_n, angle_deg, ball_mm=22.23, pitch_mm=125.26, groove_mm=11.63
-    )
-    assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, abs=0.0007)
-
-
-@pytest.mark.parametrize(
-    ("ring", "load_n", "angle_deg", "conformity", "max_pressure_gpa"),
-    [("inner", 1770, 34.39, 0.52, 1.489), ("outer", 2834, 24.65, 0.515, 1.479)],
-)
-def test_mainshaft_bearing_has_the_benchmark_pressures(
-    ring: str, load_n: float, angle_deg: float, conformity: float, max_pressure_gpa: float
-) -> None:
-    # docs/physics.md, Jones-Harris benchmark, 12 000 rpm; rounding as above
-    groove_mm = conformity * 22.225
-    contact = angular_contact(
-        ring, load_n, angle_deg, ball_mm=22.225, pitch_mm=167.5375, groove_mm=groove_mm
-    )
+    ball_mm, pitch_mm, *groove_mm = bearing
+    pitch_along_normal_mm = pitch_mm / (2 * np.cos(np.radians(angle_deg)))
+    race_mm = pitch_along_normal_mm + (ball_mm / 2 if ring == "outer" else -ball_mm / 2)
+    along = 1 / (2 / ball_mm + (1 if ring == "inner" else -1) / race_mm)
+    across = 1 / (2 / ball_mm - 1 / groove_mm[ring == "outer"])
+    steel = reduced_modulus(207.5e9, 0.3, 207.5e9, 0.3)
+    contact = elliptical_contact(load_n, along * 1e-3, across * 1e-3, steel)
     assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, abs=0.0007)
 
 

@@ -8,6 +8,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from campaigns import ROOT, oil_of
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import load_for_max_hertz_pressure, reduced_modulus
 from oilfilm.physics.film import isothermal_film_thickness
@@ -16,10 +17,8 @@ from oilfilm.settings.messages import first_mistake, load
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.yaml_file import read_yaml
 
-FOLDER = Path(__file__).parents[2] / "config" / "oils"
-OILS = {
-    name: load(FOLDER / f"{name}.yaml", OilFile).properties() for name in ("4010", "4050", "4102")
-}
+FOLDER = ROOT / "config" / "oils"
+OILS = {name: oil_of(name) for name in ("4010", "4050", "4102")}
 
 any_oil = st.sampled_from(sorted(OILS)).map(OILS.__getitem__)
 rig_temperatures_c = st.floats(20.0, 150.0)  # the rig's range and a little beyond

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from campaigns import ROOT
+from campaigns import oil_of
 from oilfilm.physics.contact import contact_radius, load_for_max_hertz_pressure, reduced_modulus
 from oilfilm.physics.thermal_traction import (
     SlidingFilm,
@@ -21,13 +21,8 @@ from oilfilm.physics.thermal_traction import (
     limiting_stress,
     thermal_ehl_traction,
 )
-from oilfilm.settings.messages import load
-from oilfilm.settings.oil import OilFile
 
-OILS = {
-    name: load(ROOT / "config/oils" / f"{name}.yaml", OilFile).properties()
-    for name in ("4010", "4050", "4102")
-}
+OILS = {name: oil_of(name) for name in ("4010", "4050", "4102")}
 STEEL = {"solid_conductivity_w_mk": 46.0, "solid_volumetric_heat_j_m3k": 3.6e6}
 CONSTANTS: dict[str, Any] = {
     "eyring_stress_pa": 5e6,
@@ -69,28 +64,28 @@ def radius_of_contact(pressure_gpa: float) -> float:
 @pytest.mark.parametrize("oil", sorted(OILS))
 def test_film_is_newtonian_at_tiny_slip(oil: str) -> None:
     slip, speed, inlet, mean_pressure = 1e-9, 30.0, 70.0, 2 / 3 * 1.25e9
-    found = film(oil, 1.25, speed, inlet, slip)
+    state = film(oil, 1.25, speed, inlet, slip)
     viscosity = OILS[oil].dynamic_viscosity_pa_s(inlet) * np.exp(
         OILS[oil].pressure_viscosity_coefficient_1_pa(inlet) * mean_pressure
     )
-    slope = viscosity * speed / (found.film_thickness_m * mean_pressure)
-    assert found.traction_coefficient / slip == pytest.approx(slope, rel=1e-4)
-    assert found.film_temperature_c == pytest.approx(inlet, abs=1e-6)
+    slope = viscosity * speed / (state.film_thickness_m * mean_pressure)
+    assert state.traction_coefficient / slip == pytest.approx(slope, rel=1e-4)
+    assert state.film_temperature_c == pytest.approx(inlet, abs=1e-6)
 
 
 def test_stiff_film_reaches_its_limiting_stress() -> None:
     # slow, bodies that stay cold, no thinning before the limit: mu = Lambda exp(-b (T - Tr))
     cold = {"solid_conductivity_w_mk": 1e9, "eyring_stress_pa": 1e12}
-    found = film("4102", 2.0, 1e-3, 60.0, 0.3, **cold)
-    assert found.traction_coefficient == pytest.approx(0.08 * np.exp(-0.003 * 20), rel=1e-4)
+    state = film("4102", 2.0, 1e-3, 60.0, 0.3, **cold)
+    assert state.traction_coefficient == pytest.approx(0.08 * np.exp(-0.003 * 20), rel=1e-4)
 
 
 @given(names, pressures, speeds, inlets, slips)
 def test_stress_and_temperatures_found_belong_together(
     oil: str, pressure: float, speed: float, inlet: float, slip: float
 ) -> None:
-    found: SlidingFilm = film(oil, pressure, speed, inlet, slip)
-    heat = found.shear_stress_pa * slip * speed
+    state: SlidingFilm = film(oil, pressure, speed, inlet, slip)
+    heat = state.shear_stress_pa * slip * speed
     mean_pressure = 2 / 3 * pressure * 1e9
     # heat out is heat in: half to each body, all of it through half the film on either side
     body = flash_temperature_rise(
@@ -102,24 +97,24 @@ def test_stress_and_temperatures_found_belong_together(
     )
     within = film_temperature_rise(
         heat,
-        film_thickness_m=found.film_thickness_m,
+        film_thickness_m=state.film_thickness_m,
         conductivity_w_mk=OILS[oil].thermal_conductivity_w_mk(inlet),
     )
-    assert found.surface_temperature_c - inlet == pytest.approx(body, rel=1e-9, abs=1e-9)
-    rise = found.film_temperature_c - found.surface_temperature_c
+    assert state.surface_temperature_c - inlet == pytest.approx(body, rel=1e-9, abs=1e-9)
+    rise = state.film_temperature_c - state.surface_temperature_c
     assert rise == pytest.approx(within, rel=1e-9, abs=1e-9)
     # and the film that is as warm as that bears just this stress
-    at = found.film_temperature_c
+    at = state.film_temperature_c
     viscosity = barus_viscosity(
         OILS[oil].dynamic_viscosity_pa_s(at),
         OILS[oil].pressure_viscosity_coefficient_1_pa(at),
         mean_pressure,
     )
     limit = limiting_stress(mean_pressure, at, ratio=0.08, reference_c=40.0, decay_1_k=0.003)
-    bearable = limited_stress(eyring_stress(viscosity, found.shear_rate_1_s, 5e6), limit)
-    assert found.shear_stress_pa == pytest.approx(bearable, rel=1e-7)
-    assert 0 < found.shear_stress_pa < limit
-    assert found.traction_coefficient * mean_pressure == pytest.approx(found.shear_stress_pa)
+    bearable = limited_stress(eyring_stress(viscosity, state.shear_rate_1_s, 5e6), limit)
+    assert state.shear_stress_pa == pytest.approx(bearable, rel=1e-7)
+    assert 0 < state.shear_stress_pa < limit
+    assert state.traction_coefficient * mean_pressure == pytest.approx(state.shear_stress_pa)
 
 
 @given(names, pressures, speeds, inlets, slips)
@@ -152,9 +147,9 @@ def test_traction_rises_with_pressure_and_falls_when_hotter_in_the_test_box() ->
 
 
 def test_pure_rolling_has_no_traction_and_a_missing_slip_spares_its_neighbours() -> None:
-    found = film("4050", 1.25, 30.0, 70.0, np.array([0.0, np.nan, 0.1]))
-    assert found.traction_coefficient[0] == 0
-    assert np.isnan(found.traction_coefficient).tolist() == [False, True, False]
+    state = film("4050", 1.25, 30.0, 70.0, np.array([0.0, np.nan, 0.1]))
+    assert state.traction_coefficient[0] == 0
+    assert np.isnan(state.traction_coefficient).tolist() == [False, True, False]
 
 
 def test_film_is_found_at_every_slip_however_small() -> None:

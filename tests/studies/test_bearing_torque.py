@@ -19,7 +19,7 @@ from bearings import (
     printed_law,
     shipped,
 )
-from campaigns import ROOT, printed
+from campaigns import ROOT, oil_of, printed
 from oilfilm import tables
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m
 from oilfilm.bearing.ellipse import Conditions
@@ -36,7 +36,6 @@ from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
 from oilfilm.settings.campaign import Matrix
 from oilfilm.settings.messages import load as load_settings
-from oilfilm.settings.oil import OilFile
 from oilfilm.settings.reference import PublishedPowerLoss
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -367,7 +366,7 @@ def test_a_law_on_load_is_compared_as_well(config):
 
 def test_groups_of_a_law_are_those_of_the_bearings_contact():
     # W/(E' R^2), eta0 U/(E' R), eta0 beta U^2/k with the contact's own Rx and E'
-    oil = load_settings(ROOT / "config/oils/4050.yaml", OilFile).properties()
+    oil = oil_of("4050")
     law = laws_for(oil, RIG)["wang-deng-groups"]
     fitted = FittedLaw(law, Coefficients.bare(law, WANG_DENG))
     radius, modulus = np.array([0.004, 0.012]), 2.5e11

@@ -16,7 +16,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import (
     extrapolate,
     extrapolation_errors,
-    extrapolation_words,
+    extrapolation_sentences,
     relative_rms,
 )
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -45,16 +45,16 @@ def unknown_box() -> pd.DataFrame:
 
 
 def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
-    _, found = compared("demo", constants_of(printed()))
-    errors = extrapolation_errors(found)
-    assert errors["n_conditions"].sum() == len(found)
+    _, table = compared("demo", constants_of(printed()))
+    errors = extrapolation_errors(table)
+    assert errors["n_conditions"].sum() == len(table)
     assert errors["max_error"].max() < 1e-12
     assert set(errors["figure"]) == {"fig07", "fig08", "fig09", "fig10"}
 
 
 def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) -> None:
     fits = [demo.fit(oil, bootstrap=100) for oil in demo.config.oils]
-    found = extrapolate(
+    table = extrapolate(
         truth_grid(demo.config, printed()),
         pd.concat([fit.coefficients for fit in fits]),
         pd.concat([fit.refits for fit in fits]),
@@ -64,12 +64,12 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
     # docs/physics.md, fitting, simulated: curve-level errors of 2 % gain, 1 K and 1 % stress make
     # mu uncertain by
     # 0.9-1.4 % in the test box and 4-5 % at 2.5 GPa and 200 m/s; the twin's are half as large
-    outside = found["beyond"] != ""
-    assert relative_rms(found[~outside]) < 0.02
-    assert relative_rms(found[outside]) < 0.05
+    outside = table["beyond"] != ""
+    assert relative_rms(table[~outside]) < 0.02
+    assert relative_rms(table[outside]) < 0.05
     # one draw of a campaign: all conditions of a fit err together, so that 95 % is not to be had
-    held = found["true_traction_coefficient"].between(
-        found["traction_coefficient_lower"], found["traction_coefficient_upper"]
+    held = table["true_traction_coefficient"].between(
+        table["traction_coefficient_lower"], table["traction_coefficient_upper"]
     )
     assert held.mean() > 0.6
 
@@ -77,8 +77,8 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
 def test_errors_are_those_of_a_known_shift() -> None:
     # |A0| a tenth too large: mu at the plateau, where exp(-C S) is gone, is a tenth too large
     wrong = {oil: np.where(np.arange(12) == 0, 1.1, 1.0) * of for oil, of in printed().items()}
-    _, found = compared("demo", constants_of(wrong))
-    plateau = found[(found["oil"] == "4102") & (found["traction_coefficient"] > 0)]
+    _, table = compared("demo", constants_of(wrong))
+    plateau = table[(table["oil"] == "4102") & (table["traction_coefficient"] > 0)]
     settled = plateau[
         (plateau["figure"] == "fig07")
         & (plateau["slide_roll_ratio"] == 0.30)
@@ -91,88 +91,88 @@ def test_errors_are_those_of_a_known_shift() -> None:
 
 def test_law_without_bounds_ends_in_a_number_not_in_an_error() -> None:
     steep = {oil: np.where(np.arange(12) == 6, 40.0, of) for oil, of in printed().items()}
-    _, found = compared("demo", constants_of(steep))
-    errors = extrapolation_errors(found)
+    _, table = compared("demo", constants_of(steep))
+    errors = extrapolation_errors(table)
     assert errors["max_error"].max() == pytest.approx(1e6)
-    (line,) = extrapolation_words(found)
+    (line,) = extrapolation_sentences(table)
     assert "at worst mu 1e+06 for 0.0" in line
 
 
 def test_region_names_what_lies_outside_the_levels_tested() -> None:
-    _, found = compared("demo", constants_of(printed()))
-    at = found.set_index(
+    _, table = compared("demo", constants_of(printed()))
+    at = table.set_index(
         ["oil", "max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
     )["beyond"].groupby(level=[0, 1, 2, 3])
-    named = at.first()
+    regions = at.first()
     assert at.nunique().max() == 1
     # the box of config/campaigns/demo.yaml: 1.0-1.5 GPa, 25-40 m/s, 25-120 degC
-    assert named["4102", 1.5, 40, 30] == ""
-    assert named["4102", 1.5, 20, 70] == "speed"
-    assert named["4102", 2.5, 200, 70] == "pressure, speed"
-    assert named["4102", 2.0, 30, 140] == "pressure, temperature"
-    assert named["4102", 0.8, 200, 20] == "pressure, speed, temperature"
+    assert regions["4102", 1.5, 40, 30] == ""
+    assert regions["4102", 1.5, 20, 70] == "speed"
+    assert regions["4102", 2.5, 200, 70] == "pressure, speed"
+    assert regions["4102", 2.0, 30, 140] == "pressure, temperature"
+    assert regions["4102", 0.8, 200, 20] == "pressure, speed, temperature"
 
 
-def test_all_lies_beyond_a_box_that_is_not_known() -> None:
-    _, found = compared("demo", constants_of(printed()), unknown_box())
-    assert set(found["beyond"]) == {"pressure, speed, temperature"}
+def test_every_condition_is_beyond_a_box_that_is_not_known() -> None:
+    _, table = compared("demo", constants_of(printed()), unknown_box())
+    assert set(table["beyond"]) == {"pressure, speed, temperature"}
 
 
 def test_oil_that_could_not_be_fitted_has_no_errors() -> None:
     unfitted = constants_of(printed()).assign(value=np.nan)
-    _, found = compared("demo", unfitted)
-    errors = extrapolation_errors(found)
+    _, table = compared("demo", unfitted)
+    errors = extrapolation_errors(table)
     assert errors["n_conditions"].sum() == 0
     assert errors["rmse"].isna().all()
-    assert extrapolation_words(found) == []
+    assert extrapolation_sentences(table) == []
 
 
-def test_law_that_was_fitted_for_one_oil_is_told_by_that_one() -> None:
+def test_law_that_was_fitted_for_one_oil_has_the_errors_of_that_one() -> None:
     one = constants_of(printed())
     some = one.assign(value=one["value"].where(one["oil"] == "4102"))
-    _, found = compared("demo", some, unknown_box())
-    (line,) = extrapolation_words(found)
+    _, table = compared("demo", some, unknown_box())
+    (line,) = extrapolation_sentences(table)
     assert "% of mu beyond it; at worst" in line
     assert "tested box" not in line
 
 
 @pytest.mark.parametrize("laws", [1, 7])
 def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: Path) -> None:
-    config, found = compared("thermal", constants_of(printed()))
+    config, table = compared("thermal", constants_of(printed()))
     several = pd.concat(
         [
-            found.assign(
+            table.assign(
                 law=f"law {number}",
-                traction_coefficient=found["traction_coefficient"] * (1 + 0.1 * number),
+                traction_coefficient=table["traction_coefficient"] * (1 + 0.1 * number),
             )
             for number in range(laws)
         ]
     )
-    figure, drawn = draw("extrapolation", CampaignTables.in_memory(extrapolation=several), config)
-    assert set(drawn["law"]) == {"", *(f"law {number}" for number in range(laws))}
-    assert (drawn["kind"] == "error").sum() == 3 * laws
-    true = drawn[drawn["kind"] == "true"]
+    figure, data = draw("extrapolation", CampaignTables.in_memory(extrapolation=several), config)
+    assert set(data["law"]) == {"", *(f"law {number}" for number in range(laws))}
+    assert (data["kind"] == "error").sum() == 3 * laws
+    true = data[data["kind"] == "true"]
     assert set(true["panel"]) == set("abcd")
     assert set(true["oil"]) == {"4050"}
-    words = [text.get_text() for text in figure.texts]
-    assert "It decides nothing about the real oils." in words
-    assert any(word.startswith("SIMULATED") for word in words)
+    texts = [text.get_text() for text in figure.texts]
+    assert "It decides nothing about the real oils." in texts
+    assert any(text.startswith("SIMULATED") for text in texts)
     style.save(figure, tmp_path / "a.png", tmp_path / "a.svg")
 
 
 def test_law_that_runs_away_does_not_press_the_others_flat() -> None:
-    config, found = compared("thermal", constants_of(printed()))
-    wild = found.assign(law="wild", traction_coefficient=found["traction_coefficient"] * 1e3)
+    config, table = compared("thermal", constants_of(printed()))
+    wild = table.assign(law="wild", traction_coefficient=table["traction_coefficient"] * 1e3)
     figure, _ = draw(
-        "extrapolation", CampaignTables.in_memory(extrapolation=pd.concat([found, wild])), config
+        "extrapolation", CampaignTables.in_memory(extrapolation=pd.concat([table, wild])), config
     )
     panel, *_, errors = figure.axes
-    largest = found.loc[found["oil"] == "4050", "true_traction_coefficient"].max()
+    largest = table.loc[table["oil"] == "4050", "true_traction_coefficient"].max()
     assert panel.get_ylim()[1] <= 2 * largest
     assert errors.get_xscale() == "log"
 
 
-def test_summary_gives_a_line_a_law() -> None:
-    _, found = compared("thermal", constants_of(printed()))
-    (line,) = extrapolation_words(found)
+def test_summary_gives_one_line_per_law() -> None:
+    _, table = compared("thermal", constants_of(printed()))
+    (line,) = extrapolation_sentences(table)
     assert line.startswith("deng2026: rms error ")

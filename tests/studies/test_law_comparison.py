@@ -39,8 +39,8 @@ def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
 def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
     only = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
     config = quick.with_changes({"compare": {"laws": only}})
-    found = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", config).comparison
-    table = found.set_index("law")
+    frames = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", config)
+    table = frames["comparison"].set_index("law")
     assert table["left_out_rmse"].idxmin() == name
     assert table["bic"].idxmin() == name
     assert table["temperature_end_out_relative_rms"].idxmin() == name
@@ -102,20 +102,20 @@ def test_curves_that_dip_or_rise_again_are_counted() -> None:
     slip = np.linspace(0, 1, 101)
     peak, rise = slip * np.exp(-5 * slip), slip
     again = peak + 0.5 * np.where(slip > 0.8, slip - 0.8, 0)
-    below = peak - 0.01 * (slip < 0.005)  # one of 101 places, the first
+    below = peak - 0.01 * (slip < 0.005)  # one of 101 points, the first
     negative, second = curve_shapes(np.stack([peak, rise, again, below]))
     assert negative == pytest.approx(1 / 404)
     assert second == pytest.approx(1 / 4)
 
 
-def test_law_that_cannot_be_had_says_what_it_needs(quick: Settings) -> None:
+def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:
     laws = {"compare": {"laws": ["tanh", "wang-deng-groups"]}}
     config = Settings.of({**quick.with_changes(laws).plain(), "oils": {"4050": None}})
-    found = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
-    row = found.comparison.set_index("law").loc["wang-deng-groups"]
+    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
+    row = frames["comparison"].set_index("law").loc["wang-deng-groups"]
     assert "needs the oil's properties" in row["certificate"]
     assert np.isnan(row["rmse"])
-    assert set(found.law_coefficients["law"]) == {"tanh"}
+    assert set(frames["law_coefficients"]["law"]) == {"tanh"}
     assert "wang-deng-groups" not in laws_of("4050", config)
 
 
@@ -123,17 +123,13 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
     quick: Settings,
 ) -> None:
     refused = points_of(LAWS["tanh"]).assign(accepted=False)
-    found = compare_laws(refused, "4050", quick)
-    verdicts = found.comparison.set_index("law")["certificate"]
+    frames = compare_laws(refused, "4050", quick)
+    verdicts = frames["comparison"].set_index("law")["certificate"]
     assert verdicts.str.startswith("not fitted").all()
     assert "0 accepted points" in verdicts["deng2026"]
-    for name, table in found.tables().items():
+    for name, table in frames.items():
         tables.conform(table, name, name)
-    results = CampaignTables.in_memory(
-        points=refused,
-        comparison=found.comparison,
-        law_coefficients=found.law_coefficients,
-    )
+    results = CampaignTables.in_memory(points=refused, **frames)
     figure, drawn = draw("fig04", results, quick)
     assert drawn.empty
     assert "no law could be fitted" in figure.axes[0].texts[0].get_text()
@@ -143,12 +139,8 @@ def test_fig04_draws_what_the_table_says(quick: Settings) -> None:
     truth = LAWS["wang-deng-load"]
     config = quick.with_changes({"compare": {"laws": ["deng2026", truth.name]}})
     points = points_of(truth, NOISE)
-    found = compare_laws(points, "4050", config)
-    results = CampaignTables.in_memory(
-        points=points,
-        comparison=found.comparison,
-        law_coefficients=found.law_coefficients,
-    )
+    frames = compare_laws(points, "4050", config)
+    results = CampaignTables.in_memory(points=points, **frames)
     figure, drawn = draw("fig04", results, config)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     starts = drawn[drawn["kind"] == "zero slip"]
@@ -158,7 +150,7 @@ def test_fig04_draws_what_the_table_says(quick: Settings) -> None:
     expected = np.sort(sizes[3] - sizes[0])
     np.testing.assert_allclose(np.sort(starts["y"]), expected, atol=3 * NOISE)
     errors = drawn[(drawn["law"] == "deng2026") & (drawn["kind"] == "fitted curves")]
-    row = found.comparison.set_index("law").loc["deng2026"]
+    row = frames["comparison"].set_index("law").loc["deng2026"]
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
 

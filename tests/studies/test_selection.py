@@ -1,4 +1,4 @@
-"""The advice on oils: the rules as the paper has them, the numbers beside, and where they part."""
+"""The advice on oils: the rules as the paper has them, the best by numbers, and differences."""
 
 from dataclasses import replace
 
@@ -105,13 +105,13 @@ def test_oils_that_are_as_the_paper_says_leave_only_its_taste_for_the_middle_oil
     # mu goes as the size: 4102 has most traction, 4010 heats least, everywhere
     sizes = {"4102": 1.5, "4050": 1.2, "4010": 1.0}
     evidence = thick(evidence_of({oil: planted(size) for oil, size in sizes.items()}, config))
-    found = select([evidence], config.selection, BOX)
-    apart = found[found["judgement"] == "disagree"]
+    selected = select([evidence], config.selection, BOX)
+    apart = selected[selected["judgement"] == "disagree"]
     assert set(apart["selection_rule"]) == {
         "slipping"
     }  # the paper takes 4050 first there, then 4102
     np.testing.assert_allclose(apart["loss_ratio"], 1 - 1.2 / 1.5)
-    assert (found.loc[found["selection_rule"] != "slipping", "loss_ratio"] == 0).all()
+    assert (selected.loc[selected["selection_rule"] != "slipping", "loss_ratio"] == 0).all()
 
 
 def test_difference_within_the_repeatability_of_rigs_is_no_disagreement(
@@ -121,8 +121,8 @@ def test_difference_within_the_repeatability_of_rigs_is_no_disagreement(
     right = {oil: planted(size) for oil, size in sizes.items()}
     wrong = {oil: planted(1 / size) for oil, size in sizes.items()}
     for constants in (right, wrong):
-        found = select([thick(evidence_of(constants, config))], config.selection, BOX)
-        assert (found["judgement"] == "agree").all()
+        selected = select([thick(evidence_of(constants, config))], config.selection, BOX)
+        assert (selected["judgement"] == "agree").all()
 
 
 def test_printed_constants_part_from_the_advice_under_heavy_load(table: pd.DataFrame) -> None:
@@ -148,7 +148,7 @@ def test_basis_without_one_of_the_oils_has_no_map(config: Settings) -> None:
     assert select([filmless], config.selection, BOX).empty
 
 
-def test_place_without_a_rule_is_told(config: Settings) -> None:
+def test_operating_point_without_a_rule_is_refused(config: Settings) -> None:
     settings = config.selection.model_copy(update={"rules": config.selection.rules[:-1]})
     with pytest.raises(OilfilmError, match=r"no rule applies at max_hertz.* 1\.\d+.*end"):
         select([printed_evidence(printed(), OILS, config)], settings, BOX)

@@ -14,7 +14,7 @@ from oilfilm.studies.slip_advice import advise
 OILS = ("4102", "4050", "4010")
 
 
-def place(
+def operating_point(
     number: int,
     slip: tuple[float, ...],
     torque: tuple[float, ...] = (3.0, 2.0, 1.0),
@@ -30,55 +30,61 @@ def place(
             "pitch_speed_mm_rpm": 1e6 * number,
             "inner_speed_rpm": 6000.0 * number,
             "axial_load_n": 1e4,
-            "cage_slip": slip[each],
-            "torque_n_m": torque[each],
-            "lambda_ratio": film[each],
+            "cage_slip": slip[index],
+            "torque_n_m": torque[index],
+            "lambda_ratio": film[index],
             "inner_max_hertz_pressure_gpa": pressure_gpa,
             "outer_max_hertz_pressure_gpa": 0.9 * pressure_gpa,
             "entrainment_speed_m_s": 50.0,
         }
-        for each, oil in enumerate(OILS)
+        for index, oil in enumerate(OILS)
     ]
 
 
 # slip of (4102, 4050, 4010); then rule, advised oil, best oil, judgement
 CASES: dict[str, tuple[list[dict[str, Any]], tuple[str, str, str, str]]] = {
-    "nothing slips": (place(1, (0.01, 0.01, 0.01)), ("little slip", "4010", "4010", "agree")),
-    "4010 slips, 4050 holds": (place(1, (0.02, 0.1, 0.3)), ("slipping", "4050", "4050", "agree")),
+    "nothing slips": (
+        operating_point(1, (0.01, 0.01, 0.01)),
+        ("little slip", "4010", "4010", "agree"),
+    ),
+    "4010 slips, 4050 holds": (
+        operating_point(1, (0.02, 0.1, 0.3)),
+        ("slipping", "4050", "4050", "agree"),
+    ),
     "only 4102 holds: it is necessary": (
-        place(1, (0.1, 0.2, 0.3)),
+        operating_point(1, (0.1, 0.2, 0.3)),
         ("slipping", "4102", "4102", "agree"),
     ),
     "nothing holds, and 4010 slips least": (
-        place(1, (0.4, 0.3, 0.2)),
+        operating_point(1, (0.4, 0.3, 0.2)),
         ("slipping", "4102", "4010", "slips more"),
     ),
     "4102 has less torque than 4050, and both hold": (
-        place(1, (0.02, 0.1, 0.3), torque=(1.5, 2.0, 1.0)),
+        operating_point(1, (0.02, 0.1, 0.3), torque=(1.5, 2.0, 1.0)),
         ("slipping", "4050", "4102", "heats more"),
     ),
     "five percent of torque is no matter": (
-        place(1, (0.02, 0.1, 0.3), torque=(1.95, 2.0, 1.0)),
+        operating_point(1, (0.02, 0.1, 0.3), torque=(1.95, 2.0, 1.0)),
         ("slipping", "4050", "4102", "agree"),
     ),
     "under light load 4102 slips as 4050 does, 4010 does not": (
-        place(1, (0.3, 0.3, 0.1), pressure_gpa=0.9),
+        operating_point(1, (0.3, 0.3, 0.1), pressure_gpa=0.9),
         ("slipping", "4102", "4010", "slips"),
     ),
     "under light load 4102 is advised though 4010 holds with less torque": (
-        place(1, (0.01, 0.01, 0.01), pressure_gpa=0.9),
+        operating_point(1, (0.01, 0.01, 0.01), pressure_gpa=0.9),
         ("light load", "4102", "4010", "heats more"),
     ),
     "4010 has no film": (
-        place(1, (0.01, 0.02, 0.0), film=(9.0, 8.0, 2.9)),
+        operating_point(1, (0.01, 0.02, 0.0), film=(9.0, 8.0, 2.9)),
         ("little slip", "4050", "4050", "agree"),
     ),
     "no oil has film": (
-        place(1, (0.01, 0.02, 0.0), film=(2.0, 2.0, 2.0)),
+        operating_point(1, (0.01, 0.02, 0.0), film=(2.0, 2.0, 2.0)),
         ("little slip", "", "", "no film"),
     ),
     "without equilibrium an oil is no choice": (
-        place(1, (0.01, 0.02, np.nan), film=(9.0, 8.0, np.nan)),
+        operating_point(1, (0.01, 0.02, np.nan), film=(9.0, 8.0, np.nan)),
         ("little slip", "4050", "4050", "agree"),
     ),
 }
@@ -97,8 +103,8 @@ def test_slip_decides_as_an_engineer_would(config: Settings, name: str) -> None:
     ) == expected
 
 
-def test_each_place_is_judged_by_itself(config: Settings) -> None:
-    rows = place(1, (0.01, 0.01, 0.01)) + place(2, (0.1, 0.2, 0.3))
+def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:
+    rows = operating_point(1, (0.01, 0.01, 0.01)) + operating_point(2, (0.1, 0.2, 0.3))
     advice = advise(pd.DataFrame(rows).sample(frac=1, random_state=1), config.selection, 3.0)
     advice = advice.set_index("pitch_speed_mm_rpm")
     assert advice["oils_within_limit"].str.split("; ").map(set).to_dict() == {
@@ -111,6 +117,6 @@ def test_each_place_is_judged_by_itself(config: Settings) -> None:
 
 
 def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> None:
-    rows = [row for row in place(1, (0.0, 0.0, 0.0)) if row["oil"] != "4050"]
+    rows = [row for row in operating_point(1, (0.0, 0.0, 0.0)) if row["oil"] != "4050"]
     assert advise(pd.DataFrame(rows), config.selection, 3.0).empty
     assert advise(tables.empty("cage_slip"), config.selection, 3.0).empty

@@ -46,7 +46,7 @@ FITTED = ("coefficients", "fit_quality", "law_coefficients", "law_fit_quality")
 
 
 rule torque:
-    "Measured torque against each basis of the fitted law, and the traction that it implies."
+    "Measured torque against the law with each load variable, and the traction that it implies."
     input:
         **finished("torque_runs", *FITTED),
     output:

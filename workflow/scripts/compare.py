@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from oilfilm.run.job import job
-from oilfilm.studies.law_comparison import compare_laws
+from oilfilm.studies.law_comparison import compare_laws, remarks
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
     points = CampaignTables.of_job(snakemake.input).points
-    compared = compare_laws(points, snakemake.wildcards.oil, settings)
-    write_tables(compared.tables(), snakemake.output, provenance)
+    frames = compare_laws(points, snakemake.wildcards.oil, settings)
+    write_tables(frames, snakemake.output, provenance)
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
-        log.writelines(f"{line}\n" for line in compared.remarks())
+        log.writelines(f"{line}\n" for line in remarks(frames["comparison"]))

@@ -166,7 +166,8 @@ class Traction:
     """Forces, moments and heat of traction; shapes (..., 2 contacts) unless stated otherwise.
 
     Attributes:
-        force_n: On the ball, along t x n and t: shape (..., 2 parts, 2 contacts).
+        node_force_n: On the ball at each node, along t x n and t: (2 parts, ..., nodes).
+        force_n: Its sum: shape (..., 2 parts, 2 contacts).
         moment_n_m: On the ball about its centre, about n, t x n and t: (..., 3, 2 contacts).
         race_moment_n_m: On the race about the bearing's axis.
         heat_w: Force times sliding, summed over the ellipse.
@@ -174,6 +175,7 @@ class Traction:
         coefficient: mu at each node.
     """
 
+    node_force_n: FloatArray
     force_n: FloatArray
     moment_n_m: FloatArray
     race_moment_n_m: FloatArray
@@ -219,10 +221,12 @@ def traction(
     ratio = speed / entrainment
     mu = law(at, ratio)
     strength = mu * rule.share * contacts.load_n[..., np.newaxis] / np.maximum(speed, 1e-300)
-    f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
+    node_force = np.stack([strength * slip.across_m_s, strength * slip.along_m_s])
+    f_across, f_along = node_force
     # x-component of the race's speed per turn, across the rolling direction: -n_x x
     tilt = -contacts.normal[..., 0, :, np.newaxis] * slip.along_m
     return Traction(
+        node_force,
         np.stack([f_across.sum(axis=-1), f_along.sum(axis=-1)], axis=-2),
         np.stack(
             [

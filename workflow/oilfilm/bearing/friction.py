@@ -16,6 +16,7 @@ import numpy as np
 from oilfilm.bearing.ellipse import (
     Conditions,
     Grid,
+    Sliding,
     Traction,
     TractionLaw,
     conditions,
@@ -26,7 +27,6 @@ from oilfilm.bearing.ellipse import (
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import (
     Contacts,
-    Equilibrium,
     Motion,
     OperatingPoints,
     azimuths,
@@ -48,11 +48,13 @@ from oilfilm.bearing.resistance import (
     rolling_force_n,
     rolling_force_reduction,
 )
-from oilfilm.bearing.solver import Equations, IntArray, follow
+from oilfilm.bearing.solver import Equations, IntArray, Solution, follow
 from oilfilm.units import FloatArray
 
 # Nodes of the ellipse across and along the rolling direction.
 QUADRATURE = (16, 4)
+# Jacobians after which a point is given up.
+_MAX_ITERATIONS = 100
 # Scale of the speeds of a bearing at rest.
 _SLOWEST_RAD_S = 1e-3
 
@@ -62,14 +64,16 @@ class Resistance:
     """Rolling resistance in each contact; shapes (..., 2).
 
     Attributes:
-        force_n: Of the oil drawn in, on either surface.
-        moment_n_m: Of hysteresis.
-        sense: Way of the surfaces through the contact along t, 1 or -1.
+        force_n: Of the oil drawn in, on either surface, along t.
+        moment_n_m: Of hysteresis, with the sign of the force.
+        force_heat_w: Heat of the force.
+        moment_heat_w: Heat of the moment.
     """
 
     force_n: FloatArray
     moment_n_m: FloatArray
-    sense: FloatArray
+    force_heat_w: FloatArray
+    moment_heat_w: FloatArray
 
 
 @dataclass(frozen=True)
@@ -80,11 +84,10 @@ class Balance:
         contacts: Normal contacts.
         motion: Of the balls.
         at: Conditions of the contacts.
+        sliding: In the ellipses.
         traction: Of the film in the ellipses.
-        resistance: Of rolling.
         drag_n: Of the oil along t, against the orbit.
         pocket_n: Of the cage on the ball along t.
-        land_n_m: Moment of the land on the cage, a ball's share of it; shape (..., balls).
         heat_w: Of (traction, rolling, hysteresis, drag, pocket, land): (..., balls, 6).
         force_n: On the ball, (x, r): what is left of it at no equilibrium.
         moment_n_m: On the ball about (x, r, t), less what its gyroscopic motion takes.
@@ -96,11 +99,10 @@ class Balance:
     contacts: Contacts
     motion: Motion
     at: Conditions
+    sliding: Sliding
     traction: Traction
-    resistance: Resistance
     drag_n: FloatArray
     pocket_n: FloatArray
-    land_n_m: FloatArray
     heat_w: FloatArray
     force_n: FloatArray
     moment_n_m: FloatArray
@@ -145,7 +147,7 @@ def balance(
     mist = share * lubrication.mist_density_kg_m3[:, np.newaxis]
     drag = drag_force_n(bearing.ball_diameter_m, mist, lubrication.drag_coefficient, speed)
     # shear on the ball's surface and, by the pressure, on its centre (see `_resistance`)
-    pushed = roll.sense * roll.force_n * (2 * race_radius / orbit[..., np.newaxis] - 1)
+    pushed = roll.force_n * (2 * race_radius / orbit[..., np.newaxis] - 1)
     pocket = drag - film.force_n[..., 1, :].sum(axis=-1) - pushed.sum(axis=-1)
     rub_force, rub_moment = _pocket_friction(bearing, motion, share * pocket)
     on_ball = (
@@ -155,28 +157,27 @@ def balance(
     force = on_ball.sum(axis=-1) + rub_force
     force[..., 1] += centrifugal_force_n(bearing, contacts, motion)
     guide, land, land_heat = _land_friction(bearing, motion, ring_speed_rad_s, lubrication, share)
-    on_ring = film.race_moment_n_m + roll.sense * (
-        roll.moment_n_m * normal[..., 1, :] - roll.force_n * race_radius
-    )
+    rolling_moment = roll.moment_n_m * normal[..., 1, :] - roll.force_n * race_radius
+    on_ring = film.race_moment_n_m + rolling_moment
     on_ring[..., guide] -= land
     heat = [
         film.heat_w.sum(axis=-1),
-        *_rolling_heat(contacts, motion, ring_speed_rad_s, roll, radius),
+        roll.force_heat_w.sum(axis=-1),
+        roll.moment_heat_w.sum(axis=-1),
         drag * speed,
         -(rub_moment * motion.spin_rad_s).sum(axis=-1),
         land_heat,
     ]
-    along = -film.force_n[..., 1, 0] - roll.sense[..., 0] * roll.force_n[..., 0]
+    along = -film.force_n[..., 1, 0] - roll.force_n[..., 0]
     taken = share * gyroscopic_moment_n_m(bearing, motion)
     return Balance(
         contacts=contacts,
         motion=motion,
         at=at,
+        sliding=slip,
         traction=film,
-        resistance=roll,
         drag_n=drag,
         pocket_n=pocket,
-        land_n_m=land,
         heat_w=np.stack(heat, axis=-1),
         force_n=force,
         moment_n_m=_contact_moment(normal, film, roll, radius) + rub_moment - taken,
@@ -192,7 +193,7 @@ def _contact_moment(
     """Moment of both contacts on each ball about (x, r, t), in N m."""
     n_x, n_r = normal[..., 0, :], normal[..., 1, :]
     about_n, about_y, about_t = (film.moment_n_m[..., axis, :] for axis in range(3))
-    about_y = about_y + roll.sense * (radius_m * roll.force_n + roll.moment_n_m)
+    about_y = about_y + (radius_m * roll.force_n + roll.moment_n_m)
     return np.stack(
         [
             (about_n * n_x - about_y * n_r).sum(axis=-1),
@@ -201,30 +202,6 @@ def _contact_moment(
         ],
         axis=-1,
     )
-
-
-def _surface_speeds(
-    contacts: Contacts, motion: Motion, ring_speed_rad_s: FloatArray, radius_m: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Race speed and ball speed along t in m/s, and bending speed of the contact in rad/s."""
-    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    w_y = motion.spin_rad_s[..., 1, np.newaxis] * n_x - motion.spin_rad_s[..., 0, np.newaxis] * n_r
-    relative = ring_speed_rad_s[:, np.newaxis] - motion.orbit_speed_rad_s[..., np.newaxis]
-    race_radius = contacts.orbit_radius_m[..., np.newaxis] + n_r * radius_m
-    return relative * race_radius, -w_y * radius_m, -(w_y + relative * n_r)
-
-
-def _rolling_heat(
-    contacts: Contacts,
-    motion: Motion,
-    ring_speed_rad_s: FloatArray,
-    roll: Resistance,
-    radius_m: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Heat of each ball's rolling forces and of its hysteresis moments, in W."""
-    race, ball, bending = _surface_speeds(contacts, motion, ring_speed_rad_s, radius_m)
-    rolling = (roll.force_n * roll.sense * (race + ball)).sum(axis=-1)
-    return rolling, (roll.moment_n_m * roll.sense * bending).sum(axis=-1)
 
 
 def _resistance(
@@ -241,16 +218,21 @@ def _resistance(
     on the two of them, which has no moment about the ball's centre nor about the bearing's axis
     and pushes the ball's centre along its orbit: by 2 FR (race radius)/(orbit radius).
     """
-    race, ball, _ = _surface_speeds(contacts, motion, ring_speed_rad_s, bearing.ball_diameter_m / 2)
-    mean = (race + ball) / 2
-    radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
+    radius = bearing.ball_diameter_m / 2
+    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+    w_y = motion.spin_rad_s[..., 1, np.newaxis] * n_x - motion.spin_rad_s[..., 0, np.newaxis] * n_r
+    relative = ring_speed_rad_s[:, np.newaxis] - motion.orbit_speed_rad_s[..., np.newaxis]
+    # sum of the surface speeds along t
+    rolling = relative * (contacts.orbit_radius_m[..., np.newaxis] + n_r * radius) - w_y * radius
+    mean = np.abs(rolling / 2)
+    radius_x = bearing.radius_x_m(np.abs(n_r))
     oil = lubrication.of_contacts
     reduction = rolling_force_reduction(
-        oil, contacts.max_hertz_pressure_pa, np.abs(mean), bearing.reduced_modulus_pa
+        oil, contacts.max_hertz_pressure_pa, mean, bearing.reduced_modulus_pa
     )
     force = rolling_force_n(
         contacts.load_n,
-        np.abs(mean),
+        mean,
         oil.dynamic_viscosity_pa_s,
         radius_x,
         bearing.radius_y_m,
@@ -259,7 +241,9 @@ def _resistance(
     flexing = hysteresis_moment_n_m(
         contacts.load_n, bearing.ball_diameter_m, radius_x, bearing.radius_y_m
     )
-    return Resistance(share * reduction * force, share * flexing, np.sign(mean))
+    way = share * np.sign(rolling)
+    force, moment = way * (reduction * force), way * flexing
+    return Resistance(force, moment, force * rolling, -moment * (w_y + relative * n_r))
 
 
 def _land_friction(
@@ -296,12 +280,13 @@ class FrictionEquilibrium:
 
     Attributes:
         balance: All that acts on the balls of each point.
-        equilibrium: Loads, motion and the solver's account.
+        solution: The solver's account, with residuals over the load of a ball (moments: times its
+            radius).
         balls_per_row: Number of balls that each row of the arrays represents.
     """
 
     balance: Balance
-    equilibrium: Equilibrium
+    solution: Solution
     balls_per_row: float
 
 
@@ -316,8 +301,6 @@ def friction_equilibrium(
     lubrication: Lubrication,
     law: TractionLaw,
     quadrature: tuple[int, int] = QUADRATURE,
-    tolerance: float = 1e-10,
-    max_iterations: int = 100,
 ) -> FrictionEquilibrium:
     """Where balls, cage and inner ring travel steadily under all forces.
 
@@ -327,8 +310,6 @@ def friction_equilibrium(
         lubrication: The oil at each point.
         law: The traction law.
         quadrature: Nodes of the ellipse, across and along the rolling direction.
-        tolerance: Largest residual, over the load of a ball (moments: times its radius).
-        max_iterations: Jacobians after which a point is given up.
 
     Returns:
         The motion; not converged as well where a contact would be as wide as the ball.
@@ -342,16 +323,14 @@ def friction_equilibrium(
         shared,
         own_scale,
         shared_scale,
-        tolerance,
-        max_iterations,
+        _MAX_ITERATIONS,
         neighbourhood(points),
     )
     every = np.arange(len(shared))
     final = problem.balance(solution.own, solution.shared, every, share=1.0)
     # beyond the range of Hertz's solution and of the groove there is no equilibrium
     solution.converged[widest_contact(bearing, final.contacts) >= 1] = False
-    equilibrium = Equilibrium(final.contacts, final.motion, solution.shared[:, 1:], solution)
-    return FrictionEquilibrium(final, equilibrium, bearing.ball_count / len(problem.azimuth))
+    return FrictionEquilibrium(final, solution, bearing.ball_count / len(problem.azimuth))
 
 
 @dataclass(frozen=True)

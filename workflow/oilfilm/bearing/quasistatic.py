@@ -10,7 +10,6 @@ Last axes: two contacts, inner and outer; before them, where both stand, two com
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -18,8 +17,8 @@ from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.solver import Equations, IntArray, Solution, follow
 from oilfilm.units import FloatArray
 
-Control = Literal["outer", "inner"]
-
+# Jacobians after which a point is given up.
+_MAX_ITERATIONS = 30
 # Axial load of a ball from which the search for its position starts where it bears less.
 _LIGHTEST_N = 1e-3
 # Into how many parts that search divides the angle, how often: to hundred-thousandths of a radian,
@@ -123,7 +122,7 @@ class Equilibrium:
         contacts: Shapes (points, balls, ...).
         motion: Shapes (points, balls, ...).
         displacement: Of the inner ring: x, y, z in m, about y and z in rad; (points, 1 or 5).
-        solution: The solver's own account: residuals over the load of a ball, and iterations.
+        solution: The solver's own account, with residuals over the load of a ball.
     """
 
     contacts: Contacts
@@ -189,12 +188,10 @@ def rolling_motion(
     contacts: Contacts,
     inner_speed_rad_s: FloatArray,
     outer_speed_rad_s: FloatArray,
-    control: Control,
 ) -> Motion:
-    """Motion of balls that roll on both races and do not spin on the controlling one.
+    """Motion of balls that roll on both races and do not spin on the outer one.
 
-        tan(beta) = sin(alpha_o)/(cos(alpha_o) + D/(2 r)) with outer control,
-                    sin(alpha_i)/(cos(alpha_i) - D/(2 r)) with inner control
+        tan(beta) = sin(alpha_o)/(cos(alpha_o) + D/(2 r))
 
     with beta the tilt of the ball's axis and r the radius of its orbit; its speeds follow from
     equal surface speeds in the middle of both contacts.
@@ -206,18 +203,15 @@ def rolling_motion(
     side = np.array([-1.0, 1.0])
     sine, cosine = side * contacts.normal[..., 0, :], side * contacts.normal[..., 1, :]
     race = contacts.orbit_radius_m[..., np.newaxis] + side * radius * cosine
-    controlling = 1 if control == "outer" else 0
     # the ball's axis, of length `size`, and its height above both races
-    along = cosine[..., controlling] + side[controlling] * radius / contacts.orbit_radius_m
-    size = np.hypot(along, sine[..., controlling])
-    lever = cosine * along[..., np.newaxis] + sine * sine[..., controlling, np.newaxis]
+    along, across = cosine[..., 1] + radius / contacts.orbit_radius_m, sine[..., 1]
+    size = np.hypot(along, across)
+    lever = cosine * along[..., np.newaxis] + sine * across[..., np.newaxis]
     reach = race * size[..., np.newaxis] / lever
     inner, outer = reach[..., 0], reach[..., 1]
     orbit = (inner_speed_rad_s * inner + outer_speed_rad_s * outer) / (inner + outer)
     turning = (orbit - outer_speed_rad_s) * outer / (radius * size)
-    spin = np.zeros((*turning.shape, 3))
-    spin[..., 0], spin[..., 1] = -turning * along, turning * sine[..., controlling]
-    return Motion(orbit, spin)
+    return Motion(orbit, np.stack([-turning * along, turning * across, 0 * turning], axis=-1))
 
 
 def centrifugal_force_n(bearing: Bearing, contacts: Contacts, motion: Motion) -> FloatArray:
@@ -280,7 +274,7 @@ def scales(bearing: Bearing, points: OperatingPoints) -> tuple[FloatArray, Float
         ball's force is multiplied by to be of the kind of that load.
     """
     loads = points.loads()
-    lever = np.array([1.0, 1.0, 1.0, 1.0, 1.0])[: loads.shape[1]]
+    lever = np.ones(loads.shape[1])
     lever[3:] = bearing.pitch_diameter_m / 2
     orbit = (points.inner_speed_rad_s + points.outer_speed_rad_s) / 2
     centrifugal = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit**2
@@ -299,25 +293,19 @@ def neighbourhood(points: OperatingPoints) -> FloatArray:
 def raceway_control(
     bearing: Bearing,
     points: OperatingPoints,
-    control: Control = "outer",
     gyroscopic_sign: float = 1.0,
-    tolerance: float = 1e-10,
-    max_iterations: int = 30,
 ) -> Equilibrium:
     """Equilibrium of balls and inner ring, the balls moving as `rolling_motion` says.
 
-    The controlling race alone supplies the gyroscopic moment, by friction across the rolling
+    The outer race alone supplies the gyroscopic moment, by friction across the rolling
     direction. Its size is not checked, nor are the moments about other axes.
 
     Args:
         bearing: The bearing.
         points: Loads and speeds.
-        control: The race on which the balls do not spin.
         gyroscopic_sign: -1 turns the gyroscopic moment round. Harris's equations hold with his
             ball speed negative for a turning inner ring; programs that take it as positive, and
             with them much of the printed literature, have the moment turned round.
-        tolerance: Largest residual, over the load of a ball.
-        max_iterations: Jacobians after which a point is given up.
 
     Reference: T. A. Harris, Rolling Bearing Analysis, high-speed ball bearings; A. B. Jones,
         J. Basic Eng. 82 (1960) 309.
@@ -326,7 +314,6 @@ def raceway_control(
     loads = points.loads()
     force, length, lever = scales(bearing, points)
     force = np.maximum(force, np.finfo(float).tiny)
-    controlling = 1 if control == "outer" else 0
     grip_1_m = 2 * gyroscopic_sign / bearing.ball_diameter_m
     sideways = np.arange(loads.shape[1]) > 0
 
@@ -334,7 +321,7 @@ def raceway_control(
         contacts = contacts_at(bearing, own, inner_groove(bearing, shared, azimuth))
         inner = points.inner_speed_rad_s[which, np.newaxis]
         outer = points.outer_speed_rad_s[which, np.newaxis]
-        return contacts, rolling_motion(bearing, contacts, inner, outer, control)
+        return contacts, rolling_motion(bearing, contacts, inner, outer)
 
     def with_share(share: float) -> Equations:
         """The equations with that share of the gyroscopic moment, radial load and tilting."""
@@ -343,12 +330,12 @@ def raceway_control(
             own: FloatArray, shared: FloatArray, which: IntArray
         ) -> tuple[FloatArray, FloatArray, FloatArray]:
             contacts, motion = ball_state(own, shared, which)
-            # tangential force of the controlling race, which supplies the moment about t
+            # tangential force of the outer race, which supplies the moment about t
             momentum = bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
             grip = share * grip_1_m * momentum * motion.spin_rad_s[..., 1]
             on_ball = -contacts.load_n[..., np.newaxis, :] * contacts.normal
-            on_ball[..., 0, controlling] -= grip * contacts.normal[..., 1, controlling]
-            on_ball[..., 1, controlling] += grip * contacts.normal[..., 0, controlling]
+            on_ball[..., 0, 1] -= grip * contacts.normal[..., 1, 1]
+            on_ball[..., 1, 1] += grip * contacts.normal[..., 0, 1]
             residual = on_ball.sum(axis=-1)
             residual[..., 1] += centrifugal_force_n(bearing, contacts, motion)
             on_ring = np.zeros((*residual.shape[:-1], 3))
@@ -369,7 +356,7 @@ def raceway_control(
     own, shared = _start(bearing, points, azimuth)
     own_scale = np.full((len(loads), 2), bearing.groove_offset_m.min())
     beside = neighbourhood(points)
-    solution = follow(with_share, own, shared, own_scale, length, tolerance, max_iterations, beside)
+    solution = follow(with_share, own, shared, own_scale, length, _MAX_ITERATIONS, beside)
     every = np.arange(len(loads))
     contacts, motion = ball_state(solution.own, solution.shared, every)
     return Equilibrium(contacts, motion, solution.shared, solution)

@@ -3,7 +3,7 @@
 One function per formula; `friction` combines them. SI units, arrays that broadcast.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,23 +21,15 @@ class Lubrication:
 
     Attributes:
         inlet_temperature_c: In degC.
-        dynamic_viscosity_pa_s: eta, in Pa s.
-        kinematic_viscosity_m2_s: nu, in m2/s.
+        oil: Properties on which films depend, each of shape (points,).
         density_kg_m3: rho, in kg/m3.
-        pressure_viscosity_coefficient_1_pa: alpha, in 1/Pa.
-        temperature_viscosity_coefficient_1_k: beta, in 1/K.
-        thermal_conductivity_w_mk: k_oil, in W/(m K).
         drag_coefficient: c_D of a ball in the row, for its frontal area.
         oil_volume_fraction: Share of oil in the volume between the rings.
     """
 
     inlet_temperature_c: FloatArray
-    dynamic_viscosity_pa_s: FloatArray
-    kinematic_viscosity_m2_s: FloatArray
+    oil: InletOil
     density_kg_m3: FloatArray
-    pressure_viscosity_coefficient_1_pa: FloatArray
-    temperature_viscosity_coefficient_1_k: FloatArray
-    thermal_conductivity_w_mk: FloatArray
     drag_coefficient: float
     oil_volume_fraction: float
 
@@ -52,39 +44,25 @@ class Lubrication:
         """An oil at each point's temperature, in a bearing with this drag."""
         return cls(
             inlet_temperature_c,
-            oil.dynamic_viscosity_pa_s(inlet_temperature_c),
-            oil.kinematic_viscosity_m2_s(inlet_temperature_c),
+            InletOil.of(oil, inlet_temperature_c),
             oil.density_kg_m3(inlet_temperature_c),
-            oil.pressure_viscosity_coefficient_1_pa(inlet_temperature_c),
-            oil.temperature_viscosity_coefficient_1_k(inlet_temperature_c),
-            oil.thermal_conductivity_w_mk(inlet_temperature_c),
             drag_coefficient,
             oil_volume_fraction,
         )
 
     def at(self, which: IntArray) -> "Lubrication":
         """The same at some of the points."""
-        chosen = {
-            field.name: getattr(self, field.name)[which]
-            for field in fields(self)
-            if isinstance(getattr(self, field.name), np.ndarray)
-        }
-        return replace(self, **chosen)
+        return replace(
+            self,
+            inlet_temperature_c=self.inlet_temperature_c[which],
+            oil=self.oil[which],
+            density_kg_m3=self.density_kg_m3[which],
+        )
 
     @property
     def of_contacts(self) -> InletOil:
         """The oil of each point, with axes for balls and contacts: shape (points, 1, 1)."""
-        return InletOil(
-            *(
-                values[:, np.newaxis, np.newaxis]
-                for values in (
-                    self.dynamic_viscosity_pa_s,
-                    self.pressure_viscosity_coefficient_1_pa,
-                    self.temperature_viscosity_coefficient_1_k,
-                    self.thermal_conductivity_w_mk,
-                )
-            )
-        )
+        return self.oil[:, np.newaxis, np.newaxis]
 
     @property
     def mist_density_kg_m3(self) -> FloatArray:
@@ -250,4 +228,4 @@ def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray
     """
     cage = bearing.cage
     shape = cage.land_width_m * (cage.land_diameter_m / 2) ** 3 / cage.land_clearance_m
-    return 2 * np.pi * lubrication.dynamic_viscosity_pa_s * shape
+    return np.asarray(2 * np.pi * lubrication.oil.dynamic_viscosity_pa_s * shape)

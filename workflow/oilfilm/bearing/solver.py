@@ -16,6 +16,8 @@ from oilfilm.units import FloatArray
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
 
+# Largest residual of a root.
+_TOLERANCE = 1e-10
 # Step of a derivative, relative to the scale of its unknown.
 _DIFFERENCE = 1e-7
 # Longest step of an unknown, in its scale; a longer one is shortened as a whole.
@@ -69,14 +71,12 @@ class Solution:
         own: Unknowns of the balls, shape (points, balls, own unknowns).
         shared: Unknowns of the bearing, shape (points, shared unknowns).
         residual: Largest residual of each point, in the equations' own scale.
-        iterations: Jacobians that each point took.
-        converged: True where `residual` fell below the tolerance.
+        converged: True where `residual` fell to 1e-10.
     """
 
     own: FloatArray
     shared: FloatArray
     residual: FloatArray
-    iterations: IntArray
     converged: BoolArray
 
 
@@ -86,7 +86,6 @@ def solve(
     shared: FloatArray,
     own_scale: FloatArray,
     shared_scale: FloatArray,
-    tolerance: float,
     max_iterations: int,
 ) -> Solution:
     """Roots of the equations of many points, by damped Newton steps of each.
@@ -101,7 +100,6 @@ def solve(
         shared: Start of the bearing's unknowns, shape (points, shared unknowns).
         own_scale: Scale of `own`, shape (points, own unknowns).
         shared_scale: Scale of `shared`, of its shape.
-        tolerance: Largest residual of a root.
         max_iterations: Jacobians after which a point is given up.
 
     Reference: C. T. Kelley and D. E. Keyes, Convergence analysis of pseudo-transient continuation,
@@ -110,7 +108,6 @@ def solve(
     start = own, shared
     own, shared = own.copy(), shared.copy()
     damping, residual = np.zeros(len(own)), np.full(len(own), np.inf)
-    iterations = np.zeros(len(own), dtype=np.int64)
     active = np.arange(len(own))
     few = own.shape[0] * own.shape[1] <= _FEW
     known: tuple[_Jacobian, _State] | None = None
@@ -125,7 +122,6 @@ def solve(
         jacobian, state = known or _linearised(
             equations, own[active], shared[active], scales, active
         )
-        iterations[active] += 1
         for chord in range(1 if few else _CHORDS):
             step_own, step_shared, length = _step(jacobian, state, damping[active])
             at = (
@@ -135,23 +131,24 @@ def solve(
             if few:
                 next_jacobian, trial = _linearised(equations, *at, scales, active)
             else:
-                trial = _evaluated(equations, *at, active)
+                of_balls, parts, rest = equations(*at, active)
+                trial = _state(*at, of_balls, parts.sum(axis=-2) + rest)
             better = trial.size < state.size * (allowed if chord == 0 else _CHORD_GAIN)
             if chord == 0:
                 damping[active] = _next_damping(damping[active], better, length, settling)
             state = _chosen(better, trial, state)
             if few:
                 jacobian = _chosen(better, next_jacobian, jacobian)
-            if not better.any() or state.size.max() <= tolerance:
+            if not better.any() or state.size.max() <= _TOLERANCE:
                 break
         own[active], shared[active], residual[active] = state.own, state.shared, state.size
-        going = state.size > tolerance
+        going = state.size > _TOLERANCE
         active = active[going]
         if len(active) == 0:
             break
         if few:
             known = _chosen_rows(jacobian, going), _chosen_rows(state, going)
-    return Solution(own, shared, residual, iterations, residual <= tolerance)
+    return Solution(own, shared, residual, residual <= _TOLERANCE)
 
 
 def follow(
@@ -160,7 +157,6 @@ def follow(
     shared: FloatArray,
     own_scale: FloatArray,
     shared_scale: FloatArray,
-    tolerance: float,
     max_iterations: int,
     position: FloatArray,
 ) -> Solution:
@@ -175,37 +171,25 @@ def follow(
         shared: As for `solve`.
         own_scale: As for `solve`.
         shared_scale: As for `solve`.
-        tolerance: As for `solve`.
         max_iterations: As for `solve`, for each search.
         position: Coordinates in which near points have similar solutions, shape (points, any).
     """
-    solution = solve(
-        equations(1.0), own, shared, own_scale, shared_scale, tolerance, max_iterations
-    )
+    solution = solve(equations(1.0), own, shared, own_scale, shared_scale, max_iterations)
 
     def again(
-        which: IntArray, own: FloatArray, shared: FloatArray, share: float = 1.0
+        points: IntArray, own: FloatArray, shared: FloatArray, share: float = 1.0
     ) -> tuple[FloatArray, FloatArray]:
         part = equations(share)
 
-        def of_these(
-            own: FloatArray, shared: FloatArray, which: IntArray, all_: IntArray = which
+        def of_points(
+            own: FloatArray, shared: FloatArray, which: IntArray
         ) -> tuple[FloatArray, FloatArray, FloatArray]:
-            return part(own, shared, all_[which])
+            return part(own, shared, points[which])
 
-        end = solve(
-            of_these,
-            own,
-            shared,
-            own_scale[which],
-            shared_scale[which],
-            tolerance,
-            max_iterations,
-        )
-        solution.iterations[which] += end.iterations
+        end = solve(of_points, own, shared, own_scale[points], shared_scale[points], max_iterations)
         if share == 1:
-            solution.own[which], solution.shared[which] = end.own, end.shared
-            solution.residual[which], solution.converged[which] = end.residual, end.converged
+            solution.own[points], solution.shared[points] = end.own, end.shared
+            solution.residual[points], solution.converged[points] = end.residual, end.converged
         return end.own, end.shared
 
     failed = np.flatnonzero(~solution.converged)
@@ -245,13 +229,6 @@ class _Jacobian(NamedTuple):
     own_shared: FloatArray
     shared_own: FloatArray
     shared_shared: FloatArray
-
-
-def _evaluated(
-    equations: Equations, own: FloatArray, shared: FloatArray, which: IntArray
-) -> _State:
-    of_balls, parts, rest = equations(own, shared, which)
-    return _state(own, shared, of_balls, parts.sum(axis=-2) + rest)
 
 
 def _state(own: FloatArray, shared: FloatArray, r: FloatArray, s: FloatArray) -> _State:

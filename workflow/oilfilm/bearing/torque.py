@@ -9,7 +9,6 @@ from oilfilm.bearing.friction import (
     HEATS,
     QUADRATURE,
     Balance,
-    FrictionEquilibrium,
     friction_equilibrium,
     widest_contact,
 )
@@ -19,9 +18,6 @@ from oilfilm.bearing.resistance import Lubrication
 from oilfilm.physics.contact import ellipticity
 from oilfilm.physics.film import film_thickness
 from oilfilm.units import FloatArray
-
-# Kinds of sliding in the ellipse whose heats add up to that of traction.
-SLIDINGS = ("gross", "spin", "differential", "gyroscopic")
 
 
 def torque_terms(
@@ -44,17 +40,19 @@ def torque_terms(
         lubrication: The oil at each point.
         law: The traction law.
         tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
-        quadrature: Places of the ellipse, across and along the rolling direction.
+        quadrature: Nodes of the ellipse, across and along the rolling direction.
     """
     equilibrium = friction_equilibrium(bearing, points, lubrication, law, quadrature)
     balance, balls = equilibrium.balance, equilibrium.balls_per_row
     speed = np.where(points.inner_speed_rad_s == 0, np.inf, points.inner_speed_rad_s)
-    slidings = _heat_by_sliding(bearing, points, equilibrium, quadrature)
-    heats = {name: balance.heat_w[..., part] for part, name in enumerate(HEATS)} | slidings
+    heats = {name: balance.heat_w[..., part] for part, name in enumerate(HEATS)}
+    heats |= _heat_by_sliding(balance, _ring_speeds(points))
     terms = {f"{name}_torque_n_m": balls * heat.sum(axis=1) / speed for name, heat in heats.items()}
     torque = -balls * balance.ring_moment_n_m[..., 0].sum(axis=1)
-    finer = _traction_heat(bearing, points, law, equilibrium, quadrature)
-    solution = equilibrium.equilibrium.solution
+    solution = equilibrium.solution
+    rule = grid(2 * quadrature[0], 2 * quadrature[1])
+    finer_slip = sliding(bearing, balance.contacts, balance.motion, _ring_speeds(points), rule)
+    finer = traction(balance.contacts, finer_slip, balance.at, law, rule).heat_w.sum(axis=(1, 2))
     angle = np.degrees(balance.contacts.contact_angle_rad)
     slip = cage_slip(bearing, points, balance.contacts, balance.motion)
     pressure = balance.at.max_hertz_pressure_gpa
@@ -138,26 +136,20 @@ def cage_slip(
     return _relative(rolling, motion.orbit_speed_rad_s)
 
 
-def _heat_by_sliding(
-    bearing: Bearing,
-    points: OperatingPoints,
-    equilibrium: FrictionEquilibrium,
-    quadrature: tuple[int, int],
-) -> dict[str, FloatArray]:
-    """Heat of traction split by what the sliding comes from, (points, balls) each."""
-    contacts, motion = equilibrium.balance.contacts, equilibrium.balance.motion
-    rule = grid(*quadrature)
-    rings = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)[:, np.newaxis]
-    slip = sliding(bearing, contacts, motion, rings, rule)
-    relative = rings - motion.orbit_speed_rad_s[..., np.newaxis]
+def _ring_speeds(points: OperatingPoints) -> FloatArray:
+    """Speed of inner and outer ring, shape (points, 1, 2)."""
+    speeds = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)
+    return speeds[:, np.newaxis]
+
+
+def _heat_by_sliding(balance: Balance, ring_speed_rad_s: FloatArray) -> dict[str, FloatArray]:
+    """Heat of traction split by the kind of sliding, (points, balls) each; they add up to it."""
+    contacts, motion, slip = balance.contacts, balance.motion, balance.sliding
+    relative = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
     w_x, w_r, w_t = (motion.spin_rad_s[..., part, np.newaxis] for part in range(3))
     spin = (w_x * n_x + w_r * n_r - relative * n_x)[..., np.newaxis]
-    speed = np.hypot(slip.across_m_s, slip.along_m_s)
-    film = equilibrium.balance.traction
-    strength = film.coefficient * rule.share * contacts.load_n[..., np.newaxis]
-    strength = strength / np.maximum(speed, 1e-300)
-    f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
+    f_across, f_along = balance.traction.node_force_n
     middle = slip.middle_m[..., np.newaxis]
     turning = (relative * n_r + w_r * n_x - w_x * n_r)[..., np.newaxis]
     orbit = (relative * contacts.orbit_radius_m[..., np.newaxis])[..., np.newaxis]
@@ -168,21 +160,6 @@ def _heat_by_sliding(
         "gyroscopic": -f_across * w_t[..., np.newaxis] * slip.height_m,
     }
     return {name: heat.sum(axis=(-1, -2)) for name, heat in heats.items()}
-
-
-def _traction_heat(
-    bearing: Bearing,
-    points: OperatingPoints,
-    law: TractionLaw,
-    equilibrium: FrictionEquilibrium,
-    quadrature: tuple[int, int],
-) -> FloatArray:
-    """Heat of traction of the same motion, with twice as many nodes in either direction."""
-    rule = grid(2 * quadrature[0], 2 * quadrature[1])
-    contacts, at = equilibrium.balance.contacts, equilibrium.balance.at
-    rings = np.stack([points.inner_speed_rad_s, points.outer_speed_rad_s], axis=-1)[:, np.newaxis]
-    slip = sliding(bearing, contacts, equilibrium.balance.motion, rings, rule)
-    return traction(contacts, slip, at, law, rule).heat_w.sum(axis=(1, 2))
 
 
 def _beyond(values: FloatArray, tested: tuple[float, float]) -> FloatArray:

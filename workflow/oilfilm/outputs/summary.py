@@ -20,7 +20,7 @@ from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import FilmSettings
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.extrapolation import extrapolation_words
+from oilfilm.studies.extrapolation import extrapolation_sentences
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -141,7 +141,7 @@ def _extrapolated(compared: pd.DataFrame) -> list[str]:
     return [
         "  against the SIMULATED truth at the conditions of Figs 7-10, which decides nothing about "
         "the real oils:",
-        *(f"    {line}" for line in extrapolation_words(compared)),
+        *(f"    {line}" for line in extrapolation_sentences(compared)),
     ]
 
 

@@ -7,8 +7,8 @@ of any contact. The formulas behind both come first. A lambda needs its definiti
 practice takes the minimum film, reduced by inlet heating, over the combined Rq.
 """
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, fields
+from typing import Any, Literal
 
 import numpy as np
 
@@ -172,6 +172,10 @@ class InletOil:
             oil.temperature_viscosity_coefficient_1_k(temperature_c),
             oil.thermal_conductivity_w_mk(temperature_c),
         )
+
+    def __getitem__(self, index: Any) -> "InletOil":
+        """The properties indexed as arrays are."""
+        return InletOil(*(np.asarray(getattr(self, field.name))[index] for field in fields(self)))
 
     def thermal_loading(self, entrainment_speed_m_s: Floats) -> FloatArray:
         """Thermal loading parameter: how strongly shear in the inlet heats the oil there.

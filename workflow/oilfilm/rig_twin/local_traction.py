@@ -1,6 +1,6 @@
 """Thermal traction from local conditions: the physics behind simulated torque logs.
 
-A fitted law, and the twin of the traction rig, say mu of a whole contact. Here every place of a
+A fitted law, and the twin of the traction rig, give mu of a whole contact. Here every point of a
 contact has its own pressure, sliding speed and temperature, so that a bearing simulated with it is
 not the model that is compared with it. Stresses and heat are those of
 `oilfilm.physics.thermal_traction`.
@@ -44,12 +44,12 @@ _GIVEN = {
 
 @dataclass(frozen=True)
 class LocalTraction:
-    """mu at each place of contacts from that place's own pressure, slip and temperature.
+    """mu at each point of contacts from that point's own pressure, slip and temperature.
 
     Attributes:
         oil: The oil's properties.
         constants: Stresses and thermal properties of the bodies.
-        rule: The places that it is asked for.
+        rule: The points at which it is evaluated.
         radius_y_m: Reduced radius across the rolling direction, broadcasting against the contacts.
     """
 
@@ -134,10 +134,10 @@ def calibrated(oil: Oil, law: LawOfRig, rig: Contact) -> ThermalEhl:
         return (mean(constants(values)) - known).ravel() / np.abs(known).max()
 
     scale = _HIGHEST - _LOWEST
-    found = least_squares(
+    fit = least_squares(
         away, _START, bounds=(_LOWEST, _HIGHEST), x_scale=scale, xtol=1e-4, ftol=1e-6
     )
-    return constants(found.x)
+    return constants(fit.x)
 
 
 def _compared(

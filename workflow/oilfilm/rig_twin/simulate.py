@@ -73,8 +73,12 @@ def simulate_log(
         random: Source of every random number of this run.
     """
     true = _true_run(run, traction, twin, contact, random)
-    logged = _logged(run, true, twin, rig, random)
-    content = _header(run).encode() + log_table(logged)
+    set_points = {
+        "max_hertz_pressure_gpa": run.max_hertz_pressure_gpa,
+        "entrainment_speed_m_s": run.entrainment_speed_m_s,
+        "inlet_temperature_c": run.inlet_temperature_c,
+    }
+    content = log_content("rig", run.oil, set_points, _logged(run, true, twin, rig, random))
     if run.defect == "truncated":
         content = cut(content)
     truth = {
@@ -183,25 +187,28 @@ def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> Floa
     return twin.wander * np.asarray(lfilter([1.0], [1.0, -memory], pushes))
 
 
-def _header(run: PlannedRun) -> str:
-    return (
-        "# simulated: yes - written by the oilfilm rig twin, not a measurement\n"
-        f"# oil: {run.oil}\n"
-        f"# max_hertz_pressure_gpa: {run.max_hertz_pressure_gpa:g}\n"
-        f"# entrainment_speed_m_s: {run.entrainment_speed_m_s:g}\n"
-        f"# inlet_temperature_c: {run.inlet_temperature_c:g}\n"
-    )
+def log_content(
+    twin: str, oil: str, set_points: Mapping[str, float], columns: Mapping[str, FloatArray]
+) -> bytes:
+    """A log as a data logger writes it: header with the set points, column names and rows.
 
-
-def log_table(columns: Mapping[str, FloatArray]) -> bytes:
-    """Column names and rows as a data logger writes them."""
-    # what a data logger writes: a fixed number of decimals
+    Args:
+        twin: Which twin of a rig simulated it.
+        oil: The oil.
+        set_points: Nominal conditions by name.
+        columns: Signals by name; a logger writes a fixed number of decimals of each.
+    """
+    header = [
+        f"# simulated: yes - written by the oilfilm {twin} twin, not a measurement",
+        f"# oil: {oil}",
+        *(f"# {name}: {value:g}" for name, value in set_points.items()),
+    ]
     rounded = {name: np.round(values, _DECIMALS[name]) for name, values in columns.items()}
     buffer = io.BytesIO()
     arrow_csv.write_csv(arrow.table(rounded), buffer, arrow_csv.WriteOptions(quoting_style="none"))
     # column names are quoted whatever the style
     names, end, rows = buffer.getvalue().partition(b"\n")
-    return names.replace(b'"', b"") + end + rows
+    return "\n".join([*header, ""]).encode() + names.replace(b'"', b"") + end + rows
 
 
 def cut(content: bytes) -> bytes:

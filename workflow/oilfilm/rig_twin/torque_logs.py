@@ -16,7 +16,7 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.local_traction import LocalTraction, calibrated, misfit
 from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
-from oilfilm.rig_twin.simulate import cut, log_table
+from oilfilm.rig_twin.simulate import cut, log_content
 from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import TorqueTwin
@@ -66,7 +66,7 @@ def _truth(
     rig: Contact,
     settings: Settings,
 ) -> list[list[dict[str, Any]]]:
-    """Rows of the truth of each log of one oil, a row a speed."""
+    """Rows of the truth of each log of one oil, one row per speed."""
     twin = _torque_twin(settings)
     torque_logs = present(settings.campaign.torque, "torque", "the campaign")
     speeds = present(torque_logs.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
@@ -83,7 +83,7 @@ def _truth(
     thermal = present(settings.campaign.twin, "twin", "the campaign").thermal_ehl
     constants = calibrated(oil, law, rig) if thermal is None else thermal.constants()
     film = LocalTraction(oil, constants, grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis])
-    found = friction_equilibrium(
+    motion = friction_equilibrium(
         bearing,
         OperatingPoints.axial(loads, speed * RAD_S_PER_RPM),
         Lubrication.of(
@@ -95,27 +95,27 @@ def _truth(
         film,
         _QUADRATURE,
     )
-    if not found.equilibrium.solution.converged.all():
+    if not motion.solution.converged.all():
         raise OilfilmError(
             f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
             "simulated bearing comes to no steady motion. Ask for more load or less speed."
         )
     left = misfit(oil, constants, law, rig)
-    torque = -found.balls_per_row * found.balance.ring_moment_n_m[..., 0].sum(axis=1)
-    heat = found.balls_per_row * found.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
+    torque = -motion.balls_per_row * motion.balance.ring_moment_n_m[..., 0].sum(axis=1)
+    heat = motion.balls_per_row * motion.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
     rows = [
         {
             "run_id": plan.name,
             "oil": plan.oil,
             "defect": plan.defect,
-            "inner_speed_rpm": speed[place],
-            "axial_load_n": loads[place],
-            "oil_temperature_c": temperatures[place],
-            "torque_n_m": torque[place],
-            "traction_torque_n_m": heat[place] / (speed[place] * RAD_S_PER_RPM),
+            "inner_speed_rpm": speed[row],
+            "axial_load_n": loads[row],
+            "oil_temperature_c": temperatures[row],
+            "torque_n_m": torque[row],
+            "traction_torque_n_m": heat[row] / (speed[row] * RAD_S_PER_RPM),
             "law_misfit": left,
         }
-        for place, plan in enumerate(plan for plan in plans for _ in speeds)
+        for row, plan in enumerate(plan for plan in plans for _ in speeds)
     ]
     return [rows[start : start + len(speeds)] for start in range(0, len(rows), len(speeds))]
 
@@ -166,15 +166,10 @@ def _log(
         "axial_load_n": load + noise(twin.load_noise_n),
         "inner_speed_rpm": speed + np.where(turning, noise(twin.speed_noise_rpm), 0.0),
         "oil_temperature_c": temperature + noise(twin.temperature_noise_c),
-        # for the record alone: no model here is told of it
+        # recorded only: no model here uses it
         "outer_ring_temperature_c": temperature + 2 * torque + noise(twin.temperature_noise_c),
         "torque_n_m": torque + noise(twin.torque_noise_n_m),
     }
-    header = (
-        "# simulated: yes - written by the oilfilm torque-rig twin, not a measurement\n"
-        f"# oil: {plan.oil}\n"
-        f"# axial_load_n: {plan.axial_load_n:g}\n"
-        f"# oil_temperature_c: {plan.oil_temperature_c:g}\n"
-    )
-    content = header.encode() + log_table(columns)
+    set_points = {"axial_load_n": plan.axial_load_n, "oil_temperature_c": plan.oil_temperature_c}
+    content = log_content("torque-rig", plan.oil, set_points, columns)
     return cut(content) if plan.defect == "truncated" else content

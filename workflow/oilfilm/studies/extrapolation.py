@@ -18,7 +18,7 @@ from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import FloatArray
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
-_WORDS = ("pressure", "speed", "temperature")  # of CONDITIONS
+_SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
 
 
 def extrapolate(
@@ -35,12 +35,12 @@ def extrapolate(
         truth: Table `truth_grid`.
         coefficients: Table of coefficients, of any number of laws.
         refits: Table of refits.
-        quality: Table of fit quality, which knows each fit's tested box.
+        quality: Table of fit quality, which has each fit's tested box.
         within: As in `is_beyond`.
         laws: The laws by name, for each oil; without it those that need no properties of the oil.
 
     Returns:
-        Table `extrapolation`: a row for each law and row of `truth`.
+        Table `extrapolation`: one row per law and row of `truth`.
     """
     parts = []
     for oil, of_oil in truth.groupby("oil", sort=False):
@@ -50,11 +50,11 @@ def extrapolate(
         for law in fits["law"].unique():
             fitted = FittedLaw.of(fits, str(oil), refits, quality, known[law])
             conditions = of_oil[list(fitted.law.conditions)].to_numpy()
-            found = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
+            predicted = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             numbers = {
-                "traction_coefficient": found.traction_coefficient,
-                "traction_coefficient_lower": found.lower,
-                "traction_coefficient_upper": found.upper,
+                "traction_coefficient": predicted.traction_coefficient,
+                "traction_coefficient_lower": predicted.lower,
+                "traction_coefficient_upper": predicted.upper,
             }
             of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law)]
             beyond = _beyond(of_oil, of_fit.iloc[0], within)
@@ -64,7 +64,7 @@ def extrapolate(
 
 
 def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
-    """Errors of each law for each oil, by figure and by what lies outside the tested box.
+    """Errors of each law for each oil, by figure and by the conditions outside the tested box.
 
     Args:
         compared: Table `extrapolation`.
@@ -78,32 +78,34 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     return tables.from_rows(rows, "extrapolation_errors")
 
 
-def extrapolation_words(compared: pd.DataFrame) -> list[str]:
-    """The errors of each law over all oils and figures, a sentence a law that was fitted."""
+def extrapolation_sentences(compared: pd.DataFrame) -> list[str]:
+    """The errors over all oils and figures, one sentence per law that was fitted."""
     lines = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
         outside = group["beyond"] != ""
-        where = (("in the tested box", group[~outside]), ("beyond it", group[outside]))
+        regions = {"in the tested box": group[~outside], "beyond it": group[outside]}
         sizes = [
-            f"{100 * relative_rms(rows):.3g} % of mu {words}" for words, rows in where if len(rows)
+            f"{100 * relative_rms(rows):.3g} % of mu {region}"
+            for region, rows in regions.items()
+            if len(rows)
         ]
-        at = _errors(group)
-        lines.append(
+        errors = _errors(group)
+        line = (
             f"{law}: rms error {', '.join(sizes)}; at worst mu "
-            f"{at['worst_traction_coefficient']:.4g} for "
-            f"{at['worst_true_traction_coefficient']:.4g}, at "
-            f"{at['worst_max_hertz_pressure_gpa']:g} GPa, "
-            f"{at['worst_entrainment_speed_m_s']:g} m/s, "
-            f"{at['worst_inlet_temperature_c']:g} degC, S {at['worst_slide_roll_ratio']:g}"
-            + _held(group[outside])
+            f"{errors['worst_traction_coefficient']:.4g} for "
+            f"{errors['worst_true_traction_coefficient']:.4g}, at "
+            f"{errors['worst_max_hertz_pressure_gpa']:g} GPa, "
+            f"{errors['worst_entrainment_speed_m_s']:g} m/s, "
+            f"{errors['worst_inlet_temperature_c']:g} degC, S {errors['worst_slide_roll_ratio']:g}"
         )
+        share = _errors(regions["beyond it"])["interval_ratio"]
+        if not np.isnan(share):
+            line += (
+                f"; beyond it the fit's own 95 % interval holds the truth at {share:.0%} of "
+                "conditions"
+            )
+        lines.append(line)
     return lines
-
-
-def _held(beyond: pd.DataFrame) -> str:
-    share = _errors(beyond)["interval_ratio"]
-    words = f"; beyond it the fit's own 95 % interval holds the truth at {share:.0%} of conditions"
-    return "" if np.isnan(share) else words
 
 
 def relative_rms(compared: pd.DataFrame) -> float:
@@ -130,25 +132,28 @@ def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]", within: float) -> list[s
         [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS], dtype=float
     )
     outside = is_beyond(truth[list(CONDITIONS)].to_numpy(), box, within)
-    return [", ".join(np.array(_WORDS)[row]) for row in outside]
+    return [", ".join(_SHORT_NAMES[row]) for row in outside]
 
 
 def _errors(compared: pd.DataFrame) -> dict[str, Any]:
     """Errors over some rows; null where no row has a fitted value."""
-    error = (compared["traction_coefficient"] - compared["true_traction_coefficient"]).to_numpy()
-    known = ~np.isnan(error)
     at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
-    sizes = ("rmse", "relative_rms", "mean_error", "max_error", "interval_ratio")
-    names = (*sizes, *(f"worst_{name}" for name in at))
-    if not known.any():
+    error = compared["traction_coefficient"] - compared["true_traction_coefficient"]
+    rows, error = compared[error.notna()], error.dropna()
+    if rows.empty:
+        sizes = ("rmse", "relative_rms", "mean_error", "max_error", "interval_ratio")
+        names = (*sizes, *(f"worst_{name}" for name in at))
         return {"n_conditions": 0, **dict.fromkeys(names, np.nan)}
-    rows, error = compared[known], error[known]
-    worst = rows.iloc[int(np.abs(error).argmax())]
-    rmse = np.sqrt(np.mean(error**2))
-    size = np.sqrt(np.mean(rows["true_traction_coefficient"] ** 2))
+    rmse = np.sqrt(np.mean(error.to_numpy() ** 2))
+    worst = rows.iloc[int(error.abs().to_numpy().argmax())]
     interval = rows["traction_coefficient_lower"], rows["traction_coefficient_upper"]
     held = rows["true_traction_coefficient"].between(*interval)
-    share = held.mean() if interval[0].notna().all() else np.nan
-    summed = (rmse, rmse / size, error.mean(), np.abs(error).max(), share)
-    values = (*summed, *(worst[name] for name in at))
-    return {"n_conditions": len(rows), **dict(zip(names, values, strict=True))}
+    return {
+        "n_conditions": len(rows),
+        "rmse": rmse,
+        "relative_rms": rmse / np.sqrt(np.mean(rows["true_traction_coefficient"] ** 2)),
+        "mean_error": error.to_numpy().mean(),
+        "max_error": error.abs().max(),
+        "interval_ratio": held.mean() if interval[0].notna().all() else np.nan,
+        **{f"worst_{name}": worst[name] for name in at},
+    }

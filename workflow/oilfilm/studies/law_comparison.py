@@ -1,6 +1,5 @@
 """Several laws fitted to the same points by the same engine, held side by side."""
 
-from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -25,30 +24,7 @@ from oilfilm.traction.law import FloatArray, Law
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """The tables of one oil's comparison; each field is named as its table."""
-
-    comparison: pd.DataFrame
-    law_coefficients: pd.DataFrame
-    law_fit_quality: pd.DataFrame
-    law_refits: pd.DataFrame
-
-    def tables(self) -> dict[str, pd.DataFrame]:
-        """Name of each table and its rows."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-    def remarks(self) -> list[str]:
-        """How each law did, a sentence each."""
-        return [
-            f"{row['oil']}, {row['law']}: {row['n_constants']} constants, "
-            f"rmse {row['rmse']:.2e}, of curves left out {row['left_out_rmse']:.2e}; "
-            f"{row['certificate']}"
-            for row in tables.rows(self.comparison)
-        ]
-
-
-def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> Comparison:
+def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> dict[str, pd.DataFrame]:
     """Fit all laws of config's `compare` to one oil's accepted points.
 
     Settings, seeds, points and weights are the same for each law; only the refits for the errors
@@ -60,8 +36,8 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> Comparis
         settings: `compare`, `fit`, `seed`, `oils` and `rigs` of the settings.
 
     Returns:
-        The oil's rows of the tables of a comparison. A law that cannot be had or fitted gives rows
-        without values and a verdict that says why.
+        Name of each table of a comparison and the oil's rows of it. A law that cannot be fitted, or
+        that needs unknown properties, gives rows without values and a verdict with the reason.
     """
     of_oil = points[points["oil"] == oil]
     compare = settings.compare
@@ -81,21 +57,26 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> Comparis
         filled = [fit.tables[table] for fit in fits.values() if len(fit.tables[table])]
         return pd.concat(filled, ignore_index=True) if filled else tables.empty(table)
 
-    return Comparison(
-        comparison=tables.from_rows(rows, "comparison"),
-        law_coefficients=all_laws("coefficients"),
-        law_fit_quality=all_laws("fit_quality"),
-        law_refits=all_laws("refits"),
-    )
+    return {
+        "comparison": tables.from_rows(rows, "comparison"),
+        "law_coefficients": all_laws("coefficients"),
+        "law_fit_quality": all_laws("fit_quality"),
+        "law_refits": all_laws("refits"),
+    }
+
+
+def remarks(comparison: pd.DataFrame) -> list[str]:
+    """The result of each law, one sentence per row of the table `comparison`."""
+    return [
+        f"{row['oil']}, {row['law']}: {row['n_constants']} constants, "
+        f"rmse {row['rmse']:.2e}, of curves left out {row['left_out_rmse']:.2e}; "
+        f"{row['certificate']}"
+        for row in tables.rows(comparison)
+    ]
 
 
 def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
-    """Every law that can be had for an oil of a campaign, by name.
-
-    Args:
-        oil: Its name.
-        settings: The settings, with `oils` and `rigs`.
-    """
+    """Every law whose needs an oil of a campaign and its rigs meet, by name."""
     return laws_for(settings.properties_of(oil), settings.common_contact())
 
 
@@ -139,7 +120,7 @@ def curve_shapes(mu: FloatArray) -> tuple[float, float]:
         mu: Shape (conditions, slips), slips rising.
 
     Returns:
-        Share of all places where mu is below zero, and share of conditions at which mu rises again
+        Share of all points where mu is below zero, and share of conditions at which mu rises again
         after a fall: more than the paper's one peak.
     """
     rounding = _ROUNDING * float(np.abs(mu).max(initial=0.0))
@@ -195,9 +176,11 @@ def _judged(solution: Solution, points: pd.DataFrame, level_gap: float) -> dict[
     constants = len(best.values) + len(problem.at_bounds)
     values = information_criteria(best.sse, len(mu), constants)
     left_out = leave_curves_out(problem, best)
-    # not the law's own conditions: every law is asked for the same levels
-    levels = [level_of(of_one, level_gap) for of_one in curve_data(points).conditions.T]
-    ends_out = [leave_ends_out(problem, best, of_one) for of_one in levels]
+    # not the law's own conditions: every law is evaluated at the same levels
+    ends_out = [
+        leave_ends_out(problem, best, level_of(condition, level_gap))
+        for condition in curve_data(points).conditions.T
+    ]
     on_grid = traction_on(problem, best, *tested_grid(problem, solution.data))
     starts = on_grid[:, 0]
     numbers = (

@@ -17,7 +17,7 @@ LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
 class LawInBearing:
     """A fitted law with its power law of stress taken as one of stress, of load or of W/(E' R^2).
 
-    On the one ball and flat of a traction rig the three say the same: load goes with the cube of
+    On the one ball and flat of a traction rig the three are equal: load goes with the cube of
     the stress, so that data which one fits the others fit as well, with a third of the exponents.
     In a bearing, with other balls and elliptical contacts, they differ; R is then Rx, the reduced
     radius along the rolling direction. A law that was fitted to load itself is the same with every
@@ -26,7 +26,7 @@ class LawInBearing:
     Attributes:
         fitted: The law.
         load_variable: One of `LOAD_VARIABLES`, or the name of a law on load.
-        rig: Contact of the traction rig on which the law was found.
+        rig: Contact of the traction rig on which the law was fitted.
         floor: Smallest level of each condition that the power laws are given; they have no value
             at zero.
     """

@@ -59,8 +59,8 @@ class Grid:
         """How many levels each of P, U, T and S has."""
         return tuple(len(levels) for levels in self.levels)
 
-    def places(self) -> pd.DataFrame:
-        """Every place of the grid, a row each, the slip running fastest."""
+    def operating_points(self) -> pd.DataFrame:
+        """Every point of the grid, one row per point, the slip running fastest."""
         mesh = np.meshgrid(*self.levels, indexing="ij")
         return pd.DataFrame({name: values.ravel() for name, values in zip(AXES, mesh, strict=True)})
 
