@@ -18,7 +18,7 @@ from campaigns import REAL_PCS, printed  # noqa: E402  (the tests' own helpers)
 from damages import SOUND  # noqa: E402
 from mutations import carry, mutate  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
-from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
+from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 
 SLOWEST_S = 5.0

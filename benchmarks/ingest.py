@@ -36,7 +36,7 @@ from oilfilm import tables  # noqa: E402
 from oilfilm.curation.curate import Curated, collect, curate  # noqa: E402
 from oilfilm.readers.ingest import ingest_logs, read_bytes  # noqa: E402
 from oilfilm.readers.raw_files import shard_of  # noqa: E402
-from oilfilm.rig_twin.campaign import simulate_campaign  # noqa: E402
+from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from oilfilm.settings.resolved import Settings  # noqa: E402
 

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, settings
 
 from campaigns import REAL_PCS, ROOT, Campaign, carry_through, printed
 from oilfilm import tables
-from oilfilm.rig_twin.campaign import simulate_campaign
+from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipe
 
-from bearings import RPM, SHIPPED, TESTED, lubrication, printed_law, shipped
+from bearings import RPM, SHIPPED, TESTED, any_bearing, lubrication, printed_law, shipped
 from oilfilm.bearing.ellipse import Conditions, conditions, grid, sliding, traction
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.geometry import Bearing
@@ -317,20 +317,6 @@ def test_all_five_freedoms_balance_from_rest_to_four_million_dmn(name, radial, m
         assert solved.solution.converged.all()
 
 
-def any_bearing(ball: float, room: float, angle: float, groove: float) -> Bearing:
-    """A bearing of some ball diameter, pitch diameter over it, contact angle and conformity."""
-    like = shipped("harris-218")
-    return replace(
-        like,
-        ball_diameter_m=ball,
-        pitch_diameter_m=ball * room,
-        ball_count=max(int(0.9 * np.pi * room), 3),
-        contact_angle_rad=np.radians(angle),
-        groove_curvature=(groove, groove),
-        cage=replace(like.cage, land_diameter_m=1.05 * ball * room),
-    )
-
-
 @settings(max_examples=20)
 @given(
     ball=st.floats(0.005, 0.03),
@@ -344,7 +330,7 @@ def any_bearing(ball: float, room: float, angle: float, groove: float) -> Bearin
 def test_any_bearing_finds_its_motion_or_says_how_far_it_is_from_it(
     ball, room, angle, groove, pressing, dmn, temperature
 ):
-    bearing = any_bearing(ball, room, angle, groove)
+    bearing = any_bearing(ball, room, angle, groove, groove)
     points = OperatingPoints.axial(
         pressing * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * room * 1e3) * RPM
     )
@@ -375,7 +361,7 @@ def test_any_bearing_finds_its_motion_or_says_how_far_it_is_from_it(
 def test_five_freedoms_carry_all_loads_and_lose_no_power(
     room, angle, groove, pressing, dmn, radial, moment
 ):
-    bearing = any_bearing(0.02, room, angle, groove)
+    bearing = any_bearing(0.02, room, angle, groove, groove)
     axial = pressing * 1e6 * 0.02**2 * bearing.ball_count
     points = replace(
         OperatingPoints.axial(axial, dmn / (20 * room) * RPM),

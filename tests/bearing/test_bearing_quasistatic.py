@@ -6,7 +6,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bearings import FOLDER, RPM, SHIPPED, shipped
+from bearings import FOLDER, RPM, SHIPPED, any_bearing, shipped
 from oilfilm.bearing.quasistatic import (
     OperatingPoints,
     azimuths,
@@ -154,18 +154,10 @@ def test_turning_the_load_turns_the_answer():
     dmn=st.floats(0.0, 4e6),
 )
 def test_any_bearing_converges_or_its_balls_climb(ball, room, angle, inner, outer, pressing, dmn):
-    pitch = ball * room
-    bearing = replace(
-        shipped("harris-218"),
-        ball_diameter_m=ball,
-        pitch_diameter_m=pitch,
-        ball_count=max(int(0.9 * np.pi * room), 3),
-        contact_angle_rad=np.radians(angle),
-        groove_curvature=(inner, outer),
-    )
+    bearing = any_bearing(ball, room, angle, inner, outer)
     axial_n = pressing * 1e6 * ball**2 * bearing.ball_count
     equilibrium = raceway_control(
-        bearing, OperatingPoints.axial(axial_n, dmn / (pitch * 1e3) * RPM)
+        bearing, OperatingPoints.axial(axial_n, dmn / (ball * room * 1e3) * RPM)
     )
     # under a light load a fast ball sinks into the outer groove until the inner one passes it by:
     # there is no equilibrium then

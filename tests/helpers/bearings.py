@@ -1,5 +1,6 @@
 """The shipped bearings, oils and laws as bearings ask for them, for tests and benchmarks."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,20 @@ TESTED = {
 
 def shipped(name: str) -> Bearing:
     return load(FOLDER / f"{name}.yaml", BearingFile).bearing(name)
+
+
+def any_bearing(ball: float, room: float, angle: float, inner: float, outer: float) -> Bearing:
+    """A bearing by ball diameter, pitch diameter over it, contact angle, groove curvatures."""
+    like = shipped("harris-218")
+    return replace(
+        like,
+        ball_diameter_m=ball,
+        pitch_diameter_m=ball * room,
+        ball_count=max(int(0.9 * np.pi * room), 3),
+        contact_angle_rad=np.radians(angle),
+        groove_curvature=(inner, outer),
+        cage=replace(like.cage, land_diameter_m=1.05 * ball * room),
+    )
 
 
 def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:

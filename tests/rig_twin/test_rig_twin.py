@@ -8,9 +8,8 @@ import pytest
 from campaigns import ROOT, Campaign, printed
 from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.campaign import simulate_campaign
 from oilfilm.rig_twin.plan import planned_runs
-from oilfilm.rig_twin.simulate import slip_programme
+from oilfilm.rig_twin.simulate import simulate_campaign, slip_programme
 from oilfilm.rig_twin.truth import true_tractions, truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings

@@ -5,7 +5,7 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder, write_text
 from oilfilm.readers.raw_files import listing
-from oilfilm.rig_twin.campaign import simulate_campaign
+from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.run.job import job
 from oilfilm.settings.reference import printed_constants
 

@@ -7,7 +7,7 @@ defects.
 """
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,10 +18,12 @@ from scipy.signal import lfilter
 
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import Contact
-from oilfilm.rig_twin.plan import GATES, PlannedRun
-from oilfilm.rig_twin.truth import Traction
+from oilfilm.randomness import generator
+from oilfilm.rig_twin.plan import GATES, PlannedRun, planned_runs
+from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
+from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
 
@@ -54,43 +56,37 @@ class TrueRun:
     traction_force_n: FloatArray
 
 
-def simulate_log(
-    run: PlannedRun,
-    traction: Traction,
-    contact: Contact,
-    twin: Twin,
-    rig: Rig,
-    random: np.random.Generator,
-) -> tuple[bytes, dict[str, Any]]:
-    """One simulated log as bytes of the csv format, and its row of the truth table.
+def simulate_campaign(
+    settings: Settings, constants: Mapping[str, FloatArray]
+) -> Iterator[tuple[PlannedRun, bytes, dict[str, Any]]]:
+    """Each planned run with the bytes of its csv log and its row of the truth table.
 
-    Args:
-        run: What to simulate.
-        traction: What is true for the run's oil.
-        contact: The rig's contact.
-        twin: The campaign file's `twin`.
-        rig: The rig.
-        random: Source of every random number of this run.
+    `constants` are the printed ones, which are true unless the campaign's twin has another truth.
+    The random numbers of a run depend on the seed and the run's name alone, so that a run is the
+    same whichever others are simulated with it.
     """
-    true = _true_run(run, traction, twin, contact, random)
-    set_points = {
-        "max_hertz_pressure_gpa": run.max_hertz_pressure_gpa,
-        "entrainment_speed_m_s": run.entrainment_speed_m_s,
-        "inlet_temperature_c": run.inlet_temperature_c,
-    }
-    content = log_content("rig", run.oil, set_points, _logged(run, true, twin, rig, random))
-    if run.defect == "truncated":
-        content = cut(content)
-    truth = {
-        "run_id": run.name,
-        "oil": run.oil,
-        "defect": run.defect,
-        "gate": GATES.get(run.defect, ""),
-        "max_hertz_pressure_gpa": true.max_hertz_pressure_gpa.mean(),
-        "entrainment_speed_m_s": true.entrainment_speed_m_s.mean(),
-        "inlet_temperature_c": true.inlet_temperature_c.mean(),
-    }
-    return content, truth
+    tractions, contact = true_tractions(settings, constants), known_contact(settings)
+    ((name, rig),) = settings.rigs.items()
+    for key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
+        present(getattr(rig, key), key, f"config/rigs/{name}.yaml")
+    twin = present(settings.campaign.twin, "twin", "the campaign")
+    for run in planned_runs(settings.campaign):
+        random = generator(settings.seed, "rig twin", run.name)
+        true = _true_run(run, tractions[run.oil], twin, contact, random)
+        set_points = {
+            "max_hertz_pressure_gpa": run.max_hertz_pressure_gpa,
+            "entrainment_speed_m_s": run.entrainment_speed_m_s,
+            "inlet_temperature_c": run.inlet_temperature_c,
+        }
+        content = log_content("rig", run.oil, set_points, _logged(run, true, twin, rig, random))
+        truth = {
+            "run_id": run.name,
+            "oil": run.oil,
+            "defect": run.defect,
+            "gate": GATES.get(run.defect, ""),
+            **{level: getattr(true, level).mean() for level in set_points},
+        }
+        yield run, cut(content) if run.defect == "truncated" else content, truth
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:

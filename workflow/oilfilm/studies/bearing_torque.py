@@ -142,11 +142,11 @@ def _load_laws(
 ) -> dict[str, FittedLaw]:
     """The laws on load that were fitted to an oil's points as well, by name."""
     known = laws_of(oil, settings)
-    fitted = set(coefficients.loc[coefficients["oil"] == oil, "law"]) & set(known)
+    fitted = set(coefficients.loc[coefficients["oil"] == oil, "law"])
     laws = {
         name: FittedLaw.of(coefficients, oil, quality=quality, law=known[name])
         for name in BEARING_LAW_NAMES
-        if name in fitted
+        if name in fitted and name in known
     }
     return {
         name: law for name, law in laws.items() if not np.isnan(law.coefficients.constants).any()
