@@ -20,22 +20,21 @@ MEASURED = CampaignPart.of(
 
 
 @pytest.mark.parametrize("name", figures())
-def test_caption_is_whole_sentences_that_say_where_the_data_are_from(name: str) -> None:
-    words = caption(name, SIMULATED)
-    assert words.startswith(figures()[name].caption)
-    assert figures()[name].caption.endswith(".")
-    assert not figures()[name].title.endswith(".")
-    assert ("SIMULATED data" in words) == figures()[name].shows_data
-    if figures()[name].shows_data:
+def test_caption_is_complete_sentences_that_say_where_the_data_are_from(name: str) -> None:
+    figure, text = figures()[name], caption(name, SIMULATED)
+    assert text.startswith(figure.caption)
+    assert figure.caption.endswith(".")
+    assert not figure.title.endswith(".")
+    assert ("SIMULATED data" in text) == figure.shows_data
+    if figure.shows_data:
         assert caption(name, MEASURED).endswith(
             "Measured data, campaign 'june'; film thickness NOT JUDGED."
         )
 
 
-def test_figures_of_the_paper_name_their_place_in_it() -> None:
+def test_captions_of_the_papers_figures_name_their_number() -> None:
     assert "Fig. 2 of Deng et al., Lubricants 14 (2026) 33." in caption("fig02", SIMULATED)
-    named = {name for name, known in figures().items() if known.paper}
-    assert named == {name for name, known in figures().items() if known.category == "Paper"}
+    assert all(bool(figure.paper) == (figure.category == "Paper") for figure in figures().values())
 
 
 def test_campaigns_may_ask_for_every_figure_that_is_drawn_and_for_no_other() -> None:

@@ -44,7 +44,7 @@ def drawing(results: CampaignTables, config: Settings) -> Draw:
     return drawing_of(results, config)
 
 
-def words_around(figure: Figure) -> str:
+def text_around(figure: Figure) -> str:
     """Small print above the panels, and labels of the whole figure."""
     return " ".join(text.get_text() for text in figure.texts)
 
@@ -52,7 +52,7 @@ def words_around(figure: Figure) -> str:
 @pytest.mark.parametrize("name", ["fig02", "fig03", "eqs11-13", "coverage"])
 def test_figure_says_that_its_data_are_simulated(drawing: Draw, name: str) -> None:
     figure, _ = drawing(name)
-    assert "SIMULATED" in words_around(figure)
+    assert "SIMULATED" in text_around(figure)
     assert nothing_is_cut_off(figure)
 
 
@@ -62,10 +62,8 @@ def test_fig02_has_six_panels_by_pressure_and_by_speed(drawing: Draw) -> None:
     assert drawn.query("panel == 'a'")["series"].nunique() == 3  # pressures of the matrix
     assert drawn.query("panel == 'b'")["series"].nunique() == 4  # speeds
     assert set(drawn["oil"]) == {"4102"}
-    titles = [axis.get_title(loc="left") for axis in figure.axes]
-    assert ["T = 25", "T = 25", "T = 70", "T = 70", "T = 120", "T = 120"] == [
-        title.split(") ")[1].split(" \N{DEGREE SIGN}")[0] for title in titles
-    ]
+    for axis, level in zip(figure.axes, (25, 25, 70, 70, 120, 120), strict=True):
+        assert f") T = {level} \N{DEGREE SIGN}C" in axis.get_title(loc="left")
 
 
 def test_drawn_numbers_are_those_on_the_axes(drawing: Draw) -> None:
@@ -97,10 +95,9 @@ def test_an_oil_has_one_colour_in_every_figure(drawing: Draw, config: Settings) 
 
 def test_files_are_the_same_bytes_each_time(drawing: Draw, tmp_path: Path) -> None:
     for name in ("a", "b"):
-        figure, _ = drawing("fig03")
-        style.save(figure, tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+        style.save(drawing("fig03")[0], tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+    for ending in ("png", "svg"):
+        assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
     assert len(list(tmp_path.iterdir())) == 4
 
 
@@ -119,7 +116,7 @@ def test_figure_without_any_accepted_point_says_so(
 def test_real_curves_are_called_measured(etm: Campaign) -> None:
     drawing = drawing_of(tables_of(etm, ["unrecorded-oil"]), etm.config)
     figure, drawn = drawing("curves")
-    assert "Measured data" in words_around(figure)
+    assert "Measured data" in text_around(figure)
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
     figure, drawn = drawing("eqs11-13")
     assert drawn["value"].notna().sum() == 3
@@ -129,23 +126,23 @@ def test_sign_study_names_the_verdict_of_every_sign(config: Settings) -> None:
     signs, sign_verdicts = sign_study(config, tables.empty("points"))
     studied = CampaignTables.in_memory(signs=signs, sign_verdicts=sign_verdicts)
     figure, drawn = draw("signs", studied, config)
-    words = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
-    assert words == [
-        f"{sign} {verdict}".replace("-", "\N{MINUS SIGN}")
-        for sign, verdict in sign_verdicts[["sign", "verdict"]].to_numpy()
-    ]
+    labels = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
+    signs = sign_verdicts["sign"].str.replace("-", "\N{MINUS SIGN}")
+    assert labels == (signs + " " + sign_verdicts["verdict"]).tolist()
     assert "no data are drawn" in figure.texts[0].get_text()
     assert nothing_is_cut_off(figure)
     assert (drawn["panel"] == "a").sum() == 512
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("signs", "no oil of this campaign"), ("selection", "no map")]
+    ("name", "reason"), [("signs", "no oil of this campaign"), ("selection", "no map")]
 )
-def test_figure_of_oils_that_are_not_there_says_so(config: Settings, name: str, words: str) -> None:
+def test_figure_of_oils_that_are_not_there_says_so(
+    config: Settings, name: str, reason: str
+) -> None:
     figure, drawn = draw(name, CampaignTables.in_memory(), config)
     assert drawn.empty
-    assert words in figure.axes[0].texts[0].get_text().lower()
+    assert reason in figure.axes[0].texts[0].get_text().lower()
 
 
 def test_shades_run_from_dark_to_light() -> None:
@@ -191,19 +188,19 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     audited: CampaignTables, config: Settings
 ) -> None:
     figure, drawn = draw("claims", audited, config)
-    bars = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] != (1, 1, 1)]
-    frame = next(p for p in figure.axes[0].patches if p.get_facecolor()[:3] == (1, 1, 1))
-    lengths = [bar.get_width() / frame.get_width() for bar in bars]
+    # each bar is drawn after its frame
+    widths = [patch.get_width() for patch in figure.axes[0].patches]
+    lengths = np.divide(widths[1::2], widths[::2])
     np.testing.assert_allclose(lengths, drawn["share"].dropna())
-    words = {text.get_text() for text in figure.axes[0].texts}
-    assert set(drawn["claim"]) <= words
+    texts = {text.get_text() for text in figure.axes[0].texts}
+    assert set(drawn["claim"]) <= texts
     # signs and units as they are printed, no unit in another line than its number
-    lines = "\n".join(words).split("\n")
+    lines = "\n".join(texts).split("\n")
     assert not any(re.search(r"\bmu\b|degC|\bum\b|>=", line) for line in lines)
     assert not any(re.match(r"GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN}", line) for line in lines)
     assert any("140\N{NO-BREAK SPACE}\N{DEGREE SIGN}C" in line for line in lines)
     assert len(drawn) == len(audited.claims)
-    assert "SIMULATED" in words_around(figure)
+    assert "SIMULATED" in text_around(figure)
     assert nothing_is_cut_off(figure)
 
 
@@ -217,5 +214,5 @@ def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
     assert drawn["panel"].nunique() == panels
     symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
     assert symbols == (drawn["judgement"] != "agree").sum()
-    assert "STAND-IN" in words_around(figure)
+    assert "STAND-IN" in text_around(figure)
     assert nothing_is_cut_off(figure)

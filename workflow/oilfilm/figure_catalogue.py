@@ -23,9 +23,9 @@ class FigureDeclaration:
         name: Name in campaign files and of its files.
         title: A few words.
         caption: What is drawn, with units; `provenance` adds where the data are from.
-        category: Section of the report.
         family: Figures of one family are drawn by one job, because imports take longer than
             drawing.
+        category: Section of the report; every counterpart of the paper is in "Paper".
         tables: Finished tables that it is drawn from.
         settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
         references: Files of data/reference that it shows, without ending.
@@ -38,8 +38,8 @@ class FigureDeclaration:
     name: str
     title: str
     caption: str
-    category: str
     family: str
+    category: str = "Paper"
     tables: tuple[str, ...] = ()
     settings: tuple[str, ...] = ()
     references: tuple[str, ...] = ()

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from oilfilm.outputs.figures import style
@@ -50,26 +49,18 @@ def draw_advice(
 
 
 def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any]:
-    """Entries of the legend: a field and a symbol per oil, and the symbol of no film.
-
-    Args:
-        advice: As in `draw_advice`.
-        oils: As in `draw_advice`.
-        best: By what the best oil is chosen.
-    """
+    """Entries of the legend of `draw_advice`; `best` says by what the best oil is chosen."""
     handles: list[Any] = []
     for oil in oils:
         if oil in {*advice["advised_oil"], *advice["best_oil"]}:
             colour, marker = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
+            label = f"best by {best}: {oil}"
             handles += [
                 Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
-                _symbol(marker, colour, f"best by {best}: {oil}"),
+                style.symbol_handle(label, marker, color=colour, markersize=3.5),
             ]
-    return [*handles, _symbol("x", style.GREY, "no film thick enough")]
-
-
-def _symbol(marker: str, colour: str, label: str) -> Line2D:
-    return Line2D([], [], linestyle="", marker=marker, color=colour, markersize=3.5, label=label)
+    none = style.symbol_handle("no film thick enough", "x", color=style.GREY, markersize=3.5)
+    return [*handles, none]
 
 
 def cell_edges(centres: FloatArray, scale: str) -> FloatArray:

@@ -1,8 +1,7 @@
-"""Figures of the bearing: torque on each basis, cage slip, size effect, a published power loss."""
+"""Figures of the bearing: torque by each law, cage slip, size effect, published power loss."""
 
 import itertools
-import string
-from collections.abc import Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from oilfilm.tables.columns import use
 from oilfilm.units import RAD_S_PER_RPM
 
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
-_BASES: dict[str, tuple[str, Any, str]] = {
+_LOAD_VARIABLES: dict[str, tuple[str, Any, str]] = {
     "stress": ("stress", style.LINES["fit"], "o"),
     "load": ("load W", style.LINES["load"], "s"),
     "dimensionless_load": (
@@ -33,7 +32,6 @@ _BASES: dict[str, tuple[str, Any, str]] = {
         "^",
     ),
 }
-
 
 _TORQUE_DRAWN = drawn_table(
     "torque_drawn",
@@ -59,7 +57,6 @@ _TORQUE_DRAWN = drawn_table(
     caption="Top: measured torque (N m; bars: 95 %, random errors alone) and torque calculated "
     "with the law evaluated with pressure, with load and with dimensionless load, against speed of "
     "the inner ring. Bottom: relative errors (%).",
-    category="Paper",
     family="bearing",
     tables=("torque",),
     settings=("oils", "figures"),
@@ -69,93 +66,85 @@ _TORQUE_DRAWN = drawn_table(
 def fig06(results: CampaignTables, settings: Settings) -> Drawing:
     """Measured and calculated torque against speed, one column per oil; relative errors below."""
     choice = settings.figures.fig06
-    asked, within = choice.inlet_temperature_c, choice.same_within
-    near = (results.torque["inlet_temperature_c"] - asked).abs() <= within * asked
+    level, within = choice.inlet_temperature_c, choice.same_within
+    near = (results.torque["inlet_temperature_c"] - level).abs() <= within * level
     torque = results.torque[near]
     oils = [oil for oil in settings.oils if (torque["oil"] == oil).any()]
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4))
     axes = figure.subplots(2, max(len(oils), 1), sharex=True, sharey="row", squeeze=False)
     torque = torque.assign(load=_sets(torque["axial_load_n"], within))
     loads = sorted(set(torque["load"]))
-    rows = []
+    drawn: list[pd.DataFrame] = []
     for column, oil in enumerate(oils):
         of_oil = torque[torque["oil"] == oil]
-        colour = style.oil_colour(oil, list(settings.oils))
-        letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
-        rows.append(_draw_oil(axes[:, column], of_oil, colour, letters, loads))
-        for axis, letter in zip(axes[:, column], letters, strict=True):
-            axis.set_title(f"({letter}) {oil}, {asked:g} \N{DEGREE SIGN}C")
+        title = f"{oil}, {level:g} \N{DEGREE SIGN}C"
+        above, below = (
+            style.title_panel(axis, number, title)
+            for axis, number in zip(axes[:, column], (column, column + len(oils)), strict=True)
+        )
+        shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
+        for load, shade in zip(loads, shades, strict=True):
+            of_load = of_oil[of_oil["load"] == load]
+            drawn += _draw_load(axes[:, column], of_load, shade, above, below)
+        axes[1, column].axhline(0, color="black", linewidth=0.6)
     axes[0, 0].set_ylabel("Friction torque (N m)")
     axes[1, 0].set_ylabel("Relative error (%)")
     for axis in axes[1]:
         axis.set_xlabel("Speed of the inner ring (1000 rpm)")
-    if not rows:
+    if not drawn:
         style.say_in_panel(axes[0, 0], "No torque was measured at this temperature.")
         return figure, []
-    axes[0, 0].legend(
-        handles=_load_handles(loads),
-        loc="upper left",
-        title="axial load",
-        title_fontsize=7,
-        alignment="left",
-    )
-    figure.legend(handles=_basis_handles(), loc="outside lower center", ncols=3)
+    # loads in shades of grey: each oil has its own colour
+    handles = [
+        style.symbol_handle(f"{load / 1e3:.3g} kN", "o", color=shade)
+        for load, shade in zip(loads, style.shades(style.GREY, len(loads)), strict=True)
+    ]
+    title_look: dict[str, Any] = {"title_fontsize": 7, "alignment": "left"}
+    axes[0, 0].legend(handles=handles, loc="upper left", title="axial load", **title_look)
+    figure.legend(handles=_load_variable_handles(), loc="outside lower center", ncols=3)
     style.say_key(
         figure, "Points above: measured; bars: 95 %, random errors alone. Lines: the law."
     )
-    return figure, rows
+    return figure, drawn
 
 
-def _basis_handles() -> list[Line2D]:
-    """Entries of a legend that tell the bases apart, in grey."""
+def _load_variable_handles() -> list[Line2D]:
+    """Entries of a legend that tell the load variables apart, in grey."""
+    look: dict[str, Any] = {"color": style.GREY, "linewidth": 0.9}
     return [
-        Line2D([], [], linestyle=line, marker=marker, color=style.GREY, linewidth=0.9, label=name)
-        for name, line, marker in _BASES.values()
+        style.line_handle(name, linestyle=line, marker=marker, **look)
+        for name, line, marker in _LOAD_VARIABLES.values()
     ]
 
 
-def _draw_oil(
-    axes: np.ndarray[Any, Any],
-    torque: pd.DataFrame,
-    colour: str,
-    letters: tuple[str, str],
-    loads: Sequence[float],
-) -> pd.DataFrame:
-    rows = []
-    for load, shade in zip(loads, style.shades(colour, len(loads)), strict=True):
-        of_load = torque[torque["load"] == load]
-        for basis, (_, line, marker) in _BASES.items():
-            of_basis = of_load[of_load["load_variable"] == basis].sort_values("inner_speed_rpm")
-            speed = of_basis["inner_speed_rpm"] / 1e3
-            if basis == "stress":
-                axes[0].errorbar(
-                    speed,
-                    of_basis["measured_torque_n_m"],
-                    _SE_DRAWN * of_basis["measured_torque_n_m_se"],
-                    fmt="o",
-                    color=shade,
-                )
-                rows.append(_drawn(of_basis, letters[0], "measured", load))
-            axes[0].plot(speed, of_basis["torque_n_m"], linestyle=line, color=shade, linewidth=0.9)
-            axes[1].plot(
-                speed,
-                100 * of_basis["relative_error"],
-                linestyle=line,
-                marker=marker,
-                color=shade,
-                linewidth=0.6,
+def _draw_load(
+    axes: np.ndarray[Any, Any], torque: pd.DataFrame, shade: Any, above: str, below: str
+) -> Iterator[pd.DataFrame]:
+    """Torque of one oil at one load in the panel above, relative errors below."""
+    for load_variable, (_, line, marker) in _LOAD_VARIABLES.items():
+        rows = torque[torque["load_variable"] == load_variable].sort_values("inner_speed_rpm")
+        speed = rows["inner_speed_rpm"] / 1e3
+        shown = rows[["oil", "inner_speed_rpm"]].assign(axial_load_n=rows["load"])
+        if load_variable == "stress":
+            measured, error = rows["measured_torque_n_m"], rows["measured_torque_n_m_se"]
+            axes[0].errorbar(speed, measured, _SE_DRAWN * error, fmt="o", color=shade)
+            yield shown.assign(
+                panel=above,
+                series="measured",
+                torque_n_m=measured,
+                torque_n_m_se=error,
+                relative_error=np.nan,
             )
-            rows.append(_drawn(of_basis, f"{letters[0]} {letters[1]}", basis, load))
-    axes[1].axhline(0, color="black", linewidth=0.6)
-    return pd.concat(rows, ignore_index=True)
-
-
-def _load_handles(loads: Sequence[float]) -> list[Line2D]:
-    """Entries of a legend that tell loads apart, in shades of grey: each oil has its own colour."""
-    return [
-        Line2D([], [], linestyle="", marker="o", color=shade, label=f"{load / 1e3:.3g} kN")
-        for load, shade in zip(loads, style.shades(style.GREY, len(loads)), strict=True)
-    ]
+        look: dict[str, Any] = {"linestyle": line, "color": shade}
+        axes[0].plot(speed, rows["torque_n_m"], linewidth=0.9, **look)
+        axes[1].plot(speed, 100 * rows["relative_error"], linewidth=0.6, marker=marker, **look)
+        yield shown.assign(
+            panel=f"{above} {below}",
+            series=load_variable,
+            torque_n_m=rows["torque_n_m"],
+            torque_n_m_se=np.nan,
+            relative_error=rows["relative_error"],
+        )
 
 
 def _sets(levels: "pd.Series[float]", within: float) -> "pd.Series[float]":
@@ -165,30 +154,12 @@ def _sets(levels: "pd.Series[float]", within: float) -> "pd.Series[float]":
     return levels.groupby(apart.cumsum()).transform("mean")
 
 
-def _drawn(rows: pd.DataFrame, panel: str, series: str, load: float) -> pd.DataFrame:
-    measured = series == "measured"
-    return pd.DataFrame(
-        {
-            "panel": panel,
-            "series": series,
-            "oil": rows["oil"],
-            "axial_load_n": load,
-            "inner_speed_rpm": rows["inner_speed_rpm"],
-            "torque_n_m": rows["measured_torque_n_m" if measured else "torque_n_m"],
-            "torque_n_m_se": rows["measured_torque_n_m_se"] if measured else np.nan,
-            "relative_error": np.nan if measured else rows["relative_error"],
-        }
-    )
-
-
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
-
 
 _CAGE_SLIP_MAP = drawn_table(
     "cage_slip_map",
     "Drawn in the map of cage slip: one row per cell.",
-    columns="""
-        panel oil pitch_speed_mm_rpm axial_load_n cage_slip advised_oil best_oil judgement""",
+    columns="panel oil pitch_speed_mm_rpm axial_load_n cage_slip advised_oil best_oil judgement",
     uses=(
         use("oil", "of the panel; empty in the last one, which shows the advice"),
         use("pitch_speed_mm_rpm", "abscissa"),
@@ -218,10 +189,11 @@ _CAGE_SLIP_MAP = drawn_table(
 def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     """Cage slip against speed and axial load, one panel per oil, and the best oil by slip."""
     table, advice = results.cage_slip, results.slip_advice
-    every = list(settings.oils)
-    oils = [oil for oil in every if (table["oil"] == oil).any()]
+    campaign_oils = list(settings.oils)
+    oils = [oil for oil in campaign_oils if (table["oil"] == oil).any()]
     if not oils:
         return style.sentences("No oil has a law that a bearing could use."), []
+    limit = settings.selection.limits.slip_limit
     count = len(oils) + (not advice.empty)
     columns = min(count, 2)
     rows = -(-count // columns)
@@ -230,20 +202,19 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     axes[0].set_yscale("log")
     axes[0].yaxis.set_major_formatter("{x:g}")
     drawn = []
-    for letter, axis, oil in zip(string.ascii_letters, axes, oils, strict=False):
+    for number, oil in enumerate(oils):
         of_oil = table[table["oil"] == oil]
-        filled = _draw_slip(axis, of_oil, settings.selection.limits.slip_limit)
-        axis.set_title(f"({letter}) {oil}")
-        drawn.append(of_oil.assign(panel=letter, advised_oil="", best_oil="", judgement=""))
+        filled = _draw_slip(axes[number], of_oil, limit)
+        panel = style.title_panel(axes[number], number, oil)
+        drawn.append(of_oil.assign(panel=panel, advised_oil="", best_oil="", judgement=""))
     if not advice.empty:
-        letter, axis = string.ascii_letters[len(oils)], axes[len(oils)]
+        axis = axes[len(oils)]
         in_units = advice.assign(**_in_units_of_axes(advice))
-        draw_advice(axis, in_units, every, "speed", "load", 3.5)
-        axis.set_title(f"({letter}) advice by slip")
-        drawn.append(advice.assign(panel=letter, oil="", cage_slip=np.nan))
-        figure.legend(
-            handles=advice_handles(advice, every, "slip"), loc="outside lower left", ncols=4
-        )
+        draw_advice(axis, in_units, campaign_oils, "speed", "load", 3.5)
+        panel = style.title_panel(axis, len(oils), "advice by slip")
+        drawn.append(advice.assign(panel=panel, oil="", cage_slip=np.nan))
+        handles = advice_handles(advice, campaign_oils, "slip")
+        figure.legend(handles=handles, loc="outside lower left", ncols=4)
     for axis in axes[count:]:
         axis.set_axis_off()
     bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
@@ -252,7 +223,6 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
         axis.set_xlabel("Pitch diameter times speed (million mm rpm)")
     figure.supylabel("Axial load (kN)", fontsize=8)
     temperature = settings.bearing.cage_slip.inlet_temperature_c
-    limit = settings.selection.limits.slip_limit
     style.say_key(
         figure,
         f"Friction equilibrium, {table['bearing'].iloc[0]}, {temperature:g} \N{DEGREE SIGN}C; "
@@ -293,42 +263,39 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     draws="size_effect",
 )
 def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
-    """Traction torque of the load bases against the stress basis, by ball size and conformity."""
-    drawn = results.size_effect["load_variable"].isin(["load", "dimensionless_load"])
-    table = results.size_effect[drawn].reset_index(drop=True)
+    """Traction torque of laws of load relative to the law of pressure, by size and conformity."""
+    of_load = results.size_effect["load_variable"].isin(["load", "dimensionless_load"])
+    table = results.size_effect[of_load].reset_index(drop=True)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     axes = figure.subplots(1, 2, sharey=True)
+    curvature = "Groove radius over ball diameter (1)"
     panels = (
         ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "stress and surface speed"),
-        (
-            "conformity",
-            "groove_curvature",
-            "Groove radius over ball diameter (1)",
-            "load and speed",
-        ),
+        ("conformity", "groove_curvature", curvature, "load and speed"),
     )
-    for letter, axis, (varied, column, label, held) in zip("ab", axes, panels, strict=True):
+    for number, (varied, column, label, held) in enumerate(panels):
+        axis = axes[number]
         rows = table[table["varied"] == varied]
-        for oil, basis in itertools.product(settings.oils, ("load", "dimensionless_load")):
-            of_series = rows[(rows["oil"] == oil) & (rows["load_variable"] == basis)]
-            _, line, marker = _BASES[basis]
+        for oil, load_variable in itertools.product(settings.oils, ("load", "dimensionless_load")):
+            series = rows[(rows["oil"] == oil) & (rows["load_variable"] == load_variable)]
+            _, line, marker = _LOAD_VARIABLES[load_variable]
             axis.plot(
-                of_series[column],
-                100 * of_series["relative_to_stress"],
+                series[column],
+                100 * series["relative_to_stress"],
                 linestyle=line,
                 marker=marker,
                 color=style.oil_colour(oil, list(settings.oils)),
-                label=oil if basis == "load" else None,
+                label=oil if load_variable == "load" else None,
             )
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(label)
-        axis.set_title(f"({letter}) {varied} at the same {held}")
+        style.title_panel(axis, number, f"{varied} at the same {held}")
     axes[0].set_ylabel("Traction torque above that\nof the law on stress (%)")
     if table.empty:
         style.say_in_panel(axes[0], "No oil has a law that a bearing could use.")
     else:
         axes[0].legend(loc="upper left")
-        handles = _basis_handles()[1:]
+        handles = _load_variable_handles()[1:]
         axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
     return figure, [table]
 
@@ -365,7 +332,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
     rim: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4}
     axis.plot(speed, table["published_power_w"], "o", color="black", label="published", **rim)
     axis.set_axisbelow(True)
-    # from the top, as the areas lie
+    # from the top, in the order of the areas
     axis.legend(loc="upper left", reverse=True)
     style.say_key(figure, "Points: NASA TP-2275, second-hand. Areas: calculated.")
     bearing, oil, load, temperature = table.loc[

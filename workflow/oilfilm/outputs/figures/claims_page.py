@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from oilfilm import tables
@@ -23,8 +21,8 @@ from oilfilm.tables.columns import use
 _BASES = ("refit", "printed")
 _ROW_IN = 0.40
 _BAR, _BAR_WIDTH = 0.40, 0.13  # of the page's width
-_WORDS = 0.62
-_STATEMENT_LETTERS, _WORDS_LETTERS = 50, 62
+_TEXT = 0.62
+_STATEMENT_LETTERS, _TEXT_LETTERS = 50, 62
 # What tables write in letters that every terminal has, as it is printed; in this order.
 _PRINTED = {
     r"\bmu\b": "\N{GREEK SMALL LETTER MU}",
@@ -44,12 +42,10 @@ _WORST = (
     ("worst_slide_roll_ratio", "S {:.3g}"),
 )
 
-
 _CLAIMS_PAGE = drawn_table(
     "claims_page",
     "Drawn on the page of claims: one row per claim and basis.",
-    columns="""
-        claim statement basis verdict share share_tested_box words""",
+    columns="claim statement basis verdict share share_tested_box words",
     uses=(
         use("basis", "first line refit, second printed"),
         use("verdict", "colour and symbol"),
@@ -73,33 +69,31 @@ _CLAIMS_PAGE = drawn_table(
 )
 def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
     """Each claim with one bar per basis: share of cases where it holds, and worst case."""
-    table = results.claims
-    drawn = table[["claim", "statement", "basis", "verdict", "share", "share_tested_box"]].assign(
-        words=[_words(row) for row in tables.rows(table)]
-    )
+    drawn = results.claims.assign(words=list(map(_worst_case, tables.rows(results.claims))))
     claims = list(dict.fromkeys(drawn["claim"]))
-    figure, (axis,) = style.panels(1, 1, style.DOUBLE_COLUMN_IN, _ROW_IN * (len(claims) + 1.2))
-    axis.set_axis_off()
-    axis.set_xlim(0, 1)
-    axis.set_ylim(len(claims) + 0.1, -0.7)
-    for place, head in (
+    height_in, bottom = _ROW_IN * (len(claims) + 1.2), len(claims) + 0.1
+    figure, axis = style.page(style.DOUBLE_COLUMN_IN, height_in, bottom=bottom, top=-0.7)
+    for x, head in (
         (0.0, "claim of the paper"),
         (_BAR, "holds in ... of cases"),
-        (_WORDS, "worst case, or why it cannot be checked"),
+        (_TEXT, "worst case, or why it cannot be checked"),
     ):
-        axis.text(place, -0.35, head, va="center", fontsize=7, color=style.GREY)
+        axis.text(x, -0.35, head, va="center", fontsize=7, color=style.GREY)
     for row, claim in enumerate(claims):
         of_claim = drawn[drawn["claim"] == claim].set_index("basis")
         axis.axhline(row, color="#dddddd", linewidth=0.5)
         axis.text(0, row + 0.20, claim, va="center", fontsize=7, fontweight="bold")
-        statement = textwrap.wrap(_printed(of_claim["statement"].iloc[0]), _STATEMENT_LETTERS)
-        axis.text(
-            0, row + 0.36, "\n".join(statement), va="top", fontsize=6, linespacing=1.1,
-            parse_math=False,
-        )  # fmt: skip
+        statement = textwrap.fill(_printed(of_claim["statement"].iloc[0]), _STATEMENT_LETTERS)
+        look: dict[str, Any] = {"va": "top", "linespacing": 1.1, "parse_math": False}
+        axis.text(0, row + 0.36, statement, fontsize=6, **look)
         for line, basis in enumerate(_BASES):
             _draw_line(axis, row + 0.28 + 0.46 * line, basis, of_claim.loc[basis])
-    _say_key(figure)
+    handles = [
+        style.symbol_handle(verdict, style.VERDICT_MARKERS[verdict], color=colour, markersize=4)
+        for verdict, colour in style.VERDICT_COLOURS.items()
+    ]
+    tick = style.symbol_handle("in the tested box", "|", color="black", markersize=6)
+    figure.legend(handles=[*handles, tick], loc="outside lower left", ncols=5)
     return figure, [drawn]
 
 
@@ -109,29 +103,25 @@ def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None
     axis.plot(_BAR - 0.012, y, style.VERDICT_MARKERS[line["verdict"]], color=colour, markersize=4)
     if not np.isnan(line["share"]):
         frame: dict[str, Any] = {"height": 0.26, "linewidth": 0.4}
-        axis.add_patch(
-            Rectangle((_BAR, y - 0.13), _BAR_WIDTH, facecolor="white", edgecolor="#999999", **frame)
-        )
-        axis.add_patch(
-            Rectangle((_BAR, y - 0.13), _BAR_WIDTH * line["share"], facecolor=colour, **frame)
-        )
+        corner, width = (_BAR, y - 0.13), _BAR_WIDTH * line["share"]
+        outline = Rectangle(corner, _BAR_WIDTH, facecolor="white", edgecolor="#999999", **frame)
+        axis.add_patch(outline)
+        axis.add_patch(Rectangle(corner, width, facecolor=colour, **frame))
         axis.text(_BAR + _BAR_WIDTH + 0.008, y, percent(line["share"]), va="center", fontsize=6)
     if not np.isnan(line["share_tested_box"]):
         at = _BAR + _BAR_WIDTH * line["share_tested_box"]
         axis.plot([at, at], [y - 0.2, y + 0.2], color="black", linewidth=1.2)
-    words = textwrap.fill(_printed(line["words"]), _WORDS_LETTERS)
-    axis.text(
-        _WORDS, y, words, va="center", fontsize=5.5, linespacing=1.0, parse_math=False
-    )  # fmt: skip
+    text = textwrap.fill(_printed(line["words"]), _TEXT_LETTERS)
+    axis.text(_TEXT, y, text, va="center", fontsize=5.5, linespacing=1.0, parse_math=False)
 
 
-def _printed(words: str) -> str:
+def _printed(text: str) -> str:
     for plain, sign in _PRINTED.items():
-        words = re.sub(plain, sign, words)
-    return words
+        text = re.sub(plain, sign, text)
+    return text
 
 
-def _words(row: Mapping[str, Any]) -> str:
+def _worst_case(row: Mapping[str, Any]) -> str:
     if row["verdict"] == "cannot be checked":
         return str(row["finding"]).removeprefix("cannot be checked: ")
     if row["share"] == 1:
@@ -139,21 +129,7 @@ def _words(row: Mapping[str, Any]) -> str:
     known = [
         form.format(row[name])
         for name, form in _WORST
-        if row[name] != "" and not (isinstance(row[name], float) and np.isnan(row[name]))
+        if row[name] != "" and not pd.isna(row[name])
     ]
-    place = f" at {', '.join(known)}" if known else ""
-    return f"{row['worst_quantity']}: {row['worst_value']:.3g}{place}"
-
-
-def _say_key(figure: Figure) -> None:
-    handles = [
-        Line2D(
-            [], [], linestyle="", marker=style.VERDICT_MARKERS[verdict], color=colour,
-            markersize=4, label=verdict,
-        )
-        for verdict, colour in style.VERDICT_COLOURS.items()
-    ]  # fmt: skip
-    tick = Line2D(
-        [], [], linestyle="", marker="|", color="black", markersize=6, label="in the tested box"
-    )
-    figure.legend(handles=[*handles, tick], loc="outside lower left", ncols=5)
+    condition = f" at {', '.join(known)}" if known else ""
+    return f"{row['worst_quantity']}: {row['worst_value']:.3g}{condition}"

@@ -11,12 +11,10 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.17
 
-
 _COEFFICIENT_TABLE = drawn_table(
     "coefficient_table",
     "Drawn in the table of constants: fitted and printed constants (Eqs 11-13).",
-    columns="""
-        oil constant value standard_error printed_value""",
+    columns="oil constant value standard_error printed_value",
     key=("oil", "constant"),
 )
 
@@ -28,7 +26,6 @@ _COEFFICIENT_TABLE = drawn_table(
     caption="Constants of each oil: fitted, with the standard error of a bootstrap over curves, "
     "and as printed in the paper, signs restored. P in GPa, U over 20 m/s, T over "
     "20 \N{DEGREE SIGN}C.",
-    category="Paper",
     family="law",
     tables=("coefficients",),
     settings=("oils",),
@@ -37,23 +34,20 @@ _COEFFICIENT_TABLE = drawn_table(
 def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
     """Each oil's constants: fitted with standard error, and printed."""
     table = results.coefficients
-    drawn = table[["oil", "constant", "value", "standard_error", "printed_value"]]
     oils = list(settings.oils)
     # a constant that no oil has, neither fitted nor printed, is no row
-    shown = drawn.dropna(subset=["value", "printed_value"], how="all")
+    shown = table.dropna(subset=["value", "printed_value"], how="all")
     constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
-    figure, (axis,) = style.panels(1, 1, width, _ROW_IN * (len(constants) + 4))
-    axis.set_axis_off()
-    axis.set_xlim(0, 1)
-    axis.set_ylim(len(constants) + 1.6, -2.0)
+    height_in = _ROW_IN * (len(constants) + 4)
+    figure, axis = style.page(width, height_in, bottom=len(constants) + 1.6, top=-2.0)
     for row, constant in enumerate(constants):
         axis.text(0, row + 0.5, constant, va="center", fontweight="bold")
     left = 0.06 if len(oils) > 1 else 0.12
     span = (1 - left) / len(oils)
-    for place, oil in enumerate(oils):
+    for number, oil in enumerate(oils):
         rows = table[table["oil"] == oil].set_index("constant").reindex(constants)
-        _draw_oil(axis, oil, style.oil_colour(oil, oils), rows, left + place * span, span)
+        _draw_oil(axis, oil, style.oil_colour(oil, oils), rows, left + number * span, span)
     for line in (-1.8, 0.0, len(constants) + 0.1):
         axis.axhline(line, color="black", linewidth=0.6)
     note = "s.e.: from resampling whole curves"
@@ -62,7 +56,7 @@ def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
     if shown["printed_value"].notna().any():
         note += ". Printed: Deng et al. 2026, signs reconstructed"
     axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color=style.GREY)
-    return figure, [drawn]
+    return figure, [table]
 
 
 def _draw_oil(
@@ -86,9 +80,9 @@ def _draw_oil(
         for end, number, column in zip(ends, row, columns, strict=True):
             # what is printed has every digit of the print
             form = ".10g" if column == "printed_value" else f".{digits}f"
-            words = "\N{EN DASH}" if np.isnan(number) else format(number, form)
-            words = words.replace("-", "\N{MINUS SIGN}")
-            axis.text(end, height + 0.5, words, ha="right", va="center", fontsize=7)
+            text = "\N{EN DASH}" if np.isnan(number) else format(number, form)
+            text = text.replace("-", "\N{MINUS SIGN}")
+            axis.text(end, height + 0.5, text, ha="right", va="center", fontsize=7)
 
 
 def _decimals(error: float) -> int:

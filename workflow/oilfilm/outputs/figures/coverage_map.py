@@ -1,15 +1,15 @@
 """The coverage map: which conditions were accepted, refused or never measured."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
+from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.resolved import Settings
@@ -23,14 +23,12 @@ _LETTER_IN = 0.055  # ... for each letter of 6 pt after the symbol
 _LABELS_IN = 0.6  # left of the panels
 _MARGIN_IN = 0.35  # of a panel, for its title and its ticks
 _LONGEST_IN = 9.0  # a page
-_NOT_STATED = "not stated"
 
 _SPEED = "nominal_entrainment_speed_m_s"
 _TEMPERATURE = "nominal_inlet_temperature_c"
 _PRESSURE = "nominal_max_hertz_pressure_gpa"
 _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
-
 
 _COVERAGE_MAP = drawn_table(
     "coverage_map",
@@ -67,49 +65,61 @@ def coverage_map(results: CampaignTables, settings: Settings) -> Drawing:
     """One column of panels per oil, one row per temperature; cells of pressure and speed."""
     cells = _cells(results.coverage)
     oils = [oil for oil in settings.oils if (cells["oil"] == oil).any()]
-    words = _why_no_map(cells, oils)
-    if words:
-        return _in_words(words, cells), []
-    blocks = [oils[at : at + _OILS_ABREAST] for at in range(0, len(oils), _OILS_ABREAST)]
-    grid = [(block, level) for block in blocks for level in _temperatures(cells, block)]
-    speeds, forces = _levels(cells, [_SPEED]), _levels(cells, [_PRESSURE, _LOAD])
+    if reason := _why_no_map(cells, oils):
+        return _counts_in_words(reason, cells), []
+    blocks = [oils[start : start + _OILS_ABREAST] for start in range(0, len(oils), _OILS_ABREAST)]
+    grid = [
+        (block, temperature)
+        for block in blocks
+        for temperature in sorted(cells.loc[cells["oil"].isin(block), "temperature"].unique())
+    ]
+    speeds, forces = cells["x"].nunique(), cells["y"].nunique()
     abreast = min(len(oils), _OILS_ABREAST)
-    cell_in = _SYMBOL_IN + _LETTER_IN * max(map(len, _numbers(cells)))
-    narrow = abreast * len(speeds) * cell_in + _LABELS_IN <= style.SINGLE_COLUMN_IN
+    cell_in = _SYMBOL_IN + _LETTER_IN * cells["label"].str.len().max()
+    narrow = abreast * speeds * cell_in + _LABELS_IN <= style.SINGLE_COLUMN_IN
     width_in = style.SINGLE_COLUMN_IN if narrow else style.DOUBLE_COLUMN_IN
-    height_in = len(grid) * (len(forces) * _CELL_HEIGHT_IN + _MARGIN_IN) + 0.75
+    height_in = len(grid) * (forces * _CELL_HEIGHT_IN + _MARGIN_IN) + 0.75
     figure, axes = style.panels(len(grid), abreast, width_in, height_in)
     fitting = int((width_in - _LABELS_IN) / abreast / cell_in)
-    has_matrix = bool(cells["planned"].any())
     drawn = []
-    for row, (block, temperature) in enumerate(grid):
-        for place in range(abreast):
-            axis = axes[row * abreast + place]
-            oil = block[place] if place < len(block) else ""
-            here = cells[(cells["oil"] == oil) & _is_level(cells, [_TEMPERATURE], [temperature])]
-            if here.empty:
-                axis.set_visible(False)
-                continue
-            axis.set_title(_title(oil, temperature), fontsize=7, pad=3, parse_math=False)
-            _draw(axis, here, speeds, forces, has_matrix, cell_in if len(speeds) <= fitting else 0)
-            # cells keep their size where there are few
-            axis.set_xlim(-0.6, max(len(speeds), fitting) - 0.4)
-            axis.set_ylim(-0.6, len(forces) - 0.4)
-            drawn.append(here.assign(panel=str(row * abreast + place + 1)))
-    _label(axes, abreast, speeds, forces)
-    _say_key(figure, cells, columns=2 if width_in == style.SINGLE_COLUMN_IN else 4)
+    for number, axis in enumerate(axes):
+        block, temperature = grid[number // abreast]
+        column = number % abreast
+        oil = block[column] if column < len(block) else ""
+        of_panel = cells[(cells["oil"] == oil) & (cells["temperature"] == temperature)]
+        if of_panel.empty:
+            axis.set_visible(False)
+            continue
+        title = _title(oil, of_panel[_TEMPERATURE].iloc[0])
+        axis.set_title(title, fontsize=7, pad=3, parse_math=False)
+        _draw(axis, of_panel, bool(cells["planned"].any()), cell_in if speeds <= fitting else 0)
+        # cells keep their size where there are few
+        axis.set_xlim(-0.6, max(speeds, fitting) - 0.4)
+        axis.set_ylim(-0.6, forces - 0.4)
+        drawn.append(of_panel.assign(panel=str(number + 1)))
+    _label(axes, abreast, cells)
+    _draw_legend(figure, cells, columns=2 if narrow else 4)
     return figure, drawn
 
 
 def _cells(coverage: pd.DataFrame) -> pd.DataFrame:
-    """Cells of the map: conditions of all rigs together."""
+    """Cells of the map: conditions of all rigs together, with their positions and label.
+
+    `x`, `y` and `temperature` number the levels in rising order; those not stated come last.
+    """
     runs = coverage["runs_accepted"] + coverage["runs_refused"]
-    cells = coverage.assign(runs=runs).groupby(_CELL, dropna=False, as_index=False)
-    whole = cells.agg({"runs_accepted": "sum", "runs": "sum", "planned": "any"})
-    states = np.select(
-        [whole["runs_accepted"] > 0, whole["runs"] > 0], ["accepted", "refused"], "missing"
+    conditions = coverage.assign(runs=runs).groupby(_CELL, dropna=False, as_index=False)
+    cells = conditions.agg({"runs_accepted": "sum", "runs": "sum", "planned": "any"})
+    accepted, total = cells["runs_accepted"].astype(str), cells["runs"].astype(str)
+    return cells.assign(
+        state=np.select(
+            [cells["runs_accepted"] > 0, cells["runs"] > 0], ["accepted", "refused"], "missing"
+        ),
+        x=cells.groupby(_SPEED, dropna=False).ngroup(),
+        y=cells.groupby([_PRESSURE, _LOAD], dropna=False).ngroup(),
+        temperature=cells.groupby(_TEMPERATURE, dropna=False).ngroup(),
+        label=(accepted + "/" + total).where(cells["runs"] > 0, ""),
     )
-    return whole.assign(state=states)
 
 
 def _why_no_map(cells: pd.DataFrame, oils: Sequence[str]) -> str:
@@ -121,8 +131,9 @@ def _why_no_map(cells: pd.DataFrame, oils: Sequence[str]) -> str:
             "No set points are stated, so that no map can be drawn.\n"
             "They belong into the head of each log, or under\n`set_points` of the campaign file."
         )
-    rows = len(_levels(cells, [_PRESSURE, _LOAD])) * len(_temperatures(cells, oils))
-    if rows * _CELL_HEIGHT_IN > 2 * _LONGEST_IN or len(_levels(cells, [_SPEED])) > 40:
+    temperatures = cells.loc[cells["oil"].isin(oils), "temperature"].nunique()
+    height_in = cells["y"].nunique() * temperatures * _CELL_HEIGHT_IN
+    if height_in > 2 * _LONGEST_IN or cells["x"].nunique() > 40:
         return (
             f"{len(cells)} different conditions are more than a map can show.\n"
             "The table coverage has them all."
@@ -130,64 +141,28 @@ def _why_no_map(cells: pd.DataFrame, oils: Sequence[str]) -> str:
     return ""
 
 
-def _in_words(words: str, cells: pd.DataFrame) -> Figure:
+def _counts_in_words(reason: str, cells: pd.DataFrame) -> Figure:
     per_oil = cells.groupby("oil")[["runs_accepted", "runs"]].sum()
     counts = [
         f"{style.plain(str(oil))}: {row['runs_accepted']} of {row['runs']} runs accepted"
         for oil, row in per_oil.iterrows()
     ]
-    return style.sentences("\n".join([words, "", *counts]))
-
-
-def _numbers(cells: pd.DataFrame) -> list[str]:
-    """What stands in each cell: accepted of all runs."""
-    return [
-        f"{accepted}/{runs}" if runs else ""
-        for accepted, runs in zip(cells["runs_accepted"], cells["runs"], strict=True)
-    ]
-
-
-def _levels(cells: pd.DataFrame, names: Sequence[str]) -> list[tuple[float, ...]]:
-    """Levels of one or two set points in rising order, those not stated last."""
-    found = cells[list(names)].drop_duplicates().sort_values(list(names))
-    return list(found.itertuples(index=False, name=None))
-
-
-def _temperatures(cells: pd.DataFrame, oils: Sequence[str]) -> list[float]:
-    return [level[0] for level in _levels(cells[cells["oil"].isin(oils)], [_TEMPERATURE])]
-
-
-def _is_level(
-    cells: pd.DataFrame, names: Sequence[str], level: Sequence[float]
-) -> "pd.Series[bool]":
-    same = [
-        cells[name].isna() if np.isnan(value) else cells[name] == value
-        for name, value in zip(names, level, strict=True)
-    ]
-    return pd.concat(same, axis="columns").all(axis="columns")
+    return style.sentences("\n".join([reason, "", *counts]))
 
 
 def _title(oil: str, temperature: float) -> str:
-    stated = (
-        f"T = {temperature:g} \N{DEGREE SIGN}C" if not np.isnan(temperature) else "T not stated"
-    )
-    return f"{style.plain(oil)}, {stated}"
+    known = not np.isnan(temperature)
+    level = style.level_phrases({"inlet_temperature_c": temperature}) if known else "T not stated"
+    return f"{style.plain(oil)}, {level}"
 
 
-def _draw(
-    axis: Axes,
-    cells: pd.DataFrame,
-    speeds: Sequence[tuple[float, ...]],
-    forces: Sequence[tuple[float, ...]],
-    has_matrix: bool,
-    cell_in: float,
-) -> None:
+def _draw(axis: Axes, cells: pd.DataFrame, has_matrix: bool, cell_in: float) -> None:
     """Cells of one panel: a tinted field, the state's symbol, accepted of all runs.
 
     The numbers are left out where `cell_in`, the cells' least width, is 0.
     """
-    for x, y, cell in _places(cells.assign(words=_numbers(cells)), speeds, forces):
-        state = cell["state"]
+    for cell in tables.rows(cells.sort_values(["x", "y"])):
+        x, y, state = cell["x"], cell["y"], cell["state"]
         colour = style.STATE_COLOURS[state]
         outside = has_matrix and not cell["planned"]
         axis.add_patch(
@@ -201,91 +176,78 @@ def _draw(
                 linestyle=style.LINES["not planned"] if outside else "-",
             )
         )
-        with_number = cell_in > 0 and cell["words"] != ""
+        with_number = cell_in > 0 and cell["label"] != ""
         axis.plot(
             x - 0.46 + 0.5 * _SYMBOL_IN / cell_in if with_number else x,
             y,
-            style.STATE_MARKERS[state],
-            color=colour,
             markersize=3.6,
-            markerfacecolor="white" if state == "missing" else colour,
             markeredgewidth=0.6,
+            **_symbol(state),
         )
         if with_number:
             middle = x + 0.4 * _SYMBOL_IN / cell_in
-            axis.text(middle, y, cell["words"], ha="center", va="center_baseline", fontsize=6)
+            axis.text(middle, y, cell["label"], ha="center", va="center_baseline", fontsize=6)
     axis.grid(False)
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
 
 
-def _places(
-    cells: pd.DataFrame, speeds: Sequence[tuple[float, ...]], forces: Sequence[tuple[float, ...]]
-) -> Iterator[tuple[int, int, dict[str, Any]]]:
-    for x, speed in enumerate(speeds):
-        for y, force in enumerate(forces):
-            here = _is_level(cells, [_SPEED, _PRESSURE, _LOAD], (*speed, *force))
-            for cell in cells[here].to_dict("records"):
-                yield x, y, {str(name): value for name, value in cell.items()}
-
-
-def _label(
-    axes: Sequence[Axes],
-    abreast: int,
-    speeds: Sequence[tuple[float, ...]],
-    forces: Sequence[tuple[float, ...]],
-) -> None:
-    """Ticks are levels, evenly spaced; the unit stands at the axis, or at the tick where mixed."""
-    stated = {
-        name
-        for force in forces
-        for name, value in zip(("pressure", "load"), force, strict=True)
-        if not np.isnan(value)
+def _symbol(state: str) -> dict[str, Any]:
+    """Marker and colour of a state; open where nothing was measured."""
+    colour = style.STATE_COLOURS[state]
+    return {
+        "linestyle": "",
+        "marker": style.STATE_MARKERS[state],
+        "color": colour,
+        "markerfacecolor": "white" if state == "missing" else colour,
     }
-    mixed = len(stated) > 1
-    words = []
-    for pressure, load in forces:
-        unit = "" if not mixed else (" GPa" if not np.isnan(pressure) else " N")
-        value = load if np.isnan(pressure) else pressure
-        words.append(_NOT_STATED if np.isnan(value) else f"{value:.4g}{unit}")
-    names = {"pressure": "P (GPa)", "load": "W (N)"}
-    axes[0].set_yticks(range(len(forces)), words)
-    axes[0].set_xticks(
-        range(len(speeds)), [_NOT_STATED if np.isnan(u) else f"{u:.4g}" for (u,) in speeds]
-    )
-    for place in range(abreast):
+
+
+def _label(axes: Sequence[Axes], abreast: int, cells: pd.DataFrame) -> None:
+    """Ticks are levels, evenly spaced; the unit stands at the axis, or at the tick where mixed."""
+    names = {_PRESSURE: "P (GPa)", _LOAD: "W (N)"}
+    known = [name for name in names if cells[name].notna().any()]
+    mixed = len(known) > 1
+    forces = cells.drop_duplicates("y").sort_values("y")
+    labels = [
+        _level(load, " N" if mixed else "")
+        if np.isnan(pressure)
+        else _level(pressure, " GPa" if mixed else "")
+        for pressure, load in zip(forces[_PRESSURE], forces[_LOAD], strict=True)
+    ]
+    speeds = cells.drop_duplicates("x").sort_values("x")[_SPEED]
+    axes[0].set_yticks(range(len(labels)), labels)
+    axes[0].set_xticks(range(len(speeds)), [_level(speed, "") for speed in speeds])
+    for column in range(abreast):
         # below the last panel of each column, which need not be in the last row
-        column = [axis for axis in axes[place::abreast] if axis.get_visible()]
-        column[-1].tick_params(labelbottom=True)
-        column[-1].set_xlabel("Entrainment speed U (m/s)", fontsize=7, loc="left")
+        *_, lowest = (axis for axis in axes[column::abreast] if axis.get_visible())
+        lowest.tick_params(labelbottom=True)
+        lowest.set_xlabel("Entrainment speed U (m/s)", fontsize=7, loc="left")
+    force = names[known[0]] if len(known) == 1 else "P or W"
     for start in range(0, len(axes), abreast):
-        row = [axis for axis in axes[start : start + abreast] if axis.get_visible()]
-        row[0].tick_params(labelleft=True)
-        row[0].set_ylabel(names.get("".join(stated), "P or W"), fontsize=7)
+        leftmost = next(axis for axis in axes[start : start + abreast] if axis.get_visible())
+        leftmost.tick_params(labelleft=True)
+        leftmost.set_ylabel(force, fontsize=7)
 
 
-def _say_key(figure: Figure, cells: pd.DataFrame, columns: int) -> None:
+def _level(value: float, unit: str) -> str:
+    return "not stated" if np.isnan(value) else f"{value:.4g}{unit}"
+
+
+def _draw_legend(figure: Figure, cells: pd.DataFrame, columns: int) -> None:
     """What the symbols mean, below the panels, where it covers no data."""
+    counts = cells["state"].value_counts()
     handles: list[Any] = [
-        Line2D(
-            [],
-            [],
-            linestyle="",
-            marker=style.STATE_MARKERS[state],
-            markersize=4,
-            color=colour,
-            markerfacecolor="white" if state == "missing" else colour,
-            label=f"{state} ({(cells['state'] == state).sum()})",
-        )
-        for state, colour in style.STATE_COLOURS.items()
+        style.line_handle(f"{state} ({counts.get(state, 0)})", markersize=4, **_symbol(state))
+        for state in style.STATE_COLOURS
     ]
     if cells["planned"].any() and not cells["planned"].all():
-        outside = (~cells["planned"]).sum()
         edge: dict[str, Any] = {
             "facecolor": "white",
             "edgecolor": style.GREY,
             "linestyle": style.LINES["not planned"],
         }
+        outside = (~cells["planned"]).sum()
         handles.append(Rectangle((0, 0), 1, 1, label=f"not in the matrix ({outside})", **edge))
     figure.legend(
         handles=handles,

@@ -1,6 +1,6 @@
 """Fitted laws against the truth of a simulated campaign, at the conditions of Figs 7-10."""
 
-import string
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures.model_curves import CUTS
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.config import ExtrapolationFigureSettings
 from oilfilm.settings.resolved import Settings
@@ -20,21 +20,12 @@ from oilfilm.studies.extrapolation import relative_rms
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
-# Abscissa of each figure of the paper.
-_ABSCISSAE = {
-    "fig07": "slide_roll_ratio",
-    "fig08": "entrainment_speed_m_s",
-    "fig09": "max_hertz_pressure_gpa",
-    "fig10": "inlet_temperature_c",
-}
 _ROW_IN = 0.24
-
 
 _EXTRAPOLATION_PANELS = drawn_table(
     "extrapolation_panels",
     "Drawn in the figure of the extrapolation.",
-    columns="""
-        panel kind law oil x y""",
+    columns="panel kind law oil x y",
     uses=(
         use(
             "kind",
@@ -71,43 +62,44 @@ def extrapolation(results: CampaignTables, settings: Settings) -> Drawing:
     colour = style.oil_colour(choice.oil, oils)
     drawn: list[pd.DataFrame] = []
     first: Axes | None = None
-    for place, (name, abscissa) in enumerate(_ABSCISSAE.items()):
-        axis = figure.add_subplot(grid[place // 2, place % 2], sharey=first)
+    for number, (name, (abscissa, _)) in enumerate(CUTS.items()):
+        axis = figure.add_subplot(grid[number // 2, number % 2], sharey=first)
         first = first or axis
-        of_figure = of_oil[of_oil["figure"] == name]
-        cut, levels = _cut(of_figure, abscissa, choice)
-        panel = string.ascii_letters[place]
-        axis.set_title(f"({panel}) {levels}")
+        cut, levels = _cut(of_oil[of_oil["figure"] == name], abscissa, choice)
+        panel = style.title_panel(axis, number, style.level_phrases(levels))
         axis.set_xlabel(style.CONDITION_LABELS[abscissa])
         drawn += _draw_cut(axis, panel, cut.sort_values(abscissa), abscissa, colour, laws)
-        if place % 2 == 0:
+        if number % 2 == 0:
             axis.set_ylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)")
     true = of_oil["true_traction_coefficient"]
     if first is not None and len(true):
         # a law that runs away leaves the panel, instead of pressing the others flat
         first.set_ylim(0, min(first.get_ylim()[1], 2 * true.max()))
-    axis = figure.add_subplot(grid[2, :])
-    drawn += _draw_errors(axis, string.ascii_letters[len(_ABSCISSAE)], compared, laws, oils)
-    _say_key(figure, choice.oil, colour, laws)
+    drawn += _draw_errors(figure.add_subplot(grid[2, :]), compared, laws, oils)
+    handles = [
+        style.line_handle(f"truth of the twin, {choice.oil}", color=colour, linewidth=1.8),
+        *(style.line_handle(law, **_line_of_law(number)) for number, law in enumerate(laws)),
+        Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
     style.say_key(figure, "It decides nothing about the real oils.")
     return figure, drawn
 
 
 def _cut(
     of_figure: pd.DataFrame, abscissa: str, choice: ExtrapolationFigureSettings
-) -> tuple[pd.DataFrame, str]:
-    """The rows along one abscissa, and the other conditions in words.
+) -> tuple[pd.DataFrame, dict[str, float]]:
+    """The rows along one abscissa, and the levels of the other conditions.
 
     A condition that the figure has at one level is at that level, the others are chosen.
     """
-    words = []
-    for name, phrase in style.LEVEL_PHRASES.items():
+    fixed = {}
+    for name in style.LEVEL_PHRASES:
         if name != abscissa:
-            found = of_figure[name].unique()
-            level = found[0] if len(found) == 1 else getattr(choice, name)
-            of_figure = of_figure[np.isclose(of_figure[name], level)]
-            words.append(phrase.format(level))
-    return of_figure, ", ".join(words)
+            levels = of_figure[name].unique()
+            fixed[name] = levels[0] if len(levels) == 1 else getattr(choice, name)
+            of_figure = of_figure[np.isclose(of_figure[name], fixed[name])]
+    return of_figure, fixed
 
 
 def _draw_cut(
@@ -115,8 +107,7 @@ def _draw_cut(
 ) -> Iterator[pd.DataFrame]:
     """The truth, each law, and a tint where no test reaches."""
     if cut.empty:
-        words = "no such condition\n(config: figures, extrapolation)"
-        style.say_in_panel(axis, words)
+        style.say_in_panel(axis, "no such condition\n(config: figures, extrapolation)")
         return
     axis.set_facecolor(style.EXTRAPOLATED)
     tested = cut.loc[cut["beyond"] == "", abscissa]
@@ -125,9 +116,9 @@ def _draw_cut(
     truth = cut[cut["law"] == laws[0]]
     axis.plot(truth[abscissa], truth["true_traction_coefficient"], color=colour, linewidth=1.8)
     yield _rows(panel, "true", "", truth, abscissa, "true_traction_coefficient")
-    for place, law in enumerate(laws):
+    for number, law in enumerate(laws):
         of_law = cut[cut["law"] == law]
-        axis.plot(of_law[abscissa], of_law["traction_coefficient"], **_line_of_law(place))
+        axis.plot(of_law[abscissa], of_law["traction_coefficient"], **_line_of_law(number))
         yield _rows(panel, "fit", law, of_law, abscissa, "traction_coefficient")
 
 
@@ -137,22 +128,22 @@ def _rows(panel: str, kind: str, law: str, cut: pd.DataFrame, x: str, y: str) ->
 
 
 def _draw_errors(
-    axis: Axes, panel: str, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
+    axis: Axes, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
 ) -> Iterator[pd.DataFrame]:
     """One row per law: open symbols in the tested box, filled ones beyond it, joined by a line."""
-    for row, law in enumerate(laws):
-        for place, oil in enumerate(oils):
-            of_both = compared[(compared["law"] == law) & (compared["oil"] == oil)]
-            outside = of_both["beyond"] != ""
-            inside, beyond = relative_rms(of_both[~outside]), relative_rms(of_both[outside])
-            height = row + 0.22 * (place - (len(oils) - 1) / 2)
-            colour = style.oil_colour(oil, oils)
-            marker = style.oil_marker(oil, oils)
-            axis.plot([inside, beyond], [height, height], color=colour, linewidth=0.8)
-            axis.plot(inside, height, marker, color=colour, markerfacecolor="white", markersize=4)
-            axis.plot(beyond, height, marker, color=colour, markersize=4)
-            about = {"panel": panel, "kind": "error", "law": law, "oil": oil}
-            yield pd.DataFrame([{**about, "x": inside, "y": beyond}])
+    title = "Rms error over Figs 7-10, open: tested box; filled: beyond it"
+    panel = style.title_panel(axis, len(CUTS), title)
+    for (row, law), (number, oil) in itertools.product(enumerate(laws), enumerate(oils)):
+        of_both = compared[(compared["law"] == law) & (compared["oil"] == oil)]
+        outside = of_both["beyond"] != ""
+        inside, beyond = relative_rms(of_both[~outside]), relative_rms(of_both[outside])
+        height = row + 0.22 * (number - (len(oils) - 1) / 2)
+        colour, marker = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
+        axis.plot([inside, beyond], [height, height], color=colour, linewidth=0.8)
+        axis.plot(inside, height, marker, color=colour, markerfacecolor="white", markersize=4)
+        axis.plot(beyond, height, marker, color=colour, markersize=4)
+        about = {"panel": panel, "kind": "error", "law": law, "oil": oil}
+        yield pd.DataFrame([{**about, "x": inside, "y": beyond}])
     axis.set_yticks(range(len(laws)), laws)
     axis.set_ylim(len(laws) - 0.5, -0.5)
     if axis.get_xlim()[1] > 1:
@@ -161,32 +152,21 @@ def _draw_errors(
         axis.set_xlim(left=0)
         axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    axis.set_title(f"({panel}) Rms error over Figs 7-10, open: tested box; filled: beyond it")
     axis.set_xlabel("Rms error over rms of true \N{GREEK SMALL LETTER MU}")
     handles = style.oil_handles(oils, markersize=4, linewidth=0.8)
     axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def _line_of_law(place: int) -> dict[str, Any]:
+def _line_of_law(number: int) -> dict[str, Any]:
     """Colours are for oils, dashes for what a law was fitted to: laws differ by symbol and grey."""
     return {
-        "color": ("black", "#777777")[place % 2],
+        "color": ("black", "#777777")[number % 2],
         "linewidth": 0.9,
         "linestyle": style.LINES["fit"],
         # one symbol along each sixth of the panel's diagonal, not all at one abscissa
-        "marker": style.MARKERS[place % len(style.MARKERS)],
-        "markevery": (0.03 * place, 0.17),
+        "marker": style.MARKERS[number % len(style.MARKERS)],
+        "markevery": (0.03 * number, 0.17),
         "markersize": 2.6,
-        "markerfacecolor": "white" if place < len(style.MARKERS) else "black",
+        "markerfacecolor": "white" if number < len(style.MARKERS) else "black",
         "markeredgewidth": 0.6,
     }
-
-
-def _say_key(figure: Figure, oil: str, colour: Any, laws: Sequence[str]) -> None:
-    """What the lines mean, below the panels, where it covers no data."""
-    handles = [
-        Line2D([], [], color=colour, linewidth=1.8, label=f"truth of the twin, {oil}"),
-        *(Line2D([], [], label=law, **_line_of_law(place)) for place, law in enumerate(laws)),
-        Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests"),
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)

@@ -1,5 +1,6 @@
 """What the paper says of the Wang-Deng law: traction without slip, and overfitting (Fig. 4)."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -7,7 +8,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter
 
 from oilfilm import tables
@@ -30,12 +30,10 @@ _KINDS: dict[str, dict[str, Any]] = {
     "end level left out": _LOOK | {"marker": "|", "markersize": 7, "markeredgewidth": 1.4},
 }
 
-
 _LAW_PANELS = drawn_table(
     "law_panels",
     "Drawn in the figure of the laws' weaknesses (Fig. 4).",
-    columns="""
-        panel law oil kind x y""",
+    columns="panel law oil kind x y",
     uses=(
         use(
             "kind",
@@ -54,7 +52,6 @@ _LAW_PANELS = drawn_table(
     caption="(a) Traction coefficient at zero slip by each law, at every tested condition. (b) "
     "Relative error of each law on fitted curves, on curves left out, and on the lowest and "
     "highest levels left out.",
-    category="Paper",
     family="law",
     tables=("points", "comparison", "law_coefficients"),
     settings=("oils", "rigs"),
@@ -74,16 +71,18 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     ]
     if not drawn:
         style.say_in_panel(above, "no law could be fitted")
-    above.set_title(
-        "(a) Traction without slip at the tested conditions, cold to hot; other laws: 0"
-    )
+    title = "Traction without slip at the tested conditions, cold to hot; other laws: 0"
+    style.title_panel(above, 0, title)
     above.set_ylabel("\N{GREEK SMALL LETTER MU} at S = 0 (10$^{-3}$)")
-    below.set_title(
-        "(b) Rms error over rms of \N{GREEK SMALL LETTER MU}; left out: a curve, or the lowest and "
+    title = (
+        "Rms error over rms of \N{GREEK SMALL LETTER MU}; left out: a curve, or the lowest and "
         "highest level of P, U or T"
     )
+    style.title_panel(below, 1, title)
     below.set_xlabel("Rms error over rms of measured \N{GREEK SMALL LETTER MU}")
-    _say_key(figure, oils)
+    handles = style.oil_handles(oils, linewidth=0.8)
+    handles += [style.line_handle(kind, color="black", **look) for kind, look in _KINDS.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=6)
     style.say_key(figure, "Wang-Deng laws: groups and readings are ours")
     return figure, drawn
 
@@ -91,18 +90,16 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
 def _draw_starts(
     axis: Axes, results: CampaignTables, settings: Settings, laws: Sequence[str]
 ) -> Iterator[pd.DataFrame]:
-    """A cloud a law and oil: mu at no slip at each curve's condition, spread along the abscissa."""
+    """A cloud per law and oil: mu at zero slip at each condition, spread along the abscissa."""
     oils = list(settings.oils)
     axis.axhline(0, color="black", linewidth=0.8)
-    for place, law in enumerate(laws):
-        for number, oil in enumerate(oils):
-            y = _starts(results, oil, law, settings)
-            middle = place + 0.26 * (number - (len(oils) - 1) / 2)
-            x = middle + np.linspace(-0.09, 0.09, len(y))
-            colour = style.oil_colour(oil, oils)
-            axis.plot(x, 1e3 * y, style.oil_marker(oil, oils), color=colour)
-            about = {"panel": "a", "law": law, "oil": oil, "kind": "zero slip"}
-            yield pd.DataFrame({"x": x, "y": y}).assign(**about)
+    for (column, law), (number, oil) in itertools.product(enumerate(laws), enumerate(oils)):
+        y = _starts(results, oil, law, settings)
+        middle = column + 0.26 * (number - (len(oils) - 1) / 2)
+        x = middle + np.linspace(-0.09, 0.09, len(y))
+        axis.plot(x, 1e3 * y, style.oil_marker(oil, oils), color=style.oil_colour(oil, oils))
+        about = {"panel": "a", "law": law, "oil": oil, "kind": "zero slip"}
+        yield pd.DataFrame({"x": x, "y": y}).assign(**about)
     axis.set_xticks(range(len(laws)), laws)
     axis.set_xlim(-0.5, max(len(laws), 1) - 0.5)
     axis.grid(visible=False, axis="x")
@@ -110,11 +107,10 @@ def _draw_starts(
 
 def _starts(results: CampaignTables, oil: str, law_name: str, settings: Settings) -> Any:
     """mu at no slip, condition by condition in the order of rising temperature."""
-    known = laws_of(oil, settings)
     fits = results.law_coefficients
     if not ((fits["oil"] == oil) & (fits["law"] == law_name)).any():
         return np.empty(0)
-    law = known[law_name]
+    law = laws_of(oil, settings)[law_name]
     of_oil = results.points[results.points["oil"] == oil]
     data = curve_data(of_oil, law.conditions)
     conditions = data.conditions[np.argsort(data.conditions[:, -1])]
@@ -144,9 +140,3 @@ def _draw_errors(axis: Axes, compared: pd.DataFrame, oils: Sequence[str]) -> Ite
     axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=None))
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.grid(visible=False, axis="y")
-
-
-def _say_key(figure: Figure, oils: Sequence[str]) -> None:
-    handles = style.oil_handles(oils, linewidth=0.8)
-    handles += [Line2D([], [], color="black", label=kind, **look) for kind, look in _KINDS.items()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=6)

@@ -1,6 +1,5 @@
 """How well the data tell the constants apart: correlations and profiles."""
 
-import string
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,17 +15,15 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
-_COLOURS = "PuOr"  # from orange by white to purple, told apart by every kind of colour vision
+_COLOURS = "PuOr"  # from orange by white to purple, distinct for every kind of colour vision
 _REACH = 4.5  # naive standard errors to either side
 _NAMED = 2  # profiles that bend most ...
 _BENT = 0.05  # ... by this at least, in naive standard errors
 
-
 _IDENTIFIABILITY = drawn_table(
     "identifiability",
     "Drawn in the figure of identifiability: one row per square or vertex.",
-    columns="""
-        panel oil kind constant other x value""",
+    columns="panel oil kind constant other x value",
     uses=(
         use("kind", "square or vertex of a line", allowed=("correlation", "profile")),
         use("x", "of a profile: distance in standard errors"),
@@ -59,16 +56,14 @@ def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
     drawn = []
     image: Any = None
     for column, oil in enumerate(oils):
-        letters = string.ascii_letters[column], string.ascii_letters[column + len(oils)]
+        above, below = axes[:, column]
         constants = list(dict.fromkeys(results.profiles.query("oil == @oil")["constant"]))
-        image, pairs = _draw_correlations(axes[0, column], results, oil, constants)
+        image, pairs = _draw_correlations(above, results, oil, constants)
         profiles = _profiles(results, oil)
-        _draw_profiles(axes[1, column], profiles, style.oil_colour(oil, list(settings.oils)))
-        for axis, letter in zip(axes[:, column], letters, strict=True):
-            axis.set_title(f"({letter}) {oil}")
+        _draw_profiles(below, profiles, style.oil_colour(oil, list(settings.oils)))
         drawn += [
-            part.assign(panel=letter, oil=oil)
-            for part, letter in zip((pairs, profiles), letters, strict=True)
+            pairs.assign(panel=style.title_panel(above, column, oil), oil=oil),
+            profiles.assign(panel=style.title_panel(below, column + len(oils), oil), oil=oil),
         ]
     figure.colorbar(image, ax=list(axes[0]), label="Correlation (1)", shrink=0.9)
     axes[1, 0].set_ylabel("Signed root of the rise\nof the squared error (1)")
@@ -80,22 +75,18 @@ def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
 def _draw_correlations(
     axis: Axes, results: CampaignTables, oil: str, constants: Sequence[str]
 ) -> tuple[Any, pd.DataFrame]:
-    """A square a pair, below the diagonal; each pair stands in the table once."""
+    """One square per pair below the diagonal; each pair is in the table once."""
     pairs = results.correlations.query("oil == @oil")
-    places = {name: place for place, name in enumerate(constants)}
     field = np.full((len(constants), len(constants)), np.nan)
     for row in tables.rows(pairs):
-        one, other = sorted((places[row["constant"]], places[row["other"]]))
-        field[other, one] = row["correlation"]
+        column, line = sorted(constants.index(row[name]) for name in ("constant", "other"))
+        field[line, column] = row["correlation"]
     image = axis.imshow(field, cmap=_COLOURS, vmin=-1, vmax=1)
     axis.set_xticks(range(len(constants)), constants, rotation=90, fontsize=6)
     axis.set_yticks(range(len(constants)), constants, fontsize=6)
     axis.grid(False)
     axis.tick_params(length=0)
-    drawn = pairs[["constant", "other"]].assign(
-        kind="correlation", x=np.nan, value=pairs["correlation"]
-    )
-    return image, drawn
+    return image, pairs.assign(kind="correlation", x=np.nan, value=pairs["correlation"])
 
 
 def _profiles(results: CampaignTables, oil: str) -> pd.DataFrame:
@@ -105,14 +96,11 @@ def _profiles(results: CampaignTables, oil: str) -> pd.DataFrame:
     best, error = (
         profiles["constant"].map(fitted[name]) for name in ("value", "naive_standard_error")
     )
-    return pd.DataFrame(
-        {
-            "kind": "profile",
-            "constant": profiles["constant"],
-            "other": "",
-            "x": (profiles["value"] - best) / error,
-            "value": profiles["signed_root"],
-        }
+    return profiles[["constant"]].assign(
+        kind="profile",
+        other="",
+        x=(profiles["value"] - best) / error,
+        value=profiles["signed_root"],
     )
 
 
@@ -124,7 +112,5 @@ def _draw_profiles(axis: Axes, profiles: pd.DataFrame, colour: str) -> None:
         bends[str(constant)] = float((line["value"] - line["x"]).abs().max())
     axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
     named = [name for name in sorted(bends, key=lambda name: -bends[name]) if bends[name] > _BENT]
-    words = [f"{name}: off the line by {bends[name]:.2g}" for name in named[:_NAMED]]
-    axis.text(
-        0.03, 0.97, "\n".join(words), va="top", fontsize=6, transform=axis.transAxes
-    )  # fmt: skip
+    labels = [f"{name}: off the line by {bends[name]:.2g}" for name in named[:_NAMED]]
+    axis.text(0.03, 0.97, "\n".join(labels), va="top", fontsize=6, transform=axis.transAxes)

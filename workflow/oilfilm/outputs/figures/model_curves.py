@@ -1,16 +1,13 @@
 """mu of the fitted law far and wide, beside the printed constants: Figs 7-10 of the paper."""
 
 import itertools
-import string
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
@@ -26,29 +23,15 @@ from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
 _STEPS = 121  # along the abscissa
 _SYMBOLS = 4  # along a curve
-
-
-@dataclass(frozen=True)
-class Cuts:
-    """What one of Figs 7-10 varies, and how.
-
-    Attributes:
-        abscissa: Condition along the abscissa.
-        by: Condition that tells the curves of one panel apart; the others tell panels apart.
-    """
-
-    abscissa: str
-    by: str
-
-
 _TEMPERATURE, _SLIP = "inlet_temperature_c", "slide_roll_ratio"
+# Of each figure: condition along the abscissa, and condition that tells the curves of one panel
+# apart. The others tell panels apart.
 CUTS = {
-    "fig07": Cuts(_SLIP, _TEMPERATURE),
-    "fig08": Cuts("entrainment_speed_m_s", _TEMPERATURE),
-    "fig09": Cuts("max_hertz_pressure_gpa", _TEMPERATURE),
-    "fig10": Cuts(_TEMPERATURE, _SLIP),
+    "fig07": (_SLIP, _TEMPERATURE),
+    "fig08": ("entrainment_speed_m_s", _TEMPERATURE),
+    "fig09": ("max_hertz_pressure_gpa", _TEMPERATURE),
+    "fig10": (_TEMPERATURE, _SLIP),
 }
-
 
 _MODEL_CURVES = drawn_table(
     "model_curves",
@@ -83,7 +66,6 @@ _MODEL_CURVES = drawn_table(
     "several inlet temperatures (ours: the paper does not print its own). Full lines: "
     "refit with its 95 % interval; thin dashed lines: printed constants, signs restored; shaded: "
     "beyond the tested conditions.",
-    category="Paper",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -91,7 +73,7 @@ _MODEL_CURVES = drawn_table(
 )
 def fig07(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against slip, one panel per pressure."""
-    return _figure("fig07", results, settings)
+    return _draw_cuts("fig07", results, settings)
 
 
 @register(
@@ -102,7 +84,6 @@ def fig07(results: CampaignTables, settings: Settings) -> Drawing:
     "panel per slide-roll ratio, at several inlet temperatures (ours: the paper does not print "
     "its own). Full lines: refit with its 95 % interval; thin dashed lines: printed constants, "
     "signs restored; shaded: beyond the tested conditions.",
-    category="Paper",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -110,7 +91,7 @@ def fig07(results: CampaignTables, settings: Settings) -> Drawing:
 )
 def fig08(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against entrainment speed, one panel per slip."""
-    return _figure("fig08", results, settings)
+    return _draw_cuts("fig08", results, settings)
 
 
 @register(
@@ -122,7 +103,6 @@ def fig08(results: CampaignTables, settings: Settings) -> Drawing:
     "does not print its own). Full lines: "
     "refit with its 95 % interval; thin dashed lines: printed constants, signs restored; shaded: "
     "beyond the tested conditions.",
-    category="Paper",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -130,7 +110,7 @@ def fig08(results: CampaignTables, settings: Settings) -> Drawing:
 )
 def fig09(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against pressure, one panel per speed and slip."""
-    return _figure("fig09", results, settings)
+    return _draw_cuts("fig09", results, settings)
 
 
 @register(
@@ -141,7 +121,6 @@ def fig09(results: CampaignTables, settings: Settings) -> Drawing:
     "light and heavy load and at high and low speed, at several slide-roll ratios (ours: the paper "
     "does not print its own). Full lines: refit with its 95 % interval; thin dashed lines: printed "
     "constants, signs restored; shaded: beyond the tested conditions.",
-    category="Paper",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -149,45 +128,41 @@ def fig09(results: CampaignTables, settings: Settings) -> Drawing:
 )
 def fig10(results: CampaignTables, settings: Settings) -> Drawing:
     """mu against temperature, one panel per pressure and speed."""
-    return _figure("fig10", results, settings)
+    return _draw_cuts("fig10", results, settings)
 
 
-def _figure(name: str, results: CampaignTables, settings: Settings) -> Drawing:
+def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) -> Drawing:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    cuts, levels = CUTS[name], settings.extrapolation[name]
-    apart = [axis for axis in style.LEVEL_PHRASES if axis not in (cuts.abscissa, cuts.by)]
-    places = [
-        dict(zip(apart, at, strict=True))
-        for at in itertools.product(*(getattr(levels, axis) for axis in apart))
-    ]
-    rows = -(-len(places) // 2)
+    (abscissa, by), levels = CUTS[figure_name], settings.extrapolation[figure_name]
+    apart = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
+    cuts = list(itertools.product(*(getattr(levels, name) for name in apart)))
+    rows = -(-len(cuts) // 2)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.35 * rows + 0.6))
     # each panel with its own scale, or the strong traction of one would press the others flat
     axes = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
     oils = list(settings.oils)
-    laws = {oil: found for oil in oils if (found := _laws(results, oil))}
+    laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, oil))}
     drawn = []
-    for letter, axis, place in zip(string.ascii_lowercase, axes, places, strict=False):
-        words = ", ".join(
-            style.LEVEL_PHRASES[axis_name].format(level) for axis_name, level in place.items()
-        )
-        axis.set_title(f"({letter}) {words}")
-        curves = _curves(laws, cuts, levels, place, settings.same_set_point.relative)
-        if not curves.empty:
-            _draw(axis, curves, cuts, oils)
-            drawn.append(curves.assign(panel=letter))
-    for axis in axes[len(places) :]:
+    for number, cut in enumerate(cuts):
+        fixed = dict(zip(apart, cut, strict=True))
+        panel = style.title_panel(axes[number], number, style.level_phrases(fixed))
+        if laws:
+            curves = _curves(laws, levels, fixed, figure_name, settings.same_set_point.relative)
+            _draw(axes[number], curves, figure_name, oils)
+            drawn.append(curves.assign(panel=panel))
+    for axis in axes[len(cuts) :]:
         axis.set_visible(False)
-    for axis in axes[max(len(places) - 2, 0) : len(places)]:
-        # not of the figure as a whole, which would lie on the key
-        axis.set_xlabel(style.CONDITION_LABELS[cuts.abscissa])
+    for axis in axes[max(len(cuts) - 2, 0) : len(cuts)]:
+        # not of the figure as a whole, which would cover the key
+        axis.set_xlabel(style.CONDITION_LABELS[abscissa])
         axis.tick_params(labelbottom=True)
     figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
     if drawn:
-        _say_key(figure, cuts, getattr(levels, cuts.by), laws, oils)
+        symbols = [style.LEVEL_PHRASES[by].format(level) for level in getattr(levels, by)]
+        _draw_legend(figure, symbols, laws, oils)
     else:
-        words = "no oil has a fitted law\nof pressure, speed and temperature"
-        style.say_in_panel(axes[0], words)
+        reason = "no oil has a fitted law\nof pressure, speed and temperature"
+        style.say_in_panel(axes[0], reason)
     return figure, drawn
 
 
@@ -200,68 +175,58 @@ def _laws(results: CampaignTables, oil: str) -> dict[str, FittedLaw]:
     if of_oil.empty:
         return {}
     refit = FittedLaw.of(of_oil, oil, results.refits, results.fit_quality)
-    found = refit.coefficients
-    if (
-        refit.law.conditions != CONDITIONS
-        or not found.known.all()
-        or np.isnan(found.constants).any()
-    ):
+    law, fitted = refit.law, refit.coefficients
+    if law.conditions != CONDITIONS or not fitted.known.all() or np.isnan(fitted.constants).any():
         return {}
-    names = [constant.name for constant in refit.law.constants]
+    names = [constant.name for constant in law.constants]
     printed = of_oil.set_index("constant")["printed_value"].reindex(names).to_numpy(dtype=float)
     if np.isnan(printed).any():
         return {"refit": refit}
-    return {
-        "refit": refit,
-        "printed": FittedLaw(refit.law, Coefficients.bare(refit.law, printed)),
-    }
+    return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
 
 
 def _curves(
     laws: Mapping[str, Mapping[str, FittedLaw]],
-    cuts: Cuts,
     levels: Conditions,
-    place: Mapping[str, float],
+    fixed: Mapping[str, float],
+    figure_name: str,
     within: float,
 ) -> pd.DataFrame:
     """Every curve of a panel, one row per vertex."""
-    along_levels = getattr(levels, cuts.abscissa)
-    ends = min(along_levels), max(along_levels)
+    abscissa, by = CUTS[figure_name]
+    tested = getattr(levels, abscissa)
     # without slip there is nothing to measure, but a curve begins there
-    along = np.linspace(0.0 if cuts.abscissa == _SLIP else ends[0], ends[1], _STEPS)
+    start = 0.0 if abscissa == _SLIP else min(tested)
+    along = np.linspace(start, max(tested), _STEPS)
     parts = []
-    for (oil, both), level in itertools.product(laws.items(), getattr(levels, cuts.by)):
-        at: dict[str, Any] = {**place, cuts.by: level, cuts.abscissa: along}
-        conditions = np.column_stack(
-            [np.broadcast_to(at[name], along.shape) for name in CONDITIONS]
-        )
-        slip = np.broadcast_to(at[_SLIP], along.shape)
-        asked = np.column_stack([conditions, slip])
-        beyond = is_beyond(asked, both["refit"].coefficients.box, within).any(axis=1)
-        for series, law in both.items():
-            found = law.predict(conditions, slip)
+    for (oil, series_laws), level in itertools.product(laws.items(), getattr(levels, by)):
+        at = pd.DataFrame({**fixed, by: level, abscissa: along})[[*CONDITIONS, _SLIP]]
+        conditions = np.ascontiguousarray(at[list(CONDITIONS)])
+        box = series_laws["refit"].coefficients.box
+        beyond = is_beyond(at.to_numpy(), box, within).any(axis=1)
+        for series, law in series_laws.items():
+            prediction = law.predict(conditions, at[_SLIP].to_numpy())
             parts.append(
-                pd.DataFrame(dict(zip(CONDITIONS, conditions.T, strict=True))).assign(
+                at.assign(
                     oil=oil,
                     series=series,
-                    slide_roll_ratio=slip,
-                    traction_coefficient=found.traction_coefficient,
-                    traction_coefficient_lower=found.lower,
-                    traction_coefficient_upper=found.upper,
+                    traction_coefficient=prediction.traction_coefficient,
+                    traction_coefficient_lower=prediction.lower,
+                    traction_coefficient_upper=prediction.upper,
                     extrapolated=np.asarray(beyond),
                 )
             )
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+    return pd.concat(parts, ignore_index=True)
 
 
-def _draw(axis: Axes, curves: pd.DataFrame, cuts: Cuts, oils: Sequence[str]) -> None:
-    """Intervals as bands, the refit as lines with a symbol a level, printed constants dashed."""
-    levels = list(curves[cuts.by].unique())
-    for (oil, level), curve in curves.groupby(["oil", cuts.by], sort=False):
-        place = levels.index(level)
+def _draw(axis: Axes, curves: pd.DataFrame, figure_name: str, oils: Sequence[str]) -> None:
+    """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
+    abscissa, by = CUTS[figure_name]
+    levels = list(curves[by].unique())
+    for (oil, level), curve in curves.groupby(["oil", by], sort=False):
         colour = style.oil_colour(str(oil), oils)
         refit = curve[curve["series"] == "refit"]
-        x = refit[cuts.abscissa]
+        x = refit[abscissa]
         interval = refit["traction_coefficient_lower"], refit["traction_coefficient_upper"]
         axis.fill_between(x, *interval, color=colour, alpha=0.25, linewidth=0)
         axis.plot(
@@ -269,24 +234,24 @@ def _draw(axis: Axes, curves: pd.DataFrame, cuts: Cuts, oils: Sequence[str]) -> 
             refit["traction_coefficient"],
             linestyle=style.LINES["fit"],
             color=colour,
-            marker=style.MARKERS[place % len(style.MARKERS)],
+            marker=style.MARKERS[levels.index(level) % len(style.MARKERS)],
             markevery=(_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS),
             markerfacecolor="white",
             markeredgewidth=0.7,
         )
         printed = curve[curve["series"] == "printed"]
         axis.plot(
-            printed[cuts.abscissa],
+            printed[abscissa],
             printed["traction_coefficient"],
             linestyle=style.LINES["printed"],
             color=style.shades(colour, 2)[0],
             linewidth=0.6,
         )
-    # a place counts as tested only where every curve is
-    beyond = curves.groupby(cuts.abscissa)["extrapolated"].any()
+    # a level counts as tested only where every curve is
+    beyond = curves.groupby(abscissa)["extrapolated"].any()
     for start, end in _stretches(beyond):
         axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
-    axis.set_xlim(curves[cuts.abscissa].min(), curves[cuts.abscissa].max())
+    axis.set_xlim(curves[abscissa].min(), curves[abscissa].max())
     axis.set_ylim(bottom=0)
 
 
@@ -299,32 +264,24 @@ def _stretches(flags: "pd.Series[bool]") -> Iterator[tuple[float, float]]:
         yield middles[start], middles[end]
 
 
-def _say_key(
+def _draw_legend(
     figure: Figure,
-    cuts: Cuts,
-    levels: Sequence[float],
+    symbols: Sequence[str],
     laws: Mapping[str, Mapping[str, FittedLaw]],
     oils: Sequence[str],
 ) -> None:
     """What colours, symbols and lines mean, below the panels."""
+    look: dict[str, Any] = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
     handles: list[Any] = [
-        Line2D([], [], color=style.oil_colour(oil, oils), label=f"{oil}, refit") for oil in laws
+        *(style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils)) for oil in laws),
+        *(
+            style.line_handle(label, marker=marker, **look)
+            for label, marker in zip(symbols, itertools.cycle(style.MARKERS), strict=False)
+        ),
     ]
-    phrase = style.LEVEL_PHRASES[cuts.by]
-    handles += [
-        Line2D(
-            [], [], color=style.GREY, linewidth=0.6, markerfacecolor="white",
-            marker=style.MARKERS[place % len(style.MARKERS)], label=phrase.format(level),
-        )
-        for place, level in enumerate(levels)
-    ]  # fmt: skip
-    if any("printed" in both for both in laws.values()):
-        handles.append(
-            Line2D(
-                [], [], color="black", linestyle=style.LINES["printed"], linewidth=0.6,
-                label="printed constants",
-            )
-        )  # fmt: skip
+    if any("printed" in of_oil for of_oil in laws.values()):
+        look = {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.6}
+        handles.append(style.line_handle("printed constants", **look))
     handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 % interval"))
     handles.append(Patch(color=style.EXTRAPOLATED, label="beyond the tests"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)

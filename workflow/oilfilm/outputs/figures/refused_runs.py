@@ -3,7 +3,7 @@
 import hashlib
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.transforms import blended_transform_factory
 
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition
@@ -32,21 +31,14 @@ from oilfilm.units import FloatArray
 _HEIGHT_IN = 7.2
 _LETTERS = 112  # of 7 pt in a line of the page
 _LINES = 4  # of one sentence; the listing has all of it
-_DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
+_STEPS_DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
 _PASSING, _FAILING = "#56B4E9", "#E69F00"
+_MARK = style.STATE_COLOURS["refused"]
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What curation made of the logs of one kind of rig.
-
-    Attributes:
-        kind: The kind of rig.
-        runs: Table of runs with their verdicts.
-        points: Table of plateaus with their verdicts.
-        quarantine: Table of what was refused.
-        samples: The samples of a run, by its name.
-    """
+    """What curation made of the logs of one kind of rig; `samples` gives those of a run by name."""
 
     kind: RigKind
     runs: pd.DataFrame
@@ -58,42 +50,28 @@ class Judged:
 def judged_torque_logs(
     logs: Iterable[tuple[str, bytes]], quarantine: pd.DataFrame, settings: Settings
 ) -> Judged:
-    """Refused torque logs, read again: their samples are in no table.
-
-    Args:
-        logs: Name and content of each log that the quarantine names.
-        quarantine: What was refused of the torque logs.
-        settings: Settings of the run.
-    """
+    """Refused torque logs by name and content, read again: their samples are in no table."""
     ingested = ingest_logs(logs, settings, TORQUE_RIG.logs)
     samples = ingested.all_samples()
-    share = curate(samples, ingested.runs, settings, TORQUE_RIG)
-    return Judged(
-        TORQUE_RIG,
-        share.runs,
-        share.points,
-        quarantine,
-        lambda run_id: samples[samples["run_id"] == run_id],
-    )
+    curated = curate(samples, ingested.runs, settings, TORQUE_RIG)
+
+    def of_run(run_id: str) -> pd.DataFrame:
+        return samples[samples["run_id"] == run_id]
+
+    return Judged(TORQUE_RIG, curated.runs, curated.points, quarantine, of_run)
 
 
 def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Path) -> pd.DataFrame:
-    """Draw the page of every refused run that gets one; the table `refused_pages`.
-
-    Args:
-        rigs: What curation made of the logs, one kind of rig after the other.
-        settings: Settings of the run.
-        most: Number of pages at most.
-        folder: Where the pages are written.
-    """
+    """Draw the pages of refused runs in a folder, `most` at most; the table `refused_pages`."""
     listings = []
     for judged in rigs:
-        pages = listing(judged.runs, judged.points, judged.quarantine, most, judged.kind)
+        runs, points = judged.runs, judged.points
+        pages = listing(runs, points, judged.quarantine, most, judged.kind)
         for entry in tables.rows(pages[pages["page"] != ""]):
-            (run,) = tables.rows(judged.runs[judged.runs["run_id"] == entry["run_id"]])
-            points = judged.points[judged.points["run_id"] == entry["run_id"]]
-            samples = judged.samples(entry["run_id"])
-            page = draw_page(entry, run, samples, points, settings, judged.kind)
+            run_id = entry["run_id"]
+            (run,) = tables.rows(runs[runs["run_id"] == run_id])
+            plateaus, samples = points[points["run_id"] == run_id], judged.samples(run_id)
+            page = draw_page(entry, run, samples, plateaus, settings, judged.kind)
             style.save(page, folder / entry["page"])
             most -= 1
         listings.append(pages)
@@ -110,19 +88,12 @@ def listing(
     """Every refused run and whatever gave no run at all, with the page of each run that gets one.
 
     Where there are more runs than pages, each gate gets pages in turn, so that many runs refused
-    for one reason do not hide another.
-
-    Args:
-        runs: Table of runs with their verdicts.
-        points: Table of plateaus with their verdicts.
-        quarantine: Table of what was refused.
-        most: Number of pages at most.
-        kind: The kind of rig.
+    for one reason do not hide another. There are `most` pages at most.
     """
-    without_run = ~quarantine["run_id"].isin(runs["run_id"])
+    about = runs.set_index("run_id")
+    without_run = ~quarantine["run_id"].isin(about.index)
     # a remark on a file that has runs is no refusal of the file
     of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
-    about = runs.set_index("run_id")
     # levels that were held too briefly refuse no run
     of_run = quarantine["stage"].eq("curate") & quarantine["rule"].eq(
         quarantine["run_id"].map(about["rule"])
@@ -131,26 +102,19 @@ def listing(
     refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     samples = refused["run_id"].map(about["samples"]).fillna(0)
     turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
-    paged = set(turn.index[:most])
+    with_page = set(turn.index[:most])
     plateaus = dict(iter(points[points["run_id"].isin(refused["run_id"])].groupby("run_id")))
     rows = []
-    for number, entry in enumerate(tables.rows(refused)):
-        run_id, shown = entry["run_id"], number in paged
-        marked = ("", 0, 0)
-        if shown:
-            same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(entry["reason"])
+    for number, refusal in enumerate(tables.rows(refused)):
+        run_id, page, marked = refusal["run_id"], "", ("", 0, 0)
+        if number in with_page:
+            page = page_name(run_id, kind.name)
+            same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(refusal["reason"])
             marked = _marked(quarantine[same], plateaus.get(run_id, points.iloc[:0]))
         rows.append(
-            {
-                "run_id": run_id,
-                "file": entry["file"],
-                "oil": about.at[run_id, "oil"] if run_id in about.index else "",
-                "page": page_name(run_id, kind.name) if shown else "",
-                "rule": entry["rule"],
-                **dict(zip(("place", "first_row", "last_row"), marked, strict=True)),
-                "reason": entry["reason"],
-                "advice": entry["advice"],
-            }
+            {name: refusal[name] for name in ("run_id", "file", "rule", "reason", "advice")}
+            | dict(zip(("place", "first_row", "last_row"), marked, strict=True))
+            | {"oil": about.at[run_id, "oil"] if run_id in about.index else "", "page": page}
         )
     return tables.from_rows(rows, "refused_pages")
 
@@ -182,28 +146,30 @@ def draw_page(
         run: Its row of the table of runs.
         samples: Its samples.
         points: Its plateaus.
-        settings: Settings of the run.
+        settings: Settings of the campaign.
         kind: The kind of rig.
     """
     signals = kind.signals(arrays_of(samples), run["rig"], settings)
+    time_s = signals.time_s
+    marked = _times(signals, entry["first_row"], entry["last_row"])
+    margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
+    span = float(time_s.min() - margin), float(time_s.max() + margin)
     head = _head(entry, run)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, _HEIGHT_IN))
-    axes = figure.subplots(
-        len(kind.shown_signals) + 1,
-        1,
-        sharex=False,
-        height_ratios=[0.15 + 0.13 * len(head), *[1.2] * len(kind.shown_signals)],
-    )
-    _write(axes[0], head)
+    heights = [0.15 + 0.13 * len(head), *[1.2] * len(kind.shown_signals)]
+    axes = figure.subplots(len(heights), 1, sharex=False, height_ratios=heights)
+    _draw_head(axes[0], head)
     for axis, (name, label) in zip(axes[1:], kind.shown_signals.items(), strict=True):
-        _draw_signal(axis, signals.time_s, signals[name], label)
+        axis.set_ylabel(label, fontsize=7)
+        _draw_signal(axis, time_s, signals[name])
         _shade_plateaus(axis, signals, points)
-        _mark(axis, signals, entry)
-        axis.set_xlim(*_span(signals.time_s))
+        for edge in marked:
+            axis.axvline(edge, color=_MARK, linewidth=1.0, linestyle="-")
+        axis.set_xlim(*span)
         axis.tick_params(labelbottom=axis is axes[-1])
     axes[-1].set_xlabel("Time since the log's start (s)")
     figure.align_ylabels(list(axes[1:]))
-    _label_marked_rows(axes[1], signals, entry)
+    _label_marked_rows(axes[1], marked, at_right=sum(marked) > sum(span), entry=entry)
     _draw_legend(figure)
     style.say_source(figure, settings.campaign)
     return figure
@@ -212,11 +178,9 @@ def draw_page(
 def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
     """What to mark: the rows of the refusals, else failing plateaus, else the whole run."""
     with_rows = refusals[refusals["first_row"] > 0]
-    if len(with_rows):
-        return "rows", int(with_rows["first_row"].min()), int(with_rows["last_row"].max())
-    failing = points[_fail_alone(points)]
-    if len(failing):
-        return "plateaus", int(failing["first_row"].min()), int(failing["last_row"].max())
+    for name, rows in (("rows", with_rows), ("plateaus", points[_fail_alone(points)])):
+        if len(rows):
+            return name, int(rows["first_row"].min()), int(rows["last_row"].max())
     return "whole run", 0, 0
 
 
@@ -244,147 +208,110 @@ def _wrapped(text: str, lines: int, letters: int = _LETTERS) -> list[str]:
     return textwrap.wrap(style.plain(text), letters, max_lines=lines, placeholder=" ...") or [""]
 
 
-def _write(axis: Axes, lines: list[str]) -> None:
+def _draw_head(axis: Axes, lines: Sequence[str]) -> None:
     axis.set_axis_off()
-    title, rest = lines[0], "\n".join(lines[1:])
-    about: dict[str, Any] = {"transform": axis.transAxes, "va": "top", "parse_math": False}
-    axis.text(0, 1, title, fontsize=9, fontweight="bold", **about)
-    axis.annotate(
-        rest,
-        (0, 1),
-        xytext=(0, -15),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        va="top",
-        fontsize=7,
-        linespacing=1.35,
-        parse_math=False,
-    )
+    look: dict[str, Any] = {"va": "top", "parse_math": False, "xycoords": "axes fraction"}
+    look["textcoords"] = "offset points"
+    axis.annotate(lines[0], (0, 1), xytext=(0, 0), fontsize=9, fontweight="bold", **look)
+    rest = "\n".join(lines[1:])
+    axis.annotate(rest, (0, 1), xytext=(0, -15), fontsize=7, linespacing=1.35, **look)
 
 
-def _draw_signal(axis: Axes, time_s: FloatArray, values: FloatArray, label: str) -> None:
-    axis.set_ylabel(label, fontsize=7)
+def _draw_signal(axis: Axes, time_s: FloatArray, values: FloatArray) -> None:
     axis.grid(axis="x", visible=False)
     if not np.isfinite(values).any():
-        axis.text(0.5, 0.5, "not logged", ha="center", va="center", transform=axis.transAxes)
+        style.say_in_panel(axis, "not logged")
         axis.set_yticks([])
         return
-    few = len(values) < 200
-    axis.plot(
-        *_thinned(time_s, values),
-        color="black",
-        linewidth=0.6,
-        marker="." if few else "",
-        markersize=2,
-    )
+    marker = "." if len(values) < 200 else ""
+    xy = _thinned(time_s, values)
+    axis.plot(*xy, color="black", linewidth=0.6, marker=marker, markersize=2)
     axis.ticklabel_format(axis="y", useOffset=False)
     axis.margins(y=0.12)
 
 
 def _thinned(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """A long signal as the lowest and the highest value of each of many short stretches."""
-    if len(values) <= 2 * _DRAWN:
+    if len(values) <= 2 * _STEPS_DRAWN:
         return time_s, values
-    starts = np.linspace(0, len(values), _DRAWN, endpoint=False).astype(int)
+    starts = np.linspace(0, len(values), _STEPS_DRAWN, endpoint=False).astype(int)
     both = np.stack([np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)], axis=1)
     return np.repeat(time_s[starts], 2), both.ravel()
 
 
 def _shade_plateaus(axis: Axes, signals: Signals, points: pd.DataFrame) -> None:
     failing = _fail_alone(points)
-    for colour, share in ((_PASSING, points[~failing]), (_FAILING, points[failing])):
-        spans = [
-            _times(signals, first, last)
-            for first, last in zip(share["first_row"], share["last_row"], strict=True)
-        ]
+    for plateaus, colour, edge_share, hatch in (
+        (points[~failing], _PASSING, 0.25, ""),
+        (points[failing], _FAILING, 0.6, "///"),
+    ):
+        rows = zip(plateaus["first_row"], plateaus["last_row"], strict=True)
+        spans = [_times(signals, first, last) for first, last in rows]
         axis.broken_barh(
             [(start, stop - start) for start, stop in spans],
             (0, 1),
-            transform=blended_transform_factory(axis.transData, axis.transAxes),
+            transform=axis.get_xaxis_transform(),
             facecolor=style.tint(colour, 0.25),
-            edgecolor=style.tint(colour, 0.25 if colour == _PASSING else 0.6),
-            hatch="" if colour == _PASSING else "///",
+            edgecolor=style.tint(colour, edge_share),
+            hatch=hatch,
             linewidth=0.4,
             zorder=0.5,
         )
 
 
-def _mark(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
-    start, stop = _times(signals, entry["first_row"], entry["last_row"])
-    for edge in (start, stop):
-        axis.axvline(edge, color=style.STATE_COLOURS["refused"], linewidth=1.0, linestyle="-")
-
-
-def _label_marked_rows(axis: Axes, signals: Signals, entry: Mapping[str, Any]) -> None:
+def _label_marked_rows(
+    axis: Axes, marked: tuple[float, float], *, at_right: bool, entry: Mapping[str, Any]
+) -> None:
     """A bar above the first panel over the marked rows, with their numbers."""
-    colour = style.STATE_COLOURS["refused"]
-    start, stop = _times(signals, entry["first_row"], entry["last_row"])
-    above = blended_transform_factory(axis.transData, axis.transAxes)
+    start, stop = marked
     axis.plot(
-        [start, stop],
+        marked,
         [1.06, 1.06],
-        color=colour,
+        color=_MARK,
         linewidth=3,
         solid_capstyle="butt",
         marker="v" if start == stop else "",
         markersize=5,
-        transform=above,
+        transform=axis.get_xaxis_transform(),
         clip_on=False,
     )
-    low, high = _span(signals.time_s)
-    right = (start + stop) / 2 > (low + high) / 2
+    first, last = entry["first_row"], entry["last_row"]
+    rows = f"row {first}" if first == last else f"rows {first} to {last}"
     label = {
-        "rows": f"rows concerned: {_range(entry)}",
-        "plateaus": f"failing plateaus: {_range(entry)}",
+        "rows": f"rows concerned: {rows}",
+        "plateaus": f"failing plateaus: {rows}",
         "whole run": "concerns the whole run",
     }[entry["place"]]
     axis.annotate(
         label,
-        (stop if right else start, 1.06),
+        (stop if at_right else start, 1.06),
         xytext=(0, 4),
-        xycoords=above,
+        xycoords=axis.get_xaxis_transform(),
         textcoords="offset points",
-        ha="right" if right else "left",
+        ha="right" if at_right else "left",
         fontsize=7,
-        color=colour,
+        color=_MARK,
         annotation_clip=False,
     )
 
 
-def _range(entry: Mapping[str, Any]) -> str:
-    first, last = entry["first_row"], entry["last_row"]
-    return f"row {first}" if first == last else f"rows {first} to {last}"
-
-
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
     """First and last time of a range of rows; 0 and 0 mean all, unread rows the nearest one."""
-    if last_row == 0:
-        return float(signals.time_s.min()), float(signals.time_s.max())
     inside = (signals.row >= first_row) & (signals.row <= last_row)
-    if not inside.any():
-        nearest = float(signals.time_s[np.abs(signals.row - first_row).argmin()])
-        return nearest, nearest
+    if last_row == 0:
+        inside = np.ones_like(inside)
+    elif not inside.any():
+        inside[np.abs(signals.row - first_row).argmin()] = True
     return float(signals.time_s[inside].min()), float(signals.time_s[inside].max())
 
 
-def _span(time_s: FloatArray) -> tuple[float, float]:
-    low, high = float(time_s.min()), float(time_s.max())
-    margin = 0.01 * (high - low) or 1.0
-    return low - margin, high + margin
-
-
 def _draw_legend(figure: Figure) -> None:
-    failing: dict[str, Any] = {
-        "edgecolor": style.tint(_FAILING, 0.6),
-        "hatch": "///",
-        "linewidth": 0.4,
-    }
-    handles = [
-        Patch(facecolor=style.tint(_PASSING, 0.25), label="plateau that passes its own gates"),
-        Patch(
-            facecolor=style.tint(_FAILING, 0.25),
-            label="plateau refused by its own gates",
-            **failing,
-        ),
-    ]
-    figure.legend(handles=handles, loc="outside lower right", ncols=2)
+    passing = Patch(facecolor=style.tint(_PASSING, 0.25), label="plateau that passes its own gates")
+    failing = Patch(
+        facecolor=style.tint(_FAILING, 0.25),
+        edgecolor=style.tint(_FAILING, 0.6),
+        hatch="///",
+        linewidth=0.4,
+        label="plateau refused by its own gates",
+    )
+    figure.legend(handles=[passing, failing], loc="outside lower right", ncols=2)

@@ -1,4 +1,4 @@
-"""How a figure registers itself, and how it is found by its name."""
+"""How a figure registers itself, and how its name leads to it."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,6 +1,5 @@
 """Residuals of the fit against every condition: where the law lacks something."""
 
-import string
 from collections.abc import Iterator
 from typing import Any
 
@@ -8,7 +7,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
@@ -27,12 +25,10 @@ _DELTA = "\N{GREEK CAPITAL LETTER DELTA}\N{GREEK SMALL LETTER MU}"
 _GROUPS = 15  # of equally many points, where no set points tell levels apart
 _MILLI = 1e3
 
-
 _RESIDUALS_DRAWN = drawn_table(
     "residuals_drawn",
     "Drawn in the figure of residuals: one row per point or mean.",
-    columns="""
-        panel oil condition kind x y spread""",
+    columns="panel oil condition kind x y spread",
     uses=(
         use("kind", "a plateau, or the mean of a level", allowed=("point", "mean")),
         use("y", "measured minus fitted mu, in thousandths", required=True),
@@ -63,18 +59,22 @@ def residuals(results: CampaignTables, settings: Settings) -> Drawing:
         axes[row, 0].set_ylabel(f"{oil}: {_DELTA} (10$^{{-3}}$)")
         for column, condition in enumerate(_LABELS):
             axis = axes[row, column]
-            panel = string.ascii_letters[row * len(_LABELS) + column]
-            axis.set_title(f"({panel})")
+            panel = style.title_panel(axis, row * len(_LABELS) + column)
             if points is None or points[condition].isna().all():
-                words = "not known" if points is not None else "no fit"
-                style.say_in_panel(axis, words)
+                style.say_in_panel(axis, "no fit" if points is None else "not known")
                 continue
             about = {"panel": panel, "oil": oil, "condition": condition}
-            colour = style.oil_colour(oil, oils)
-            drawn += [one.assign(**about) for one in _draw(axis, points, condition, colour)]
+            marks = _draw(axis, points, condition, style.oil_colour(oil, oils))
+            drawn += [rows.assign(**about) for rows in marks]
     for axis, label in zip(axes[-1], _LABELS.values(), strict=True):
         axis.set_xlabel(label)
-    _say_key(figure)
+    look: dict[str, Any] = {"linestyle": "none", "color": "black"}
+    mean = "mean of a level, with the standard deviation of its plateaus"
+    handles = [
+        style.line_handle("plateau", marker=".", markersize=3, **look),
+        style.line_handle(mean, marker="o", markerfacecolor="white", **look),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
     style.say_key(figure, f"{_DELTA}: measured minus fitted")
     return figure, drawn
 
@@ -98,22 +98,18 @@ def _residuals(results: CampaignTables, oil: str) -> pd.DataFrame | None:
 
 
 def _draw(axis: Axes, points: pd.DataFrame, condition: str, colour: str) -> Iterator[pd.DataFrame]:
-    axis.plot(
-        points[condition], points["residual"], ".", color=colour, alpha=0.25, markersize=1.2,
-        rasterized=True,
-    )  # fmt: skip
-    yield pd.DataFrame({"x": points[condition], "y": points["residual"]}).assign(
-        kind="point", spread=np.nan
-    )
+    xy = pd.DataFrame({"x": points[condition], "y": points["residual"]})
+    dots: dict[str, Any] = {"alpha": 0.25, "markersize": 1.2, "rasterized": True}
+    axis.plot(xy["x"], xy["y"], ".", color=colour, **dots)
+    yield xy.assign(kind="point", spread=np.nan)
     axis.axhline(0, color="black", linewidth=0.6)
     groups = points.groupby(_levels(points, condition), observed=True)
     means = groups.agg(
         x=(condition, "mean"), y=("residual", "mean"), spread=("residual", "std")
     ).reset_index(drop=True)
-    axis.errorbar(
-        means["x"], means["y"], means["spread"], fmt="o", color="black", markerfacecolor="white",
-        elinewidth=0.7, markeredgewidth=0.7,
-    )  # fmt: skip
+    look: dict[str, Any] = {"fmt": "o", "color": "black", "markerfacecolor": "white"}
+    look |= {"elinewidth": 0.7, "markeredgewidth": 0.7}
+    axis.errorbar(means["x"], means["y"], means["spread"], **look)
     yield means.assign(kind="mean")
 
 
@@ -123,15 +119,3 @@ def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
     if nominal in points and points[nominal].notna().all():
         return points[nominal]
     return pd.qcut(points[condition], _GROUPS, duplicates="drop")
-
-
-def _say_key(figure: Figure) -> None:
-    look: dict[str, Any] = {"linestyle": "none", "color": "black"}
-    handles = [
-        Line2D([], [], marker=".", markersize=3, label="plateau", **look),
-        Line2D(
-            [], [], marker="o", markerfacecolor="white",
-            label="mean of a level, with the standard deviation of its plateaus", **look,
-        ),
-    ]  # fmt: skip
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)

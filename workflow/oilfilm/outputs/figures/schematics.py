@@ -1,6 +1,6 @@
 """The two rigs, drawn by code from what the paper's text says of them (Figs 1 and 5)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -24,8 +24,9 @@ _KINDS: dict[str, tuple[Any, str]] = {
     "drive": (style.tint("#CC79A7", 0.45), "drive"),
     "oil": (style.tint("#56B4E9", 0.60), "oil"),
 }
-# One mark: panel, mark, kind, x, y, to_x, to_y, words. A circle has its radius as to_x; words stand
-# at (x, y) with a line to (to_x, to_y) unless that is the same place.
+_EDGE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
+# One mark: panel, mark, kind, x, y, to_x, to_y, words. A circle has its radius as to_x. Words are
+# at (x, y), with a line to the part at (to_x, to_y) unless that is the same point.
 _Mark = tuple[str, str, str, float, float, float, float, str]
 
 
@@ -33,11 +34,9 @@ def _box(panel: str, kind: str, x: float, y: float, to_x: float, to_y: float) ->
     return (panel, "box", kind, x, y, to_x, to_y, "")
 
 
-def _words(
-    panel: str, words: str, x: float, y: float, to_x: float | None = None, to_y: float | None = None
-) -> _Mark:
-    end = (x, y) if to_x is None or to_y is None else (to_x, to_y)
-    return (panel, "words", "", x, y, *end, words)
+def _label(panel: str, label: str, x: float, y: float, *target: float) -> _Mark:
+    to_x, to_y = target or (x, y)
+    return (panel, "words", "", x, y, to_x, to_y, label)
 
 
 def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str = "") -> _Mark:
@@ -47,8 +46,7 @@ def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str =
 _SCHEMATIC = drawn_table(
     "schematic",
     "Drawn in the schematic of a rig: one row per mark, later ones above.",
-    columns="""
-        panel mark kind x y to_x to_y words""",
+    columns="panel mark kind x y to_x to_y words",
     uses=(
         use("kind", "material or action, which gives the colour; empty where there is none"),
         use("x", "start, in units of the drawing", required=True),
@@ -66,7 +64,6 @@ _SCHEMATIC = drawn_table(
     caption="(a) Ball-on-disc rig with drives and sensors. (b) Contact of ball and disc with the "
     "measured speeds, load and force. Schematic after the description in the text, not to scale; "
     "dimensions as configured (mm).",
-    category="Paper",
     family="configured",
     settings=("rigs",),
     shows_data=False,
@@ -77,11 +74,9 @@ def fig01(results: CampaignTables, settings: Settings) -> Drawing:
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 3.9))
     axes = figure.subplots(1, 2, width_ratios=(116, 70))
     rig = next(iter(settings.rigs.values()))
-    drawn = _draw(dict(zip("ab", axes, strict=True)), [*_RIG, *_head(rig)])
-    axes[0].set_title("(a) Rig from the side")
-    axes[1].set_title("(b) Contact, along the ball's axis")
-    _say_key(figure, ("fixed", "turning", "sensor", "drive", "oil"))
-    return figure, [drawn]
+    style.title_panel(axes[0], 0, "Rig from the side")
+    style.title_panel(axes[1], 1, "Contact, along the ball's axis")
+    return figure, [_draw(figure, [*_RIG, *_contact(rig)])]
 
 
 _RIG: tuple[_Mark, ...] = (
@@ -113,24 +108,24 @@ _RIG: tuple[_Mark, ...] = (
     _box("a", "sensor", 30, 63, 34, 68),
     _box("a", "sensor", -34, 49, -30, 54),
     _arrow("a", -14, 2, -14, 10),
-    _words("a", "spindle II", 27, 83),
-    _words("a", "disc", 44, 67, 44, 61),
-    _words("a", "spindle I", -14, 51.5),
-    _words("a", "ball", 14, 36, 13, 47),
-    _words("a", "cradle", -14, 43.5),
-    _words("a", "contact A", -8, 64, 11, 57.2),
-    _words("a", "air spindle", 12, 29, -12, 30),
-    _words("a", "load sensor, W", 14, 17, -8, 17),
-    _words("a", "servo actuator", 14, 6, -10, 6),
-    _words("a", "traction\nforce\nsensor, F", -35, 31, -38, 41),
-    _words("a", "Hall sensor, n\u2082", -6, 84, 31, 67),
-    _words("a", "Hall sensor, n\u2081", -28, 72, -32, 53),
-    _words("a", "oil nozzle,\ntemperature T", 38, 33, 40, 43),
-    _words("a", "frame", 40, 98.5),
+    _label("a", "spindle II", 27, 83),
+    _label("a", "disc", 44, 67, 44, 61),
+    _label("a", "spindle I", -14, 51.5),
+    _label("a", "ball", 14, 36, 13, 47),
+    _label("a", "cradle", -14, 43.5),
+    _label("a", "contact A", -8, 64, 11, 57.2),
+    _label("a", "air spindle", 12, 29, -12, 30),
+    _label("a", "load sensor, W", 14, 17, -8, 17),
+    _label("a", "servo actuator", 14, 6, -10, 6),
+    _label("a", "traction\nforce\nsensor, F", -35, 31, -38, 41),
+    _label("a", "Hall sensor, n\u2082", -6, 84, 31, 67),
+    _label("a", "Hall sensor, n\u2081", -28, 72, -32, 53),
+    _label("a", "oil nozzle,\ntemperature T", 38, 33, 40, 43),
+    _label("a", "frame", 40, 98.5),
 )
 
 
-def _head(rig: Rig) -> list[_Mark]:
+def _contact(rig: Rig) -> list[_Mark]:
     """The contact; sizes as configured, where they are known."""
 
     def size(length_m: float | None) -> str:
@@ -148,19 +143,19 @@ def _head(rig: Rig) -> list[_Mark]:
         _arrow("b", -8, 13, 6, 13),
         _arrow("b", 10, 20.4, 27, 20.4),
         _arrow("b", 0, -36, 0, -21),
-        _words("b", "disc, R\u2082" + size(rig.disc_track_radius_m), 15, 26),
-        _words("b", "U\u2082", -10, 26),
-        _words("b", "U\u2081", -11.5, 13),
-        _words("b", "F on the ball", 27, 15.5),
-        _words("b", "W", 4, -31),
-        _words("b", "R\u2081" + size(rig.ball_track_radius_m), 9, -2.2),
-        _words("b", "n\u2081", 0, -10.5),
-        _words("b", "ball", -10, -3),
-        _words("b", "film", -24, 8, -5, 20.8),
-        _words("b", "oil, T", -33, 4, -31, 13.5),
-        _words("b", "U = (U\u2081 + U\u2082)/2", -21, -27),
-        _words("b", "S = (U\u2082 \N{MINUS SIGN} U\u2081)/U", 23, -27),
-        _words("b", "\N{GREEK SMALL LETTER MU} = F/W", 23, -33),
+        _label("b", "disc, R\u2082" + size(rig.disc_track_radius_m), 15, 26),
+        _label("b", "U\u2082", -10, 26),
+        _label("b", "U\u2081", -11.5, 13),
+        _label("b", "F on the ball", 27, 15.5),
+        _label("b", "W", 4, -31),
+        _label("b", "R\u2081" + size(rig.ball_track_radius_m), 9, -2.2),
+        _label("b", "n\u2081", 0, -10.5),
+        _label("b", "ball", -10, -3),
+        _label("b", "film", -24, 8, -5, 20.8),
+        _label("b", "oil, T", -33, 4, -31, 13.5),
+        _label("b", "U = (U\u2081 + U\u2082)/2", -21, -27),
+        _label("b", "S = (U\u2082 \N{MINUS SIGN} U\u2081)/U", 23, -27),
+        _label("b", "\N{GREEK SMALL LETTER MU} = F/W", 23, -33),
     ]
 
 
@@ -171,7 +166,6 @@ def _head(rig: Rig) -> list[_Mark]:
     caption="Rig for the friction torque of a bearing: driven inner ring, pure axial load, "
     "under-race lubrication, measured torque of the outer ring. Schematic after the description "
     "in the text, not to scale.",
-    category="Paper",
     family="configured",
     shows_data=False,
     draws=_SCHEMATIC,
@@ -179,10 +173,8 @@ def _head(rig: Rig) -> list[_Mark]:
 def fig05(results: CampaignTables, settings: Settings) -> Drawing:
     """The torque rig in a section along its shaft."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.6))
-    axis = figure.subplots()
-    drawn = _draw({"a": axis}, _TORQUE_RIG)
-    _say_key(figure, ("fixed", "turning", "sensor", "drive", "oil"))
-    return figure, [drawn]
+    figure.subplots()
+    return figure, [_draw(figure, _TORQUE_RIG)]
 
 
 _TORQUE_RIG: tuple[_Mark, ...] = (
@@ -221,117 +213,81 @@ _TORQUE_RIG: tuple[_Mark, ...] = (
     _arrow("a", 84, 10, 94, 5.5, "oil"),
     _arrow("a", 3, 11, 19, 11),
     ("a", "turn", "", 85, 7, 85, -7, ""),
-    _words("a", "electric\ncylinder", 11, 0),
-    _words("a", "axial force\nsensor", 31, 22, 31.5, 6),
-    _words("a", "drive, high and\nlow speed", 56, 0),
-    _words("a", "carriage", 56, -16.5),
-    _words("a", "axial load", 11, 15),
-    _words("a", "drive shaft", 85, -21.3, 81, -3),
-    _words("a", "oil supply", 71, 24, 83.5, 24),
-    _words("a", "end cap", 84, 33, 92.5, 18.5),
-    _words("a", "inner ring", 121, 31, 104, 5.5),
-    _words("a", "outer ring", 101, 33, 101, 14),
-    _words("a", "loading housing", 150, 23, 114.5, 15),
-    _words("a", "hydrostatic spindle,\nalmost without friction", 136, 0),
-    _words("a", "torque\nsensor", 163, 0),
-    _words("a", "frame", 20, -26),
+    _label("a", "electric\ncylinder", 11, 0),
+    _label("a", "axial force\nsensor", 31, 22, 31.5, 6),
+    _label("a", "drive, high and\nlow speed", 56, 0),
+    _label("a", "carriage", 56, -16.5),
+    _label("a", "axial load", 11, 15),
+    _label("a", "drive shaft", 85, -21.3, 81, -3),
+    _label("a", "oil supply", 71, 24, 83.5, 24),
+    _label("a", "end cap", 84, 33, 92.5, 18.5),
+    _label("a", "inner ring", 121, 31, 104, 5.5),
+    _label("a", "outer ring", 101, 33, 101, 14),
+    _label("a", "loading housing", 150, 23, 114.5, 15),
+    _label("a", "hydrostatic spindle,\nalmost without friction", 136, 0),
+    _label("a", "torque\nsensor", 163, 0),
+    _label("a", "frame", 20, -26),
 )
 
 
-def _draw(axes: Mapping[str, Axes], marks: Iterable[_Mark]) -> pd.DataFrame:
-    """Draw marks, each as its row of the table says."""
+def _draw(figure: Figure, marks: Sequence[_Mark]) -> pd.DataFrame:
+    """Draw marks, each as its row of the table says, and the key."""
     drawn = tables.conform(
-        pd.DataFrame(list(marks), columns=tables.columns("schematic")), "schematic", "schematic"
+        pd.DataFrame(marks, columns=tables.columns("schematic")), "schematic", "schematic"
     )
+    axes = dict(zip("ab", figure.axes, strict=False))
     for row in tables.rows(drawn):
-        _MARKS[row["mark"]](axes[row["panel"]], row)
-    for axis in axes.values():
+        _draw_mark(axes[row["panel"]], row)
+    for axis in figure.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
         axis.set_anchor("N")
+    handles = [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    style.say_key(figure, "Schematic, not to scale")
     return drawn
 
 
-_EDGE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
-
-
-def _draw_box(axis: Axes, row: Mapping[str, Any]) -> None:
-    width, height = row["to_x"] - row["x"], row["to_y"] - row["y"]
-    colour = _KINDS[row["kind"]][0]
-    axis.add_patch(Rectangle((row["x"], row["y"]), width, height, facecolor=colour, **_EDGE))
-
-
-def _draw_circle(axis: Axes, row: Mapping[str, Any]) -> None:
-    colour = _KINDS[row["kind"]][0]
-    axis.add_patch(Circle((row["x"], row["y"]), row["to_x"], facecolor=colour, **_EDGE))
-
-
-def _draw_line(axis: Axes, row: Mapping[str, Any]) -> None:
+def _draw_mark(axis: Axes, row: Mapping[str, Any]) -> None:
+    start, end = (row["x"], row["y"]), (row["to_x"], row["to_y"])
+    width, height = end[0] - start[0], end[1] - start[1]
+    colour, _ = _KINDS.get(row["kind"], ("black", ""))
     oil = row["kind"] == "oil"
-    axis.plot(
-        [row["x"], row["to_x"]],
-        [row["y"], row["to_y"]],
-        color=_KINDS["oil"][0] if oil else "black",
-        linewidth=3.0 if oil else 0.6,
-        solid_capstyle="butt",
-    )
+    match row["mark"]:
+        case "box":
+            axis.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
+        case "film":
+            axis.add_patch(Rectangle(start, width, height, facecolor=colour, linewidth=0))
+        case "circle":
+            axis.add_patch(Circle(start, end[0], facecolor=colour, **_EDGE))
+        case "line":
+            thickness = 3.0 if oil else 0.6
+            xy = zip(start, end, strict=True)
+            axis.plot(*xy, color=colour, linewidth=thickness, solid_capstyle="butt")
+        case "arrow" | "turn":
+            axis.add_patch(
+                FancyArrowPatch(
+                    start,
+                    end,
+                    arrowstyle="-|>",
+                    connectionstyle="arc3,rad=-0.6" if row["mark"] == "turn" else "arc3",
+                    mutation_scale=7,
+                    shrinkA=0,
+                    shrinkB=0,
+                    color="#0072B2" if oil else "black",
+                    linewidth=0.9,
+                )
+            )
+        case "words":
+            _draw_label(axis, row["words"], start, end)
 
 
-def _draw_film(axis: Axes, row: Mapping[str, Any]) -> None:
-    width, height = row["to_x"] - row["x"], row["to_y"] - row["y"]
-    colour = _KINDS["oil"][0]
-    axis.add_patch(Rectangle((row["x"], row["y"]), width, height, facecolor=colour, linewidth=0))
-
-
-def _draw_arrow(axis: Axes, row: Mapping[str, Any], bend: str = "arc3") -> None:
-    oil = row["kind"] == "oil"
-    axis.add_patch(
-        FancyArrowPatch(
-            (row["x"], row["y"]),
-            (row["to_x"], row["to_y"]),
-            arrowstyle="-|>",
-            connectionstyle=bend,
-            mutation_scale=7,
-            shrinkA=0,
-            shrinkB=0,
-            color="#0072B2" if oil else "black",
-            linewidth=0.9,
-        )
-    )
-
-
-def _draw_turn(axis: Axes, row: Mapping[str, Any]) -> None:
-    _draw_arrow(axis, row, "arc3,rad=-0.6")
-
-
-def _draw_words(axis: Axes, row: Mapping[str, Any]) -> None:
-    at, to = (row["x"], row["y"]), (row["to_x"], row["to_y"])
-    if at != to:
-        axis.plot([at[0], to[0]], [at[1], to[1]], color=style.GREY, linewidth=0.5)
-        axis.plot(*to, ".", color=style.GREY, markersize=2.5)
-    axis.text(
-        *at,
-        row["words"],
-        ha="center",
-        va="center",
-        fontsize=7,
-        linespacing=1.1,
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8} if at != to else None,
-    )
-
-
-_MARKS = {
-    "box": _draw_box,
-    "circle": _draw_circle,
-    "line": _draw_line,
-    "film": _draw_film,
-    "arrow": _draw_arrow,
-    "turn": _draw_turn,
-    "words": _draw_words,
-}
-
-
-def _say_key(figure: Figure, kinds: Iterable[str]) -> None:
-    handles = [Patch(facecolor=_KINDS[kind][0], label=_KINDS[kind][1], **_EDGE) for kind in kinds]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    style.say_key(figure, "Schematic, not to scale")
+def _draw_label(
+    axis: Axes, label: str, at: tuple[float, float], target: tuple[float, float]
+) -> None:
+    box = None
+    if at != target:
+        axis.plot(*zip(at, target, strict=True), color=style.GREY, linewidth=0.5)
+        axis.plot(*target, ".", color=style.GREY, markersize=2.5)
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+    axis.text(*at, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)

@@ -1,8 +1,9 @@
 """The map of oils: what the paper's rules advise, and where the numbers prefer another oil."""
 
-import string
 from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,14 +14,13 @@ from oilfilm.outputs.facts import stand_in_oils
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.advice_map import advice_handles, draw_advice
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
-from oilfilm.settings.config import Box
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
 _SPEED, _PRESSURE = "entrainment_speed_m_s", "max_hertz_pressure_gpa"
 _PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
-
+_FRAME: dict[str, Any] = {"fill": False, "edgecolor": "black"}
 
 _SELECTION_MAP = drawn_table(
     "selection_map",
@@ -60,7 +60,7 @@ def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
     table = results.selection
     if table.empty:
         return style.sentences(
-            "The oils of selection.rules have no law or no film here: no map."
+            "The oils of selection.rules have no law or no film of_panel: no map."
         ), []
     basis = table["basis"].iloc[0]
     table = table[table["basis"] == basis]
@@ -72,32 +72,24 @@ def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
     drawn = []
     for number, axis in enumerate(axes):
         temperature, slip = temperatures[number // len(slips)], slips[number % len(slips)]
-        here = table[(table[_PANEL[0]] == temperature) & (table[_PANEL[1]] == slip)]
-        panel = string.ascii_lowercase[number]
-        axis.set_title(f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, S = {slip:g}", fontsize=7)
+        of_panel = table[(table[_PANEL[0]] == temperature) & (table[_PANEL[1]] == slip)]
+        levels = dict(zip(_PANEL, (temperature, slip), strict=True))
+        panel = style.title_panel(axis, number, style.level_phrases(levels), fontsize=7)
         axis.set(xscale="log", yscale="log")
-        draw_advice(axis, here, oils, _SPEED, _PRESSURE, 2.2)
+        draw_advice(axis, of_panel, oils, _SPEED, _PRESSURE, 2.2)
         box = settings.printed.boxes.tested
-        at = zip((box.inlet_temperature_c, box.slide_roll_ratio), (temperature, slip), strict=True)
-        if all(low <= level <= high for (low, high), level in at):
-            _draw_tested(axis, box)
-        drawn.append(here.assign(panel=panel))
+        if all(np.clip(level, *getattr(box, name)) == level for name, level in levels.items()):
+            (left, right), (low, high) = box.entrainment_speed_m_s, box.max_hertz_pressure_gpa
+            frame = Rectangle((left, low), right - left, high - low, linewidth=0.9, **_FRAME)
+            axis.add_patch(frame)
+        drawn.append(of_panel.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
-    tested = Rectangle((0, 0), 1, 1, fill=False, edgecolor="black", label="tested by the paper")
+    tested = Rectangle((0, 0), 1, 1, label="tested by the paper", **_FRAME)
     handles = [*advice_handles(table, oils, "traction"), tested]
     figure.legend(handles=handles, loc="outside lower left", ncols=(len(handles) + 1) // 2)
     films = ", of STAND-IN oils" if stand_in_oils(settings.oils) else ""
     style.say_key(figure, f"Constants: {basis}. Film: of the traction rig's contact{films}")
     return figure, drawn
-
-
-def _draw_tested(axis: Axes, box: Box) -> None:
-    (left, right), (low, high) = box.entrainment_speed_m_s, box.max_hertz_pressure_gpa
-    axis.add_patch(
-        Rectangle(
-            (left, low), right - left, high - low, fill=False, edgecolor="black", linewidth=0.9,
-        )
-    )  # fmt: skip
 
 
 def _label(figure: Figure, axis: Axes, bottom: Sequence[Axes], table: pd.DataFrame) -> None:
@@ -110,6 +102,6 @@ def _label(figure: Figure, axis: Axes, bottom: Sequence[Axes], table: pd.DataFra
         side.set_major_formatter("{x:g}")
         side.set_minor_locator(NullLocator())
         side.set_minor_formatter(NullFormatter())
-    # not of the figure as a whole, which would lie on the key
+    # not of the figure as a whole, which would cover the key
     bottom[len(bottom) // 2].set_xlabel("Entrainment speed U (m/s)")
     figure.supylabel("Maximum Hertz pressure P (GPa)", fontsize=8)

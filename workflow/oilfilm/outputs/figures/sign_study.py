@@ -1,6 +1,5 @@
 """The study of the lost signs: every sign set's total, the statements, and each sign's margin."""
 
-import string
 from typing import Any
 
 import pandas as pd
@@ -20,12 +19,10 @@ _ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
 # Columns of the table of signs that are no statement.
 _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
 
-
 _SIGN_STUDY = drawn_table(
     "sign_study",
     "Drawn in the figure of the sign study.",
-    columns="""
-        panel oil series words x value weakest_margin""",
+    columns="panel oil series words x value weakest_margin",
     uses=(
         use("series", "all sets, set in use, best set, or margin and its verdict"),
         use("words", "signs, statement, or exponent with its sign"),
@@ -65,10 +62,9 @@ def sign_study(results: CampaignTables, settings: Settings) -> Drawing:
         for row, (draw, of_oil) in enumerate(
             ((_draw_totals, sets), (_draw_statements, sets), (_draw_margins, verdicts))
         ):
-            panel = string.ascii_letters[row * len(oils) + column]
-            part = draw(axes[row, column], of_oil, colour)
-            drawn.append(part.assign(panel=panel, oil=oil))
-            axes[row, column].set_title(f"({panel}) {oil}" if row == 0 else f"({panel})")
+            number, title = row * len(oils) + column, oil if row == 0 else ""
+            panel = style.title_panel(axes[row, column], number, title)
+            drawn.append(draw(axes[row, column], of_oil, colour).assign(panel=panel, oil=oil))
     _label(axes[:, 0], axes[-1])
     style.say_key(
         figure,
@@ -81,25 +77,25 @@ def sign_study(results: CampaignTables, settings: Settings) -> Drawing:
 
 def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
     """Total against rank; near-best sets as dots, the set in use ringed and told in words."""
-    places = pd.Series(range(1, len(sets) + 1), index=sets.index)
+    ranks = pd.Series(range(1, len(sets) + 1), index=sets.index)
     near, used = sets["near_best"], sets["in_use"]
-    axis.semilogx(places, sets["total"], color=_GREY, linewidth=0.8)
-    axis.semilogx(places[near], sets["total"][near], "o", color=colour)
+    axis.semilogx(ranks, sets["total"], color=_GREY, linewidth=0.8)
+    axis.semilogx(ranks[near], sets["total"][near], "o", color=colour)
     axis.semilogx(
-        places[used], sets["total"][used], "o", color="black", markersize=6, markerfacecolor="none"
+        ranks[used], sets["total"][used], "o", color="black", markersize=6, markerfacecolor="none"
     )
     axis.xaxis.set_major_formatter("{x:g}")
     behind = float(sets["total"][used].max() - sets["total"][~used].max())
-    words = (
+    text = (
         f"in use: rank {sets['rank'][used].iloc[0]} of {len(sets)}\n"
         f"(at figs 8, 9: {sets['rank_at_figures'][used].iloc[0]}),\n"
         f"{abs(behind):.2g} {'ahead of the next' if behind > 0 else 'behind the best'};\n"
         f"near-best sets: {near.sum()}"
     )
-    axis.text(0.03, 0.06, words, va="bottom", fontsize=6.5, transform=axis.transAxes)
+    axis.text(0.03, 0.06, text, va="bottom", fontsize=6.5, transform=axis.transAxes)
     series = used.map({True: _IN_USE, False: _ALL})
     return pd.DataFrame(
-        {"series": series, "words": sets["signs"], "x": places, "value": sets["total"]}
+        {"series": series, "words": sets["signs"], "x": ranks, "value": sets["total"]}
     )
 
 
@@ -124,31 +120,24 @@ def _draw_statements(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFram
 
 def _draw_margins(axis: Axes, verdicts: pd.DataFrame, colour: str) -> pd.DataFrame:
     """Bars of the margin, its weakest value as a tick, the sign and the verdict in words."""
-    places = range(len(verdicts))
+    heights = range(len(verdicts))
     sure = verdicts["verdict"].map({"settled": 1.0, "probable": 0.55}).fillna(0.15)
     axis.set_axisbelow(True)
     axis.barh(
-        places,
+        heights,
         verdicts["margin"],
         color=[style.tint(colour, share) for share in sure],
         edgecolor=colour,
         linewidth=0.6,
         height=0.72,
     )
-    axis.plot(verdicts["weakest_margin"], places, "|", color="black", markersize=6)
+    axis.plot(verdicts["weakest_margin"], heights, "|", color="black", markersize=6)
     axis.axvline(0, color="black", linewidth=0.6)
     signs = verdicts["sign"].str.replace("-", _MINUS)
-    for place, sign, word in zip(places, signs, verdicts["verdict"], strict=True):
-        axis.text(
-            1.0,
-            place,
-            f"{sign} {word}",
-            ha="right",
-            va="center",
-            fontsize=6.5,
-            transform=axis.get_yaxis_transform(),
-        )
-    axis.set_yticks(places, verdicts["constant"])
+    look: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": 6.5}
+    for height, label in zip(heights, signs + " " + verdicts["verdict"], strict=True):
+        axis.text(1.0, height, label, transform=axis.get_yaxis_transform(), **look)
+    axis.set_yticks(heights, verdicts["constant"])
     axis.set_ylim(len(verdicts) - 0.5, -0.5)
     return pd.DataFrame(
         {

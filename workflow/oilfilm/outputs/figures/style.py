@@ -1,7 +1,8 @@
-"""How every figure looks: widths of a journal, one colour an oil, one line style a meaning."""
+"""How every figure looks: widths of a journal, one colour per oil, one line style per meaning."""
 
+import string
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ DOUBLE_COLUMN_IN = 174 / 25.4
 
 oil_colour = colours.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
-# One style a meaning: what a law was fitted to, or where its constants are from.
+# One style per meaning: what a law was fitted to, or where its constants are from.
 LINES: dict[str, Any] = {
     "fit": "-",
     "printed": (0, (4, 2)),
@@ -93,18 +94,14 @@ def oil_marker(oil: str, oils: Sequence[str]) -> str:
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
     """`count` shades of one colour, from the colour itself darkened to a light tint of it."""
     red, green, blue = to_rgb(colour)
-    steps = [0.45 + 1.0 * place / max(count - 1, 1) for place in range(count)]
-    return [
-        (red * s, green * s, blue * s)
-        if s <= 1
-        else tuple(1 - (1 - part) * (2 - s) for part in (red, green, blue))  # type: ignore[misc]
-        for s in steps
-    ]
+    steps = [0.45 + 1.0 * number / max(count - 1, 1) for number in range(count)]
+    return [(red * s, green * s, blue * s) if s <= 1 else tint(colour, 2 - s) for s in steps]
 
 
-# Height of a line of small print.
-_LINE_IN = 0.12
-_LETTERS = 70  # that fit into the width of one column
+def tint(colour: str, share: float) -> tuple[float, float, float]:
+    """White with a share of a colour in it."""
+    red, green, blue = (1 - share * (1 - part) for part in to_rgb(colour))
+    return red, green, blue
 
 
 def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[Figure, list[Axes]]:
@@ -115,23 +112,53 @@ def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[
     return figure, list(axes.flat)
 
 
+def title_panel(axis: Axes, number: int, title: str = "", **look: Any) -> str:
+    """Give a panel its title with its letter in front; returns the letter."""
+    letter = string.ascii_letters[number]
+    axis.set_title(f"({letter}) {title}".rstrip(), **look)
+    return letter
+
+
+def level_phrases(levels: Mapping[str, float]) -> str:
+    """Levels of conditions in words, as `P = 1.5 GPa, S = 0.1`."""
+    return ", ".join(LEVEL_PHRASES[name].format(level) for name, level in levels.items())
+
+
 def say_in_panel(axis: Axes, sentence: str, **look: Any) -> None:
     """Say in the middle of a panel why it is empty."""
     axis.text(0.5, 0.5, sentence, ha="center", va="center", transform=axis.transAxes, **look)
 
 
-def sentences(lines: str, width_in: float = SINGLE_COLUMN_IN) -> Figure:
-    """A figure of text: why there is nothing to draw."""
-    figure, (axis,) = panels(1, 1, width_in, 0.14 * (lines.count("\n") + 1))
+def page(width_in: float, height_in: float, *, bottom: float, top: float) -> tuple[Figure, Axes]:
+    """A figure for text without axes: x from 0 to 1, y between two limits."""
+    figure, (axis,) = panels(1, 1, width_in, height_in)
     axis.set_axis_off()
+    axis.set(xlim=(0, 1), ylim=(bottom, top))
+    return figure, axis
+
+
+def sentences(lines: str) -> Figure:
+    """A figure of text: why there is nothing to draw."""
+    height_in = 0.14 * (lines.count("\n") + 1)
+    figure, axis = page(SINGLE_COLUMN_IN, height_in, bottom=0, top=1)
     axis.text(0, 1, lines, va="top", fontsize=7, linespacing=1.3, parse_math=False)
     return figure
+
+
+def line_handle(label: str, **look: Any) -> Line2D:
+    """An entry of a legend: a line, a symbol or both."""
+    return Line2D([], [], label=label, **look)
+
+
+def symbol_handle(label: str, marker: str, **look: Any) -> Line2D:
+    """An entry of a legend: a symbol without a line."""
+    return Line2D([], [], linestyle="", marker=marker, label=label, **look)
 
 
 def oil_handles(oils: Sequence[str], **look: Any) -> list[Line2D]:
     """Entries of a legend that tell oils apart by colour and symbol."""
     return [
-        Line2D([], [], color=oil_colour(oil, oils), marker=oil_marker(oil, oils), label=oil, **look)
+        line_handle(oil, color=oil_colour(oil, oils), marker=oil_marker(oil, oils), **look)
         for oil in oils
     ]
 
@@ -147,41 +174,35 @@ def say_source(figure: Figure, campaign: Campaign) -> None:
     _put_above(figure, provenance(campaign), right=True)
 
 
-def say_key(figure: Figure, words: str) -> None:
+def say_key(figure: Figure, key: str) -> None:
     """What symbols and lines mean, above the panels, where it covers no data."""
-    _put_above(figure, words, right=False)
+    _put_above(figure, key, right=False)
 
 
-def _put_above(figure: Figure, words: str, *, right: bool) -> None:
+def _put_above(figure: Figure, lines: str, *, right: bool) -> None:
     """Small print above the panels, for which the figure grows; the panels keep their height."""
-    side = "right" if right else "left"
+    line_in, margin_in = 0.12, 0.02
     wide = figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
-    # half of a wide figure is as wide as a narrow one
-    lines = [part for line in words.split("\n") for part in textwrap.wrap(line, _LETTERS)]
-    words = words if wide and not right else "\n".join(lines)
-    figure.text(1 if right else 0, 1, words, ha=side, gid="small print", **_SMALL_PRINT)
+    if right or not wide:
+        # 70 letters fit into the width of one column, and into half of a wide figure
+        lines = "\n".join(part for line in lines.split("\n") for part in textwrap.wrap(line, 70))
+    side = "right" if right else "left"
+    figure.text(1 if right else 0, 1, lines, ha=side, gid="small print", **_SMALL_PRINT)
     print_above = [text for text in figure.texts if text.get_gid() == "small print"]
     # which the settings above give to every figure
     layout: Any = figure.get_layout_engine()
     panels_in = figure.get_figheight() * layout.get()["rect"][3]
-    heights = [_LINE_IN * (text.get_text().count("\n") + 1) for text in print_above]
+    heights = [line_in * (text.get_text().count("\n") + 1) for text in print_above]
     # in one line where that is wide enough for both
     height_in = panels_in + (max(heights) if wide else sum(heights))
     figure.set_figheight(height_in)
     top = height_in
     for text, height in zip(print_above, heights, strict=True):
-        margin_in = 0.02
         x = margin_in / figure.get_figwidth()
         at_right = text.get_horizontalalignment() == "right"
         text.set_position((1 - x if at_right else x, (top - margin_in) / height_in))
         top -= 0 if wide else height
     layout.set(rect=(0, 0, 1, panels_in / height_in))
-
-
-def tint(colour: str, share: float) -> tuple[float, float, float]:
-    """White with a share of a colour in it."""
-    red, green, blue = (1 - share * (1 - part) for part in to_rgb(colour))
-    return red, green, blue
 
 
 def plain(text: str) -> str:

@@ -1,7 +1,6 @@
 """mu against slip: measured points with their errors, and the fit as lines (figs 2 and 3)."""
 
 import itertools
-import string
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,14 +15,17 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.campaign import Campaign
-from oilfilm.settings.config import Fig03Settings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
 
+_PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 _NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
 _SE_DRAWN = 1.96  # error bars are 95 % intervals
+# More conditions than this in one panel cannot be told apart by shade and symbol.
+_CONDITIONS_TOLD_APART = 6
+_MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,7 @@ class _Series:
 _CURVES = drawn_table(
     "curves",
     "Drawn in a figure of mu against slip.",
-    columns="""
-        panel series kind oil slide_roll_ratio traction_coefficient traction_coefficient_se""",
+    columns="panel series kind oil slide_roll_ratio traction_coefficient traction_coefficient_se",
     uses=(
         use("kind", "measured: points; fit: line", allowed=("measured", "fit")),
         use("slide_roll_ratio", "abscissa", required=True),
@@ -62,7 +63,6 @@ _CURVES = drawn_table(
     caption="Traction coefficient against slide-roll ratio at three inlet temperatures, by maximum "
     "Hertz pressure (left) and by entrainment speed (right). Symbols: plateau means with the 95 % "
     "interval of their random error; lines: fitted law.",
-    category="Paper",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -70,7 +70,7 @@ _CURVES = drawn_table(
 )
 def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     """mu of one oil against slip by pressure (left) and speed (right), one row per temperature."""
-    results = results.replace(runs=with_levels(results.runs, settings))
+    runs = with_levels(results.runs, settings)
     choice = settings.figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
     law = FittedLaw.of(results.coefficients, oil)
@@ -78,51 +78,29 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     figure, axes = style.panels(
         len(temperatures), 2, style.DOUBLE_COLUMN_IN, 2.1 * len(temperatures)
     )
-    rows = []
-    for row, temperature in enumerate(temperatures):
-        columns = (
-            ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "P = {:g} GPa", "U = {:g} m/s"),
-            ("entrainment_speed_m_s", "max_hertz_pressure_gpa", "U = {:g} m/s", "P = {:g} GPa"),
-        )
-        for column, (varied, fixed, label, fixed_label) in enumerate(columns):
-            levels = _levels(results, settings.campaign, varied)
-            series = [
-                _Series(
-                    label.format(level),
-                    oil,
-                    _select(
-                        results,
-                        oil,
-                        {
-                            varied: level,
-                            fixed: getattr(choice, fixed),
-                            "inlet_temperature_c": temperature,
-                        },
-                    ),
-                    law,
-                    colour,
-                    marker,
-                )
-                for level, colour, marker in zip(
-                    levels,
-                    style.shades(base, len(levels)),
-                    itertools.cycle(style.MARKERS),
-                    strict=False,
-                )
-            ]
-            panel = string.ascii_letters[2 * row + column]
-            title = f"({panel}) T = {temperature:g} \N{DEGREE SIGN}C, " + fixed_label.format(
-                getattr(choice, fixed)
+    drawn = []
+    panels = itertools.product(temperatures, ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE)))
+    for number, (temperature, (varied, fixed)) in enumerate(panels):
+        same = {_TEMPERATURE: temperature, fixed: getattr(choice, fixed)}
+        levels = _levels(runs, settings.campaign, varied)
+        shades = style.shades(base, len(levels))
+        series = [
+            _Series(
+                style.level_phrases({varied: level}),
+                oil,
+                _select(results.points, runs, oil, {**same, varied: level}),
+                law,
+                shade,
+                marker,
             )
-            axes[2 * row + column].set_title(title)
-            rows += _draw_series(axes[2 * row + column], panel, series)
-    if not rows:
-        style.say_in_panel(axes[0], _NO_POINT)
-    else:
-        for axis in axes[:2]:
-            axis.legend(loc="upper left", ncols=2, handletextpad=0.2, columnspacing=0.8)
-        _leave_room_for_legend(axes)
-    return _finish(figure), rows
+            for level, shade, marker in zip(
+                levels, shades, itertools.cycle(style.MARKERS), strict=False
+            )
+        ]
+        panel = style.title_panel(axes[number], number, style.level_phrases(same))
+        drawn += _draw_series(axes[number], panel, series)
+    _finish(figure, axes, drawn, axes[:2], ncols=2, handletextpad=0.2, columnspacing=0.8)
+    return figure, drawn
 
 
 @register(
@@ -131,7 +109,6 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     title="Traction curves of all oils at one temperature",
     caption="Traction coefficient against slide-roll ratio, one panel per pressure. Symbols: "
     "plateau means with the 95 % interval of their random error; lines: fitted law.",
-    category="Paper",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -139,40 +116,66 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
 )
 def fig03(results: CampaignTables, settings: Settings) -> Drawing:
     """mu of all oils against slip at one temperature, one panel per pressure."""
-    results = results.replace(runs=with_levels(results.runs, settings))
+    runs = with_levels(results.runs, settings)
     choice = settings.figures.fig03
     oils = list(settings.oils)
-    pressures = _levels(results, settings.campaign, "max_hertz_pressure_gpa")
+    same = {_SPEED: choice.entrainment_speed_m_s, _TEMPERATURE: choice.inlet_temperature_c}
+    pressures = _levels(runs, settings.campaign, _PRESSURE)
     figure, axes = style.panels(1, max(len(pressures), 1), style.DOUBLE_COLUMN_IN, 2.6)
-    rows = []
-    for number, (axis, pressure) in enumerate(zip(axes, pressures, strict=False)):
-        where = {
-            "max_hertz_pressure_gpa": pressure,
-            "entrainment_speed_m_s": choice.entrainment_speed_m_s,
-            "inlet_temperature_c": choice.inlet_temperature_c,
-        }
+    drawn = []
+    for number, pressure in enumerate(pressures):
         series = [
             _Series(
                 oil,
                 oil,
-                _select(results, oil, where),
+                _select(results.points, runs, oil, {_PRESSURE: pressure, **same}),
                 FittedLaw.of(results.coefficients, oil),
                 style.oil_colour(oil, oils),
                 style.oil_marker(oil, oils),
             )
             for oil in oils
         ]
-        panel = string.ascii_letters[number]
-        axis.set_title(f"({panel}) P = {pressure:g} GPa")
-        rows += _draw_series(axis, panel, series)
-    if not rows:
-        style.say_in_panel(axes[0], _NO_POINT)
+        panel = style.title_panel(axes[number], number, style.level_phrases({_PRESSURE: pressure}))
+        drawn += _draw_series(axes[number], panel, series)
+    title = style.level_phrases(same)
+    _finish(figure, axes, drawn, axes[:1], title=title, title_fontsize=7, alignment="left")
+    return figure, drawn
+
+
+def _levels(runs: pd.DataFrame, campaign: Campaign, name: str) -> list[float]:
+    """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
+    if campaign.matrix is not None:
+        return list(getattr(campaign.matrix, name))
+    return sorted(runs[f"nominal_{name}"].dropna().unique())
+
+
+def _select(
+    points: pd.DataFrame, runs: pd.DataFrame, oil: str, levels: Mapping[str, float]
+) -> pd.DataFrame:
+    """Accepted points of the runs of an oil at given levels."""
+    runs = runs[runs["oil"] == oil]
+    for name, level in levels.items():
+        runs = runs[np.isclose(runs[f"nominal_{name}"], level)]
+    return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
+
+
+def _finish(
+    figure: Figure,
+    axes: Sequence[Axes],
+    drawn: Sequence[pd.DataFrame],
+    with_legend: Sequence[Axes],
+    **legend: Any,
+) -> None:
+    """Legends, with room for them, or why there is nothing to draw; labels of the axes and key."""
+    if drawn:
+        for axis in with_legend:
+            axis.legend(loc="upper left", **legend)
+        axes[0].set_ylim(0, axes[0].get_ylim()[1] * 1.22)
+        axes[0].set_xlim(left=-0.005)
     else:
-        axes[0].legend(
-            loc="upper left", title=_fixed_words(choice), title_fontsize=7, alignment="left"
-        )
-        _leave_room_for_legend(axes)
-    return _finish(figure), rows
+        style.say_in_panel(axes[0], _NO_POINT)
+    style.label_traction_axes(figure)
+    style.say_key(figure, "symbols: plateau means, 95 % interval (random part); lines: fit")
 
 
 @register(
@@ -191,11 +194,10 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
     oils = list(settings.oils)
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
     figure, axes = style.panels(1, len(oils), width, 2.8)
-    rows = []
+    drawn = []
     for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-        panel = string.ascii_letters[number]
-        axis.set_title(f"({panel}) {oil}")
+        panel = style.title_panel(axis, number, oil)
         if of_oil.empty:
             style.say_in_panel(axis, _NO_POINT)
             continue
@@ -207,76 +209,21 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
         )
         law = FittedLaw.of(results.coefficients, oil)
         series = [
-            _Series(name, oil, points, law, shade, marker)
-            for (name, points), shade, marker in zip(
+            _Series(label, oil, points, law, shade, marker)
+            for (label, points), shade, marker in zip(
                 conditions, colours, itertools.cycle(style.MARKERS), strict=False
             )
         ]
-        rows += (
+        drawn += (
             _draw_series(axis, panel, series)
             if told_apart
             else _draw_cloud(axis, panel, colour, series)
         )
         axis.legend(loc="best", fontsize=6)
     bars = "bars: 95 % (random part); " if any(len(axis.containers) for axis in axes) else ""
-    _finish(figure, f"points: plateau means; {bars}lines: fit")
-    return figure, rows
-
-
-# More conditions than this in one panel cannot be told apart by shade and symbol.
-_CONDITIONS_TOLD_APART = 6
-
-
-def _draw_cloud(
-    axis: Axes, panel: str, colour: str, series: Sequence[_Series]
-) -> list[pd.DataFrame]:
-    """All points in one colour, with the fit of each condition through them."""
-    points = pd.concat([condition.points for condition in series])
-    # one line lies on its points, many of them below all points
-    one = len(series) == 1
-    many = one and len(points) > 2000
-    axis.plot(
-        points["slide_roll_ratio"],
-        points["traction_coefficient"],
-        ".",
-        color=colour,
-        markersize=1.6 if many or not one else 3.5,
-        alpha=0.15 if many else 0.7,
-        rasterized=True,
-    )
-    # a sample in the legend that can be seen
-    axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
-    # so many error bars would hide the points: none is drawn
-    cloud = replace(series[0], label=series[0].oil, points=points)
-    drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
-    for condition in series:
-        line = _fit_rows(panel, condition, points)
-        axis.plot(
-            line["slide_roll_ratio"],
-            line["traction_coefficient"],
-            color=condition.colour,
-            linewidth=1.1 if one else 0.3,
-            zorder=3 if one else 1.5,
-        )
-        drawn.append(line)
-    axis.plot([], [], color="black", label="fit")
-    return drawn
-
-
-def _levels(results: CampaignTables, campaign: Campaign, name: str) -> list[float]:
-    """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
-    if campaign.matrix is not None:
-        return list(getattr(campaign.matrix, name))
-    return sorted(results.runs[f"nominal_{name}"].dropna().unique())
-
-
-def _select(results: CampaignTables, oil: str, where: Mapping[str, float]) -> pd.DataFrame:
-    """Accepted points of the runs of an oil at given levels."""
-    runs = results.runs[results.runs["oil"] == oil]
-    for name, level in where.items():
-        runs = runs[np.isclose(runs[f"nominal_{name}"], level)]
-    points = results.points
-    return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
+    style.label_traction_axes(figure)
+    style.say_key(figure, f"points: plateau means; {bars}lines: fit")
+    return figure, drawn
 
 
 def _conditions(
@@ -286,14 +233,14 @@ def _conditions(
     names = [f"nominal_{name}" for name in CONDITIONS]
     joined = points.merge(results.runs[["run_id", *names]], on="run_id")
     for _, group in joined.groupby(names, dropna=False):
-        known = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
-        words = ", ".join(f"{level:g} {unit}" for level, unit in known if not np.isnan(level))
-        yield words, group
+        levels = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
+        label = ", ".join(f"{level:g} {unit}" for level, unit in levels if not np.isnan(level))
+        yield label, group
 
 
 def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.DataFrame]:
     """Draw the series of one panel and return exactly what was drawn."""
-    rows = []
+    drawn = []
     for curve in series:
         if curve.points.empty:
             continue
@@ -310,15 +257,44 @@ def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.D
             elinewidth=0.7,
             label=curve.label,
         )
-        rows += [measured, line]
-    return rows
+        drawn += [measured, line]
+    return drawn
 
 
-_DRAWN_NUMBERS = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
+def _draw_cloud(
+    axis: Axes, panel: str, colour: str, series: Sequence[_Series]
+) -> list[pd.DataFrame]:
+    """All points in one colour, with the fit of each condition through them."""
+    points = pd.concat([condition.points for condition in series])
+    # a single line is drawn over its points, many lines under all points
+    single = len(series) == 1
+    many = single and len(points) > 2000
+    axis.plot(
+        points["slide_roll_ratio"],
+        points["traction_coefficient"],
+        ".",
+        color=colour,
+        markersize=1.6 if many or not single else 3.5,
+        alpha=0.15 if many else 0.7,
+        rasterized=True,
+    )
+    # a sample in the legend that can be seen
+    axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
+    # so many error bars would hide the points: none is drawn
+    cloud = replace(series[0], label=series[0].oil, points=points)
+    drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
+    width, order = (1.1, 3) if single else (0.3, 1.5)
+    for condition in series:
+        line = _fit_rows(panel, condition, points)
+        xy = line["slide_roll_ratio"], line["traction_coefficient"]
+        axis.plot(*xy, color=condition.colour, linewidth=width, zorder=order)
+        drawn.append(line)
+    axis.plot([], [], color="black", label="fit")
+    return drawn
 
 
 def _measured_rows(panel: str, curve: _Series) -> pd.DataFrame:
-    return curve.points[_DRAWN_NUMBERS].assign(
+    return curve.points[_MEASURED].assign(
         panel=panel, series=curve.label, kind="measured", oil=curve.oil
     )
 
@@ -331,24 +307,3 @@ def _fit_rows(panel: str, curve: _Series, points: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({"slide_roll_ratio": slip, "traction_coefficient": mu}).assign(
         panel=panel, series=curve.label, kind="fit", oil=curve.oil
     )
-
-
-def _fixed_words(choice: Fig03Settings) -> str:
-    return (
-        f"U = {choice.entrainment_speed_m_s:g} m/s, "
-        f"T = {choice.inlet_temperature_c:g} \N{DEGREE SIGN}C"
-    )
-
-
-def _leave_room_for_legend(axes: list[Axes]) -> None:
-    axes[0].set_ylim(0, axes[0].get_ylim()[1] * 1.22)
-    axes[0].set_xlim(left=-0.005)
-
-
-def _finish(
-    figure: Figure,
-    key: str = "symbols: plateau means, 95 % interval (random part); lines: fit",
-) -> Figure:
-    style.label_traction_axes(figure)
-    style.say_key(figure, key)
-    return figure

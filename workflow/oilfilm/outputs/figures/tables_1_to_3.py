@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -17,16 +18,16 @@ from oilfilm.settings.reference import PaperStatement, PaperTables
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
-from oilfilm.traction.law import CONDITIONS
 
 _PAPER = "in the paper's text"
+_NONE = "\N{EN DASH}"
 _LINE_IN = 0.125
 _ROW_IN = 0.06  # between rows, beside their lines
 _NOTE_LETTERS = 140  # of 6 pt in a line over both columns
-# Of all cells alike: with line spacings of their own they stand at different heights.
+# Of all cells alike: with line spacings of their own they are at different heights.
 _CELL: dict[str, Any] = {"va": "center", "fontsize": 7}
 _AT_C = 100.0  # of the oils' properties, as in the paper
-# Quantity, unit and how an oil is asked for it.
+# Quantity, unit and its value for an oil.
 _OF_OIL: tuple[tuple[str, str, Any], ...] = (
     ("grade", "cSt", lambda oil: oil.nominal_kinematic_viscosity_100c_cst),
     ("kinematic viscosity", "cSt", lambda oil: 1e6 * oil.kinematic_viscosity_m2_s(_AT_C)),
@@ -40,18 +41,12 @@ _OF_OIL: tuple[tuple[str, str, Any], ...] = (
     ("thermal conductivity", "W/(m K)", lambda oil: oil.thermal_conductivity_w_mk(_AT_C)),
     ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_AT_C)),
 )
-_MATRIX = dict(
-    zip(
-        CONDITIONS,
-        (
-            ("maximum Hertz pressure", "GPa"),
-            ("entrainment speed", "m/s"),
-            ("inlet temperature", "\N{DEGREE SIGN}C"),
-        ),
-        strict=True,
-    )
-)
-# Quantity, unit, where it stands in a file of config/bearings, and the factor to the unit.
+_MATRIX = {
+    "max_hertz_pressure_gpa": ("maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": ("entrainment speed", "m/s"),
+    "inlet_temperature_c": ("inlet temperature", "\N{DEGREE SIGN}C"),
+}
+# Quantity, unit, keys in a file of config/bearings, and the factor to the unit.
 _OF_BEARING: tuple[tuple[str, str, tuple[str, ...], float], ...] = (
     ("ball diameter", "mm", ("ball_diameter_m",), 1e3),
     ("pitch diameter", "mm", ("pitch_diameter_m",), 1e3),
@@ -78,12 +73,10 @@ _OF_TORQUE_TEST = (
     ("oil temperature", "\N{DEGREE SIGN}C", "oil_temperature_c", 1),
 )
 
-
 _STATED_VALUES = drawn_table(
     "stated_values",
     "Drawn in the tables of oils, test matrix and bearing: one row per cell (Tables 1-3).",
-    columns="""
-        thing quantity unit words value source""",
+    columns="thing quantity unit words value source",
     uses=(
         use("words", "text of the cell; * marks what is assumed"),
         use("value", "null where there is only text"),
@@ -98,7 +91,6 @@ _STATED_VALUES = drawn_table(
     caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and specific "
     "heat at 100 \N{DEGREE SIGN}C and 1 bar, as configured, with sources. The values of the paper "
     "are lost; stand-ins are marked.",
-    category="Paper",
     family="configured",
     settings=("oils",),
     references=("paper_tables",),
@@ -108,11 +100,11 @@ _STATED_VALUES = drawn_table(
 def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
-    for oil, known in settings.oils.items():
-        found = None if known is None else known.properties()
-        for quantity, unit, ask in _OF_OIL:
-            value = np.nan if found is None else float(ask(found))
-            rows.append(_row(oil, quantity, unit, value, _source_of(found)))
+    for name, oil_file in settings.oils.items():
+        oil = None if oil_file is None else oil_file.properties()
+        for quantity, unit, of_oil in _OF_OIL:
+            value = np.nan if oil is None else float(of_oil(oil))
+            rows.append(_row(name, quantity, unit, value, _source_of(oil)))
     notes = list(dict.fromkeys(f"{row['thing']}: {row['source']}" for row in rows))
     title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
     return _table(title, rows, notes, paper_tables.tab01)
@@ -131,7 +123,6 @@ def _source_of(oil: Oil | None) -> str:
     caption="Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet temperature "
     "(\N{DEGREE SIGN}C), slide-roll ratios of accepted points, and accepted curves. The table of "
     "the paper is lost; the last column quotes what remains in its text.",
-    category="Paper",
     family="data",
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -140,28 +131,25 @@ def _source_of(oil: Oil | None) -> str:
 )
 def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Levels of the test matrix; without one, those that the logs were set to."""
-    campaign = settings.campaign
-    source = "campaign file, matrix" if campaign.matrix is not None else "set points of the logs"
+    matrix = settings.campaign.matrix
+    source = "campaign file, matrix" if matrix is not None else "set points of the logs"
     runs = with_levels(results.runs, settings)
+    accepted = results.points[results.points["accepted"]]
     rows = []
     for name, (quantity, unit) in _MATRIX.items():
         levels = (
-            getattr(campaign.matrix, name)
-            if campaign.matrix is not None
+            getattr(matrix, name)
+            if matrix is not None
             else sorted(runs[f"nominal_{name}"].dropna().unique())
         )
         rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
-    slips = results.points.loc[results.points["accepted"], "slide_roll_ratio"].abs()
-    reached = (
-        f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else "\N{EN DASH}"
-    )
+    slips = accepted["slide_roll_ratio"].abs()
+    reached = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else _NONE
     rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))
     for oil in settings.oils:
-        measured = results.runs.loc[results.runs["oil"] == oil]
-        accepted = results.points.loc[results.points["accepted"], "run_id"]
-        kept = measured["run_id"].isin(accepted).sum()
-        words = f"{kept} accepted of {len(measured)} runs"
-        rows.append(_row("this campaign", f"curves of {oil}", "", words, "tables runs and points"))
+        of_oil = runs.loc[runs["oil"] == oil, "run_id"]
+        curves = f"{of_oil.isin(accepted['run_id']).sum()} accepted of {len(of_oil)} runs"
+        rows.append(_row("this campaign", f"curves of {oil}", "", curves, "tables runs and points"))
     return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
 
 
@@ -171,7 +159,6 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     title="Parameters of the bearing",
     caption="Geometry, materials and cage of the bearing, as configured, with sources. The table "
     "of the paper is partly lost; the last column quotes what remains in its text.",
-    category="Paper",
     family="configured",
     settings=("bearings", "campaign.torque"),
     references=("paper_tables",),
@@ -181,37 +168,32 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 )
 def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Parameters of the campaign's bearing and the levels of its test."""
-    campaign = settings.campaign
-    torque = campaign.torque
+    torque = settings.campaign.torque
     if torque is None:
         raise ValueError("a campaign without torque logs has no bearing")
     name = torque.bearing
     bearing = settings.bearings[name]
     rows = []
     for quantity, unit, keys, factor in _OF_BEARING:
-        value: Any = bearing
-        for key in keys:
-            value = getattr(value, key)
-        assumed = keys[0] in bearing.assumed
-        source = "assumed" if assumed else bearing.source
-        stated = value if isinstance(value, str) else factor * value
+        value: Any = reduce(getattr, keys, bearing)
+        source = "assumed" if keys[0] in bearing.assumed else bearing.source
+        value = value if isinstance(value, str) else factor * value
         # every digit of the drawing, and none that it has not
-        rows.append(_row(name, quantity, unit, stated, source, "{:.7g}".format))
+        rows.append(_row(name, quantity, unit, value, source, "{:.7g}".format))
     for quantity, unit, key, factor in _OF_TORQUE_TEST:
         if torque.matrix is not None:
-            words = _levels([factor * level for level in getattr(torque.matrix, key)])
-            rows.append(_row(name, quantity, unit, words, "campaign file, `torque`"))
+            levels = _levels([factor * level for level in getattr(torque.matrix, key)])
+            rows.append(_row(name, quantity, unit, levels, "campaign file, `torque`"))
     notes = [f"{name}: {bearing.source}. *: assumed."]
-    title = "Bearing and test of its torque"
-    return _table(title, rows, notes, paper_tables.tab03)
+    return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
 
 
 def _levels(levels: Iterable[float]) -> str:
-    return ", ".join(f"{level:g}" for level in levels) or "\N{EN DASH}"
+    return ", ".join(f"{level:g}" for level in levels) or _NONE
 
 
 def _number(value: float) -> str:
-    """Three digits at least, and no whole one lost."""
+    """At least three digits, and all digits before the decimal point."""
     return f"{value:.{int(np.clip(2 - np.floor(np.log10(value)), 0, 3))}f}"
 
 
@@ -219,19 +201,20 @@ def _row(
     thing: str,
     quantity: str,
     unit: str,
-    stated: float | str,
+    content: float | str,
     source: str,
-    spell: Callable[[float], str] = _number,
+    number_format: Callable[[float], str] = _number,
 ) -> dict[str, Any]:
-    if isinstance(stated, str):
-        words, value = stated, np.nan
-    else:
-        words, value = "\N{EN DASH}" if np.isnan(stated) else spell(stated), float(stated)
+    """One cell: a text, or a number in its format."""
+    value = np.nan if isinstance(content, str) else float(content)
+    text = (
+        content if isinstance(content, str) else _NONE if np.isnan(value) else number_format(value)
+    )
     return {
         "thing": thing,
         "quantity": quantity,
         "unit": unit,
-        "words": f"{words}*" if source == "assumed" else words,
+        "words": f"{text}*" if source == "assumed" else text,
         "value": value,
         "source": source,
     }
@@ -245,26 +228,23 @@ def _table(
 ) -> Drawing:
     """The rows as a table with one column per thing; last, what remains in the paper's text."""
     units = {row["quantity"]: row["unit"] for row in rows}
-    for quantity, told in of_paper.items():
-        where = f" ({told.where})" if told.where else ""
-        source = told.where or "lost"
-        rows.append(_row(_PAPER, quantity, units.get(quantity, ""), f"{told.says}{where}", source))
+    for quantity, statement in of_paper.items():
+        where = f" ({statement.where})" if statement.where else ""
+        unit, source = units.get(quantity, ""), statement.where or "lost"
+        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where}", source))
     drawn = tables.from_rows(rows, "stated_values")
-    things = list(dict.fromkeys(drawn["thing"]))
-    if _PAPER not in things:
-        things.append(_PAPER)
-    cells = drawn.set_index(["quantity", "thing"])["words"].unstack("thing")
+    things = [*drawn.loc[drawn["thing"] != _PAPER, "thing"].unique(), _PAPER]
+    cells = drawn.pivot(index="quantity", columns="thing", values="words")
     cells = cells.reindex(index=drawn["quantity"].unique(), columns=things).fillna("")
     letters = 46 if len(things) <= 2 else 26
-    lines = [textwrap.wrap(words, letters) or [""] for words in cells[_PAPER]]
-    heights = [_LINE_IN * len(some) + _ROW_IN for some in lines]
+    lines = [textwrap.wrap(text, letters) or [""] for text in cells[_PAPER]]
+    heights = [_LINE_IN * len(wrapped) + _ROW_IN for wrapped in lines]
     small = [line for note in notes for line in textwrap.wrap(note, _NOTE_LETTERS)]
     height_in = sum(heights) + 1.5 * (_LINE_IN + _ROW_IN) + 0.1 * len(small)
-    figure, (axis,) = style.panels(1, 1, style.DOUBLE_COLUMN_IN, height_in)
-    axis.set_axis_off()
-    axis.set_xlim(0, 1)
-    axis.set_ylim(height_in, 0)
-    _draw_cells(axis, title, cells, things, lines, heights, units)
+    figure, axis = style.page(style.DOUBLE_COLUMN_IN, height_in, bottom=height_in, top=0)
+    axis.text(0, (_LINE_IN + _ROW_IN) / 2, title, color=style.GREY, **_CELL)
+    names = {quantity: f"{quantity} ({unit})" for quantity, unit in units.items() if unit}
+    _draw_cells(axis, cells.rename(index=names), lines, heights)
     axis.text(
         0, height_in, "\n".join(small), va="bottom", fontsize=6, color=style.GREY,
         linespacing=1.15, parse_math=False, in_layout=False,
@@ -273,29 +253,21 @@ def _table(
 
 
 def _draw_cells(
-    axis: Axes,
-    title: str,
-    cells: pd.DataFrame,
-    things: Sequence[str],
-    lines: Sequence[Sequence[str]],
-    heights: Sequence[float],
-    units: Mapping[str, str],
+    axis: Axes, cells: pd.DataFrame, lines: Sequence[Sequence[str]], heights: Sequence[float]
 ) -> None:
-    paper_at = 0.72 if len(things) > 2 else 0.64
-    ends = np.linspace(0.37, paper_at - 0.02, len(things))[1:]
+    *things, _ = cells.columns
+    paper_x = 0.72 if len(things) > 1 else 0.64
+    ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
     y = _LINE_IN + _ROW_IN
-    axis.text(0, y / 2, title, va="center", fontsize=7, color=style.GREY)
-    for thing, end in zip(things[:-1], ends, strict=True):
-        axis.text(end, y / 2, thing, ha="right", va="center", fontsize=7, fontweight="bold")
-    axis.text(paper_at, y / 2, _PAPER, va="center", fontsize=7, fontweight="bold")
+    for thing, end in zip(things, ends, strict=True):
+        axis.text(end, y / 2, thing, ha="right", fontweight="bold", **_CELL)
+    axis.text(paper_x, y / 2, _PAPER, fontweight="bold", **_CELL)
     for edge in (0.0, y, y + sum(heights)):
         axis.axhline(edge, color="black", linewidth=0.6)
-    for (quantity, row), words, height in zip(cells.iterrows(), lines, heights, strict=True):
+    for (quantity, row), wrapped, height in zip(cells.iterrows(), lines, heights, strict=True):
         middle = y + height / 2
-        unit = units.get(str(quantity))
-        named = f"{quantity} ({unit})" if unit else str(quantity)
-        axis.text(0, middle, named, **_CELL)
-        for thing, end in zip(things[:-1], ends, strict=True):
+        axis.text(0, middle, str(quantity), **_CELL)
+        for thing, end in zip(things, ends, strict=True):
             axis.text(end, middle, row[thing], ha="right", **_CELL)
-        axis.text(paper_at, middle, "\n".join(words), color=style.GREY, **_CELL)
+        axis.text(paper_x, middle, "\n".join(wrapped), color=style.GREY, **_CELL)
         y += height
