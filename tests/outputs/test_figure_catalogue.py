@@ -11,11 +11,14 @@ from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption
 from oilfilm.outputs.figures.registry import load_figure
-from oilfilm.settings.resolved import CampaignPart
+from oilfilm.settings.resolved import Settings
 
-SIMULATED = CampaignPart.of({"name": "demo", "data": "simulated"})
-MEASURED = CampaignPart.of(
-    {"name": "june", "data": "measured", "film_unjudged": {"accept": True, "reason": "unknown"}}
+SIMULATED, MEASURED = (
+    Settings.of({"campaign": {"name": name, "data": data, "film_unjudged": unjudged}}).campaign
+    for name, data, unjudged in (
+        ("demo", "simulated", None),
+        ("june", "measured", {"accept": True, "reason": "unknown"}),
+    )
 )
 
 

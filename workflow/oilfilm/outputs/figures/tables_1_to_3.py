@@ -14,6 +14,7 @@ from oilfilm.curation.coverage import with_levels
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.physics.oils import Oil
+from oilfilm.settings.base import present
 from oilfilm.settings.reference import PaperStatement, PaperTables
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -100,8 +101,8 @@ _STATED_VALUES = drawn_table(
 def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
-    for name, oil_file in settings.oils.items():
-        oil = None if oil_file is None else oil_file.properties()
+    for name in settings.oils:
+        oil = settings.properties_of(name)
         for quantity, unit, of_oil in _OF_OIL:
             value = np.nan if oil is None else float(of_oil(oil))
             rows.append(_row(name, quantity, unit, value, _source_of(oil)))
@@ -168,9 +169,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 )
 def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Parameters of the campaign's bearing and the levels of its test."""
-    torque = settings.campaign.torque
-    if torque is None:
-        raise ValueError("a campaign without torque logs has no bearing")
+    torque = present(settings.campaign.torque, "torque", "the campaign")
     name = torque.bearing
     bearing = settings.bearings[name]
     rows = []
