@@ -135,7 +135,12 @@ def test_sign_study_names_the_verdict_of_every_sign(config: Settings) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"), [("signs", "no oil of this campaign"), ("selection", "no map")]
+    ("name", "reason"),
+    [
+        ("signs", "no oil of this campaign"),
+        ("selection", "no map"),
+        ("coverage", "nothing to cover"),
+    ],
 )
 def test_figure_of_oils_that_are_not_there_says_so(
     config: Settings, name: str, reason: str
@@ -143,6 +148,7 @@ def test_figure_of_oils_that_are_not_there_says_so(
     figure, drawn = draw(name, CampaignTables.in_memory(), config)
     assert drawn.empty
     assert reason in figure.axes[0].texts[0].get_text().lower()
+    assert nothing_is_cut_off(figure)
 
 
 def test_shades_run_from_dark_to_light() -> None:

@@ -125,7 +125,7 @@ def _cells(coverage: pd.DataFrame) -> pd.DataFrame:
 def _why_no_map(cells: pd.DataFrame, oils: Sequence[str]) -> str:
     """What to say instead of a map, where there is none to draw; else empty."""
     if cells.empty:
-        return "No run was read, and the campaign has no matrix: there is nothing to cover."
+        return "No run was read, and the campaign has no matrix:\nthere is nothing to cover."
     if cells[_CELL[1:]].isna().all(axis=None):
         return (
             "No set points are stated, so that no map can be drawn.\n"

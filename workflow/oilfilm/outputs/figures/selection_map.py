@@ -60,7 +60,7 @@ def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
     table = results.selection
     if table.empty:
         return style.sentences(
-            "The oils of selection.rules have no law or no film of_panel: no map."
+            "The oils of selection.rules have no law or no film here:\nno map."
         ), []
     basis = table["basis"].iloc[0]
     table = table[table["basis"] == basis]

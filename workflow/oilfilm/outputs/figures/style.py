@@ -139,7 +139,7 @@ def page(width_in: float, height_in: float, *, bottom: float, top: float) -> tup
 
 def sentences(lines: str) -> Figure:
     """A figure of text: why there is nothing to draw."""
-    height_in = 0.14 * (lines.count("\n") + 1)
+    height_in = 0.14 * (lines.count("\n") + 1) + 0.05
     figure, axis = page(SINGLE_COLUMN_IN, height_in, bottom=0, top=1)
     axis.text(0, 1, lines, va="top", fontsize=7, linespacing=1.3, parse_math=False)
     return figure
