@@ -223,7 +223,8 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     values["traction_force"] += np.where(sliding, decay * values["load"], 0)
     log = [("log", bad_logs.csv(values))]
     points = check_logs(log, bad_logs.CONFIG).points.query("slide_roll_ratio > 0.02")
-    assert set(points["failed_gates"]) == {"transient_not_ended"}
+    # with so many of its plateaus the run is refused as well
+    assert set(points["failed_gates"]) == {"most_plateaus_fail;transient_not_ended"}
     # 62 rows are left from 0.8 s on; the noise of 0.02 N over 82 N moves a mean by some 1e-4
     steady = decay[80 + 16 : 80 + 78]
     expected = steady[:12].mean() - steady[12:].mean()
@@ -249,6 +250,8 @@ def rig_log(force_n: np.ndarray, slip: np.ndarray, time_s: np.ndarray) -> Signal
         "traction_force_n": force_n,
         "slide_roll_ratio": slip,
         "entrainment_speed_m_s": np.full(count, 30.0),
+        "ball_speed_m_s": 30.0 * (1 - slip / 2),
+        "disc_speed_m_s": 30.0 * (1 + slip / 2),
         "inlet_temperature_c": np.full(count, 70.0),
     }
     return Signals(np.arange(1, count + 1), time_s, columns)
@@ -403,7 +406,7 @@ def test_sweep_whose_way_back_differs_is_refused(
 
 def test_copy_of_a_log_and_a_name_given_twice_are_refused() -> None:
     sound = SOUND["traction"]
-    other = {**sound.values, "load": sound.values["load"] + 1e-3}
+    other = {**sound.values, "load": sound.values["load"] + 0.1}
     first, namesake = sound.text(run="17"), sound.text(other, run="17")
     logs = [("a_first", first), ("b_copy", first), ("c_namesake", namesake)]
     repeats = {"campaign": {"repeated_conditions": "accept"}}

@@ -283,9 +283,9 @@ BAD_LOGS = (
         slip_by_another_definition=(csv(HALVED_SLIP, UNITS_TWICE), "slide_roll_ratio is 0.1 in"),
         speed_as_a_sum=(csv(DOUBLED_SPEED, UNITS_TWICE), "entrainment_speed is 60 in row"),
     ),
+    *bad("time_unit", time_in_wrong_unit=(csv(units={**UNITS, "time": "ms"}), "time is in")),
     *bad(
         "zero_missing",
-        time_in_wrong_unit=(csv(units={**UNITS, "time": "ms"}), ""),
         speed_zero=(csv(good(speed_m_s=0.0)), "slide-roll ratio of"),
     ),
     *bad(

@@ -118,6 +118,26 @@ def stuck(log: SoundLog) -> bytes:
     return log.column(log.sensor, change)
 
 
+def stops_moving(log: SoundLog, name: str) -> bytes:
+    """A signal repeats one reading from the middle of the run on."""
+
+    def change(column: np.ndarray) -> np.ndarray:
+        column[len(column) // 2 :] = column[len(column) // 2]
+        return column
+
+    return log.column(name, change)
+
+
+def without_readings(log: SoundLog) -> bytes:
+    """The sensor gives no numbers for most of a level."""
+
+    def change(column: np.ndarray) -> np.ndarray:
+        column[log.held] = np.nan
+        return column
+
+    return log.column(log.sensor, change)
+
+
 def saturated(log: SoundLog, name: str) -> bytes:
     """A tenth of the readings are cut off at the end of the range."""
     return log.column(name, lambda column: np.minimum(column, np.quantile(column, 0.9)))
@@ -193,6 +213,10 @@ DAMAGES = (
         {"traction": "not_steady", "torque": "torque_drifts"},
         spares=True,
     ),
+    # --- the other signals
+    Damage("stuck_load_cell", lambda log: stops_moving(log, log.load), "stuck_channel", "load is"),
+    Damage("stuck_thermocouple", lambda log: stops_moving(log, log.temperature), "stuck_channel"),
+    Damage("hole_in_the_readings", without_readings, "missing_readings", "no row from"),
     # --- the zero
     Damage("no_rest_at_the_start", lambda log: without_ends(log, log.rest, 0), *NO_OPENING),
     Damage("short_rest_at_the_start", lambda log: without_ends(log, log.rest - 12, 0), *NO_OPENING),

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from campaigns import ROOT
 from oilfilm.readers import ingest
 from oilfilm.readers.base import Reading
+from oilfilm.readers.header import header_keys, misspelt_key
 from oilfilm.readers.ingest import read_log, unpack
-from oilfilm.readers.layout import encoding_of
+from oilfilm.readers.layout import encodings_of
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import conversion
@@ -206,12 +207,40 @@ def test_archive_that_unfolds_without_end_is_refused() -> None:
         ("load", "ascii"),
         ("\u8f7d\u8377", "utf-8"),
         ("\u8f7d\u8377,1", "gb18030"),
+        ("\u00d6lzulauf [\u00b0C];K\u00fcvette", "cp1252"),
+        ("Dur\u00e9e,Entr\u00e9e d'huile", "cp1252"),
         ("load;1;2;3", "utf-16-le"),
         ("load;1;2;3", "utf-16-be"),
     ],
 )
 def test_encoding_is_known_without_a_mark(text: str, encoding: str) -> None:
-    assert encoding_of(text.encode(encoding)) == encoding
+    assert encodings_of(text.encode(encoding))[0] == encoding
+
+
+def test_header_in_another_language_and_an_oil_by_another_name() -> None:
+    config = with_campaign(header={"oil": ["Schmierstoff", "润滑油"]}).with_changes(
+        {"oils": {"4102": {"aliases": ["Öl B-12"]}}}
+    )
+    keys = header_keys({"润滑油": "Öl B-12", "load_n": "80"}, config)
+    assert keys == {"oil": "4102", "load_n": "80"}
+    contradicting = header_keys({"schmierstoff": "4102", "oil": "4050"}, config)
+    assert contradicting["oil"] == "4102 / 4050"
+
+
+def test_one_oil_in_a_campaign_needs_no_label() -> None:
+    config = CONFIG.with_changes({"campaign": {"oils": ["4050"]}})
+    one_oil = type(config).of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
+    assert header_keys({}, one_oil) == {"oil": "4050"}
+    assert header_keys({}, config) == {}
+
+
+@pytest.mark.parametrize(("key", "near"), [("entrainement_speed_m_s", "entrainment"), ("load", "")])
+def test_misspelt_key_of_a_set_point_is_named(key: str, near: str) -> None:
+    refusal = misspelt_key({key: "30", "operator": "me"})
+    assert (refusal is not None) == bool(near)
+    if refusal is not None:
+        assert key in refusal.reason and near in refusal.reason
+        assert misspelt_key({key: "30", "entrainment_speed_m_s": "30"}) is None
 
 
 @pytest.mark.parametrize("unit", ["m", "banana", "kg", "%%", "", "N*m"])

@@ -39,6 +39,6 @@ rule collect:
         "<logs>/collect.log",
     params:
         code=code("collect.py"),
-        config=part("film", "gates", campaign=("repeated_conditions",)),
+        config=part("film", "gates", "same_set_point", campaign=("repeated_conditions",)),
     script:
         "../scripts/collect.py"

@@ -13,6 +13,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.gate import Columns, Finding, Limits, Run
+from oilfilm.curation.hypotheses import DOUBTFUL
 from oilfilm.curation.measure import Measured, measure
 from oilfilm.curation.refusals import (
     plateau_gates,
@@ -28,6 +29,8 @@ from oilfilm.readers.base import Refusal
 from oilfilm.readers.ingest import ingest_logs
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
+
+_MOST_FAIL = "most_plateaus_fail"
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,43 @@ def curate(
         else:
             partly += [refusal("too_short", each, kind, run_id) for each in measured.too_short]
     points = _table_of_plateaus(plateaus_of, runs, settings, kind)
-    return _judge(points, runs, refused, partly, kind, limits)
+    judged = _judge(points, runs, refused, partly, kind, limits)
+    explained: dict[str, Refusal] = {}
+    doubtful = judged.quarantine[judged.quarantine["rule"].isin(DOUBTFUL)]
+    for run_id, reason in zip(doubtful["run_id"], doubtful["reason"], strict=True):
+        of_run = {name: array[rows_of[run_id]] for name, array in arrays.items()}
+        cause = _explanation(of_run, run_id, reason, runs, settings, kind)
+        if cause is not None:
+            explained[run_id] = cause
+    if not explained:
+        return judged
+    return _judge(points, runs, {**refused, **explained}, partly, kind, limits)
+
+
+def _explanation(
+    samples: Columns,
+    run_id: str,
+    reason: str,
+    runs: pd.DataFrame,
+    settings: Settings,
+    kind: RigKind,
+) -> Refusal | None:
+    """A simple mistake without which a run refused for that reason would pass, if there is one."""
+    limits = kind.limits(settings)
+    run = runs.set_index("run_id").loc[run_id]
+    if run["log_kind"] == "steps":
+        return None  # readings that the rig's program has settled and converted
+    rig = str(run["rig"])
+    for hypothesis in kind.hypotheses(rig, settings):
+        signals = kind.signals(hypothesis.undo(samples), rig, settings)
+        measured = measure(signals, kind, rig, settings)
+        if first_fault(signals, measured, kind, limits) is not None:
+            continue
+        points = _table_of_plateaus({run_id: measured.plateaus}, runs, settings, kind)
+        if judge_plateaus(points, kind, limits).any(axis=1).mean() <= limits.faulty_share_max:
+            sentence = f"{hypothesis.sentence}; as it is, {reason}"
+            return refusal(hypothesis.rule, Finding(sentence), kind, run_id)
+    return None
 
 
 def collect(
@@ -115,7 +154,7 @@ def collect(
     runs = pd.concat([share.runs for share in shares], ignore_index=True)
     quarantine = [*unread, *(share.quarantine for share in shares)]
     for rule in kind.repeats(settings):
-        again = repeated(runs, rule, kind)
+        again = repeated(points, runs, rule, kind, settings)
         if again:
             points = _refuse_plateaus(points, again, kind)
             runs = _count(points, _with_rules(runs, again))
@@ -150,7 +189,14 @@ def first_fault(
     signals: Signals, measured: Measured, kind: RigKind, limits: Limits
 ) -> tuple[str, Finding] | None:
     """Rule and finding of the first gate that refuses a run, if one does."""
-    run = Run(signals, measured.plateaus, kind.sensor, kind.load, measured.working)
+    run = Run(
+        signals,
+        measured.plateaus,
+        kind.sensor,
+        kind.load,
+        measured.working,
+        kind.channels,
+    )
     for gate in run_gates(kind):
         finding = gate.judge(run, limits)
         if finding is not None:
@@ -201,14 +247,17 @@ def _judge(
     failed = judge_plateaus(points, kind, limits)
     points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
     points = _refuse_plateaus(points, list(refused.values()), kind)
-    left = points.groupby("run_id")["accepted"].any()
-    no_plateau_left = [run_id for run_id in left.index[~left] if run_id not in refused]
-    all_fail = [
-        _why_all_fail(points[points["run_id"] == run_id], failed, kind, limits)
-        for run_id in no_plateau_left
+    by_plateaus = [
+        _why_not_used(points[points["run_id"] == run_id], failed, kind, limits)
+        for run_id in _not_usable(points, failed, kind, limits)
+        if run_id not in refused
     ]
+    # the plateaus stay, whatever the rig, with the gate of their run beside their own
+    points = failed_gates.with_gate_of_run(
+        points, {each.run_id: each.rule for each in by_plateaus if each.rule == _MOST_FAIL}
+    )
     # in the order of the runs
-    of_runs = {each.run_id: each for each in (*refused.values(), *all_fail)}
+    of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}
     ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
     runs = _count(points, _with_rules(runs, ordered))
     columns = tables.columns(kind.table)
@@ -233,15 +282,31 @@ def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind
     return points[~points["run_id"].isin(list(gate_of_run))]
 
 
-def _why_all_fail(
+def _not_usable(
+    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
+) -> list[str]:
+    """Runs of which no plateau is left, or so few that the others cannot be trusted either."""
+    blamed = [gate.name for gate in plateau_gates(kind) if gate.blames_run and gate.name in failed]
+    left = points["accepted"].groupby(points["run_id"]).any()
+    faulty = failed[blamed].any(axis=1).groupby(points["run_id"]).mean()
+    return [str(run_id) for run_id in left.index[~left | (faulty > limits.faulty_share_max)]]
+
+
+def _why_not_used(
     points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
 ) -> Refusal:
-    """The refusal of a run that no plateau is left of."""
+    """The refusal of a run that no plateau is left of, or too few."""
     run_id, failed = points["run_id"].iloc[0], failed.loc[points.index]
     for gate in plateau_gates(kind):
         if failed[gate.name].all():
             return refusal(gate.name, Finding(gate.judge(points, limits).sentence), kind, run_id)
     counts = ", ".join(f"{name} {count}" for name, count in failed.sum().items() if count)
+    if points["accepted"].any():
+        sentence = (
+            f"{failed.any(axis=1).sum()} of the {len(points)} plateaus fail ({counts}), so that "
+            f"the others cannot be trusted; allowed {limits.faulty_share_max:.0%}"
+        )
+        return refusal(_MOST_FAIL, Finding(sentence), kind, run_id)
     sentence = f"each of the {len(points)} plateaus fails some gate ({counts})"
     return refusal("no_point_left", Finding(sentence), kind, run_id)
 

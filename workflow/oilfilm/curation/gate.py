@@ -50,6 +50,7 @@ class Run:
         sensor: The signal whose zero is removed: traction force or torque.
         load: The signal of the load.
         working: The samples between the phases that give the zero.
+        channels: The other logged signals, the load among them.
     """
 
     signals: Signals
@@ -57,6 +58,7 @@ class Run:
     sensor: Channel
     load: Channel
     working: slice
+    channels: Sequence[Channel]
 
     def of(self, channel: Channel) -> FloatArray:
         """A signal while the rig works."""
@@ -87,6 +89,7 @@ class Limits:
     min_duration_s: float
     zero_min_duration_s: float
     zero_drift_max: float
+    faulty_share_max: float
 
 
 @dataclass(frozen=True)
@@ -117,19 +120,25 @@ Judge = TypeVar("Judge", RunJudge, PlateauJudge)
 
 @dataclass(frozen=True)
 class Gate(Generic[Judge]):
-    """A check with its advice and the kinds of rig that it judges."""
+    """A check with its advice and the kinds of rig that it judges.
+
+    A gate of plateaus that `blames_run` shows a fault of the run: where many plateaus fail it, the
+    others are no better.
+    """
 
     name: str
     rigs: tuple[str, ...]
     advice: str
     judge: Judge
+    blames_run: bool = True
 
 
-def gate(*rigs: str, advice: str) -> Callable[[Judge], Gate[Judge]]:
+def gate(*rigs: str, advice: str, blames_run: bool = True) -> Callable[[Judge], Gate[Judge]]:
     """Make a function a gate under its own name.
 
     Args:
         rigs: Kinds of rig that it judges.
         advice: What to do about a refusal. May hold words of the rig in braces (`RigKind.words`).
+        blames_run: See `Gate`.
     """
-    return lambda judge: Gate(judge.__name__, rigs, advice, judge)
+    return lambda judge: Gate(judge.__name__, rigs, advice, judge, blames_run)

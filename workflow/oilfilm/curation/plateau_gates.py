@@ -24,14 +24,22 @@ from oilfilm.units import FloatArray, conversion
 _LOAD_UNITS = ("kgf", "lbf", "gf")
 
 
-@gate(TRACTION, advice="Such rows carry no traction; nothing to do if the step was not meant to.")
+@gate(
+    TRACTION,
+    advice="Such rows carry no traction; nothing to do if the step was not meant to.",
+    blames_run=False,
+)
 def traction_missing(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Force, load or slip has no value."""
     missing = points[["traction_coefficient", "slide_roll_ratio"]].isna().any(axis=1)
     return Judgement(missing, "no traction force, load above zero or slip was logged")
 
 
-@gate(*BOTH, advice="Hold each {level} longer than settle_s + min_duration_s of config.yaml.")
+@gate(
+    *BOTH,
+    advice="Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
+    blames_run=False,
+)
 def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Little is left of a level once it has settled."""
     duration_s, least_s = points["duration_s"], limits.min_duration_s
@@ -96,7 +104,11 @@ def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Jud
     )
 
 
-@gate(TRACTION, advice="Check the spindle speeds: one of them may have slipped for a moment.")
+@gate(
+    TRACTION,
+    advice="Check the spindle speeds: one of them may have slipped for a moment.",
+    blames_run=False,
+)
 def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
@@ -107,7 +119,11 @@ def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement
     )
 
 
-@gate(TRACTION, advice="Check the control of the slip and the planned slips of the campaign file.")
+@gate(
+    TRACTION,
+    advice="Check the control of the slip and the planned slips of the campaign file.",
+    blames_run=False,
+)
 def slip_off_set_point(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is none of the planned ones."""
     distance = _distance_to_plan(points, limits.planned_slips)
@@ -154,7 +170,7 @@ def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
     )
 
 
-@gate(TORQUE, advice="Wait until the bearing has warmed through.")
+@gate(TORQUE, advice="Wait until the bearing has warmed through.", blames_run=False)
 def torque_drifts(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque differs between the two halves of a plateau."""
     change = points["torque_change_n_m"].abs() / points["torque_n_m"].abs()
@@ -173,7 +189,7 @@ def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     return _by_change("load", points["load_change"].abs(), limits.signals.load_change_max)
 
 
-@gate(*BOTH, advice="Wait until the temperature of the oil is steady.")
+@gate(*BOTH, advice="Wait until the temperature of the oil is steady.", blames_run=False)
 def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The oil's temperature differs between the two halves of a plateau."""
     change_c = points["temperature_change_c"].abs()
@@ -197,7 +213,7 @@ def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     )
 
 
-@gate(TRACTION, advice="Check the fringe order of these readings.")
+@gate(TRACTION, advice="Check the fringe order of these readings.", blames_run=False)
 def film_off_trend(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """A measured film leaves the power law in speed that its run follows.
 
@@ -258,6 +274,7 @@ def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
 @gate(
     TRACTION,
     advice="Raise the speed, or lower the temperature or the load: this is mixed lubrication.",
+    blames_run=False,
 )
 def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film does not separate the surfaces."""
@@ -272,6 +289,7 @@ def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     TRACTION,
     advice="Fill in the rig's geometry, materials and roughness and the oil's properties, or set "
     "film_unjudged in the campaign file, with a reason.",
+    blames_run=False,
 )
 def film_not_judged(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film cannot be calculated, and the campaign does not accept that."""
@@ -291,14 +309,22 @@ def torque_not_positive(points: pd.DataFrame, limits: TorqueLimits) -> Judgement
     return Judgement(~(torque > 0), sentence)
 
 
-@gate(TORQUE, advice="Log the speed of the inner ring as positive: its torque is what resists it.")
+@gate(
+    TORQUE,
+    advice="Log the speed of the inner ring as positive: its torque is what resists it.",
+    blames_run=False,
+)
 def turns_backwards(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The speed is negative."""
     speed = points["inner_speed_rpm"]
     return Judgement(speed < 0, f"the speed is {_span(speed, '.0f')} rpm; expected more than 0")
 
 
-@gate(TORQUE, advice="Check the load cell: a ball bearing of this kind must be pushed together.")
+@gate(
+    TORQUE,
+    advice="Check the load cell: a ball bearing of this kind must be pushed together.",
+    blames_run=False,
+)
 def unloaded(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """Nothing pushes the bearing together."""
     load = points["axial_load_n"]

@@ -7,6 +7,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.gate import Finding, Gate, PlateauJudge, RunJudge
+from oilfilm.curation.hypotheses import ADVICE as HYPOTHESIS_ADVICE
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
@@ -18,8 +19,12 @@ _ADVICE = {
     "no_rows": "Look whether the logger wrote anything, or repeat the run.",
     "no_plateau": "Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
     "no_point_left": "Look at the gates that are named, one by one.",
+    "most_plateaus_fail": "Look at the gates that are named, one by one, and repeat the run.",
     "duplicate_log": "Take one of the files out; a copy adds nothing.",
     "repeated_label": "Give each run a name of its own, or take one of the logs out.",
+    "conflicting_labels": "Find out which oil was run, correct the other label or take it out.",
+    "conflicting_condition": "Find out which of the runs has the wrong label or went wrong, and "
+    "take it out; then the other one is used.",
     "duplicate_condition": "Take one of the logs out, or set repeated_conditions: accept.",
 }
 
@@ -38,7 +43,7 @@ def advice_for(rule: str, kind: RigKind) -> str:
     """What to do about a refusal by the gate or rule of that name."""
     gates: list[Gate[Any]] = [*RUN_GATES, *PLATEAU_GATES]
     of_gates = {gate.name: gate.advice for gate in gates}
-    return {**of_gates, **_ADVICE, **kind.advice}[rule].format(**kind.words)
+    return {**of_gates, **_ADVICE, **HYPOTHESIS_ADVICE, **kind.advice}[rule].format(**kind.words)
 
 
 def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:

@@ -1,6 +1,6 @@
 """A kind of rig as curation sees it: the small part in which traction and torque rigs differ."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.curation.gate import Channel, Columns, Finding, Limits
+from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.settings.resolved import Settings
@@ -59,6 +60,7 @@ class RigKind(Protocol):
         table: Name of its table of plateaus.
         sensor: The signal whose zero is removed and whose spikes are left out.
         load: The signal of the load.
+        channels: The logged signals beside the sensor.
         averaging: What is made of each signal over a plateau.
         words: Its words in sentences and advice: sensor, level, rest.
         advice: What to do about a refusal by a rule that is no gate.
@@ -72,6 +74,7 @@ class RigKind(Protocol):
     table: str
     sensor: Channel
     load: Channel
+    channels: tuple[Channel, ...]
     averaging: Averaging
     words: Mapping[str, str]
     advice: Mapping[str, str]
@@ -111,6 +114,10 @@ class RigKind(Protocol):
     def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         """Plateaus of all runs with the columns that need rig and oil."""
         ...
+
+    def hypotheses(self, rig: str, settings: Settings) -> Iterable[Hypothesis]:
+        """Mistakes that a refused log of the rig may hold, the most frequent first."""
+        return ()
 
     def limits(self, settings: Settings) -> Limits:
         """The limits of its gates and of its zero."""

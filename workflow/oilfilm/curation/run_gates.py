@@ -16,7 +16,7 @@ from oilfilm.curation.gate import (
     gate,
 )
 from oilfilm.curation.statistics import longest_hold
-from oilfilm.units import FloatArray
+from oilfilm.units import N_PER_KN, FloatArray
 
 
 @gate(*BOTH, advice="Check the logger's clock, and whether two logs were joined.")
@@ -32,6 +32,28 @@ def time_disorder(run: Run, limits: Limits) -> Finding | None:
         f"at row {row[first]} to {time_s[first + 1]:g} s at row {row[first + 1]}",
         row[first],
         row[first + 1],
+    )
+
+
+@gate(
+    *BOTH,
+    advice="Look at the refused rows: a sensor or its amplifier gave no numbers there. Repeat the "
+    "run.",
+)
+def missing_readings(run: Run, limits: Limits) -> Finding | None:
+    """So many rows in one place cannot be read that the run has a hole."""
+    row = run.signals.row
+    missing = np.diff(row) - 1
+    longest = limits.signals.clock_jump_intervals - 1
+    if len(missing) == 0 or missing.max() <= longest:
+        return None
+    hole = int(np.argmax(missing))
+    first, last = row[hole] + 1, row[hole + 1] - 1
+    return Finding(
+        f"no row from {first} to {last} can be used; expected no hole of more than {longest:g} "
+        "rows",
+        first,
+        last,
     )
 
 
@@ -64,20 +86,54 @@ def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     )
 
 
-@gate(*BOTH, advice="Check the {sensor} sensor, its cable and amplifier, and repeat the run.")
-def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
-    """The sensor gives exactly the same reading again and again."""
-    values, row = run.of(run.sensor), run.signals.row[run.working]
-    start, stop = longest_hold(values)
-    long_enough = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
-    if not long_enough or stop - start < limits.stuck.samples:
+# A channel that gives the same reading twice running more often than this shows too little noise to
+# be judged. A hold of a channel that is judged has less than this chance in a sound run.
+_MOST_REPEATS = 0.8
+_CHANCE = 1e-9
+
+
+@gate(*BOTH, advice="Check the sensor or the signal of that name, and repeat the run.")
+def stuck_channel(run: Run, limits: Limits) -> Finding | None:
+    """A signal that shows noise stops moving for part of the run."""
+    row = run.signals.row[run.working]
+    for channel in run.channels:
+        values = run.of(channel)
+        start, stop = longest_hold(values)
+        held, others = stop - start, len(values) - (stop - start)
+        long_enough = held * run.signals.interval_s >= limits.stuck.duration_s
+        if not long_enough or min(held, others) < limits.stuck.samples:
+            continue
+        repeats = max(1 - np.count_nonzero(np.diff(values)) / others, 0.0)
+        if repeats < _MOST_REPEATS and len(values) * repeats**held < _CHANCE:
+            first, last = row[[start, stop - 1]]
+            return Finding(
+                f"the {channel.name} is exactly {values[start]:g} {channel.unit} from row {first} "
+                f"to row {last}, but has noise in the rest of the run",
+                first,
+                last,
+            )
+    return None
+
+
+@gate(
+    TRACTION,
+    advice="Check the unit and the calibration of the traction force, and that the sensor's cable "
+    "is connected.",
+)
+def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
+    """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
+    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
+    sliding = np.abs(slip) > limits.gates.sign_slip_min
+    size = float(np.median(np.abs(mu[sliding]))) if sliding.any() else np.nan
+    least = limits.gates.sliding_traction_min
+    if not size < least:
         return None
-    first, last = row[[start, stop - 1]]
+    hint = (
+        "; the force may be in kN" if least <= size * N_PER_KN <= limits.gates.traction_max else ""
+    )
     return Finding(
-        f"the {run.sensor.name} is exactly {values[start]:g} {run.sensor.unit} from row {first} to "
-        f"row {last}; expected noise within {limits.stuck.duration_s:g} s",
-        first,
-        last,
+        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
+        f"{size:.2g}; expected {least:g} or more{hint}"
     )
 
 
@@ -112,6 +168,7 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
             if (
                 len(at_stop) >= limits.stuck.samples
                 and share > limits.signals.saturated_share
+                and not _dead(run.signals[channel.column], extreme)
                 and _piled_up(values, extreme, limits.signals.piled_up_factor)
             ):
                 first, last = row[at_stop[[0, -1]]]
@@ -125,6 +182,12 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
     return None
 
 
+def _dead(values: FloatArray, extreme: float) -> bool:
+    """True where a signal stands at one value without a break to its end: it is stuck."""
+    at_stop = np.flatnonzero(values == extreme)
+    return bool(at_stop[0] + len(at_stop) == len(values))
+
+
 def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     """True where an extreme value occurs more than `factor` times as often as the next one.
 
@@ -134,6 +197,23 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     levels, counts = np.unique(values, return_counts=True)
     end, neighbour = (-1, -2) if extreme == levels[-1] else (0, 1)
     return len(levels) > 1 and bool(counts[end] > factor * counts[neighbour])
+
+
+@gate(*BOTH, advice="Check the {sensor} sensor, its cable and amplifier, and repeat the run.")
+def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
+    """The sensor gives exactly the same reading again and again."""
+    values, row = run.of(run.sensor), run.signals.row[run.working]
+    start, stop = longest_hold(values)
+    long_enough = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
+    if not long_enough or stop - start < limits.stuck.samples:
+        return None
+    first, last = row[[start, stop - 1]]
+    return Finding(
+        f"the {run.sensor.name} is exactly {values[start]:g} {run.sensor.unit} from row {first} to "
+        f"row {last}; expected noise within {limits.stuck.duration_s:g} s",
+        first,
+        last,
+    )
 
 
 @gate(TRACTION, advice="Let rig and oil warm through before the sweep.")

@@ -39,6 +39,11 @@ class TorqueRig(RigKind):
     table = "torque_runs"
     sensor = Channel("torque_n_m", "torque", "N m")
     load = Channel("axial_load_n", "axial load", "N")
+    channels = (
+        load,
+        Channel("inner_speed_rpm", "speed", "rpm"),
+        Channel("oil_temperature_c", "oil temperature", "degC"),
+    )
     averaging = Averaging(
         means=_SIGNALS,
         errors=("torque_n_m",),
@@ -102,6 +107,7 @@ class TorqueRig(RigKind):
             stuck=settings.curation.stuck,
             min_duration_s=torque_logs.plateaus.min_duration_s,
             zero_min_duration_s=torque_logs.tare.min_duration_s,
+            faulty_share_max=torque_logs.gates.faulty_share_max,
             zero_drift_max=torque_logs.tare.max_drift_n_m,
             gates=torque_logs.gates,
             standstill_rpm=torque_logs.tare.max_speed_rpm,

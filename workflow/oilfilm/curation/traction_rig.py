@@ -3,7 +3,7 @@
 A step is a step of slip, rest is pure rolling, and mu = F/W is derived, then pressure and film.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,7 @@ from oilfilm.curation.calibration import with_calibration
 from oilfilm.curation.film_state import LEAST_LOAD_N, with_film
 from oilfilm.curation.gate import TRACTION as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TractionLimits
+from oilfilm.curation.hypotheses import Hypothesis, traction_hypotheses
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, RigKind, nothing
 from oilfilm.curation.signals import Signals
@@ -45,6 +46,12 @@ class TractionRig(RigKind):
     table = "points"
     sensor = Channel("traction_force_n", "traction force", "N")
     load = Channel("load_n", "load", "N")
+    channels = (
+        load,
+        Channel("ball_speed_m_s", "ball speed", "m/s"),
+        Channel("disc_speed_m_s", "disc speed", "m/s"),
+        Channel("inlet_temperature_c", "inlet temperature", "degC"),
+    )
     averaging = Averaging(
         means=(
             "slide_roll_ratio",
@@ -92,6 +99,8 @@ class TractionRig(RigKind):
             "traction_force_n": log.traction_sign * log.direction * samples["traction_force_n"],
             "entrainment_speed_m_s": speed,
             "slide_roll_ratio": slip,
+            "ball_speed_m_s": ball,
+            "disc_speed_m_s": disc,
         }
         return Signals(samples["row"], samples["time_s"], columns)
 
@@ -157,6 +166,10 @@ class TractionRig(RigKind):
         """With contact pressure, film, lambda and the calibration of the rig's sensors."""
         return with_calibration(with_film(points, settings), settings.rigs)
 
+    def hypotheses(self, rig: str, settings: Settings) -> Iterator[Hypothesis]:
+        """See `RigKind.hypotheses`."""
+        return traction_hypotheses(settings.rigs[rig])
+
     def limits(self, settings: Settings) -> TractionLimits:
         """See `RigKind.limits`."""
         curation, campaign = settings.curation, settings.campaign
@@ -167,6 +180,7 @@ class TractionRig(RigKind):
             min_duration_s=curation.plateaus.min_duration_s,
             zero_min_duration_s=curation.zero_reference.min_duration_s,
             zero_drift_max=curation.zero_reference.max_drift_n,
+            faulty_share_max=settings.gates.faulty_share_max,
             gates=settings.gates,
             transient_share=curation.plateaus.transient_share,
             planned_slips=campaign.set_points.slide_roll_ratio or (),
@@ -175,9 +189,9 @@ class TractionRig(RigKind):
 
     def repeats(self, settings: Settings) -> tuple[str, ...]:
         """Copies, names given twice, and conditions, unless the campaign declares repeats."""
-        copies = ("duplicate_log", "repeated_label")
+        copies = ("duplicate_log", "conflicting_labels", "repeated_label")
         accepted = settings.campaign.repeated_conditions == "accept"
-        return copies if accepted else (*copies, "duplicate_condition")
+        return copies if accepted else (*copies, "conflicting_condition", "duplicate_condition")
 
 
 TRACTION_RIG = TractionRig()

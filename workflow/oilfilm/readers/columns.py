@@ -19,6 +19,7 @@ from oilfilm.readers.base import (
     Refusal,
     as_ranges,
 )
+from oilfilm.readers.header import FORMAT_ADVICE, header_keys, plain_key
 from oilfilm.readers.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, conversion
@@ -26,7 +27,6 @@ from oilfilm.units import ABSOLUTE_ZERO_C, conversion
 # No oil is liquid there; its properties have no meaning.
 _HOTTEST_C = 1000.0
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
-FORMAT_ADVICE = "data/raw/README.md describes the format."
 
 
 def columns_advice(vocabulary: Vocabulary) -> str:
@@ -44,7 +44,7 @@ def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, s
     """
     bare, unit = _apart(name)
     for quantity, given in renamed.items():
-        if given.name in (name, bare):
+        if {name, bare} & set(given.name):
             return quantity, given.unit or unit
     plain = plain_key(bare)
     if plain in vocabulary.own_names:
@@ -65,11 +65,6 @@ def _apart(name: str) -> tuple[str, str | None]:
     if not brackets:
         return name, None
     return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
-
-
-def plain_key(text: str) -> str:
-    """A key or name in lower case, its words joined by underscores."""
-    return "_".join(text.lower().split())
 
 
 def fits(quantity: str, unit: str, vocabulary: Vocabulary) -> bool:
@@ -133,36 +128,6 @@ def find_columns(
     return (*(columns[quantity] for quantity in needed), *spare)
 
 
-def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """Why the oil of a log's header cannot be used."""
-    if "oil" not in keys:
-        reason = "the header has no line `# oil: ...` and no property `oil`"
-        return Refusal("header", reason, f"Add it. {FORMAT_ADVICE}")
-    return unknown("oil", keys["oil"], settings.oils)
-
-
-def unknown(kind: str, name: str, known: Iterable[str]) -> Refusal | None:
-    """Why the name of an oil or a rig in a log's header cannot be used."""
-    if name in known:
-        return None
-    return Refusal(
-        f"unknown_{kind}",
-        f"the header says {kind} {name[:60]!r}; the campaign knows {', '.join(known)}",
-        f"Correct the header, or add the {kind} to the campaign file.",
-    )
-
-
-def simulation_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """Why a simulated log cannot be used in a campaign of measured ones."""
-    if keys.get("simulated", "no") == "no" or settings.campaign.data != "measured":
-        return None
-    return Refusal(
-        "simulated_log",
-        "the header says that the log is simulated; the campaign file says data: measured",
-        "Take the log out, or say data: simulated in the campaign file.",
-    )
-
-
 @dataclass(frozen=True)
 class LoggedTable:
     """One run as a format with typed columns found it.
@@ -224,7 +189,8 @@ def _read_table(
         logged = [_numbers(table, column.index) for column in columns]
     except ValueError as error:
         return refused(Refusal("columns", str(error), columns_advice(kind.vocabulary)))
-    problem = kind.header_problem(table.keys, columns, settings)
+    keys = header_keys(table.keys, settings)
+    problem = kind.header_problem(keys, columns, settings)
     if problem:
         return refused(problem)
     every, good = converted(columns, logged)
@@ -234,7 +200,7 @@ def _read_table(
     for first, last in as_ranges(rows[~good]):
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
         refusals.append(unreadable_rows(table.run_id, first, last, seen))
-    log = ContinuousLog(table.run_id, table.keys, columns, rows[good], values, table.flaw)
+    log = ContinuousLog(table.run_id, keys, columns, rows[good], values, table.flaw)
     return kind.run(log, settings), refusals
 
 

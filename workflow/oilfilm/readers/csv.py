@@ -12,6 +12,7 @@ import pyarrow.csv as arrow_csv
 
 from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
 from oilfilm.readers.columns import columns_advice, converted, unreadable_rows
+from oilfilm.readers.header import header_keys
 from oilfilm.readers.layout import (
     Layout,
     LayoutError,
@@ -42,7 +43,8 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     except LayoutError as error:
         return refused_file(error.rows, "columns", str(error), columns_advice(kind.vocabulary))
     count = count_rows(layout.table)
-    problem = kind.header_problem(layout.keys, layout.columns, settings)
+    keys = header_keys(layout.keys, settings)
+    problem = kind.header_problem(keys, layout.columns, settings)
     if problem:
         return Reading(count, [], [problem.of_rows("", 1, count)])
     complete_rows, _, tail = layout.table.rpartition(b"\n")
@@ -56,7 +58,7 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     cut = cut_row(cells, layout.width, count, file)
     if cut is not None:
         refusals.append(cut)
-    log = ContinuousLog(file, layout.keys, layout.columns, rows, values, flaw=truncated(cut))
+    log = ContinuousLog(file, keys, layout.columns, rows, values, flaw=truncated(cut))
     return Reading(count, [kind.run(log, settings)], refusals)
 
 

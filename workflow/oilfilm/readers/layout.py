@@ -12,11 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.readers.base import Flaw, Refusal
-from oilfilm.readers.columns import find_columns, fits, meaning, plain_key
+from oilfilm.readers.columns import find_columns, fits, meaning
+from oilfilm.readers.header import plain_key
 from oilfilm.readers.log_kind import Column, Renamed, Vocabulary
 
 _DELIMITERS = (",", ";", "\t", "|")
 _EMPTY_LINES = re.compile(rb"\n{2,}")
+_HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 # The line of names is near the top; beyond this a file is no log of ours.
@@ -61,8 +63,9 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
         LayoutError: No line of column names was found, or the columns are not all there, or one
             has no unit or an impossible one.
     """
-    text = normalise(content)
-    lines = text[:_HEAD_SEARCHED].split(b"\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+    encoding = _best_encoding(content, renamed, vocabulary)
+    text = normalise(content, encoding)
+    lines = _first_lines(text)
     try:
         number, delimiter, names = _line_of_names(lines, renamed, vocabulary)
     except ValueError as error:
@@ -94,13 +97,39 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
     )
 
 
-def normalise(content: bytes) -> bytes:
+def _best_encoding(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> str:
+    """Of the encodings that a text may have, the one in which most names of columns are known."""
+    encodings = encodings_of(content)
+    if len(encodings) == 1:
+        return encodings[0]
+    # the first of equals is the most likely one
+    return max(encodings, key=lambda encoding: _known_names(content, encoding, renamed, vocabulary))
+
+
+def _known_names(content: bytes, encoding: str, renamed: Renamed, vocabulary: Vocabulary) -> int:
+    lines = _first_lines(normalise(content[:_HEAD_SEARCHED], encoding))
+    try:
+        _, _, names = _line_of_names(lines, renamed, vocabulary)
+    except ValueError:
+        return 0
+    return sum(meaning(name, renamed, vocabulary) is not None for name in names)
+
+
+def _first_lines(text: bytes) -> list[bytes]:
+    return text[:_HEAD_SEARCHED].split(b"\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+
+
+def normalise(content: bytes, encoding: str | None = None) -> bytes:
     """The text as UTF-8 with LF line ends, whatever it was written in.
 
-    Empty lines are left out. Bytes that are valid in no known encoding become the replacement
+    Empty lines are left out. Bytes that are not valid in the encoding become the replacement
     character, so that the rows that hold them are refused.
+
+    Args:
+        content: The file's bytes, or the first of them.
+        encoding: Its encoding; the most likely one if not given.
     """
-    encoding = encoding_of(content)
+    encoding = encoding or encodings_of(content)[0]
     if encoding != "ascii":
         content = content.decode(encoding, "replace").encode("utf-8")
     content = content.removeprefix(_UTF8_MARK)
@@ -113,23 +142,34 @@ def normalise(content: bytes) -> bytes:
     return content.lstrip(b"\n")
 
 
-def encoding_of(content: bytes) -> str:
-    """The encoding of a text: by its mark, else UTF-16 by its zeros, UTF-8 or GB18030 by trial."""
+def encodings_of(content: bytes) -> list[str]:
+    """The encodings that a text may have, the most likely first.
+
+    A mark, zeros (UTF-16) or valid UTF-8 leave one. Otherwise GB18030 and Windows-1252 are told
+    apart by their bytes: common Chinese characters have two bytes of 128 and above each, while
+    western letters have one between others.
+    """
     if content.startswith(_UTF16_MARKS):
-        return "utf-16"
+        return ["utf-16"]
     head = content[:2000]
     zeros = head[1::2].count(0), head[0::2].count(0)
     if max(zeros) > len(head) / 4:
-        return "utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"
+        return ["utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"]
     if content.isascii():
-        return "ascii"
-    for encoding in ("utf-8", "gb18030"):
-        try:
-            content.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        return encoding
-    return "utf-8"
+        return ["ascii"]
+    if _is_valid(content, "utf-8"):
+        return ["utf-8"]
+    runs = _HIGH_BYTES.findall(content[:_HEAD_SEARCHED])
+    pairs = all(len(run) % 2 == 0 for run in runs) and _is_valid(content, "gb18030")
+    return ["gb18030", "cp1252", "utf-8"] if pairs else ["cp1252", "utf-8", "gb18030"]
+
+
+def _is_valid(content: bytes, encoding: str) -> bool:
+    try:
+        content.decode(encoding)
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _has_empty_lines(content: bytes, text: bytes) -> bool:

@@ -13,7 +13,8 @@ import lvm_read
 import numpy as np
 
 from oilfilm.readers.base import Flaw, Reading, Refusal, damaged_file, refused_file
-from oilfilm.readers.columns import FORMAT_ADVICE, LoggedTable, meaning, plain_key, read_tables
+from oilfilm.readers.columns import LoggedTable, meaning, read_tables
+from oilfilm.readers.header import FORMAT_ADVICE, plain_key
 from oilfilm.readers.layout import cut_row, normalise, truncated
 from oilfilm.readers.log_kind import FloatArray, LogKind
 from oilfilm.settings.campaign import Campaign

@@ -10,7 +10,8 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
-from oilfilm.readers.columns import LoggedTable, header_text, meaning, plain_key, read_tables
+from oilfilm.readers.columns import LoggedTable, header_text, meaning, read_tables
+from oilfilm.readers.header import plain_key
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings

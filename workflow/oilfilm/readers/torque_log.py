@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.base import LoggedRun, Nominal, Refusal
-from oilfilm.readers.columns import oil_problem, simulation_problem
+from oilfilm.readers.header import oil_problem, simulation_problem
 from oilfilm.readers.log_kind import Column, ContinuousLog, LogKind, Vocabulary, named_columns
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings

@@ -15,7 +15,13 @@ from oilfilm.readers.base import (
     number,
     samples_of_run,
 )
-from oilfilm.readers.columns import FORMAT_ADVICE, oil_problem, simulation_problem, unknown
+from oilfilm.readers.header import (
+    FORMAT_ADVICE,
+    misspelt_key,
+    oil_problem,
+    simulation_problem,
+    unknown,
+)
 from oilfilm.readers.log_kind import (
     Column,
     ContinuousLog,
@@ -71,6 +77,7 @@ def _header_problem(
         oil_problem(keys, settings)
         or unknown("rig", rig, settings.rigs)
         or simulation_problem(keys, settings)
+        or misspelt_key(keys)
         or _set_point_problem(keys)
         or _rig_problem(columns, rig, settings.rigs[rig])
     )

@@ -5,7 +5,7 @@ from datetime import date
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from oilfilm.figure_catalogue import figures
 from oilfilm.physics import thermal_traction
@@ -89,11 +89,40 @@ class Dataset(Group):
     )
 
 
+# One name, or a list of them.
+Names = Annotated[
+    Levels[Text],
+    BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string", "minLength": 1},
+                {"type": "array", "items": {"type": "string", "minLength": 1}, "minItems": 1},
+            ]
+        }
+    ),
+]
+
+
 class Column(Group):
     """A column of a log."""
 
-    name: Text = key("Column's name as the log writes it.")
+    name: Names = key("Column's name as the log writes it, or a list of such names.")
     unit: Text | None = key("Its unit, where the log does not say it.", default=None)
+
+
+class HeaderNames(Group):
+    """Keys of header lines that have names of their own, by the project's key."""
+
+    oil: Names | None = key("Names of the key of the oil.", default=None)
+    rig: Names | None = key("Names of the key of the rig.", default=None)
+    run: Names | None = key("Names of the key of the run's name.", default=None)
+    max_hertz_pressure_gpa: Names | None = key("Names of the pressure's key, in GPa.", default=None)
+    load_n: Names | None = key("Names of the load's key, in N.", default=None)
+    entrainment_speed_m_s: Names | None = key("Names of the speed's key, in m/s.", default=None)
+    inlet_temperature_c: Names | None = key(
+        "Names of the temperature's key, in degC.", default=None
+    )
 
 
 class Columns(Group):
@@ -327,6 +356,9 @@ class CampaignKeys(Group):
         "Planned operating conditions, each level with each, for every oil.", default=None
     )
     columns: Columns = key("Columns of csv logs that have names of their own.", default=Columns())
+    header: HeaderNames = key(
+        "Keys of header lines that have names of their own.", default=HeaderNames()
+    )
     semantics: Semantics = key("How the rigs' logs are meant.", default=Semantics())
     semantics_of_rig: dict[str, Semantics] = key(
         "By rig: what differs from `semantics`.", default={}

@@ -145,6 +145,9 @@ class SignalGateSettings(Group):
         "Change of the oil's temperature, second half against first half of a plateau."
     )
     spike_share_max: Share = key("Share of a plateau's rows that may be spikes.")
+    faulty_share_max: Share = key(
+        "Share of a run's plateaus that may fail before the whole run is refused."
+    )
     clock_jump_intervals: float = key("Longest gap, in sampling intervals.", unit="1", gt=0)
     saturated_share: Tolerance = key("Share of rows at a sensor's extreme value.")
     piled_up_factor: float = key(
@@ -182,10 +185,16 @@ class GateSettings(SignalGateSettings):
         "Factor by which a measured film may leave its power law in speed.", unit="1", gt=1
     )
     sign_slip_min: SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
+    sliding_traction_min: float = key(
+        "Smallest median traction coefficient of an oil above that |S|.", unit="1", ge=0, lt=1
+    )
     sign_share: float = key(
         "Share of points with the other sign that refuses a run.", unit="1", gt=0, le=1
     )
     temperature_drift_max_c: TemperatureDifferenceC = key("Drift of temperature within a run.")
+    repeat_difference_max: Tolerance = key(
+        "Median relative difference of mu between two runs of one condition."
+    )
     asymmetry_max: float = key(
         "Largest |TF1 + TF2|/(|TF1| + |TF2|) on rigs that reverse the slip.", unit="1", gt=0, le=1
     )
@@ -230,6 +239,12 @@ class FitSettings(Group):
     min_curves_to_resample: int = key("Fewest curves for a bootstrap.", ge=2)
     pulling_weight: Share = key(
         "A curve with less mean weight in the robust fit is named as pulling the plain fit."
+    )
+    odd_gain: Tolerance = key(
+        "A curve whose traction is further from the robust fit's is named, as |ln gain|."
+    )
+    odd_scatter: Tolerance = key(
+        "A curve whose shape differs by more from the robust fit's is named, relative rms."
     )
     sign_confidence: Tolerance = key(
         "Confidence that no sign of a constant is called known wrongly."

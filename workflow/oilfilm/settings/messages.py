@@ -259,7 +259,7 @@ def plain_node(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[st
         target = schema["$defs"][node["$ref"].rpartition("/")[2]]
         return {**plain_node(target, schema), **{k: v for k, v in node.items() if k != "$ref"}}
     if "anyOf" in node:
-        (value,) = (branch for branch in node["anyOf"] if branch.get("type") != "null")
+        value = next(branch for branch in node["anyOf"] if branch.get("type") != "null")
         rest = {k: v for k, v in node.items() if k != "anyOf"}
         return {**plain_node(value, schema), **rest}
     if "oneOf" in node:

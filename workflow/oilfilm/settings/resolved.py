@@ -113,6 +113,12 @@ class Settings(ConfigKeys, _PartOf):
             )
         return known
 
+    @property
+    def oil_ids(self) -> dict[str, str]:
+        """Oil id by each other name that a log may give it."""
+        known = ((name, oil) for name, oil in self.oils.items() if oil is not None)
+        return {alias: name for name, oil in known for alias in oil.aliases}
+
     def common_contact(self) -> Contact | None:
         """The contact of all the campaign's rigs; None where unknown or not the same for all."""
         contacts = {rig.contact() for rig in self.rigs.values()}

@@ -78,8 +78,9 @@ def _for_editors(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     if "anyOf" in node:
-        (value,) = (branch for branch in node["anyOf"] if branch != {"type": "null"})
-        node = {**value, **{name: part for name, part in node.items() if name != "anyOf"}}
+        branches = [branch for branch in node["anyOf"] if branch != {"type": "null"}]
+        others = {name: part for name, part in node.items() if name != "anyOf"}
+        node = {**branches[0], **others} if len(branches) == 1 else {**others, "anyOf": branches}
     return {
         name: _for_editors(part)
         for name, part in node.items()
