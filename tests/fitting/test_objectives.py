@@ -56,7 +56,8 @@ def test_the_curves_that_pull_are_named_with_what_they_cost(config: Settings) ->
     assert clean.fit_quality["pulling_curves"].iloc[0] == ""
     spoilt = fit_oil(with_two_curves_off(points), "4102", quick, config.seed)
     named = spoilt.fit_quality["pulling_curves"].iloc[0].split("; ")
-    assert set(named) == {"run003", "run040"}
+    planted = "(mu 1.15 times the fit's)"
+    assert set(named) == {f"run003 {planted}", f"run040 {planted}"}
     warning = fit_remarks(spoilt.fit_quality.iloc[0].to_dict())[1]
     assert "run003" in warning and "robust" in warning
     gains = spoilt.tables["curve_residuals"].set_index("run_id")["gain"]

@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.special import ndtri
 
 from oilfilm import tables
-from oilfilm.fitting.objectives import curve_weights, difference, pulling_curves
+from oilfilm.fitting.objectives import curve_agreement, difference, odd_curves
 from oilfilm.fitting.profile import profile_interval
 from oilfilm.fitting.solution import Solution
 from oilfilm.fitting.systematic import SENSORS
@@ -162,7 +162,7 @@ def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
     problem, data = solution.problem, solution.data
     residual = problem.residual(solution.best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
-    weights = curve_weights(problem, solution.robust)
+    agreement = curve_agreement(problem, solution.robust)
     return {
         "sse": solution.best.sse,
         "rmse": rmse,
@@ -170,7 +170,7 @@ def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
         "max_error": float(np.abs(residual).max()),
         "weighted_difference": difference(problem, solution.best, solution.weighted),
         "robust_difference": difference(problem, solution.best, solution.robust),
-        "pulling_curves": "; ".join(pulling_curves(data, weights, settings)),
+        "pulling_curves": "; ".join(odd_curves(data, agreement, settings)),
         **asdict(solution.certificate),
     }
 
@@ -235,6 +235,6 @@ def _curve_residuals(solution: Solution) -> pd.DataFrame:
             "n_points": counts.astype(np.int64),
             "rmse": np.sqrt(over_curves(residual**2) / counts),
             "gain": gain,
-            "robust_weight": curve_weights(problem, solution.robust),
+            "robust_weight": curve_agreement(problem, solution.robust).weight,
         }
     )

@@ -18,6 +18,10 @@ from oilfilm.traction.law import FloatArray
 # Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
 _CAUCHY_TUNING = 2.3849
 _ROUNDS = 10
+# Of a curve's largest traction: points with less say little about it.
+_LEAST_TRACTION = 0.2
+# Times the median of all curves: more is no scatter of sound curves.
+_OUTLIER = 5.0
 
 
 @dataclass(frozen=True)
@@ -105,15 +109,56 @@ def difference(problem: Problem, plain: Optimum, other: Alternative | None) -> f
     return float(np.sqrt(np.mean(change**2) / np.mean(mu**2)))
 
 
-def curve_weights(problem: Problem, robust: Alternative | None) -> FloatArray:
-    """Mean robust weight of each curve's points: near 1 where it agrees with the others."""
+@dataclass(frozen=True)
+class CurveAgreement:
+    """How each curve agrees with the robust fit of all of them.
+
+    Points of little traction are left out: near S = 0 every curve agrees with every law.
+
+    Attributes:
+        weight: Mean robust weight of its points: near 1 where it agrees.
+        gain: Its traction over the fit's.
+        scatter: RMS difference from the fit times its gain, relative: a curve of another shape.
+    """
+
+    weight: FloatArray
+    gain: FloatArray
+    scatter: FloatArray
+
+
+def curve_agreement(problem: Problem, robust: Alternative | None) -> CurveAgreement:
+    """How each curve agrees with the robust fit; perfectly where the fit is exact."""
+    ones = np.ones(problem.curves)
     if robust is None:
-        return np.ones(problem.curves)
-    counts = np.bincount(problem.at.curve, minlength=problem.curves)
-    return np.bincount(problem.at.curve, robust.weight, minlength=problem.curves) / counts
+        return CurveAgreement(ones, ones, 0 * ones)
+    curve, fitted = problem.at.curve, problem.residual(robust.values) + problem.mu
+    counts = fitted >= _LEAST_TRACTION * np.maximum.reduceat(fitted, problem.starts)[curve]
+
+    def total(of_points: FloatArray) -> FloatArray:
+        kept = np.where(counts, of_points, 0.0)
+        return np.bincount(curve, kept, minlength=problem.curves).astype(np.float64)
+
+    number, power = total(np.ones(len(curve))), total(fitted**2)
+    gain = total(problem.mu * fitted) / power
+    rest = total((problem.mu - gain[curve] * fitted) ** 2)
+    return CurveAgreement(total(robust.weight) / number, gain, np.sqrt(rest / power) / gain)
 
 
-def pulling_curves(data: CurveData, weights: FloatArray, settings: FitSettings) -> list[str]:
-    """Runs that the robust fit all but ignores, worst first: they pull the plain fit away."""
-    order = np.argsort(weights)
-    return [data.runs[curve] for curve in order if weights[curve] < settings.pulling_weight]
+def odd_curves(data: CurveData, agreement: CurveAgreement, settings: FitSettings) -> list[str]:
+    """Runs that do not belong to the others, worst first: they pull the plain fit away.
+
+    The robust fit nearly ignores such a curve, or its gain or its scatter is far from those of the
+    others: further than the limit, and than what a law that fits all of them badly explains.
+    """
+    off = np.abs(np.log(np.maximum(agreement.gain, 1e-9)))
+    far = (off > settings.odd_gain) & (off > _OUTLIER * np.median(off))
+    wide = agreement.scatter > settings.odd_scatter
+    wide &= agreement.scatter > _OUTLIER * np.median(agreement.scatter)
+    odd = np.flatnonzero(far | wide | (agreement.weight < settings.pulling_weight))
+    worst = odd[np.argsort(agreement.weight[odd], kind="stable")]
+    return [
+        f"{data.runs[curve]} (mu {agreement.gain[curve]:.2f} times the fit's)"
+        if far[curve]
+        else data.runs[curve]
+        for curve in worst
+    ]

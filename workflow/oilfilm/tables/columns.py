@@ -218,7 +218,8 @@ _FITS = (
         "and this one, relative to mu; null where no point has a standard error", at_least=0),
     number("robust_difference", "1", "root-mean-square difference of mu between the robust fit and "
         "this one, relative to mu", at_least=0),
-    text("pulling_curves", "runs that the robust fit nearly ignores, worst first, joined by '; '"),
+    text("pulling_curves", "runs that do not belong to the others, worst first, joined by "
+        "'; ': the robust fit nearly ignores them, or their gain or scatter is far from others"),
     count("searches", "independent global searches, each with its own seed"),
     count("searches_agreeing", "searches that ended at the best optimum"),
     number("sse_spread", "1", "(largest - best) / best SSE over the searches", at_least=0),
