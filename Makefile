@@ -38,7 +38,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint nightly verify bench-bearing bench-cpu bench-faults bench-fuzz \
+.PHONY: all setup test lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
 	bench-ingest bench-fit bench-coverage lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
@@ -109,6 +109,9 @@ $(READY): $(LOCKED) pyproject.toml
 
 bench-ingest: $(READY) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py
+
+bench-blind: $(READY) ## ten laboratories of their own, 55 faults each: detection, reasons, intervals (3 min)
+	$(BIN)/python benchmarks/blind.py
 
 bench-coverage: $(READY) ## 200 simulated campaigns per oil: do the intervals cover the truth (10 min)
 	$(BIN)/python benchmarks/coverage.py

@@ -1,0 +1,54 @@
+"""Logs of a laboratory that shares no code with the library; `make bench-blind` takes ten."""
+
+from pathlib import Path
+
+import pytest
+
+from blind_check import Outcome, curated, outcome, settings_of, with_fits
+from blind_lab.laboratory import Laboratory, build
+from campaigns import ROOT
+from oilfilm.curation.curate import Curated
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Laboratory]:
+    project = tmp_path_factory.mktemp("laboratory")
+    return project, build(project, ROOT / "config", seed=1)
+
+
+@pytest.fixture(scope="module")
+def verdicts(laboratory: tuple[Path, Laboratory]) -> Curated:
+    return curated(laboratory[0], settings_of(laboratory[0]))
+
+
+@pytest.fixture(scope="module")
+def result(laboratory: tuple[Path, Laboratory], verdicts: Curated) -> Outcome:
+    project, lab = laboratory
+    settings = settings_of(project).with_changes({"fit": {"bootstrap": 200, "searches": 2}})
+    found = outcome(lab, verdicts)
+    with_fits(found, lab, verdicts, settings)
+    return found
+
+
+def test_no_sound_log_is_refused_and_every_row_of_it_is_used(
+    laboratory: tuple[Path, Laboratory], verdicts: Curated, result: Outcome
+) -> None:
+    assert result.false_alarms == []
+    assert result.refused_points <= 0.0005
+    rows = verdicts.runs.set_index("file")[["samples", "refused_rows"]]
+    for log in laboratory[1].sound:
+        assert rows.loc[log.file].tolist() == [log.rows, 0]
+
+
+def test_faults_are_stopped_or_named_with_a_right_reason(result: Outcome) -> None:
+    assert result.faults >= 50
+    assert (result.right + len(result.named)) / result.faults >= 0.95, (
+        result.silent,
+        result.misnamed,
+    )
+
+
+def test_constants_and_traction_of_the_sound_logs_are_the_true_ones(result: Outcome) -> None:
+    # 36 intervals of 95 %: fewer than 30 inside happen once in 30 000 laboratories
+    assert sum(result.inside) >= 30
+    assert max(result.rms_sound.values()) < 0.01

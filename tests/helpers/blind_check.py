@@ -1,0 +1,143 @@
+"""What the library makes of a blind laboratory's logs, in numbers."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from blind_lab.laboratory import CAMPAIGN, Filed, Laboratory
+from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.fitting.fit import OilFit, fit_oil
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one laboratory.
+
+    Attributes:
+        false_alarms: Sound logs that were refused or named.
+        refused_points: Share of the points of sound logs that were refused.
+        silent: Faults of which nothing was said.
+        misnamed: Faults that were stopped by a rule that sends people the wrong way.
+        right: How many faults were stopped or named by a right rule.
+        faults: How many there were.
+        named: Faults of curves that the fit named.
+        inside: For each constant of each oil, whether its 95 % interval holds the truth.
+        rms: Per oil, relative rms error of mu over the tested box, all accepted logs fitted.
+        rms_sound: The same of the sound logs alone.
+    """
+
+    false_alarms: list[str]
+    refused_points: float
+    silent: list[str]
+    misnamed: list[str]
+    right: int
+    faults: int
+    named: list[str] = field(default_factory=list)
+    inside: list[bool] = field(default_factory=list)
+    rms: dict[str, float] = field(default_factory=dict)
+    rms_sound: dict[str, float] = field(default_factory=dict)
+
+
+def settings_of(project: Path) -> Settings:
+    """Settings of the laboratory's campaign."""
+    return resolve(project / "config", {"campaign": CAMPAIGN})
+
+
+def curated(project: Path, settings: Settings) -> Curated:
+    """The verdicts on every log in the folder."""
+    raw = project / "data" / "raw" / CAMPAIGN
+    return check_logs([(path.name, path.read_bytes()) for path in sorted(raw.iterdir())], settings)
+
+
+def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
+    """Detection and false alarms of curation."""
+    accepted = verdicts.runs.set_index("file")["verdict"] == "accepted"
+    rules = verdicts.quarantine.groupby("file")["rule"].agg(set).to_dict()
+    # a run of which most plateaus fail names their gates in its sentence
+    sentences = verdicts.quarantine.groupby("file")["reason"].agg(" ".join).to_dict()
+    sound = {log.file for log in laboratory.sound}
+    false_alarms = [
+        f"{file}: {', '.join(sorted(rules.get(file, ())))}"
+        for file in sorted(sound)
+        if file in rules or not accepted.get(file, False)
+    ]
+    named = {log.file: (log, rules.get(log.file, set())) for log in laboratory.faulty}
+    right = [
+        file
+        for file, (log, said) in named.items()
+        if said & set(log.rules) or _named(log, sentences)
+    ]
+    silent = [log.fault for log, said in named.values() if not said]
+    misnamed = [
+        f"{log.fault}: {', '.join(sorted(said))}"
+        for file, (log, said) in named.items()
+        if said and file not in right
+    ]
+    points = _of(verdicts, sound)
+    return Outcome(
+        false_alarms,
+        float((~points["accepted"]).mean()),
+        silent,
+        misnamed,
+        len(right),
+        len(named),
+    )
+
+
+def _named(log: Filed, sentences: Mapping[str, str]) -> bool:
+    """True where the sentence about a log names one of the right rules."""
+    return any(rule in sentences.get(log.file, "") for rule in log.rules)
+
+
+def with_fits(
+    outcome: Outcome, laboratory: Laboratory, verdicts: Curated, settings: Settings
+) -> None:
+    """Add coverage of the intervals and errors of mu."""
+    sound = {log.file for log in laboratory.sound}
+    for oil in laboratory.oils:
+        fit = fit_oil(verdicts.points, oil, settings.fit, settings.seed)
+        odd = fit.fit_quality["pulling_curves"].iloc[0]
+        for log in laboratory.logs:
+            if log.file in odd and log.fault in outcome.silent and "curve_off" in log.rules:
+                outcome.silent.remove(log.fault)
+                outcome.named.append(log.fault)
+            elif log.file in odd and not log.fault:
+                outcome.false_alarms.append(f"{log.file}: {odd}")
+        alone = fit_oil(_of(verdicts, sound), oil, settings.fit, settings.seed)
+        outcome.inside.extend(_inside(alone, laboratory.oils[oil].constants))
+        outcome.rms[oil] = _rms(fit, laboratory, oil)
+        outcome.rms_sound[oil] = _rms(alone, laboratory, oil)
+
+
+def _of(verdicts: Curated, files: set[str]) -> pd.DataFrame:
+    runs = verdicts.runs
+    return verdicts.points[
+        verdicts.points["run_id"].isin(runs.loc[runs["file"].isin(files), "run_id"])
+    ]
+
+
+def _inside(fit: OilFit, truth: list[float]) -> Iterator[bool]:
+    rows = fit.coefficients.set_index("constant")
+    names = [name for name in rows.index if name[-1:].isdigit()]
+    for name, value in zip(names, truth, strict=True):
+        lower, upper = rows.loc[name, ["lower", "upper"]]
+        yield bool(lower <= value <= upper)
+
+
+def _rms(fit: OilFit, laboratory: Laboratory, oil: str) -> float:
+    """Relative rms error of mu against the truth over the box of the sound logs."""
+    fitted = FittedLaw.of(fit.coefficients, oil)
+    conditions = np.array(list(product((1.0, 1.2, 1.4), (16.0, 24.0, 34.0), (42.0, 65.0, 88.0))))
+    slip = np.array([0.01, 0.03, 0.08, 0.15])
+    at = np.repeat(conditions, len(slip), axis=0)
+    slips = np.tile(slip, len(conditions))
+    truth = laboratory.oils[oil].traction(*at.T, slips)
+    mu = fitted.predict(at, slips).traction_coefficient
+    return float(np.sqrt(np.mean((mu / truth - 1) ** 2)))

@@ -1,0 +1,184 @@
+"""How the laboratory's loggers write: languages, units, delimiters, decimal marks, encodings."""
+
+import gzip
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from blind_lab.bench import Recording
+from blind_lab.truth import Machine
+
+# Names of the signals in four languages; the campaign file lists them all.
+NAMES = {
+    "english": {
+        "time": "Elapsed",
+        "load": "Normal load",
+        "force": "Friction",
+        "ball": "Ball spindle",
+        "disc": "Disc spindle",
+        "celsius": "Oil inlet",
+    },
+    "german": {
+        "time": "Zeit",
+        "load": "Normalkraft",
+        "force": "Reibkraft",
+        "ball": "Drehzahl Kugel",
+        "disc": "Drehzahl Scheibe",
+        "celsius": "Ölzulauf",
+    },
+    "french": {
+        "time": "Durée",
+        "load": "Charge",
+        "force": "Frottement",
+        "ball": "Vitesse bille",
+        "disc": "Vitesse disque",
+        "celsius": "Entrée d'huile",
+    },
+    "chinese": {
+        "time": "时间",
+        "load": "法向载荷",
+        "force": "摩擦力",
+        "ball": "球转速",
+        "disc": "盘转速",
+        "celsius": "入口油温",
+    },
+}
+ENCODINGS = {
+    "english": ("utf-8", "utf-16"),
+    "german": ("utf-8", "cp1252", "latin-1", "utf-8-sig"),
+    "french": ("utf-8", "cp1252"),
+    "chinese": ("utf-8", "gb18030"),
+}
+# Header keys in the language of the log; the campaign file lists them as well.
+HEADER = {
+    "english": ("Lubricant", "Hertz pressure GPa", "Rolling speed m/s", "Oil temperature C"),
+    "german": ("Schmierstoff", "Pressung GPa", "Rollgeschwindigkeit m/s", "Öltemperatur C"),
+    "french": ("Lubrifiant", "Pression GPa", "Vitesse moyenne m/s", "Température C"),
+    "chinese": ("润滑油", "接触压力 GPa", "卷吸速度 m/s", "油温 C"),
+}
+
+_RAD_S_PER_RPM = np.pi / 30
+# Unit -> what one SI unit is in it; temperatures apart.
+_PER_SI = {
+    "time": {"s": 1.0, "ms": 1e3, "min": 1 / 60},
+    "load": {"N": 1.0, "kgf": 1 / 9.80665, "lbf": 1 / 4.4482216152605, "kN": 1e-3},
+    "force": {"N": 1.0, "mN": 1e3, "gf": 1e3 / 9.80665, "kgf": 1 / 9.80665},
+}
+_SPEED_UNITS = ("rpm", "rad/s", "m/s", "mm/s")
+_TEMPERATURES = {
+    "°C": lambda celsius: celsius,
+    "K": lambda celsius: celsius + 273.15,
+    "°F": lambda celsius: 1.8 * celsius + 32,
+}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How one logger writes. `units_in_row` puts the units below the names."""
+
+    language: str
+    units: dict[str, str]
+    encoding: str
+    delimiter: str
+    decimal: str
+    line_end: str
+    mark: str  # before a header line
+    separator: str  # after a header key
+    units_in_row: bool
+    packed: bool
+
+    def with_units(self, **units: str) -> "Dialect":
+        """The dialect with other units of some signals."""
+        return replace(self, units={**self.units, **units})
+
+
+def draw_dialect(random: np.random.Generator) -> Dialect:
+    """A dialect whose text can be written in its encoding and read back by a person."""
+    language = str(random.choice(list(NAMES)))
+    delimiter = str(random.choice([",", ";", "\t", "|"]))
+    decimal = "." if delimiter == "," else str(random.choice([".", ","]))
+    speed = str(random.choice(_SPEED_UNITS))
+    return Dialect(
+        language,
+        units={
+            **{name: str(random.choice(list(units))) for name, units in _PER_SI.items()},
+            "ball": speed,
+            "disc": speed,
+            "celsius": str(random.choice(list(_TEMPERATURES))),
+        },
+        encoding=str(random.choice(ENCODINGS[language])),
+        delimiter=delimiter,
+        decimal=decimal,
+        line_end=str(random.choice(["\n", "\r\n"])),
+        mark=str(random.choice(["# ", ""])),
+        separator=str(random.choice([": ", " = "])),
+        units_in_row=bool(random.random() < 0.4),
+        packed=bool(random.random() < 0.15),
+    )
+
+
+def header_of(recording: Recording, dialect: Dialect) -> dict[str, str]:
+    """Header lines of a run."""
+    condition = recording.condition
+    oil = next(name for name in recording.oil if _can_write(name, dialect))
+    values = (oil, condition.pressure, condition.speed, condition.celsius)
+    return dict(zip(HEADER[dialect.language], map(str, values), strict=True))
+
+
+def _can_write(text: str, dialect: Dialect) -> bool:
+    try:
+        text.encode(dialect.encoding)
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def columns_of(
+    recording: Recording, dialect: Dialect, machine: Machine
+) -> dict[str, tuple[str, np.ndarray]]:
+    """Signal -> unit and numbers as the logger writes them."""
+    columns = {}
+    for name, values in recording.signals.items():
+        unit = dialect.units[name]
+        if name == "celsius":
+            columns[name] = unit, _TEMPERATURES[unit](values)
+        elif name in ("ball", "disc"):
+            track = machine.ball_track if name == "ball" else machine.disc_track
+            per_si = {
+                "m/s": 1.0,
+                "mm/s": 1e3,
+                "rad/s": 1 / track,
+                "rpm": 1 / track / _RAD_S_PER_RPM,
+            }[unit]
+            columns[name] = unit, values * per_si
+        else:
+            columns[name] = unit, values * _PER_SI[name][unit]
+    return columns
+
+
+def written(
+    header: dict[str, str], columns: dict[str, tuple[str, np.ndarray]], dialect: Dialect
+) -> bytes:
+    """A log as the bytes of a file."""
+    names = NAMES[dialect.language]
+    titles = [
+        names[name] if dialect.units_in_row else f"{names[name]} [{unit}]"
+        for name, (unit, _) in columns.items()
+    ]
+    lines = [f"{dialect.mark}{key}{dialect.separator}{value}" for key, value in header.items()]
+    lines.append(dialect.delimiter.join(titles))
+    if dialect.units_in_row:
+        lines.append(dialect.delimiter.join(f"[{unit}]" for unit, _ in columns.values()))
+    numbers = np.column_stack([values for _, values in columns.values()])
+    cells = np.char.mod("%.8g", numbers)
+    if dialect.decimal == "," and cells.size:
+        cells = np.char.replace(cells, ".", ",")
+    lines += [dialect.delimiter.join(row) for row in cells]
+    text = dialect.line_end.join([*lines, ""])
+    content = text.encode(dialect.encoding)
+    return gzip.compress(content, mtime=0) if dialect.packed else content
+
+
+def suffix(dialect: Dialect) -> str:
+    """Ending of the file's name."""
+    return ".txt.gz" if dialect.packed else ".txt"

@@ -1,0 +1,270 @@
+"""A laboratory's project folder: configuration, sound logs, and one log with each fault."""
+
+import shutil
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from blind_lab.bench import Bench, Condition, Recording, draw_bench
+from blind_lab.defects import FAULTS, Draft, draft, faulty
+from blind_lab.dialects import HEADER, NAMES, Dialect, draw_dialect, suffix
+from blind_lab.truth import Oil, draw_machine, draw_oil
+
+CAMPAIGN, RIG = "blind", "our-rig"
+# Names of each oil: in the laboratory's own script, and in one that every encoding can write.
+_OILS = (("Turbo 5 alt",), ("Öl B-12", "Oil B-12"), ("合成油 3", "Synthetic 3"))
+# Numbers of the sound logs that are filed once more under another oil, or contradicted by one.
+_COPIED, _TAKEN = 4, 5
+_SETTING_KEYS = (
+    "oil",
+    "max_hertz_pressure_gpa",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+)
+_QUANTITIES = {
+    "time": "time",
+    "load": "load",
+    "force": "traction_force",
+    "ball": "ball_speed",
+    "disc": "disc_speed",
+    "celsius": "inlet_temperature",
+}
+
+
+@dataclass(frozen=True)
+class Filed:
+    """A log in the folder: sound where `fault` is empty, else with the rules that name it."""
+
+    file: str
+    oil: str
+    fault: str = ""
+    rules: tuple[str, ...] = ()
+    doubted: bool = False  # a sound log that another one contradicts
+    rows: int = 0
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """What was built, and what is true."""
+
+    oils: dict[str, Oil]
+    bench: Bench
+    logs: tuple[Filed, ...]
+
+    @property
+    def sound(self) -> list[Filed]:
+        """Logs that nothing is wrong with."""
+        return [log for log in self.logs if not log.fault and not log.doubted]
+
+    @property
+    def faulty(self) -> list[Filed]:
+        """Logs that something is wrong with."""
+        return [log for log in self.logs if log.fault]
+
+
+def build(project: Path, config: Path, seed: int, faults: bool = True) -> Laboratory:
+    """Write a campaign `blind` into a project folder.
+
+    Args:
+        project: Folder to write into.
+        config: The configuration folder whose thresholds are used.
+        seed: Every choice follows from it.
+        faults: Also file the logs with faults.
+    """
+    random = np.random.default_rng(seed)
+    bench = draw_bench(random, draw_machine(random))
+    oils = {f"oil-{index}": draw_oil(random, names) for index, names in enumerate(_OILS, start=1)}
+    _write_config(project, config, bench, oils)
+    raw = project / "data" / "raw" / CAMPAIGN
+    raw.mkdir(parents=True)
+    logs: list[Filed] = []
+
+    def file(content: bytes, dialect: Dialect, name: str, about: Filed) -> None:
+        path = raw / f"{name}{suffix(dialect)}"
+        path.write_bytes(content)
+        logs.append(replace(about, file=path.name))
+
+    drafts: dict[str, list[Draft]] = {}
+    levels = _levels(random)
+    for name, oil in oils.items():
+        for number, condition in enumerate(product(*levels)):
+            dialect = draw_dialect(random)
+            sound = draft(bench.run(oil, Condition(*condition), random), dialect, bench)
+            drafts.setdefault(name, []).append(sound)
+            doubted = faults and name == next(iter(oils)) and number == _COPIED
+            doubted |= faults and name == list(oils)[1] and number == _TAKEN
+            about = Filed("", name, doubted=doubted, rows=len(sound.recording))
+            file(sound.bytes(), dialect, f"{name}_{number:03}", about)
+    if faults:
+        for number, (kind, fault) in enumerate(FAULTS.items()):
+            name = str(random.choice(list(oils)))
+            dialect = replace(draw_dialect(random), packed=False)
+            # a condition of its own, so that no other run of the campaign takes its place
+            between = Condition(
+                *(round(random.uniform(min(each), max(each)), 3) for each in levels)
+            )
+            content = faulty(fault, oils[name], between, bench, dialect, random)
+            file(content, dialect, f"fault_{number:03}", Filed("", name, kind, fault.rules))
+        for kind, rules, name, sound in _misfiled(drafts, bench, oils, levels, random):
+            file(
+                sound.bytes(),
+                sound.dialect,
+                f"zz_{kind.replace(' ', '_')}",
+                Filed("", name, kind, rules),
+            )
+    return Laboratory(oils, bench, tuple(logs))
+
+
+def _levels(random: np.random.Generator) -> tuple[list[float], list[float], list[float]]:
+    """Levels of pressure, speed and temperature."""
+    pressure = np.round(random.uniform(0.9, 1.0) + np.array([0.0, 0.25, 0.5]), 2)
+    speed = np.round(random.uniform(14, 18) * np.array([1.0, 1.5, 2.2]), 1)
+    celsius = np.round(random.uniform(35, 45) + np.array([0.0, 25.0, 50.0]))
+    return pressure.tolist(), speed.tolist(), celsius.tolist()
+
+
+def _between(levels: tuple[list[float], ...], random: np.random.Generator) -> Condition:
+    """A condition between the levels."""
+    return Condition(*(round(random.uniform(min(each), max(each)), 3) for each in levels))
+
+
+def _misfiled(
+    drafts: dict[str, list[Draft]],
+    bench: Bench,
+    oils: dict[str, Oil],
+    levels: tuple[list[float], list[float], list[float]],
+    random: np.random.Generator,
+) -> list[tuple[str, tuple[str, ...], str, Draft]]:
+    """Sound logs that are filed wrongly: kind, right rules, oil by label, log."""
+    first, second = list(oils)[:2]
+    plain = replace(draw_dialect(random), packed=False)
+
+    def again(sound: Draft, header: dict[int, str] | None = None, oil: str | None = None) -> Draft:
+        recording: Recording = sound.recording
+        if oil is not None:
+            recording = replace(recording, oil=oils[oil].names)
+        fresh = draft(recording, plain, bench)
+        lines = list(fresh.header.items())
+        for index, text in (header or {}).items():
+            lines[index] = (lines[index][0], text)
+        return replace(fresh, header=dict(lines))
+
+    def other_oil(number: int) -> Draft:
+        """A run of the first oil at a condition, labelled as the second's."""
+        condition = drafts[first][number].recording.condition
+        run = bench.run(oils[first], condition, random)
+        return draft(replace(run, oil=oils[second].names), plain, bench)
+
+    label = replace(
+        bench.run(oils[first], _between(levels, random), random), oil=oils[second].names
+    )
+    repeat = bench.run(oils[first], drafts[first][6].recording.condition, random)
+    by_load = draft(repeat, plain, bench)
+    pressure = repeat.condition.pressure
+    keys = list(by_load.header)
+    values = list(by_load.header.values())
+    keys[1], values[1] = "load_n", f"{bench.machine.load(pressure * 1e9):.3f}"
+    by_load = replace(by_load, header=dict(zip(keys, values, strict=True)))
+    return [
+        ("byte copy", ("duplicate_log",), first, drafts[first][2]),
+        ("same samples in another format", ("duplicate_log",), first, again(drafts[first][3])),
+        (
+            "same samples under two oils",
+            ("conflicting_labels",),
+            second,
+            again(drafts[first][_COPIED], oil=second),
+        ),
+        ("set point as a load", ("duplicate_condition",), first, by_load),
+        ("another oil at a taken condition", ("conflicting_condition",), second, other_oil(_TAKEN)),
+        ("another oil at a free condition", ("curve_off",), second, draft(label, plain, bench)),
+    ]
+
+
+def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil]) -> None:
+    folder = project / "config"
+    for name in ("campaigns", "rigs", "oils", "bearings"):
+        (folder / name).mkdir(parents=True)
+    shutil.copy(config / "config.yaml", folder)
+    names = {
+        quantity: {"name": [NAMES[language][name] for language in NAMES]}
+        for name, quantity in _QUANTITIES.items()
+    }
+    header = {
+        key: [HEADER[language][index] for language in HEADER]
+        for index, key in enumerate(_SETTING_KEYS)
+    }
+    _write(
+        folder / "campaigns" / f"{CAMPAIGN}.yaml",
+        {
+            "description": "logs of a laboratory of its own, SIMULATED for a test",
+            "data": "simulated",
+            "rigs": [RIG],
+            "oils": list(oils),
+            "figures": ["curves", "coverage"],
+            "columns": names,
+            "header": header,
+        },
+    )
+    machine = bench.machine
+    body = {"youngs_modulus_pa": machine.youngs_modulus, "poisson_ratio": machine.poisson}
+    _write(
+        folder / "rigs" / f"{RIG}.yaml",
+        {
+            "name": "ball on disc of a blind test",
+            "source": "drawn at random",
+            "ball_radius_m": machine.ball_radius,
+            "ball_track_radius_m": machine.ball_track,
+            "disc_track_radius_m": machine.disc_track,
+            "ball": body,
+            "disc": body,
+            "ball_roughness_ra_um": machine.roughness * 1e6,
+            "disc_roughness_ra_um": machine.roughness * 1e6,
+            "calibration": {
+                "load_relative": 0.003,
+                "traction_force_relative": 0.003,
+                "speed_relative": 0.0005,
+                "temperature_c": 0.2,
+            },
+        },
+    )
+    for key, oil in oils.items():
+        intercept, slope = oil.astm_d341
+        _write(
+            folder / "oils" / f"{key}.yaml",
+            {
+                "id": key,
+                "name": f"turbine oil {oil.names[-1]}",
+                "display_name": oil.names[-1],
+                "aliases": list(oil.names),
+                "nominal_kinematic_viscosity_100c_cst": oil.cst_100,
+                "stand_in": False,
+                "note": "drawn at random",
+                "source": "drawn at random",
+                "model": "astm-d341",
+                "coefficients": {
+                    "viscosity_intercept": intercept,
+                    "viscosity_slope": slope,
+                    "pressure_viscosity_exponent": 1.15607,
+                    "pressure_viscosity_offset": 17.496,
+                },
+                "density_kg_m3": [[298.15, oil.density], [423.15, oil.density]],
+                "specific_heat_j_kgk": [[298.15, 2000.0], [423.15, 2000.0]],
+                "thermal_conductivity_w_mk": [[298.15, 0.15], [423.15, 0.15]],
+            },
+        )
+
+
+def _write(path: Path, values: dict) -> None:
+    path.write_text(yaml.safe_dump(_plain(values), allow_unicode=True), encoding="utf-8")
+
+
+def _plain(value: object) -> object:
+    """NumPy's numbers as Python's."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_plain(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
