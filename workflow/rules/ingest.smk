@@ -49,7 +49,7 @@ rule ingest:
             "rigs",
             "oils",
             "logged_twice",
-            campaign=("columns", "semantics", "semantics_of_rig", "set_points"),
+            campaign=("columns", "header", "semantics", "semantics_of_rig", "set_points"),
         ),
     script:
         "../scripts/ingest.py"
