@@ -147,14 +147,18 @@ def curve_agreement(problem: Problem, robust: Alternative | None) -> CurveAgreem
 def odd_curves(data: CurveData, agreement: CurveAgreement, settings: FitSettings) -> list[str]:
     """Runs that do not belong to the others, worst first: they pull the plain fit away.
 
-    The robust fit nearly ignores such a curve, or its gain or its scatter is far from those of the
-    others: further than the limit, and than what a law that fits all of them badly explains.
+    The gain or the scatter of such a curve is far from those of the others: further than the limit,
+    and than what a law that fits all of them badly explains. Half the limit is enough where the
+    robust fit nearly ignores the curve.
     """
     off = np.abs(np.log(np.maximum(agreement.gain, 1e-9)))
     far = (off > settings.odd_gain) & (off > _OUTLIER * np.median(off))
     wide = agreement.scatter > settings.odd_scatter
     wide &= agreement.scatter > _OUTLIER * np.median(agreement.scatter)
-    odd = np.flatnonzero(far | wide | (agreement.weight < settings.pulling_weight))
+    # weights are of absolute residuals, which grow with mu: a weight alone is no reason
+    material = (off > settings.odd_gain / 2) | (agreement.scatter > settings.odd_scatter / 2)
+    ignored = material & (agreement.weight < settings.pulling_weight)
+    odd = np.flatnonzero(far | wide | ignored)
     worst = odd[np.argsort(agreement.weight[odd], kind="stable")]
     return [
         f"{data.runs[curve]} (mu {agreement.gain[curve]:.2f} times the fit's)"
