@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from campaigns import ROOT
+from oilfilm import tables
 from oilfilm.readers import ingest
 from oilfilm.readers.base import Reading
 from oilfilm.readers.header import header_keys, misspelt_key
@@ -225,6 +226,25 @@ def test_header_in_another_language_and_an_oil_by_another_name() -> None:
     assert keys == {"oil": "4102", "load_n": "80"}
     contradicting = header_keys({"schmierstoff": "4102", "oil": "4050"}, config)
     assert contradicting["oil"] == "4102 / 4050"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "delimiter", "comma", "form"),
+    [
+        ("cp1252", ";", ",", ["cp1252", "semicolon", "comma"]),
+        ("utf-8-sig", "\t", ".", ["utf-8", "tab", "point"]),
+        ("utf-16", ",", ".", ["utf-16", "comma", "point"]),
+    ],
+)
+def test_table_of_runs_names_how_a_log_was_read(
+    encoding: str, delimiter: str, comma: str, form: list[str]
+) -> None:
+    names = "time_s load_n traction_force_n ball_speed_rpm disc_speed_rpm Temperature[\u00b0C]"
+    config = with_campaign(columns={"inlet_temperature": {"name": "Temperature"}})
+    lines = ["# oil: 4102", names.replace(" ", delimiter), delimiter.join(["0.5"] * 6), ""]
+    log = "\n".join(lines).replace("0.5", f"0{comma}5").encode(encoding)
+    (run,) = tables.rows(ingest.ingest_logs([("log", log)], config).runs)
+    assert [run[name] for name in ("encoding", "delimiter", "decimal_mark")] == form
 
 
 def test_one_oil_in_a_campaign_needs_no_label() -> None:

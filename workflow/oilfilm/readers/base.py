@@ -105,12 +105,36 @@ class LoggedRun:
 
 
 @dataclass(frozen=True)
+class TextForm:
+    """How a text log was read; a part that the format does not have is empty.
+
+    Attributes:
+        encoding: Python's name of the encoding.
+        delimiter: What parts the cells, in a word.
+        decimal_mark: `point` or `comma`.
+    """
+
+    encoding: str = ""
+    delimiter: str = ""
+    decimal_mark: str = ""
+
+    @classmethod
+    def of(cls, encoding: str, delimiter: str, decimal_mark: str) -> "TextForm":
+        """The same from the marks themselves."""
+        return cls(encoding, MARKS.get(delimiter, delimiter), MARKS[decimal_mark])
+
+
+MARKS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
+
+
+@dataclass(frozen=True)
 class Reading:
     """Everything found in one raw file; `rows` counts its data rows, good and bad."""
 
     rows: int
     runs: list[LoggedRun] = field(default_factory=list)
     refusals: list[Refusal] = field(default_factory=list)
+    form: TextForm = TextForm()
 
 
 def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> Columns:

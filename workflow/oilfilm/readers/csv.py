@@ -46,7 +46,7 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     keys = header_keys(layout.keys, settings)
     problem = kind.header_problem(keys, layout.columns, settings)
     if problem:
-        return Reading(count, [], [problem.of_rows("", 1, count)])
+        return Reading(count, [], [problem.of_rows("", 1, count)], layout.form)
     complete_rows, _, tail = layout.table.rpartition(b"\n")
     values, rows, bad = _parse(complete_rows, layout)
     lines = layout.table.split(b"\n") if len(bad) else []
@@ -59,7 +59,7 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     if cut is not None:
         refusals.append(cut)
     log = ContinuousLog(file, keys, layout.columns, rows, values, flaw=truncated(cut))
-    return Reading(count, [kind.run(log, settings)], refusals)
+    return Reading(count, [kind.run(log, settings)], refusals, layout.form)
 
 
 def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:

@@ -75,6 +75,7 @@ def ingest_logs(
                 )
             rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
             of_run = {**_about_run(run, settings), "reader": reader, "refused_rows": rows}
+            of_run |= asdict(reading.form)
             runs.append({**about, **digests, **of_run})
             logged[run.oil].append(run)
         refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
@@ -160,7 +161,7 @@ def _without_absurd(reading: Reading) -> Reading:
             held &= ~absurd
         kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
         runs.append(replace(run, samples=kept))
-    return Reading(reading.rows, runs, refusals)
+    return replace(reading, runs=runs, refusals=refusals)
 
 
 def unpack(content: bytes) -> bytes:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.readers.base import Flaw, Refusal
+from oilfilm.readers.base import Flaw, Refusal, TextForm
 from oilfilm.readers.columns import find_columns, fits, meaning
 from oilfilm.readers.header import plain_key
 from oilfilm.readers.log_kind import Column, Renamed, Vocabulary
@@ -35,12 +35,18 @@ class Layout:
     """
 
     keys: dict[str, str]
+    encoding: str
     delimiter: str
     decimal_mark: str
     width: int
     columns: tuple[Column, ...]
     table: bytes
     first_line: int
+
+    @property
+    def form(self) -> TextForm:
+        """The same for people."""
+        return TextForm.of(self.encoding, self.delimiter, self.decimal_mark)
 
 
 class LayoutError(Exception):
@@ -88,6 +94,7 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
     decimal_mark = "," if delimiter != "," and any("," in cell for cell in numbers) else "."
     return Layout(
         _header_keys(decoded[:number], delimiter),
+        encoding,
         delimiter,
         decimal_mark,
         len(names),

@@ -6,16 +6,16 @@ memory, so that neither its pickles nor its evaluation of header cells is ever r
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import lvm_read
 import numpy as np
 
-from oilfilm.readers.base import Flaw, Reading, Refusal, damaged_file, refused_file
+from oilfilm.readers.base import Flaw, Reading, Refusal, TextForm, damaged_file, refused_file
 from oilfilm.readers.columns import LoggedTable, meaning, read_tables
 from oilfilm.readers.header import FORMAT_ADVICE, plain_key
-from oilfilm.readers.layout import cut_row, normalise, truncated
+from oilfilm.readers.layout import cut_row, encodings_of, normalise, truncated
 from oilfilm.readers.log_kind import FloatArray, LogKind
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -46,7 +46,8 @@ def recognises(head: bytes) -> bool:
 
 def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
     """See `Reader.read`."""
-    text = normalise(content).decode("utf-8", "replace")
+    encoding = encodings_of(content)[0]
+    text = normalise(content, encoding).decode("utf-8", "replace")
     mark = _SEPARATOR.search(text[:4000])
     separator = mark[1] if mark else "\t"
     lines = text.removesuffix("\n").split("\n")
@@ -67,7 +68,8 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
             except Exception as error:  # whatever a damaged file makes the library stumble over
                 return damaged_file("lvm", error)
         first_row += len(segment.rows)
-    return read_tables(tables, settings, kind)
+    form = TextForm.of(encoding, separator, _decimal_mark(header))
+    return replace(read_tables(tables, settings, kind), form=form)
 
 
 def _segment(lines: Sequence[str], separator: str) -> _Segment:
@@ -104,7 +106,7 @@ def _table(
         # the column of comments need not be there
         width = len(segment.names) - (segment.names[-1:] == ["Comment"])
         cut = cut_row(cells, width, row, run_id)
-    decimal_mark = (header.get("decimal_separator") or ["."])[0] or "."
+    decimal_mark = _decimal_mark(header)
     values = _numbers(segment.names, kept, segment.separator, decimal_mark)
     names, units, columns = _named(header, segment, values, decimal_mark, settings.campaign, kind)
     problem = None
@@ -116,6 +118,10 @@ def _table(
     return LoggedTable(
         run_id, keys, names, units, columns, len(kept), first_row, flaw, problem, cut
     )
+
+
+def _decimal_mark(header: Cells) -> str:
+    return "," if (header.get("decimal_separator") or [""])[0] == "," else "."
 
 
 def _too_few_rows(segment: _Segment) -> Flaw | None:

@@ -20,6 +20,7 @@ from oilfilm.readers.base import (
     Nominal,
     Reading,
     Refusal,
+    TextForm,
     distinct,
     number,
     refused_file,
@@ -85,7 +86,7 @@ def recognises(head: bytes) -> bool:
 
 def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
     """See `Reader.read`."""
-    text = _decode(content)
+    text, encoding = _decode(content)
     steps = list(_steps(text.splitlines()))
     labels = distinct(f"step{step.number:03d}" for step in steps)
     rows = sum(len(step.lines) for step in steps)
@@ -109,15 +110,16 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
             run, refused = _read_step(step, f"{file}:{label}", settings, last_is_cut)
             runs += [run] if run is not None else []
             refusals += refused
-    return Reading(rows, runs, refusals)
+    return Reading(rows, runs, refusals, TextForm.of(encoding, "\t", "."))
 
 
-def _decode(content: bytes) -> str:
+def _decode(content: bytes) -> tuple[str, str]:
+    """The text and the encoding that it is in."""
     try:
-        return content.decode("utf-8-sig")
+        return content.decode("utf-8-sig"), "utf-8"
     except UnicodeDecodeError:
         # older programs write the degree sign in the encoding of western Windows
-        return content.decode("cp1252", "replace")
+        return content.decode("cp1252", "replace"), "cp1252"
 
 
 def _steps(lines: Iterable[str]) -> Iterator[_Step]:

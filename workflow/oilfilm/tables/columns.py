@@ -66,6 +66,10 @@ _ORIGIN = (
     text("content_sha256", "SHA-256 of the log after unpacking, so that packed copies are known"),
     text("label", "the log's own name of the run; empty where it has none"),
     text("reader", "format that the log was read as"),
+    text("encoding", "encoding that a text log was read in; empty for other formats"),
+    text("delimiter", "what parts the cells of a text log: comma, semicolon, tab, bar or blanks; "
+        "empty for other formats"),
+    text("decimal_mark", "decimal mark of a text log: point or comma; empty for other formats"),
     text("log_kind", "continuous: a signal against time; steps: each row is already a settled "
         "reading", allowed=("continuous", "steps")),
     count("row", "data row in the raw log, counted from 1"),
