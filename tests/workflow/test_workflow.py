@@ -9,11 +9,21 @@ from pathlib import Path
 
 import pytest
 
-from campaigns import QUICK, lay_out_measured, read_campaign, write_campaign
+from campaigns import (
+    QUICK,
+    SMALL_MATRIX,
+    lay_out,
+    lay_out_measured,
+    printed,
+    read_campaign,
+    write_campaign,
+)
 from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.releases.verify import verify
-from reproduce import fail, succeed
+from oilfilm.rig_twin.simulate import simulate_campaign
+from oilfilm.settings.resolve import resolve
+from reproduce import compare, fail, killed, succeed
 
 pytestmark = pytest.mark.workflow
 
@@ -189,6 +199,43 @@ def test_changed_log_redoes_only_its_own_share(project: Path) -> None:
         log.write("99.0,142.0,0.1,30000,7500,120.0\n")
     jobs = planned(project, points, "--config", "campaign=own")
     assert (jobs["ingest"], jobs["curate"]) == (1, 1)
+
+
+def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> None:
+    """Two oils; one log of the first is removed, then one of the second in a run that is killed."""
+    project, fresh = tmp_path / "project", tmp_path / "fresh"
+    raw = project / "data/raw/two"
+    raw.mkdir(parents=True)
+    lay_out(project)
+    campaign = read_campaign(project, "demo")
+    campaign |= {"oils": ["4102", "4050"], "matrix": SMALL_MATRIX, "figures": ["curves"]}
+    one_law = {"laws": ["tanh"], "bootstrap": 5}
+    campaign["settings"] = {**QUICK, "compare": one_law, "shards": 4}
+    campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
+    del campaign["torque"]
+    write_campaign(project, "two", campaign)
+    config = resolve(project / "config", {"campaign": "two"})
+    for run, content, _ in simulate_campaign(config, printed()):
+        (raw / run.name).write_bytes(content)
+    del campaign["twin"]
+    write_campaign(project, "two", campaign)
+    fitted = [f"results/two/tables/{name}.parquet" for name in ("coefficients", "comparison")]
+    target = (*fitted, "--config", "campaign=two")
+    succeed(project, *target)
+
+    (raw / "4102_P1.25_U40_T120.csv").unlink()
+    jobs = re.findall(r"log: results/two/logs/(\S+)\.log", succeed(project, *target))
+    assert {"fit-4102", "compare-4102", "fits", "comparisons"} <= set(jobs)
+    assert not {"fit-4050", "compare-4050"} & set(jobs)
+
+    (raw / "4050_P1.25_U40_T120.csv").unlink()
+    assert killed(project, 4, *target)
+    succeed(project, *target)
+    lay_out(fresh)
+    write_campaign(fresh, "two", campaign)
+    shutil.copytree(raw, fresh / "data/raw/two")
+    succeed(fresh, *target)
+    assert compare(fresh, project) == ""
 
 
 def test_real_etm_log_goes_through(project: Path, real_pcs: Path) -> None:

@@ -6,7 +6,7 @@ COMPARE_TABLES = ("comparison", "law_coefficients", "law_fit_quality", "law_refi
 rule compare:
     "All laws fitted to one oil, judged on what they fit and on what they have not seen."
     input:
-        **finished("points"),
+        points="<parts>/collect/{oil}/points.parquet",
     output:
         **{table: f"<parts>/compare/{{oil}}/{table}.parquet" for table in COMPARE_TABLES},
     log:

@@ -23,7 +23,9 @@ rule curate:
         "../scripts/curate.py"
 
 
-rule collect:
+# A checkpoint: which oils' points are other than before is known only when it is done. Snakemake then
+# compares `of_oil` with what each fit has read, and the fits of all other oils stay as they are.
+checkpoint collect:
     "All runs and points of the campaign, judged by the gates that compare runs."
     input:
         points=expand(rules.curate.output.points, shard=SHARDS),
@@ -35,10 +37,12 @@ rule collect:
     output:
         **finished("points", "runs", "quarantine"),
         spreadsheet="<tables>/quarantine.csv",
+        of_oil=expand("<parts>/collect/{oil}/points.parquet", oil=OILS),
     log:
         "<logs>/collect.log",
     params:
         code=code("collect.py"),
+        oils=OILS,
         config=part("film", "gates", "same_set_point", campaign=("repeated_conditions",)),
     script:
         "../scripts/collect.py"

@@ -11,7 +11,7 @@ FIT_TABLES = (
 rule fit:
     "One oil's constants, with their errors and the certificate."
     input:
-        **finished("points"),
+        points="<parts>/collect/{oil}/points.parquet",
         printed="data/reference/printed_coefficients.yaml",
     output:
         **{table: f"<parts>/fit/{{oil}}/{table}.parquet" for table in FIT_TABLES},

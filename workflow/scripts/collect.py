@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect
 from oilfilm.outputs.spreadsheet import write_csv
 from oilfilm.readers.raw_files import remove_others
@@ -16,3 +17,9 @@ with job(snakemake) as (settings, provenance):
     campaign = collect([curated], [], settings)
     write_tables(vars(campaign), outputs, provenance)
     write_csv(campaign.quarantine, Path(outputs.spreadsheet))
+    for oil, path in zip(snakemake.params.oils, outputs.of_oil, strict=True):
+        of_oil = campaign.points[campaign.points["oil"] == oil]
+        runs = campaign.runs[campaign.runs["oil"] == oil]
+        # the logs of this oil alone, so that another oil's log changes no byte and no fit
+        logs = dict(zip(runs["file"], runs["sha256"].str[:16], strict=True))
+        tables.write(of_oil, "points", Path(path), {**provenance, "inputs": logs})
