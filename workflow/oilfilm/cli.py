@@ -18,13 +18,14 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
-from oilfilm.fitting.fitted import FittedLaw, predict, read_fit
+from oilfilm.fitting.fitted import FittedLaw, read_fit
 from oilfilm.readers.base import LARGEST_READING
 from oilfilm.readers.ingest import read_bytes
 from oilfilm.releases.commands import add_commands
 from oilfilm.releases.manifest import printable
 from oilfilm.settings.resolve import resolve
 from oilfilm.tables import failed_gates
+from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import conversion
 
 
@@ -42,6 +43,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
 
 
+# Options of `predict`: condition of a law, example.
+_OPTIONS = {
+    "--stress": ("max_hertz_pressure_gpa", "1.2GPa"),
+    "--load": ("load_n", "50N"),
+    "--speed": ("entrainment_speed_m_s", "30m/s"),
+    "--temperature": ("inlet_temperature_c", "70degC"),
+}
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="oilfilm", description=__doc__)
     commands = parser.add_subparsers(required=True)
@@ -55,9 +65,9 @@ def _parser() -> argparse.ArgumentParser:
     check.set_defaults(run=_check)
     predict = commands.add_parser("predict", help="traction coefficient of a fitted oil")
     predict.add_argument("--oil", required=True)
-    predict.add_argument("--stress", required=True, help="maximum Hertz pressure, as 1.2GPa")
-    predict.add_argument("--speed", required=True, help="entrainment speed, as 30m/s")
-    predict.add_argument("--temperature", required=True, help="of the inlet oil, as 70degC")
+    for option, (name, example) in _OPTIONS.items():
+        meaning = f"{QUANTITIES[name].meaning}, as {example}"
+        predict.add_argument(option, metavar=example, help=meaning)
     predict.add_argument("--slip", required=True, help="slide-roll ratio, as 0.05 or 5%%")
     predict.add_argument("--campaign", default="demo", help="campaign of the fit (default: demo)")
     predict.add_argument("--results", type=Path, default=Path("results"), help="results folder")
@@ -78,12 +88,11 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _predict(options: argparse.Namespace) -> int:
-    at = {
-        "max_hertz_pressure_gpa": quantity(options.stress, "GPa", "--stress"),
-        "entrainment_speed_m_s": quantity(options.speed, "m/s", "--speed"),
-        "inlet_temperature_c": quantity(options.temperature, "degC", "--temperature"),
-        "slide_roll_ratio": quantity(options.slip, "dimensionless", "--slip"),
-    }
+    at = {"slide_roll_ratio": quantity(options.slip, "dimensionless", "--slip")}
+    for option, (name, _) in _OPTIONS.items():
+        typed = getattr(options, option.removeprefix("--"))
+        if typed is not None:
+            at[name] = quantity(typed, QUANTITIES[name].unit, option)
     folder = options.results / options.campaign
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     print(prediction(read_fit(folder, options.oil), options.oil, at))
@@ -116,35 +125,59 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
     Args:
         fit: The fitted law.
         oil: Name of its oil.
-        at: Pressure, speed, temperature and slide-roll ratio by their columns' names.
+        at: Slide-roll ratio and conditions by their columns' names. A condition that the fit does
+            not follow may be left out: mu is then given at its tested level.
 
     Raises:
-        OilfilmError: The fit has no value there.
+        OilfilmError: The fit has no value there, or a condition is missing or too many.
     """
+    fixed = {each.condition: each for each in fit.coefficients.fixed}
+    _refuse_other_conditions(fit, oil, at)
+    conditions = np.array([[at.get(name, np.nan) for name in fit.law.conditions]])
     try:
-        predicted = predict(fit.law, fit.coefficients, *at.values())
+        predicted = fit.predict(conditions, np.array([at["slide_roll_ratio"]]))
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
+    where = [each.sentence() for each in fixed.values()]
+    if predicted.away[0]:
+        raise OilfilmError(
+            f"{oil}: mu is not known there: {'; '.join(where)}. Ask for a point on it, or leave "
+            "the option out to be given the tested value."
+        )
     values = predicted.traction_coefficient, predicted.lower, predicted.upper
-    mu, lower, upper = map(float, values)
+    mu, lower, upper = (float(value[0]) for value in values)
     if np.isnan(mu):
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
     interval = "no interval" if np.isnan(lower) else f"95 % interval {lower:.5f} to {upper:.5f}"
-    lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {interval}"]
+    lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {interval}", *where]
     box = dict(zip((*fit.law.conditions, "slide_roll_ratio"), fit.coefficients.box, strict=True))
     for name, value in at.items():
         low, high = box[name]
-        if np.isfinite(low) and not low <= abs(value) <= high:
+        if name not in fixed and np.isfinite(low) and not low <= abs(value) <= high:
             unit = tables.COLUMNS[name].shown_unit
             lines.append(
                 f"OUTSIDE the tested box: {name} {value:g}, tested {low:.4g} to {high:.4g} {unit}"
             )
-    if predicted.outside:
+    if predicted.outside[0]:
         lines.append(
-            f"{float(predicted.distance):.1f} tested ranges outside: the interval holds only if "
+            f"{predicted.distance[0]:.1f} tested ranges outside: the interval holds only if "
             "the law does"
         )
     return "\n".join(line.rstrip() for line in lines)
+
+
+def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> None:
+    """Raise a sentence where a law is asked for conditions that are not its own."""
+    fixed = {each.condition for each in fit.coefficients.fixed}
+    wanted = set(fit.law.conditions)
+    for option, (name, example) in _OPTIONS.items():
+        if name in at and name not in wanted:
+            raise OilfilmError(f"{oil}: {option}: the law {fit.law.name} does not take {name}.")
+        if name in wanted and name not in at and name not in fixed:
+            raise OilfilmError(
+                f"{oil}: {option} is missing; the fit depends on {name}. Give it, as {option} "
+                f"{example}."
+            )
 
 
 # A file of more clean runs than this has them in one line.

@@ -8,6 +8,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.certificate import certify
+from oilfilm.fitting.conditions import fixed_conditions, followed_conditions, to_text
 from oilfilm.fitting.engine import Optimum, at_bounds, search
 from oilfilm.fitting.fit_tables import tables_of_fit, tables_without_fit
 from oilfilm.fitting.objectives import robust_fit, weighted_fit
@@ -16,7 +17,6 @@ from oilfilm.fitting.problem import (
     Problem,
     build_problem,
     curve_data,
-    varied_conditions,
 )
 from oilfilm.fitting.profile import profiles
 from oilfilm.fitting.remarks import fit_remarks
@@ -92,21 +92,22 @@ def fit_oil(
     """
     points, law = points[points["oil"] == oil], law or LAWS[settings.law]
     data = curve_data(points, law.conditions)
-    varied = varied_conditions(data.conditions, settings)
+    followed = followed_conditions(data.conditions, settings)
+    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
     quality = {
         "oil": oil,
         "law": law.name,
         "n_points": len(data.mu),
         "n_curves": len(data.runs),
-        "fixed_conditions": _fixed_conditions(law, data, varied),
+        "fixed_conditions": to_text(fixed),
         **_tested_box(points),
     }
     try:
-        problem = build_problem(law, data, varied)
+        problem = build_problem(law, data, followed)
         _refuse_hopeless(problem, data)
     except ValueError as error:
         return OilFit(tables_without_fit(law, quality, printed or {}, str(error)), None)
-    solution = _solve(problem, data, points, varied, oil, settings, seed)
+    solution = _solve(problem, data, points, followed, oil, settings, seed)
     return OilFit(tables_of_fit(solution, quality, printed or {}, settings), solution)
 
 
@@ -140,7 +141,7 @@ def _solve(
     problem: Problem,
     data: CurveData,
     points: pd.DataFrame,
-    varied: BoolArray,
+    followed: BoolArray,
     oil: str,
     settings: FitSettings,
     seed: int,
@@ -159,7 +160,7 @@ def _solve(
     if len(data.runs) >= settings.min_curves_to_resample:
         random = generator(seed, "bootstrap", oil)
         refits = curve_bootstrap(problem, best, settings.bootstrap, random)
-    shifted = calibration_refits(problem, best, points, varied)
+    shifted = calibration_refits(problem, best, points, followed)
     return Solution(
         problem,
         data,
@@ -169,16 +170,6 @@ def _solve(
         profiles(problem, best, np.sqrt(np.diag(naive))),
         weighted_fit(problem, data, best),
         robust_fit(problem, best),
-    )
-
-
-def _fixed_conditions(law: Law, data: CurveData, varied: BoolArray) -> str:
-    """The conditions that give no exponent, with their level, in words."""
-    levels = data.conditions.mean(axis=0) if len(data.conditions) else np.full(len(varied), np.nan)
-    return "; ".join(
-        f"{name} unknown" if np.isnan(level) else f"{name} {level:.4g} {tables.unit_of(name)}"
-        for name, level, varies in zip(law.conditions, levels, varied, strict=True)
-        if not varies
     )
 
 

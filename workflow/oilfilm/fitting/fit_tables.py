@@ -9,6 +9,7 @@ import pandas as pd
 from scipy.special import ndtri
 
 from oilfilm import tables
+from oilfilm.fitting.conditions import from_text
 from oilfilm.fitting.objectives import curve_agreement, difference, odd_curves
 from oilfilm.fitting.profile import profile_interval
 from oilfilm.fitting.solution import Solution
@@ -34,7 +35,7 @@ def tables_of_fit(
     return _checked(
         quality,
         {
-            "coefficients": _with_printed(_coefficients(solution, settings), printed),
+            "coefficients": _judged(_coefficients(solution, settings), solution, quality, printed),
             "fit_quality": pd.DataFrame([{**quality, **_quality(solution, settings)}]),
             "refits": _refits(solution),
             "correlations": _correlations(solution),
@@ -152,6 +153,29 @@ def sign_reach(constants: int, confidence: float) -> float:
         confidence: That no sign is called wrongly, as a share.
     """
     return float(ndtri(1 - (1 - confidence) / (2 * constants)))
+
+
+def _judged(
+    rows: pd.DataFrame,
+    solution: Solution,
+    quality: Mapping[str, Any],
+    printed: Mapping[str, float],
+) -> pd.DataFrame:
+    """The constants with those printed; exponents along a line are of no condition alone."""
+    law = solution.problem.law
+    along = {
+        other.condition
+        for fixed in from_text(quality["fixed_conditions"])
+        for other in fixed.in_step
+    }
+    # every group that a law makes of conditions may hold one of them
+    groups = along if law.groups == law.conditions else set(law.groups if along else ())
+    names = {constant.name for constant in law.constants if constant.condition in groups}
+    in_step = rows["constant"].isin(names) & rows["identifiable"]
+    rows = _with_printed(rows, printed)
+    rows.loc[in_step, "verdict"] = "in step"
+    rows.loc[in_step, "printed_value"] = np.nan
+    return rows
 
 
 def _with_printed(rows: pd.DataFrame, printed: Mapping[str, float]) -> pd.DataFrame:

@@ -9,9 +9,10 @@ import pandas as pd
 from scipy.special import ndtri
 
 from oilfilm.errors import OilfilmError
+from oilfilm.fitting.conditions import FixedCondition, away, from_text
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import FloatArray, Law, Observations, to_internal
+from oilfilm.traction.law import CONDITIONS, FloatArray, Law, Observations, to_internal
 
 # Points predicted at once: about what fits a processor's cache.
 _CHUNK = 1 << 14
@@ -24,11 +25,13 @@ class Coefficients:
     Attributes:
         constants: In the order of the law's, NaN where nothing could be fitted. An exponent that
             the data could not give is 0, and X0 then holds the coefficient at the tested level.
-        known: Which of the law's groups the fit follows; the others were tested at one level.
+        known: Which of the law's groups the fit follows.
         spread: Constants of the bootstrap over curves, shape (refits, constants).
         shifted: Constants refitted with one sensor each off by its calibration's uncertainty.
         box: Smallest and largest tested value of each of the law's conditions and of the slip,
             shape (conditions + 1, 2); NaN where unknown.
+        fixed: The conditions that the fit does not follow, with the level or line tested; empty
+            where that is unknown.
     """
 
     constants: FloatArray
@@ -36,6 +39,7 @@ class Coefficients:
     spread: FloatArray
     shifted: FloatArray
     box: FloatArray
+    fixed: tuple[FixedCondition, ...] = ()
 
     @classmethod
     def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
@@ -79,7 +83,9 @@ class Prediction:
         upper: Upper end.
         outside: True where a condition or the slip lies outside the tested box.
         distance: How far outside, in tested ranges, for the condition farthest out; 0 inside, NaN
-            where the box is unknown, infinite where only one level was tested.
+            where the box is unknown.
+        away: True where a condition that the fit does not follow is asked for away from the level
+            or line on which it was tested: nothing is known of mu there, so it is NaN.
     """
 
     traction_coefficient: FloatArray
@@ -87,6 +93,7 @@ class Prediction:
     upper: FloatArray
     outside: npt.NDArray[np.bool_]
     distance: FloatArray
+    away: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -134,6 +141,7 @@ class FittedLaw:
                     for rows in (wide[~calibration], wide[calibration])
                 )
         box = np.full((len(law.conditions) + 1, 2), np.nan)
+        fixed: tuple[FixedCondition, ...] = ()
         if quality is not None:
             row = quality[(quality["oil"] == oil) & (quality["law"] == law.name)].iloc[0]
             names = (*law.conditions, "slide_roll_ratio")
@@ -142,14 +150,11 @@ class FittedLaw:
             )
             # that there is no traction without slip needs no test
             box[-1, 0] = 0.0
-        return cls(law, Coefficients(values, known, spread, shifted, box))
+            fixed = from_text(row["fixed_conditions"])
+        return cls(law, Coefficients(values, known, spread, shifted, box, fixed))
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
-        """mu against slip at one row of the law's conditions, shape of `slip`.
-
-        A fit that lacks the exponents of a condition knows its tested level only: whatever level
-        is asked for, the curve there is given.
-        """
+        """mu against slip at one row of the law's conditions, shape of `slip`."""
         at = np.broadcast_to(conditions, (len(slip), len(self.law.conditions)))
         return self.predict(at, slip).traction_coefficient
 
@@ -162,15 +167,19 @@ class FittedLaw:
         may lie, and true as far as the law is.
 
         Args:
-            conditions: Rows of the law's conditions, shape (points, conditions).
+            conditions: Rows of the law's conditions, shape (points, conditions). NaN for a
+                condition that the fit does not follow asks for its tested level.
             slip: Slide-roll ratio of each point, shape (points,).
             level: Of confidence.
         """
         root = self.coefficients.root(self.law)
+        off = self._away(conditions)
+        conditions = self.on_line(conditions)
         mu, error = np.empty(len(slip)), np.empty(len(slip))
         for start in range(0, len(slip), _CHUNK):
             chunk = slice(start, start + _CHUNK)
             mu[chunk], error[chunk] = self._predict_chunk(conditions[chunk], slip[chunk], root)
+        mu[off], error[off] = np.nan, np.nan
         sign = np.where(slip < 0, -1.0, 1.0)
         reach, above = ndtri(0.5 + level / 2) * error, mu > 0
         relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
@@ -181,7 +190,25 @@ class FittedLaw:
             upper = np.where(above, mu * factor, mu + reach)
         ends = np.sort([sign * lower, sign * upper], axis=0)
         distance = self._distance(conditions, slip)
-        return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance)
+        return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance, off)
+
+    def on_line(self, conditions: FloatArray) -> FloatArray:
+        """Conditions with those that the fit does not follow at their tested level or line.
+
+        Args:
+            conditions: Rows of the law's conditions.
+        """
+        levels = self._by_name(conditions)
+        lines = {fixed.condition: fixed.on_line(levels) for fixed in self.coefficients.fixed}
+        return np.column_stack(list((levels | lines).values()))
+
+    def _away(self, conditions: FloatArray) -> npt.NDArray[np.bool_]:
+        levels = self._by_name(conditions)
+        off = [away(fixed, levels) for fixed in self.coefficients.fixed]
+        return np.asarray(np.any([np.zeros(len(conditions), dtype=bool), *off], axis=0))
+
+    def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
+        return dict(zip(self.law.conditions, conditions.T, strict=True))
 
     def _predict_chunk(
         self, conditions: FloatArray, slip: FloatArray, root: FloatArray
@@ -203,6 +230,10 @@ class FittedLaw:
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         low, high = self.coefficients.box.T
         at = np.column_stack([conditions, np.abs(slip)])
+        # a level or line is known that much beyond what was tested
+        reach = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
+        within = np.array([reach.get(name, 0.0) for name in (*self.law.conditions, "")])
+        low, high = low - within * np.abs(low), high + within * np.abs(high)
         beyond = np.maximum(np.maximum(low - at, at - high), 0.0)
         # rounding of the conditions themselves is not outside
         beyond[beyond <= 1e-9 * np.abs(at)] = 0.0
@@ -260,7 +291,8 @@ def predict(
             order: these give mu without interval or box.
         max_hertz_pressure_gpa: P, in GPa.
         entrainment_speed_m_s: U, in m/s.
-        inlet_temperature_c: T, in degC.
+        inlet_temperature_c: T, in degC. NaN for a condition that the fit does not follow asks for
+            its tested level.
         slide_roll_ratio: S. The four broadcast against each other.
         level: Of confidence.
 
@@ -268,7 +300,7 @@ def predict(
         Arrays of the broadcast shape.
 
     Raises:
-        OilfilmError: There is no such law.
+        OilfilmError: There is no such law, or it is one of load; `FittedLaw.predict` takes those.
         ValueError: A condition is not above zero, where power laws have no value.
 
     Examples:
@@ -282,6 +314,11 @@ def predict(
         if law not in LAWS:
             raise OilfilmError(f"there is no law {law!r}; the laws are {', '.join(LAWS)}.")
         law = LAWS[law]
+    if law.conditions != CONDITIONS:
+        raise OilfilmError(
+            f"the law {law.name} is one of {', '.join(law.conditions)}; use the method predict of "
+            "the fitted law, which takes rows of them."
+        )
     if not isinstance(coefficients, Coefficients):
         coefficients = Coefficients.bare(law, np.asarray(coefficients, dtype=float))
     arrays = np.broadcast_arrays(

@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import (
     CONDITIONS,
     BoolArray,
@@ -167,39 +166,6 @@ def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> 
         side * accepted["traction_coefficient"].to_numpy(),
         accepted["traction_coefficient_se"].to_numpy(dtype=float),
     )
-
-
-def varied_conditions(conditions: FloatArray, settings: FitSettings) -> BoolArray:
-    """Which conditions vary enough over the curves to give an exponent.
-
-    A condition counts as varied when it is known for every curve and its range is at least
-    `min_relative_range` of its largest magnitude, and it does not vary in step with another one.
-    """
-    if len(conditions) == 0 or np.isnan(conditions).all():
-        return np.zeros(conditions.shape[1], dtype=bool)
-    low, high = conditions.min(axis=0), conditions.max(axis=0)
-    size = np.maximum(np.abs(low), np.abs(high))
-    alone = np.asarray((high > low) & (high - low >= settings.min_relative_range * size))
-    return alone & ~_vary_together(conditions, alone, settings)
-
-
-def _vary_together(conditions: FloatArray, among: BoolArray, settings: FitSettings) -> BoolArray:
-    """Which of these conditions vary only together with others, so that no fit tells them apart.
-
-    Judged by the singular values of the standardised conditions over the curves; too few curves
-    are one case of it.
-    """
-    together = np.zeros(len(among), dtype=bool)
-    varied = conditions[:, among]
-    if varied.shape[1] < 2:
-        return together
-    standardised = (varied - varied.mean(axis=0)) / varied.std(axis=0)
-    _, sizes, directions = np.linalg.svd(standardised, full_matrices=True)
-    padded = np.zeros(varied.shape[1])
-    padded[: len(sizes)] = sizes
-    unknown = directions[padded <= settings.smallest_singular_value * padded[0]]
-    together[among] = (np.abs(unknown) > settings.largest_unknown_share).any(axis=0)
-    return together
 
 
 def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:

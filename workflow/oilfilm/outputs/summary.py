@@ -7,6 +7,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.fitting.conditions import sentences
 from oilfilm.fitting.remarks import fit_remarks
 from oilfilm.outputs.bearing_sentences import bearing_lines, listed, refusals
 from oilfilm.outputs.facts import (
@@ -171,10 +172,7 @@ def _fits(results: CampaignTables) -> list[str]:
             )
         lost = rows.loc[~rows["identifiable"], "constant"]
         if len(lost):
-            lines.append(
-                f"    not identifiable from these conditions ({fit['fixed_conditions']}): "
-                + ", ".join(lost)
-            )
+            lines.append(f"    not identifiable, because {sentences(fit)}: " + ", ".join(lost))
     return lines
 
 

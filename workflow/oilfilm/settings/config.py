@@ -231,10 +231,12 @@ class FitSettings(Group):
         "A condition with a smaller (max - min)/max gives no exponent."
     )
     smallest_singular_value: Tolerance = key(
-        "Smallest singular value of the standardised conditions, over the largest."
+        "Smallest singular value of the standardised logarithms of the conditions, over the "
+        "largest, at which a direction counts as varied."
     )
-    largest_unknown_share: float = key(
-        "Largest share of a condition in an unknown direction.", unit="1", gt=0, le=1
+    level_tolerance: Share = key(
+        "How far beyond its tested scatter, relative, a condition without exponent may be asked "
+        "for."
     )
     min_curves_to_resample: int = key("Fewest curves for a bootstrap.", ge=2)
     pulling_weight: Share = key(

@@ -239,8 +239,9 @@ _FITS = (
     number("hessian_largest", "1", "largest eigenvalue of the Hessian of half the SSE, by the "
         "scaled constants of the search", at_least=0),
     text("active_bounds", "constants that ended at a bound of the search; empty where none did"),
-    text("fixed_conditions", "conditions that did not vary enough to give exponents, with their "
-        "level"),
+    text("fixed_conditions", "conditions without exponents, with the level or line on which mu is "
+        "known: JSON list of condition, level, within (largest relative distance) and in_step "
+        "(followed conditions: centre, exponent)"),
     *(
         number(f"tested_{end}_{name}", unit, f"{size} {quantity} of the accepted points")
         for name, unit, quantity in (

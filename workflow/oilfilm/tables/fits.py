@@ -19,8 +19,10 @@ _FITS = (
         uses=(
             use("value", "fitted constant; null where not identifiable"),
             use("verdict", "sign unknown: zero is within the errors, for all constants together; "
-                "at a bound: of the search, beyond which the data would have it",
-                allowed=("known", "sign unknown", "no interval", "at a bound", "not identifiable")),
+                "at a bound: of the search, beyond which the data would have it; in step: exponent "
+                "along the tested line of conditions that varied in step, of none of them alone",
+                allowed=("known", "sign unknown", "no interval", "at a bound", "in step",
+                    "not identifiable")),
         ),
         key=("oil", "law", "constant"),
         references={"fit_quality": ("oil", "law")},

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.outputs.exports.description import Description
+from oilfilm.outputs.exports.description import Description, number_or_none
 from oilfilm.outputs.spreadsheet import csv_text
 from oilfilm.traction import expression
 from oilfilm.traction.law import FloatArray
@@ -44,8 +44,8 @@ def adore_csv(description: Description) -> str:
 def adore_rows(description: Description) -> list[dict[str, Any]]:
     """The constants at each requested operating point, in the units of `UNITS`.
 
-    Conditions of which the fit knows one level only are given at that level; operating points
-    that become the same are given once.
+    Conditions that the fit does not follow are given where they were tested; operating points that
+    become the same are given once.
     """
     rows: list[dict[str, Any]] = []
     for point in description.adore_points:
@@ -70,12 +70,13 @@ def adore_obstacle(description: Description) -> str:
 
 def _row(description: Description, requested: Mapping[str, float]) -> dict[str, Any]:
     law = description.law
-    levels = {condition.name: condition.level for condition in description.fixed}
-    point = {name: levels.get(name, requested[name]) for name in law.conditions}
+    fixed = {each.condition for each in description.fitted.coefficients.fixed}
+    asked = [[np.nan if name in fixed else requested[name] for name in law.conditions]]
+    conditions = description.fitted.on_line(np.array(asked))
+    point = dict(zip(law.conditions, map(number_or_none, conditions[0]), strict=True))
     speed = point["entrainment_speed_m_s"]
     if speed is None:
         raise ValueError("the point has no entrainment speed")
-    conditions = np.array([[requested[name] for name in law.conditions]])
     groups = law.group_values(conditions)[0]
     a, b, c, d = _form_at(description, groups)
     peak = 1 / c - a / b

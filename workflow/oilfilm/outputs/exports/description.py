@@ -33,8 +33,9 @@ class Condition:
         symbol: As in the law's equation.
         meaning: What it is.
         unit: Unit of every value here.
-        role: "fixed" where the data give no exponent, so that mu is known at `level` only.
-        level: The one level tested; None where the condition is an argument, or unknown.
+        role: "fixed" where the data give no exponent, so that mu is known where it was tested only.
+        level: Its level, or the mean one where it varied in step with others; None where it is an
+            argument, or unknown.
         reference: Value at which its power is 1; None for S.
         tested: Smallest and largest value tested, of |S| for S; None where unknown.
     """
@@ -100,9 +101,9 @@ class Description:
         return tuple(condition for condition in self.conditions if condition.role == "argument")
 
     @property
-    def fixed(self) -> tuple[Condition, ...]:
-        """Conditions whose tested level is the only one at which mu is known."""
-        return tuple(condition for condition in self.conditions if condition.role == "fixed")
+    def where_known(self) -> str:
+        """Where the conditions were tested that are no arguments; empty where there are none."""
+        return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed)
 
     @property
     def slip(self) -> Condition:
@@ -269,7 +270,7 @@ def _meanings(law: Law) -> dict[str, str]:
 def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
     return {
         "name": row["constant"],
-        "meaning": meaning,
+        "meaning": meaning + (", along the tested line" if row["verdict"] == "in step" else ""),
         "value": number_or_none(row["value"]),
         "unit": "1",
         "standard_error": number_or_none(row["standard_error"]),

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Iterable
 
-from oilfilm.outputs.exports.description import SLIP, SLIP_MEANING, Condition, Description
+from oilfilm.outputs.exports.description import SLIP, SLIP_MEANING, Description
 from oilfilm.outputs.exports.names import plain
 
 # Fortran ends a line at 132 characters; an editor shows fewer.
@@ -91,16 +91,12 @@ def span(lower: float | None, upper: float | None) -> str:
     return "unknown" if lower is None or upper is None else f"{lower:.4g} to {upper:.4g}"
 
 
-def level(condition: Condition) -> str:
-    """The one tested level of a condition."""
-    return "unknown" if condition.level is None else f"{condition.level:.4g} {condition.unit}"
-
-
 def _fixed(description: Description) -> list[str]:
-    if not description.fixed:
+    if not description.where_known:
         return []
-    levels = "; ".join(f"{condition.meaning} {level(condition)}" for condition in description.fixed)
-    return [f"Tested at one level only, at which alone mu is known: {levels}"]
+    return [
+        f"No arguments, because mu is known only where they were tested: {description.where_known}"
+    ]
 
 
 def _lines(*texts: str, indent: str = "") -> list[str]:

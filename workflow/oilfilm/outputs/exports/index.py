@@ -4,7 +4,7 @@ import html
 from collections.abc import Sequence
 
 from oilfilm.outputs.exports.description import Description
-from oilfilm.outputs.exports.header import certificate, level, origin
+from oilfilm.outputs.exports.header import certificate, origin
 from oilfilm.outputs.exports.names import plain
 
 _FORMS = """\
@@ -40,7 +40,7 @@ the head of each file has the law, its source, the campaign, the tested box and 
 
 def _row(fit: Description) -> str:
     symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
-    levels = "; ".join(f"{condition.meaning} {level(condition)}" for condition in fit.fixed)
-    depends = "unknown" if fit.obstacle else symbols + (levels and f" at {levels}")
+    where = fit.where_known and f"; {fit.where_known}"
+    depends = "unknown" if fit.obstacle else symbols + where
     cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, certificate(fit))
     return f"| {' | '.join(html.escape(cell, quote=False) for cell in cells)} |"

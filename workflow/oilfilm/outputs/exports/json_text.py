@@ -26,7 +26,7 @@ def json_text(
     law, campaign, quality = description.law, description.campaign, description.quality
     content = {
         "format": "oilfilm traction law",
-        "format_version": 2,
+        "format_version": 3,
         "oil": description.oil,
         "campaign": {"name": campaign.name, "description": campaign.description},
         "data": campaign.data,
@@ -54,7 +54,7 @@ def json_text(
             "runs": int(quality["n_curves"]),
             "rms_error_of_mu": number_or_none(quality["rmse"]),
             "largest_error_of_mu": number_or_none(quality["max_error"]),
-            "fixed_conditions": quality["fixed_conditions"],
+            "fixed_conditions": json.loads(quality["fixed_conditions"]),
         },
         "adore": {
             "form": FORM,

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
+from oilfilm.fitting.conditions import FixedCondition
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
@@ -22,7 +23,7 @@ from oilfilm.studies.audit.audit import films
 from oilfilm.studies.audit.evidence import usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.law import to_internal
+from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import PA_PER_GPA, FloatArray
 
 LEVEL = 0.95
@@ -218,8 +219,33 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         "inputs": inputs,
         "internal": to_internal(law, coefficients.constants).tolist(),
         "known": coefficients.known.tolist(),
+        "fixed": [_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
         "root": None if np.isnan(root).any() else root.tolist(),
         "box": [[_plain(end) for end in ends] for ends in _box_over_axes(fit, load_at_1_gpa)],
+    }
+
+
+def _over_axes(fixed: FixedCondition, law: Law, load_at_1_gpa: float | None) -> dict[str, Any]:
+    """Where a condition without exponent was tested, over P, U and T; load is the cube of P."""
+
+    def along(condition: str, value: float) -> tuple[int, int, float]:
+        axis = law.conditions.index(condition)
+        if condition != _LOAD or load_at_1_gpa is None:
+            return axis, 1, value
+        return axis, 3, float(np.cbrt(value / load_at_1_gpa))
+
+    axis, power, level = along(fixed.condition, np.nan if fixed.level is None else fixed.level)
+    in_step = []
+    for other in fixed.in_step:
+        on_axis, other_power, centre = along(other.condition, other.centre)
+        exponent = other.exponent * other_power / power
+        in_step.append({"axis": on_axis, "centre": centre, "exponent": exponent})
+    return {
+        "axis": axis,
+        "level": _plain(level),
+        "within": fixed.within / power,
+        "in_step": in_step,
+        "where": fixed.sentence(),
     }
 
 

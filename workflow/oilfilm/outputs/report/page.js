@@ -18,8 +18,22 @@ const numbers = (values) => values.map((value) => value ?? NaN);
 
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 
-// point: [P, U, T, S], S not negative; LAWS are written by oilfilm.outputs.report.law_script
-function predict(oil, point) {
+// A condition that a fit does not follow at its tested level or line, and whether the point lies away from
+// it. A slider that no oil follows asks for nothing.
+function onLine(oil, point) {
+  const tested = [...point];
+  let away = false;
+  for (const { axis, level, within, in_step: others } of oil.fixed) {
+    tested[axis] = others.reduce((value, other) => value * (point[other.axis] / other.centre) ** other.exponent, level ?? NaN);
+    const near = Math.abs(point[axis] - tested[axis]) <= within * Math.abs(tested[axis]);
+    away ||= !near && !DATA.axes[axis].idle;
+  }
+  return { tested, away };
+}
+
+// asked: [P, U, T, S], S not negative; LAWS are written by oilfilm.outputs.report.law_script
+function predict(oil, asked) {
+  const { tested: point, away } = onLine(oil, asked);
   const logs = oil.inputs.map(({ axis, factor, power, reference }, i) => (
     oil.known[i] ? Math.log(factor * point[axis] ** power / reference) : 0));
   const design = [1, ...logs];
@@ -28,7 +42,8 @@ function predict(oil, point) {
   for (let start = 0; start < oil.internal.length; start += size) {
     sizes.push(Math.exp(sum(design.map((value, i) => value * oil.internal[start + i]))));
   }
-  const { mu, slopes } = LAWS[oil.law](sizes, point[3]);
+  const { mu: value, slopes } = LAWS[oil.law](sizes, point[3]);
+  const mu = away ? NaN : value;
   let reach = NaN;
   if (oil.root) {
     const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
@@ -38,11 +53,12 @@ function predict(oil, point) {
   const factor = Math.exp(reach / mu);
   const [lower, upper] = mu > 0 ? [mu / factor, mu * factor] : [mu - reach, mu + reach];
   const beyond = oil.box.map((ends, i) => {
-    const [low, high] = numbers(ends);
+    const within = oil.fixed.find(({ axis }) => axis === i)?.within ?? 0;
+    const [low, high] = numbers(ends).map((end, upper) => end + (upper ? within : -within) * Math.abs(end));
     const off = Math.max(low - point[i], point[i] - high, 0);
     return off <= 1e-9 * Math.abs(point[i]) ? 0 : off / (high - low);
   });
-  return { mu, lower, upper, beyond, outside: beyond.some((off) => off > 0) };
+  return { mu, lower, upper, beyond, away, tested: point, outside: beyond.some((off) => off > 0) };
 }
 
 // ---------------------------------------------------------------- film and advice
@@ -249,7 +265,9 @@ function draw() {
     // many points would hide the curve
     for (const name of ["dots", "bars"]) model(`${name}${i}`).level = near.length > MANY ? "underlay" : "glyph";
     // an interval that runs away must not flatten the curves
-    for (const { mu: value, upper } of line) top = Math.max(top, value, Math.min(upper || 0, 2 * value));
+    for (const { mu: value, upper } of line) {
+      if (!Number.isNaN(value)) top = Math.max(top, value, Math.min(upper || 0, 2 * value));
+    }
     for (const k of near) top = Math.max(top, mu[k]);
   });
   Object.assign(model("x"), { start: axis.low, end: axis.high });
@@ -280,13 +298,14 @@ const pointText = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
 function tell() {
   byId("here-caption").textContent = `At ${pointText()}`;
   const predictions = state.oils.map((i) => ({ oil: DATA.oils[i], ...predict(DATA.oils[i], state.point) }));
-  byId("here").tBodies[0].replaceChildren(...predictions.map(({ oil, mu, lower, upper, beyond }) => {
+  byId("here").tBodies[0].replaceChildren(...predictions.map(({ oil, mu, lower, upper, beyond, away, tested }) => {
     const off = DATA.axes.flatMap((axis, k) => (beyond[k] > 0 ? [axis.symbol] : []));
     const row = document.createElement("tr");
     const values = [mu, lower, upper].map((value) => [short(value), false, "number"]);
-    const ratio = oil.film ? lambdaRatio(oil.film, state.point) : NaN;
+    const ratio = oil.film ? lambdaRatio(oil.film, tested) : NaN;
+    const where = away ? "not known here" : off.length ? `no: ${off.join(", ")} beyond` : "yes";
     cells(row, [[oil.name, true], ...values, [short(ratio, 3), false, "number"],
-      [off.length ? `no: ${off.join(", ")} beyond` : "yes", false, off.length ? "fair" : "good"]]);
+      [where, false, where === "yes" ? "good" : "fair"]]);
     return row;
   }));
   const warnings = DATA.axes.flatMap((axis, k) => {

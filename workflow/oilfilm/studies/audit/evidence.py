@@ -102,7 +102,7 @@ def usable(law: FittedLaw) -> str:
     followed = zip(CONDITIONS, law.coefficients.known, strict=True)
     lacking = [name for name, known in followed if not known]
     if lacking:
-        return f"too few levels were tested to know the effect of {', '.join(lacking)}"
+        return f"the effect of {', '.join(lacking)} is not known: tested at one level, or in step"
     return ""
 
 

@@ -1,0 +1,222 @@
+"""Which conditions a fit follows by exponents, and where the others were tested.
+
+A condition that did not vary gives no exponent. Of conditions that varied in step only as many
+give exponents as varied independently: these exponents hold along the tested line, on which the
+others are functions of them. Away from that level or line mu is not known.
+"""
+
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import TypeAdapter, ValidationError
+
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.config import FitSettings
+from oilfilm.traction.law import BoolArray, FloatArray
+
+
+@dataclass(frozen=True)
+class InStep:
+    """A followed condition with which another one varied in step.
+
+    Attributes:
+        condition: Column of the followed condition.
+        centre: Its geometric mean over the curves.
+        exponent: The other one goes with this power of it.
+    """
+
+    condition: str
+    centre: float
+    exponent: float
+
+
+@dataclass(frozen=True)
+class FixedCondition:
+    """A condition that a fit does not follow: the level or the line on which it was tested.
+
+    Attributes:
+        condition: Its column.
+        level: Where the conditions of `in_step` are at their centre; None where it was not
+            measured in every run.
+        within: Largest relative distance from the level or line at which mu is known.
+        in_step: The followed conditions with which it varied; empty where it did not vary.
+    """
+
+    condition: str
+    level: float | None
+    within: float
+    in_step: tuple[InStep, ...] = ()
+
+    def on_line(self, levels: Mapping[str, FloatArray]) -> FloatArray:
+        """Its tested value at levels of the other conditions; NaN where it is not known.
+
+        Args:
+            levels: Values of each condition by column, all of one shape.
+        """
+        value = np.full_like(levels[self.condition], np.nan if self.level is None else self.level)
+        for other in self.in_step:
+            value *= (levels[other.condition] / other.centre) ** other.exponent
+        return value
+
+    def sentence(self) -> str:
+        """Where it was tested, in words."""
+        if self.level is None:
+            return f"{self.condition} is not known of every run"
+        level = f"{self.level:.4g} {tables.unit_of(self.condition)}"
+        if not self.in_step:
+            return f"{self.condition} was tested at {level} only (within {self.within:.1%})"
+        names = " and ".join(other.condition for other in self.in_step)
+        powers = " ".join(
+            f"({other.condition} / {other.centre:.4g} {tables.unit_of(other.condition)})"
+            f"^{other.exponent:.3g}"
+            for other in self.in_step
+        )
+        return (
+            f"{self.condition} was tested in step with {names} only: {level} {powers} (within "
+            f"{self.within:.1%})"
+        )
+
+
+_FIXED = TypeAdapter(tuple[FixedCondition, ...])
+
+
+def to_text(fixed: Sequence[FixedCondition]) -> str:
+    """Fixed conditions as they stand in the table of fit quality: JSON."""
+    return json.dumps(_FIXED.dump_python(tuple(fixed)))
+
+
+def from_text(text: str) -> tuple[FixedCondition, ...]:
+    """Fixed conditions of a row of the table of fit quality.
+
+    Raises:
+        OilfilmError: The text is not one that `to_text` wrote.
+    """
+    try:
+        return _FIXED.validate_json(text)
+    except ValidationError:
+        raise OilfilmError(
+            f"fit_quality: fixed_conditions holds {text[:60]!r}; expected the JSON of oilfilm's "
+            "own fits. Refit with this version."
+        ) from None
+
+
+def sentences(row: Mapping[str, Any]) -> str:
+    """Where the conditions were tested that a fit does not follow; empty where it follows all.
+
+    Args:
+        row: Row of the table of fit quality.
+    """
+    return "; ".join(fixed.sentence() for fixed in from_text(row["fixed_conditions"]))
+
+
+def followed_conditions(conditions: FloatArray, settings: FitSettings) -> BoolArray:
+    """Which conditions a fit follows: those that varied enough, and independently.
+
+    A condition varied enough when it is known of every curve and its range is at least
+    `min_relative_range` of its largest magnitude. Of conditions that varied in step the first
+    ones in the law's order are followed.
+
+    Args:
+        conditions: One row per curve.
+        settings: `min_relative_range` and `smallest_singular_value`, below which conditions are
+            in step: of their standardised logarithms, relative to the largest.
+    """
+    varied = _varied(conditions, settings)
+    # a law says in words that its power laws have no value at zero or below
+    if np.any(conditions[:, varied] <= 0):
+        return varied
+    followed = np.zeros_like(varied)
+    for index in np.flatnonzero(varied):
+        followed[index] = True
+        logs = np.log(conditions[:, followed])
+        standardised = (logs - logs.mean(axis=0)) / logs.std(axis=0)
+        sizes = np.linalg.svd(standardised, compute_uv=False)
+        # too few curves are one case of conditions in step
+        too_few = len(sizes) < followed.sum()
+        followed[index] = not too_few and sizes[-1] > settings.smallest_singular_value * sizes[0]
+    return followed
+
+
+def _varied(conditions: FloatArray, settings: FitSettings) -> npt.NDArray[np.bool_]:
+    if len(conditions) == 0:
+        return np.zeros(conditions.shape[1], dtype=bool)
+    low, high = conditions.min(axis=0), conditions.max(axis=0)
+    size = np.maximum(np.abs(low), np.abs(high))
+    return np.asarray((high > low) & (high - low >= settings.min_relative_range * size))
+
+
+def fixed_conditions(
+    names: Sequence[str], conditions: FloatArray, followed: BoolArray, settings: FitSettings
+) -> tuple[FixedCondition, ...]:
+    """The level or line of each condition that is not followed.
+
+    Args:
+        names: Columns of the conditions.
+        conditions: One row per curve.
+        followed: As `followed_conditions`.
+        settings: As there, and `level_tolerance`.
+    """
+    varied = _varied(conditions, settings)
+    columns = dict(zip(names, conditions.T, strict=True))
+    along = {name: columns[name] for name in itertools.compress(names, followed)}
+    return tuple(
+        _fixed(name, columns[name], along if varied[names.index(name)] else {}, settings)
+        for name in itertools.compress(names, ~followed)
+    )
+
+
+def _fixed(
+    name: str, values: FloatArray, along: Mapping[str, FloatArray], settings: FitSettings
+) -> FixedCondition:
+    if not len(values) or np.isnan(values).any():
+        return FixedCondition(name, None, 0.0)
+    if along:
+        *_, in_step = _line(values, along)
+        # what moves the line by less than its tolerance is no part of it
+        along = {
+            other: levels
+            for (other, levels), power in zip(along.items(), in_step, strict=True)
+            if abs(power.exponent) * np.ptp(np.log(levels)) > settings.level_tolerance
+        }
+    level, line, in_step = _line(values, along) if along else (values.mean(), values.mean(), ())
+    within = float(np.max(_relative_distance(values, line))) + settings.level_tolerance
+    return FixedCondition(name, float(level), within, in_step)
+
+
+def _line(
+    values: FloatArray, along: Mapping[str, FloatArray]
+) -> tuple[float, FloatArray, tuple[InStep, ...]]:
+    """The nearest power law of other conditions: value at their centres, values, powers."""
+    logs = np.log(list(along.values()))
+    centres = logs.mean(axis=1, keepdims=True)
+    design = np.vstack([np.ones(len(values)), logs - centres]).T
+    solution, *_ = np.linalg.lstsq(design, np.log(values))
+    in_step = tuple(
+        InStep(other, float(np.exp(centre)), float(exponent))
+        for other, centre, exponent in zip(along, centres[:, 0], solution[1:], strict=True)
+    )
+    return float(np.exp(solution[0])), np.exp(design @ solution), in_step
+
+
+def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
+    """Where a condition is asked for away from its tested level or line; NaN asks for the line.
+
+    Args:
+        fixed: The condition.
+        levels: Values of each condition by column, all of one shape.
+    """
+    asked = levels[fixed.condition]
+    near = _relative_distance(asked, fixed.on_line(levels)) <= fixed.within
+    return np.asarray(~np.isnan(asked) & ~near)
+
+
+def _relative_distance(values: FloatArray, line: FloatArray) -> FloatArray:
+    distance = np.abs(values - line)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(distance == 0, 0.0, distance / np.abs(line)))
