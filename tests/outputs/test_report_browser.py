@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from oilfilm import predict
+from oilfilm.fitting.conditions import FixedCondition, InStep
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.report.explorer import law_of
 from oilfilm.outputs.report.release_id import with_release
@@ -208,8 +209,12 @@ def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
     box = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])
     box[0] = factor * box[0] ** power
     known = np.array([True, False, True])
+    # speed varied in step with load or pressure
+    line = InStep(law.conditions[0], box[0].mean(), 0.5)
+    fixed_speed = FixedCondition("entrainment_speed_m_s", 32.0, 2.0, (line,))
     spread = to_constants(law, scattered)
-    fit = Coefficients(to_constants(law, internal), known, spread, spread[:3], box)
+    constants = to_constants(law, internal)
+    fit = Coefficients(constants, known, spread, spread[:3], box, (fixed_speed,))
     points = random.uniform([0.5, 5, 5, 0], [3, 250, 180, 0.5], (300, 4))
     points[:20, 3] = 0
     conditions = np.column_stack([factor * points[:, 0] ** power, points[:, 1:3]])
@@ -218,6 +223,8 @@ def test_every_law_of_the_page_is_that_of_python(page: Page, name: str) -> None:
         "([law, points]) => points.map(p => oilfilm.predict(law, p))",
         [law_of(FittedLaw(law, fit), factor), points.tolist()],
     )
+    assert 20 < expected.away.sum() < 280
+    assert [at["away"] for at in predictions] == expected.away.tolist()
     agree([at["mu"] for at in predictions], expected.traction_coefficient)
     agree([at["lower"] for at in predictions], expected.lower)
     agree([at["upper"] for at in predictions], expected.upper)

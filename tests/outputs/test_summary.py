@@ -65,7 +65,7 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
 def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) -> None:
     text = text_of(etm, "unrecorded-oil")
     assert "FILM NOT JUDGED for 20482 accepted points" in text
-    assert "not identifiable from these conditions" in text
+    assert "not identifiable, because max_hertz_pressure_gpa is not known of every run" in text
     assert "measured" in text
     assert "1 of 1 conditions tested accepted (no matrix is given" in text
     assert "Printed constants" not in text

@@ -170,9 +170,10 @@ def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) 
     """Raise a sentence where a law is asked for conditions that are not its own."""
     fixed = {each.condition for each in fit.coefficients.fixed}
     wanted = set(fit.law.conditions)
+    for name in at:
+        if name not in (*wanted, "slide_roll_ratio"):
+            raise OilfilmError(f"{oil}: the law {fit.law.name} does not take {name}.")
     for option, (name, example) in _OPTIONS.items():
-        if name in at and name not in wanted:
-            raise OilfilmError(f"{oil}: {option}: the law {fit.law.name} does not take {name}.")
         if name in wanted and name not in at and name not in fixed:
             raise OilfilmError(
                 f"{oil}: {option} is missing; the fit depends on {name}. Give it, as {option} "

@@ -1,0 +1,149 @@
+"""Conditions of which the data give no exponent: where mu is known, and where it is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from campaigns import ROOT, printed
+from fit_points import make_points, matrix
+from oilfilm.cli import prediction
+from oilfilm.errors import OilfilmError
+from oilfilm.fitting.conditions import (
+    FixedCondition,
+    InStep,
+    fixed_conditions,
+    followed_conditions,
+    from_text,
+    to_text,
+)
+from oilfilm.fitting.fit import OilFit, fit_oil
+from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.settings.config import FitSettings
+from oilfilm.settings.resolve import resolve
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.laws.deng2026 import traction_coefficient
+
+SEED = 7
+SLIP = np.array([0.01, 0.05, 0.2])
+PRESSURES = (1.0, 1.1, 1.2, 1.35, 1.5)
+
+
+def in_step(pressure: float) -> float:
+    """The temperature of a rig that heats up as it is loaded, in degC."""
+    return 60.0 * pressure**1.8
+
+
+@pytest.fixture(scope="module")
+def quick() -> FitSettings:
+    settings = resolve(ROOT / "config", {}).fit
+    return settings.model_copy(update={"bootstrap": 20, "searches": 2})
+
+
+@pytest.fixture(scope="module")
+def heated(quick: FitSettings) -> FittedLaw:
+    """4102 as printed, tested at temperatures that rose with the pressure."""
+    conditions = [(p, u, in_step(p)) for p in PRESSURES for u in (25.0, 40.0)]
+    return fitted(fit_oil(make_points("4102", conditions, 1e-6), "4102", quick, SEED))
+
+
+def fitted(fit: OilFit) -> FittedLaw:
+    return FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
+
+
+def mu_at(law: FittedLaw, *condition: float) -> np.ndarray:
+    return law.predict(np.tile(condition, (len(SLIP), 1)), SLIP).traction_coefficient
+
+
+@pytest.mark.parametrize(("pressure", "speed"), [(1.0, 25.0), (1.28, 31.0), (1.5, 40.0)])
+def test_conditions_in_step_give_the_truth_along_their_line(
+    heated: FittedLaw, pressure: float, speed: float
+) -> None:
+    at = (pressure, speed, in_step(pressure))
+    truth = traction_coefficient(printed()["4102"], *at, SLIP)
+    np.testing.assert_allclose(mu_at(heated, *at), truth, rtol=2e-3)
+    # a condition that is left out is the one of the line
+    np.testing.assert_allclose(mu_at(heated, pressure, speed, np.nan), truth, rtol=2e-3)
+
+
+@pytest.mark.parametrize("temperature", [60.0, 120.0])
+def test_corner_of_the_box_away_from_the_line_is_refused(
+    heated: FittedLaw, temperature: float
+) -> None:
+    other = 1.5 if temperature < 100 else 1.0
+    law = heated.predict(np.array([[other, 30.0, temperature]]), np.array([0.05]))
+    assert law.away.all()
+    assert np.isnan([law.traction_coefficient, law.lower, law.upper]).all()
+    at = dict(zip((*CONDITIONS, "slide_roll_ratio"), (other, 30.0, temperature, 0.05), strict=True))
+    with pytest.raises(OilfilmError, match=r"in step with max_hertz_pressure_gpa only: .*\^1\.8"):
+        prediction(heated, "4102", at)
+    del at["inlet_temperature_c"]
+    assert "in step with" in prediction(heated, "4102", at)
+
+
+def test_exponents_along_a_line_are_not_those_of_one_condition(quick: FitSettings) -> None:
+    conditions = [(p, u, in_step(p)) for p in PRESSURES for u in (25.0, 40.0)]
+    fit = fit_oil(make_points("4102", conditions), "4102", quick, SEED, {"A1": 1.0, "A2": 2.0})
+    rows = fit.coefficients.set_index("constant")
+    constants = printed()["4102"].reshape(3, 4)
+    for letter, (_, x1, x2, x3) in zip("ABC", constants, strict=True):
+        # X1 ln P + X3 ln T = (X1 + 1.8 X3) ln P + constant
+        assert rows.loc[f"{letter}1", "value"] == pytest.approx(x1 + 1.8 * x3, abs=1e-5)
+        assert rows.loc[f"{letter}2", "value"] == pytest.approx(x2, abs=1e-5)
+        assert rows.loc[f"{letter}1", "verdict"] == "in step"
+        assert not rows.loc[f"{letter}3", "identifiable"]
+    assert rows["printed_value"].dropna().to_dict() == {"A2": 2.0}
+
+
+def test_one_tested_level_says_nothing_about_another(quick: FitSettings) -> None:
+    law = fitted(fit_oil(make_points("4102", matrix(us=[30.0])), "4102", quick, SEED))
+    truth = traction_coefficient(printed()["4102"], 1.2, 30.0, 70.0, SLIP)
+    for speed in (30.0, 30.4, np.nan):
+        np.testing.assert_allclose(mu_at(law, 1.2, speed, 70.0), truth, rtol=1e-5)
+    assert np.isnan(mu_at(law, 1.2, 36.0, 70.0)).all()
+
+
+def test_missing_or_foreign_conditions_are_named(heated: FittedLaw) -> None:
+    with pytest.raises(OilfilmError, match="--stress is missing"):
+        prediction(heated, "4102", {"entrainment_speed_m_s": 30, "slide_roll_ratio": 0.1})
+    with pytest.raises(OilfilmError, match="the law deng2026 does not take load_n"):
+        prediction(heated, "4102", {"load_n": 30, "slide_roll_ratio": 0.1})
+
+
+@given(
+    exponents=st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+    level=st.floats(20, 150),
+)
+def test_line_is_the_one_that_was_planted(
+    quick: FitSettings, exponents: tuple[float, float], level: float
+) -> None:
+    grid = np.array([(p, u) for p in (1.0, 1.3, 1.7) for u in (10.0, 20.0, 40.0)])
+    temperature = level * (grid[:, 0] / 1.3) ** exponents[0] * (grid[:, 1] / 20) ** exponents[1]
+    conditions = np.column_stack([grid, temperature])
+    followed = followed_conditions(conditions, quick)
+    assert followed.tolist() == [True, True, False]
+    (fixed,) = fixed_conditions(CONDITIONS, conditions, followed, quick)
+    line = fixed.on_line(dict(zip(CONDITIONS, conditions.T, strict=True)))
+    np.testing.assert_allclose(line, temperature, rtol=fixed.within)
+    # an exponent that moves the line by less than the tolerance is left out of it
+    assert fixed.within <= 3.1 * quick.level_tolerance
+
+
+def test_independent_conditions_are_all_followed(quick: FitSettings) -> None:
+    conditions = np.array(matrix(), dtype=float)
+    assert followed_conditions(conditions, quick).all()
+    # noise of 1 % about one level is no variation; nor are two curves one of three conditions
+    noisy = conditions.copy()
+    noisy[:, 1] = 30 + 0.1 * np.sin(np.arange(len(conditions)))
+    assert followed_conditions(noisy, quick).tolist() == [True, False, True]
+    assert followed_conditions(conditions[[0, -1]], quick).tolist() == [True, False, False]
+
+
+def test_fixed_conditions_survive_the_table() -> None:
+    fixed = (
+        FixedCondition("inlet_temperature_c", 60.0, 0.03, (InStep(CONDITIONS[0], 1.2, 1.8),)),
+        FixedCondition("entrainment_speed_m_s", None, 0.0),
+    )
+    assert from_text(to_text(fixed)) == fixed
+    with pytest.raises(OilfilmError, match="fixed_conditions holds 'inlet_temperature_c 60 degC'"):
+        from_text("inlet_temperature_c 60 degC")
