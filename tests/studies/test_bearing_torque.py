@@ -178,6 +178,13 @@ def test_an_oil_without_a_fit_is_left_out(config):
     assert cage_slip_table(oils, config).empty
 
 
+def test_an_oil_tested_at_one_temperature_says_nothing_about_a_bearing(config):
+    coefficients, quality = printed_fits()
+    lost = coefficients["constant"].str.endswith("3") & (coefficients["oil"] == "4050")
+    oils = oils_in_bearings(coefficients[~lost], quality, config)
+    assert [oil.name for oil in oils] == ["4010", "4102"]
+
+
 def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray:
     """Constants of Eqs 7-9 nearest to a traction over the traction rig's matrix, free of noise."""
     law = LAWS["deng2026"]

@@ -87,8 +87,8 @@ _FIXED = TypeAdapter(tuple[FixedCondition, ...])
 
 
 def to_text(fixed: Sequence[FixedCondition]) -> str:
-    """Fixed conditions as they stand in the table of fit quality: JSON."""
-    return json.dumps(_FIXED.dump_python(tuple(fixed)))
+    """Fixed conditions as they stand in the table of fit quality: JSON, empty where none is fixed."""
+    return json.dumps(_FIXED.dump_python(tuple(fixed))) if fixed else ""
 
 
 def from_text(text: str) -> tuple[FixedCondition, ...]:
@@ -97,6 +97,8 @@ def from_text(text: str) -> tuple[FixedCondition, ...]:
     Raises:
         OilfilmError: The text is not one that `to_text` wrote.
     """
+    if not text:
+        return ()
     try:
         return _FIXED.validate_json(text)
     except ValidationError:

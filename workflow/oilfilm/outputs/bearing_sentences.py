@@ -53,8 +53,8 @@ def _not_compared(results: CampaignTables) -> list[str]:
     accepted = results.torque_runs.loc[results.torque_runs["accepted"], "oil"]
     counts = accepted[~accepted.isin(results.torque["oil"])].value_counts()
     return [
-        f"  not compared: {count} plateaus of {oil}, which lacks a fitted law, properties, or a "
-        "traction rig whose contact is known"
+        f"  not compared: {count} plateaus of {oil}, which lacks properties, a fitted law that "
+        "follows each condition, or a traction rig whose contact is known"
         for oil, count in counts.items()
     ]
 

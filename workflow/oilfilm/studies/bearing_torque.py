@@ -104,7 +104,7 @@ def oils_in_bearings(
     settings: Settings,
     other_fits: tuple[pd.DataFrame, pd.DataFrame] | None = None,
 ) -> list[OilInBearing]:
-    """The campaign's oils whose law, properties and traction rig are known.
+    """The campaign's oils whose law at any condition, properties and traction rig are known.
 
     Args:
         coefficients: Table of coefficients.
@@ -122,7 +122,7 @@ def oils_in_bearings(
             settings.properties_of(name),
             FittedLaw.of(coefficients, name, quality=quality),
         )
-        if rig is None or oil is None or np.isnan(fitted.coefficients.constants).any():
+        if rig is None or oil is None or not _holds_anywhere(fitted):
             continue
         laws = {variable: LawInBearing(fitted, variable, rig, floor) for variable in LOAD_VARIABLES}
         if other_fits is not None:
@@ -148,9 +148,13 @@ def _load_laws(
         for name in BEARING_LAW_NAMES
         if name in fitted and name in known
     }
-    return {
-        name: law for name, law in laws.items() if not np.isnan(law.coefficients.constants).any()
-    }
+    return {name: law for name, law in laws.items() if _holds_anywhere(law)}
+
+
+def _holds_anywhere(law: FittedLaw) -> bool:
+    """Whether a law was fitted and follows every condition: those of a bearing are not the rig's."""
+    coefficients = law.coefficients
+    return bool(coefficients.known.all() and not np.isnan(coefficients.constants).any())
 
 
 def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:

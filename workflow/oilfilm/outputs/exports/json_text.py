@@ -24,6 +24,7 @@ def json_text(
         provenance: Digests of code, settings and inputs.
     """
     law, campaign, quality = description.law, description.campaign, description.quality
+    fixed_conditions = description.fitted.coefficients.fixed
     content = {
         "format": "oilfilm traction law",
         "format_version": 3,
@@ -54,7 +55,7 @@ def json_text(
             "runs": int(quality["n_curves"]),
             "rms_error_of_mu": number_or_none(quality["rmse"]),
             "largest_error_of_mu": number_or_none(quality["max_error"]),
-            "fixed_conditions": json.loads(quality["fixed_conditions"]),
+            "fixed_conditions": [asdict(fixed) for fixed in fixed_conditions],
         },
         "adore": {
             "form": FORM,
