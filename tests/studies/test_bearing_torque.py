@@ -182,7 +182,7 @@ def test_an_oil_tested_at_one_temperature_says_nothing_about_a_bearing(config):
     coefficients, quality = printed_fits()
     lost = coefficients["constant"].str.endswith("3") & (coefficients["oil"] == "4050")
     oils = oils_in_bearings(coefficients[~lost], quality, config)
-    assert [oil.name for oil in oils] == ["4010", "4102"]
+    assert [oil.name for oil in oils] == ["4102", "4010"]
 
 
 def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray:

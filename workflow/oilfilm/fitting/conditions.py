@@ -87,7 +87,7 @@ _FIXED = TypeAdapter(tuple[FixedCondition, ...])
 
 
 def to_text(fixed: Sequence[FixedCondition]) -> str:
-    """Fixed conditions as they stand in the table of fit quality: JSON, empty where none is fixed."""
+    """Fixed conditions as the table of fit quality has them: JSON, empty where there are none."""
     return json.dumps(_FIXED.dump_python(tuple(fixed))) if fixed else ""
 
 

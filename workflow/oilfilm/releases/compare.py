@@ -297,9 +297,10 @@ def _traction_of(
     axes.append(np.array(slips or [slip_max]))
     conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     try:
+        # where a condition is not followed, along its tested level or line
+        at = before.on_line(conditions[:, :-1])
         old, new = (
-            law.predict(conditions[:, :-1], conditions[:, -1]).traction_coefficient
-            for law in (before, after)
+            law.predict(at, conditions[:, -1]).traction_coefficient for law in (before, after)
         )
     except ValueError as error:
         raise OilfilmError(f"{oil}: its fits cannot be compared ({error}).") from error
@@ -314,9 +315,10 @@ def _traction_of(
     rows = []
     for measure, size in (("relative", relative), ("absolute", change)):
         worst = int(size.argmax())
-        *levels, slip = conditions[worst]
-        named = zip(before.law.conditions, levels, strict=True)
-        where = ", ".join(f"{value:.4g} {tables.unit_of(name)}" for name, value in named)
+        slip = conditions[worst, -1]
+        named = zip(before.law.conditions, at[worst], strict=True)
+        known = [(name, value) for name, value in named if np.isfinite(value)]
+        where = ", ".join(f"{value:.4g} {tables.unit_of(name)}" for name, value in known)
         row = {"change": size[worst], "before": old[worst], "after": new[worst]}
         rows.append({"oil": oil, "measure": measure, **row, "where": f"{where}, S {slip:.4g}"})
     return rows

@@ -152,7 +152,7 @@ def _load_laws(
 
 
 def _holds_anywhere(law: FittedLaw) -> bool:
-    """Whether a law was fitted and follows every condition: those of a bearing are not the rig's."""
+    """Whether a law follows every condition: those of a bearing are not those of the tests."""
     coefficients = law.coefficients
     return bool(coefficients.known.all() and not np.isnan(coefficients.constants).any())
 

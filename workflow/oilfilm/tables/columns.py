@@ -240,8 +240,8 @@ _FITS = (
         "scaled constants of the search", at_least=0),
     text("active_bounds", "constants that ended at a bound of the search; empty where none did"),
     text("fixed_conditions", "conditions without exponents, with the level or line on which mu is "
-        "known, empty where there are none: JSON list of condition, level, within (largest relative distance) and in_step "
-        "(followed conditions: centre, exponent)"),
+        "known: JSON list of condition, level, within (largest relative distance) and in_step "
+        "(followed conditions: centre, exponent); empty where there are none"),
     *(
         number(f"tested_{end}_{name}", unit, f"{size} {quantity} of the accepted points")
         for name, unit, quantity in (
