@@ -126,7 +126,9 @@ def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> Non
     result = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
     true = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.1)
     assert result.lower[0] < result.traction_coefficient[0] < result.upper[0]
-    np.testing.assert_allclose(result.traction_coefficient, true, rtol=1e-3)
+    assert result.traction_coefficient[0] == pytest.approx(float(true), rel=1e-3)
+    assert list(result.away) == [False, True]
+    assert np.isnan(result.traction_coefficient[1])
     assert list(result.outside) == [False, True]
     assert np.isinf(result.distance[1])
 

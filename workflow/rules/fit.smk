@@ -28,6 +28,7 @@ rule fits:
     "The fits of all oils, a table each."
     input:
         **{table: expand(f"<parts>/fit/{{oil}}/{table}.parquet", oil=OILS) for table in FIT_TABLES},
+        points="<tables>/points.parquet",
     output:
         **finished(*FIT_TABLES),
     log:

@@ -11,11 +11,12 @@ from scipy.special import ndtri
 from oilfilm import tables
 from oilfilm.fitting.conditions import from_text
 from oilfilm.fitting.objectives import curve_agreement, difference, odd_curves
+from oilfilm.fitting.odd_curves import pulling_curves
 from oilfilm.fitting.profile import profile_interval
 from oilfilm.fitting.solution import Solution
 from oilfilm.fitting.systematic import SENSORS
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import FloatArray, Law
+from oilfilm.traction.law import Law
 
 
 def tables_of_fit(
@@ -40,7 +41,7 @@ def tables_of_fit(
             "refits": _refits(solution),
             "correlations": _correlations(solution),
             "profiles": _profiles(solution),
-            "curve_residuals": _curve_residuals(solution),
+            "curve_residuals": _curve_residuals(solution, settings),
         },
     )
 
@@ -186,7 +187,6 @@ def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
     problem, data = solution.problem, solution.data
     residual = problem.residual(solution.best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
-    agreement = curve_agreement(problem, solution.robust)
     return {
         "sse": solution.best.sse,
         "rmse": rmse,
@@ -194,7 +194,7 @@ def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
         "max_error": float(np.abs(residual).max()),
         "weighted_difference": difference(problem, solution.best, solution.weighted),
         "robust_difference": difference(problem, solution.best, solution.robust),
-        "pulling_curves": "; ".join(odd_curves(data, agreement, settings)),
+        "pulling_curves": pulling_curves(_curve_residuals(solution, settings)),
         **asdict(solution.certificate),
     }
 
@@ -243,22 +243,20 @@ def _profiles(solution: Solution) -> pd.DataFrame:
     )
 
 
-def _curve_residuals(solution: Solution) -> pd.DataFrame:
+def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     problem, data = solution.problem, solution.data
     residual = problem.residual(solution.best.values)
-    fitted = data.mu + residual
-
-    def over_curves(of_points: FloatArray) -> FloatArray:
-        return np.add.reduceat(of_points, problem.starts)
-
-    counts = over_curves(np.ones(len(data.mu)))
-    gain = over_curves(data.mu * fitted) / np.maximum(over_curves(fitted**2), 1e-300)
+    counts = np.bincount(problem.at.curve, minlength=problem.curves)
+    squares = np.bincount(problem.at.curve, residual**2, minlength=problem.curves)
+    agreement = curve_agreement(problem, solution.robust)
     return pd.DataFrame(
         {
             "run_id": data.runs,
-            "n_points": counts.astype(np.int64),
-            "rmse": np.sqrt(over_curves(residual**2) / counts),
-            "gain": gain,
-            "robust_weight": curve_agreement(problem, solution.robust).weight,
+            "n_points": counts,
+            "rmse": np.sqrt(squares / counts),
+            "gain": agreement.gain,
+            "robust_weight": agreement.weight,
+            "odd": odd_curves(agreement, settings),
+            "likely_oil": "",
         }
     )

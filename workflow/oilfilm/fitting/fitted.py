@@ -83,7 +83,7 @@ class Prediction:
         upper: Upper end.
         outside: True where a condition or the slip lies outside the tested box.
         distance: How far outside, in tested ranges, for the condition farthest out; 0 inside, NaN
-            where the box is unknown.
+            where the box is unknown, infinite where `away`.
         away: True where a condition that the fit does not follow is asked for away from the level
             or line on which it was tested: nothing is known of mu there, so it is NaN.
     """
@@ -189,7 +189,7 @@ class FittedLaw:
             lower = np.where(above, mu / factor, mu - reach)
             upper = np.where(above, mu * factor, mu + reach)
         ends = np.sort([sign * lower, sign * upper], axis=0)
-        distance = self._distance(conditions, slip)
+        distance = np.where(off, np.inf, self._distance(conditions, slip))
         return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance, off)
 
     def on_line(self, conditions: FloatArray) -> FloatArray:

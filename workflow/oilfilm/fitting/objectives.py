@@ -13,7 +13,7 @@ from oilfilm.curation.plateaus import MAD_TO_SIGMA
 from oilfilm.fitting.engine import Optimum, polish
 from oilfilm.fitting.problem import CurveData, Problem
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import FloatArray
+from oilfilm.traction.law import BoolArray, FloatArray
 
 # Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
 _CAUCHY_TUNING = 2.3849
@@ -144,8 +144,8 @@ def curve_agreement(problem: Problem, robust: Alternative | None) -> CurveAgreem
     return CurveAgreement(total(robust.weight) / number, gain, np.sqrt(rest / power) / gain)
 
 
-def odd_curves(data: CurveData, agreement: CurveAgreement, settings: FitSettings) -> list[str]:
-    """Runs that do not belong to the others, worst first: they pull the plain fit away.
+def odd_curves(agreement: CurveAgreement, settings: FitSettings) -> BoolArray:
+    """Curves that do not belong to the others: they pull the plain fit away.
 
     The gain or the scatter of such a curve is far from those of the others: further than the limit,
     and than what a law that fits all of them badly explains. Half the limit is enough where the
@@ -158,11 +158,4 @@ def odd_curves(data: CurveData, agreement: CurveAgreement, settings: FitSettings
     # weights are of absolute residuals, which grow with mu: a weight alone is no reason
     material = (off > settings.odd_gain / 2) | (agreement.scatter > settings.odd_scatter / 2)
     ignored = material & (agreement.weight < settings.pulling_weight)
-    odd = np.flatnonzero(far | wide | ignored)
-    worst = odd[np.argsort(agreement.weight[odd], kind="stable")]
-    return [
-        f"{data.runs[curve]} (mu {agreement.gain[curve]:.2f} times the fit's)"
-        if far[curve]
-        else data.runs[curve]
-        for curve in worst
-    ]
+    return np.asarray(far | wide | ignored)

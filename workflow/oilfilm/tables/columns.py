@@ -258,9 +258,14 @@ _FITS = (
         "where there is none", at_least=-1 - 1e-9, at_most=1 + 1e-9),
     number("signed_root", "1", "signed root of the rise of the least SSE over the residual "
         "variance: for a linear law the distance from the optimum in naive standard errors"),
-    number("gain", "1", "factor on the fit that comes nearest to the curve", required=True),
+    number("gain", "1", "factor on the robust fit that comes nearest to the curve, points of "
+        "little traction left out", required=True),
     share("robust_weight", "mean weight of the curve's points in the robust fit, 1 for points on "
-        "it", required=True),
+        "it; points of little traction are left out", required=True),
+    flag("odd", "whether the curve does not belong to the others of its oil: its gain or shape is "
+        "far from theirs, or the robust fit nearly ignores it"),
+    text("likely_oil", "oil with whose fit an odd curve agrees much better than with its own; "
+        "its label may be wrong; empty where there is none"),
     number("aic", "1", "Akaike information criterion",
         f'{_INDEPENDENT}: differences look too sure'),
     number("bic", "1", "Bayesian information criterion",

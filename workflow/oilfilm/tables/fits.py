@@ -68,7 +68,7 @@ _FITS = (
     ),
     table("curve_residuals", "Difference of one run's curve from the fit of its oil.",
         columns="""
-            oil law run_id n_points rmse gain robust_weight""",
+            oil law run_id n_points rmse gain robust_weight odd likely_oil""",
         uses=(
             use("rmse", required=True),
         ),

@@ -18,15 +18,15 @@ const numbers = (values) => values.map((value) => value ?? NaN);
 
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 
-// A condition that a fit does not follow at its tested level or line, and whether the point lies away from
-// it. A slider that no oil follows asks for nothing.
+// The point with conditions that a fit does not follow at their tested level or line, and the axes along
+// which it lies away from them. A slider that no oil follows asks for nothing.
 function onLine(oil, point) {
   const tested = [...point];
-  let away = false;
+  const away = [];
   for (const { axis, level, within, in_step: others } of oil.fixed) {
     tested[axis] = others.reduce((value, other) => value * (point[other.axis] / other.centre) ** other.exponent, level ?? NaN);
     const near = Math.abs(point[axis] - tested[axis]) <= within * Math.abs(tested[axis]);
-    away ||= !near && !DATA.axes[axis].idle;
+    if (!near && !DATA.axes[axis].idle) away.push(axis);
   }
   return { tested, away };
 }
@@ -43,7 +43,7 @@ function predict(oil, asked) {
     sizes.push(Math.exp(sum(design.map((value, i) => value * oil.internal[start + i]))));
   }
   const { mu: value, slopes } = LAWS[oil.law](sizes, point[3]);
-  const mu = away ? NaN : value;
+  const mu = away.length ? NaN : value;
   let reach = NaN;
   if (oil.root) {
     const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
@@ -53,12 +53,13 @@ function predict(oil, asked) {
   const factor = Math.exp(reach / mu);
   const [lower, upper] = mu > 0 ? [mu / factor, mu * factor] : [mu - reach, mu + reach];
   const beyond = oil.box.map((ends, i) => {
+    if (away.includes(i)) return Infinity;
     const within = oil.fixed.find(({ axis }) => axis === i)?.within ?? 0;
     const [low, high] = numbers(ends).map((end, upper) => end + (upper ? within : -within) * Math.abs(end));
     const off = Math.max(low - point[i], point[i] - high, 0);
     return off <= 1e-9 * Math.abs(point[i]) ? 0 : off / (high - low);
   });
-  return { mu, lower, upper, beyond, away, tested: point, outside: beyond.some((off) => off > 0) };
+  return { mu, lower, upper, beyond, away: away.length > 0, tested: point, outside: beyond.some((off) => off > 0) };
 }
 
 // ---------------------------------------------------------------- film and advice
