@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import bad_logs
 from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.readers import ingest
 from oilfilm.readers.base import Reading
+from oilfilm.readers.encoding import encodings_of
 from oilfilm.readers.header import header_keys, misspelt_key
 from oilfilm.readers.ingest import read_log, unpack
-from oilfilm.readers.layout import encodings_of
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import conversion
@@ -224,6 +225,8 @@ def test_header_in_another_language_and_an_oil_by_another_name() -> None:
     )
     keys = header_keys({"润滑油": "Öl B-12", "load_n": "80"}, config)
     assert keys == {"oil": "4102", "load_n": "80"}
+    for others in ({"oil": "4102"}, {"oil": "4102 / \u00f6l  b-12"}):
+        assert header_keys({"schmierstoff": "Öl B-12", **others}, config) == {"oil": "4102"}
     contradicting = header_keys({"schmierstoff": "4102", "oil": "4050"}, config)
     assert contradicting["oil"] == "4102 / 4050"
 
@@ -247,20 +250,93 @@ def test_table_of_runs_names_how_a_log_was_read(
     assert [run[name] for name in ("encoding", "delimiter", "decimal_mark")] == form
 
 
+ONE_OIL = type(CONFIG).of({**CONFIG.plain(), "oils": {"4050": CONFIG.plain()["oils"]["4050"]}})
+
+
 def test_one_oil_in_a_campaign_needs_no_label() -> None:
-    config = CONFIG.with_changes({"campaign": {"oils": ["4050"]}})
-    one_oil = type(config).of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
-    assert header_keys({}, one_oil) == {"oil": "4050"}
-    assert header_keys({}, config) == {}
+    assert header_keys({}, ONE_OIL) == {"oil": "4050"}
+    assert header_keys({}, CONFIG) == {}
 
 
-@pytest.mark.parametrize(("key", "near"), [("entrainement_speed_m_s", "entrainment"), ("load", "")])
+@pytest.mark.parametrize("key", ["lubricant", "test_oil", "oil_name", "Schmierstoff", "润滑油"])
+def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) -> None:
+    for name, filed in (("4050", True), ("4102", False)):
+        log = f"# {key}: {name}\n".encode() + bad_logs.ROWS
+        reading = read_log(log, "log", ONE_OIL)[1]
+        assert bool(reading.runs) == filed
+        if not filed:
+            assert f"{key.lower()!r}: '4102'" in reading.refusals[0].reason
+    # no name of an oil
+    assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
+
+
+SLIPS = {
+    "entrainement_speed_m_s": "entrainment_speed_m_s",
+    "inlet_temprature_c": "inlet_temperature_c",
+    "laod_n": "",
+    "load": "load_n",
+    # words of their own, not slips of the pen
+    "oil_temperature_c": "",
+    "outlet_temperature_c": "",
+    "mean_hertz_pressure_gpa": "",
+    "load_no": "",
+    "operator": "",
+}
+
+
+@pytest.mark.parametrize(("key", "near"), SLIPS.items())
 def test_misspelt_key_of_a_set_point_is_named(key: str, near: str) -> None:
-    refusal = misspelt_key({key: "30", "operator": "me"})
+    refusal = misspelt_key({key: "30"}, CONFIG)
     assert (refusal is not None) == bool(near)
     if refusal is not None:
-        assert key in refusal.reason and near in refusal.reason
-        assert misspelt_key({key: "30", "entrainment_speed_m_s": "30"}) is None
+        assert repr(key) in refusal.reason and repr(near) in refusal.reason
+
+
+@pytest.mark.parametrize("key", ["load", "max_herz_pressure_gpa"])
+def test_misspelt_key_is_let_be_where_the_set_point_is_known(key: str) -> None:
+    other = "max_hertz_pressure_gpa" if key == "load" else "load_n"
+    planned = with_campaign(set_points={other: 1.0})
+    assert misspelt_key({key: "30"}, CONFIG) is not None
+    assert misspelt_key({key: "30", other: "80"}, CONFIG) is None
+    assert misspelt_key({key: "30"}, planned) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "text", "key", "expected"),
+    [
+        ("load_kn", "0.08", "load_n", 80),
+        ("load_[kn]", "0,08", "load_n", 80),
+        ("load", "80 N", "load_n", 80),
+        ("load_n", "0.08 kN", "load_n", 80),
+        ("last_[kn]", "0.08", "load_n", 80),
+        ("max_hertz_pressure_mpa", "1250", "max_hertz_pressure_gpa", 1.25),
+        ("entrainment_speed_mm_s", "2500", "entrainment_speed_m_s", 2.5),
+        ("entrainment_speed_(m/s)", "2.5", "entrainment_speed_m_s", 2.5),
+        # 0 degC is 273.15 K and 32 degF by definition
+        ("inlet_temperature_k", "343.15", "inlet_temperature_c", 70),
+        ("inlet_temperature", "158 \u00b0F", "inlet_temperature_c", 70),
+        ("inlet_temperature_c", "70\u2103", "inlet_temperature_c", 70),
+    ],
+)
+def test_set_point_of_a_header_may_have_a_unit(
+    line: str, text: str, key: str, expected: float
+) -> None:
+    config = with_campaign(header={"load_n": "Last"})
+    keys = header_keys({line: text, "oil": "4102"}, config)
+    assert keys.keys() == {"oil", key}
+    assert float(keys[key]) == pytest.approx(expected, rel=1e-11)
+
+
+def test_set_points_that_agree_in_two_units_are_one() -> None:
+    assert header_keys({"load_n": "80", "load_kn": "0.08"}, CONFIG) == {"load_n": "80"}
+
+
+@pytest.mark.parametrize("line", ["load [stone]: 3", "load_n: 80 banana", "load_kn: much"])
+def test_set_point_in_an_impossible_unit_is_refused(line: str) -> None:
+    log = f"# oil: 4102\n# {line}\n".encode() + bad_logs.ROWS
+    (refusal,) = read_log(log, "log", CONFIG)[1].refusals
+    assert refusal.rule == "header"
+    assert "says load_n" in refusal.reason
 
 
 @pytest.mark.parametrize("unit", ["m", "banana", "kg", "%%", "", "N*m"])

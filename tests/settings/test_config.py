@@ -41,6 +41,17 @@ def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(fold
     assert given.gates.temperature_tolerance_c == 9.0
 
 
+@pytest.mark.parametrize("where", ["oils", "campaigns"])
+def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: str) -> None:
+    for oil, alias in (("4102", "\u00d6l B-12"), ("4050", "o\u0308l  b-12")):
+        path, line = folder / f"oils/{oil}.yaml", f"aliases: [{alias}]\n"
+        if where == "campaigns" and oil == "4050":
+            path, line = folder / "campaigns/demo.yaml", f'oil_aliases: {{"4050": {alias}}}\n'
+        path.write_text(f"{line}{path.read_text('utf-8')}", "utf-8")
+    with pytest.raises(OilfilmError, match=rf"{where}.\w+\.yaml, line 1: .* one of '4102' too"):
+        resolve(folder, {"campaign": "demo"})
+
+
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [

@@ -36,7 +36,7 @@ rule torque_runs:
     params:
         code=code("torque_runs.py"),
         files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
-        config=part("oils", "torque_logs", "curation", campaign=("header", "torque")),
+        config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),
     script:
         "../scripts/torque_runs.py"
 

@@ -49,7 +49,14 @@ rule ingest:
             "rigs",
             "oils",
             "logged_twice",
-            campaign=("columns", "header", "semantics", "semantics_of_rig", "set_points"),
+            campaign=(
+                "columns",
+                "header",
+                "oil_aliases",
+                "semantics",
+                "semantics_of_rig",
+                "set_points",
+            ),
         ),
     script:
         "../scripts/ingest.py"

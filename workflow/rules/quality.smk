@@ -31,7 +31,14 @@ rule refused:
             "oils",
             "curation",
             "torque_logs",
-            campaign=("film_unjudged", "header", "semantics", "semantics_of_rig", "torque"),
+            campaign=(
+                "film_unjudged",
+                "header",
+                "oil_aliases",
+                "semantics",
+                "semantics_of_rig",
+                "torque",
+            ),
         ),
     script:
         "../scripts/refused.py"

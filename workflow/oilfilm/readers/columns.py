@@ -4,8 +4,10 @@ A format finds names, units, header keys and numbers; everything that follows fr
 in the kind of log.
 """
 
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,8 +21,10 @@ from oilfilm.readers.base import (
     Refusal,
     as_ranges,
 )
-from oilfilm.readers.header import FORMAT_ADVICE, header_keys, plain_key
+from oilfilm.readers.header import FORMAT_ADVICE, FULL_WIDTH, apart, header_keys
 from oilfilm.readers.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.settings import campaign as campaign_file
+from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, conversion
 
@@ -42,9 +46,9 @@ def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, s
         renamed: Quantity -> `name` and `unit`, for columns with names of their own.
         vocabulary: What such logs may hold.
     """
-    bare, unit = _apart(name)
+    bare, unit = apart(name.translate(FULL_WIDTH))
     for quantity, given in renamed.items():
-        if {name, bare} & set(given.name):
+        if _is_listed(name, given):
             return quantity, given.unit or unit
     plain = plain_key(bare)
     if plain in vocabulary.own_names:
@@ -53,18 +57,39 @@ def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, s
     return (plain, unit) if plain in vocabulary.quantities else None
 
 
-def _apart(name: str) -> tuple[str, str | None]:
-    """A name and the unit in brackets at its end; None where there are none.
+def _is_listed(name: str, given: campaign_file.Column) -> bool:
+    plain = _plain(name)
+    return bool({plain, apart(plain)[0]} & {*map(_plain, given.name)})
 
-    No regular expression: names come out of files, and one of many brackets would take hours.
+
+@lru_cache(maxsize=4096)
+def _plain(name: str) -> str:
+    """A name as it is compared with those of the campaign file, its case kept: n is not N."""
+    return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH).split())
+
+
+def meanings(
+    names: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
+) -> dict[int, tuple[str, str | None]]:
+    """Quantity and unit of each column that means something, by its place.
+
+    Where the campaign file lists a column of the log, others of the project's name mean nothing.
     """
-    if not name.endswith(("]", ")")):
-        return name, None
-    inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
-    brackets = [name.find(mark, inside) for mark in "[(" if mark in name[inside:]]
-    if not brackets:
-        return name, None
-    return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
+    known = {
+        index: found
+        for index, name in enumerate(names)
+        if (found := meaning(name, renamed, vocabulary)) is not None
+    }
+    listed = {
+        index: quantity
+        for index, (quantity, _) in known.items()
+        if quantity in renamed and _is_listed(names[index], renamed[quantity])
+    }
+    return {
+        index: found
+        for index, found in known.items()
+        if index in listed or found[0] not in listed.values()
+    }
 
 
 def fits(quantity: str, unit: str, vocabulary: Vocabulary) -> bool:
@@ -74,6 +99,18 @@ def fits(quantity: str, unit: str, vocabulary: Vocabulary) -> bool:
     except ValueError:
         return False
     return True
+
+
+def known_names(
+    names: Sequence[str], units: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
+) -> tuple[int, int]:
+    """How many names are known and have a unit that fits them, and how many are known at all."""
+    known = meanings(names, renamed, vocabulary)
+    fitting = [
+        fits(quantity, units[index] or unit or "", vocabulary)
+        for index, (quantity, unit) in known.items()
+    ]
+    return sum(fitting), len(fitting)
 
 
 def find_columns(
@@ -95,11 +132,8 @@ def find_columns(
             message is a sentence for the user.
     """
     columns: dict[str, Column] = {}
-    for index, (name, own_unit) in enumerate(zip(names, units, strict=True)):
-        known = meaning(name, renamed, vocabulary)
-        if known is None:
-            continue
-        quantity, unit = known[0], own_unit or known[1]
+    for index, (quantity, named_unit) in meanings(names, renamed, vocabulary).items():
+        name, unit = names[index], units[index] or named_unit
         if quantity in columns:
             raise ValueError(f"the log repeats the column {quantity!r}")
         if not unit:

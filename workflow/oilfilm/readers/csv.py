@@ -3,6 +3,8 @@
 data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
 
+import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,18 +14,25 @@ import pyarrow.csv as arrow_csv
 
 from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
 from oilfilm.readers.columns import columns_advice, converted, unreadable_rows
+from oilfilm.readers.encoding import normalise
 from oilfilm.readers.header import header_keys
+from oilfilm.readers.instants import seconds
 from oilfilm.readers.layout import (
     Layout,
     LayoutError,
     count_rows,
     cut_row,
     find_layout,
-    normalise,
+    holds_rows_of_numbers,
     truncated,
 )
 from oilfilm.readers.log_kind import ContinuousLog, FloatArray, IndexArray, LogKind
 from oilfilm.settings.resolved import Settings
+
+# Marks between thousands that are no decimal mark anywhere.
+_BLANK_GROUPS = r"(?<=\d)[ \u00a0\u202f'\u2019](?=\d{3}(?!\d))"
+# With a decimal mark of the other kind elsewhere in the log.
+_DOUBTFUL = re.compile(r"[-+]?[1-9]\d{0,2}(?:\.\d{3})+|[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 
 
 def recognises(head: bytes) -> bool:
@@ -31,8 +40,11 @@ def recognises(head: bytes) -> bool:
     text = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")
     if not text or "\0" in text[:200]:
         return False
-    return text.startswith("#") or any(
-        line.count(mark) >= 3 for line in text.splitlines()[:100] for mark in ",;\t|"
+    lines = text.splitlines()[:100]
+    return (
+        text.startswith("#")
+        or any(line.count(mark) >= 3 for line in lines for mark in ",;\t|")
+        or holds_rows_of_numbers(lines)
     )
 
 
@@ -46,20 +58,19 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     keys = header_keys(layout.keys, settings)
     problem = kind.header_problem(keys, layout.columns, settings)
     if problem:
-        return Reading(count, [], [problem.of_rows("", 1, count)], layout.form)
+        return Reading(count, [], [problem.of_rows("", 1, count)], form=layout.form)
     complete_rows, _, tail = layout.table.rpartition(b"\n")
     values, rows, bad = _parse(complete_rows, layout)
     lines = layout.table.split(b"\n") if len(bad) else []
     refusals = [
-        _bad_range(file, first, last, lines[first - 1], layout.first_line)
-        for first, last in as_ranges(bad)
+        _bad_range(file, first, last, lines[first - 1], layout) for first, last in as_ranges(bad)
     ]
     cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
     cut = cut_row(cells, layout.width, count, file)
     if cut is not None:
         refusals.append(cut)
     log = ContinuousLog(file, keys, layout.columns, rows, values, flaw=truncated(cut))
-    return Reading(count, [kind.run(log, settings)], refusals, layout.form)
+    return Reading(count, [kind.run(log, settings)], refusals, form=layout.form)
 
 
 def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:
@@ -67,6 +78,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
     misfits: list[int] = []
     names = [f"c{index}" for index in range(layout.width)]
     wanted = [names[column.index] for column in layout.columns]
+    stamps = [] if layout.stamps is None else [names[index] for index in layout.stamps.places]
 
     def skip(row: arrow_csv.InvalidRow) -> str:
         misfits.append(row.number)
@@ -74,6 +86,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
 
     def parse(as_type: arrow.DataType, decimal_mark: str) -> arrow.Table:
         misfits.clear()
+        types = {**dict.fromkeys(wanted, as_type), **dict.fromkeys(stamps, arrow.string())}
         return arrow_csv.read_csv(
             arrow.BufferReader(table),
             # one thread: only then are the rows that do not fit numbered
@@ -90,8 +103,8 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
                 invalid_row_handler=skip,
             ),
             convert_options=arrow_csv.ConvertOptions(
-                include_columns=wanted,
-                column_types=dict.fromkeys(wanted, as_type),
+                include_columns=[*types],
+                column_types=types,
                 decimal_point=decimal_mark,
             ),
         )
@@ -101,10 +114,14 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         return {column.quantity: np.array([]) for column in layout.columns}, no_rows, no_rows
     try:
         table_of_cells = parse(arrow.float64(), layout.decimal_mark)
-        cells = {name: table_of_cells[name].to_numpy() for name in wanted}
+        cells = {name: table_of_cells[name].to_numpy() for name in wanted if name not in stamps}
     except arrow.ArrowInvalid:
-        texts = parse(arrow.binary(), ".").to_pandas()
-        cells = {name: _numbers(texts[name], layout.decimal_mark) for name in wanted}
+        table_of_cells = parse(arrow.binary(), ".")
+        texts = table_of_cells.to_pandas()
+        cells = {name: _numbers(texts[name], layout) for name in wanted if name not in stamps}
+    if stamps:
+        texts = [table_of_cells[name].to_pandas().str.strip(' "') for name in stamps]
+        cells[stamps[0]] = seconds(*texts)
     bad_shape = np.array(misfits, dtype=np.int64)
     rows = np.arange(1, len(cells[wanted[0]]) + len(misfits) + 1)
     if misfits:
@@ -116,16 +133,26 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
     return good_values, rows[good], np.sort(np.concatenate([rows[~good], bad_shape]))
 
 
-def _numbers(cells: "pd.Series[Any]", decimal_mark: str) -> FloatArray:
+def _numbers(cells: "pd.Series[Any]", layout: Layout) -> FloatArray:
     """Numbers of raw cells; NaN where a cell holds anything else."""
     text = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), na_action="ignore")
-    if decimal_mark == ",":
-        # a point would be a second decimal mark: such a cell is no number
-        text = text.str.replace(".", "?", regex=False).str.replace(",", ".", regex=False)
+    text = text.str.replace(_BLANK_GROUPS, "", regex=True)
+    other = "," if layout.decimal_mark == "." else "."
+    if layout.group_mark:
+        grouped = rf"[-+]?\d{{1,3}}(?:\{other}\d{{3}})+(?:\{layout.decimal_mark}\d*)?"
+        ungrouped = text.str.replace(other, "", regex=False)
+        text = text.where(~text.str.fullmatch(grouped, na=False), ungrouped)
+    # the other mark would be a second decimal mark: such a cell is no number
+    text = text.str.replace(other, "?", regex=False).str.replace(",", ".", regex=False)
     return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
 
 
-def _bad_range(run_id: str, first: int, last: int, line: bytes, first_line: int) -> Refusal:
+def _bad_range(run_id: str, first: int, last: int, line: bytes, layout: Layout) -> Refusal:
     seen = line.decode("utf-8", "replace")
-    where = f" (line {first_line + first - 1} of the file)" if first_line else ""
-    return unreadable_rows(run_id, first, last, seen, where)
+    where = f" (line {layout.first_line + first - 1} of the file)" if layout.first_line else ""
+    refusal = unreadable_rows(run_id, first, last, seen, where)
+    doubtful = next(filter(_DOUBTFUL.fullmatch, seen.split(layout.delimiter)), None)
+    if doubtful is None:
+        return refusal
+    advice = f"{doubtful!r} may be a number of thousands: export without marks between thousands."
+    return replace(refusal, advice=advice)

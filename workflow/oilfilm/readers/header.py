@@ -1,23 +1,68 @@
 """What the header lines of a log mean, in whatever language their keys are."""
 
-import difflib
+import re
 from collections.abc import Iterable, Mapping
 
-from oilfilm.readers.base import SET_POINTS, Refusal
+from oilfilm.readers.base import Refusal, number
+from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
+from oilfilm.units import conversion
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
-# Keys that resemble a set point's by more than this are taken for slips of the pen.
-_RESEMBLANCE = 0.85
+
+# Chinese input methods write the first for the second.
+FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
+# Set point -> its quantity, as keys name it, its unit, and units as `plain_key` leaves them.
+_SET_POINTS = {
+    "max_hertz_pressure_gpa": (
+        "max_hertz_pressure",
+        "GPa",
+        {"gpa": "GPa", "mpa": "MPa", "pa": "Pa"},
+    ),
+    "load_n": ("load", "N", {"n": "N", "kn": "kN", "gf": "gf", "kgf": "kgf", "lbf": "lbf"}),
+    "entrainment_speed_m_s": (
+        "entrainment_speed",
+        "m/s",
+        {"m_s": "m/s", "m/s": "m/s", "mm_s": "mm/s", "mm/s": "mm/s"},
+    ),
+    "inlet_temperature_c": (
+        "inlet_temperature",
+        "degC",
+        {
+            **dict.fromkeys(("c", "degc", "\N{DEGREE SIGN}c"), "degC"),
+            **dict.fromkeys(("f", "degf", "\N{DEGREE SIGN}f"), "degF"),
+            "k": "K",
+        },
+    ),
+}
+_LOADS = {"max_hertz_pressure_gpa", "load_n"}
+_NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
+# Letters that a slip of the pen changes in a key, at most.
+_MOST_CHANGED = 2
+# Keys under which logs name their oil, beside words such as `name` and `type`.
+_OIL_KEYS = frozenset(
+    "oil lubricant lube fluid grease öl oel prüföl schmierstoff huile lubrifiant aceite lubricante "
+    "olio lubrificante масло 油 油样 油品 润滑油 试验油 潤滑油 試験油 윤활유".split()
+)
+_OIL_WORDS = frozenset("name id type test tested code no number".split())
 
 
-def plain_key(text: str) -> str:
-    """A key or name in lower case, its words joined by underscores."""
-    return "_".join(text.lower().split())
+def apart(name: str) -> tuple[str, str | None]:
+    """A name and the unit in brackets at its end; None where there are none.
+
+    No regular expression: names come out of files, and one of many brackets would take hours.
+    """
+    if not name.endswith(("]", ")")):
+        return name, None
+    inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
+    brackets = [name.find(mark, inside) for mark in "[(" if mark in name[inside:]]
+    if not brackets:
+        return name, None
+    return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
 
 
 def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """Header lines by the project's keys, the oil by its id.
+    """Header lines by the project's keys: set points in its units, the oil by its id.
 
     Two lines with the same meaning and different values give both, which no gate takes.
 
@@ -29,35 +74,136 @@ def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]
         plain_key(name): key for key, listed in settings.campaign.header for name in listed or ()
     }
     keys: dict[str, str] = {}
-    for own, text in logged.items():
-        key = names.get(own, own)
+    for own, written in logged.items():
+        key, text = _meaning(own, written, names)
+        if key == "oil":
+            text = _oil_id(text, settings)
         keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
-    if len(settings.oils) == 1:
+    if len(settings.oils) == 1 and other_oil(keys, settings) is None:
         keys.setdefault("oil", next(iter(settings.oils)))
-    if "oil" in keys:
-        keys["oil"] = settings.oil_ids.get(keys["oil"], keys["oil"])
     return keys
 
 
-def misspelt_key(keys: Mapping[str, str]) -> Refusal | None:
-    """A header key that resembles the key of a set point, which the log then lacks."""
-    for key in keys:
-        near = difflib.get_close_matches(key, SET_POINTS, 1, _RESEMBLANCE)
-        if key not in SET_POINTS and near and near[0] not in keys:
-            return Refusal(
-                "unknown_header_key",
-                f"the header has the unknown key {key[:60]!r}; did you mean {near[0]!r}?",
-                f"Correct the header, or list the key under `header` of the campaign file. "
-                f"{FORMAT_ADVICE}",
-            )
+def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
+    """Key of the project and text of a header line; the number of a set point in the key's unit."""
+    bare, unit = apart(own)
+    listed = names.get(own, names.get(bare))
+    if listed is not None:
+        return listed, _in_unit_of(listed, text, unit or "") if listed in _SET_POINTS else text
+    for name, (quantity, _, units) in _SET_POINTS.items():
+        tail = own.removeprefix(f"{quantity}_")
+        if own == name or (tail != own and tail in units):
+            return name, _in_unit_of(name, text, tail)
+        # without a unit `load` may be anything
+        if bare == quantity and (unit or plain_key(_number_and_unit(text)[1]) in units):
+            return name, _in_unit_of(name, text, unit or "")
+    return own, text
+
+
+def _in_unit_of(name: str, text: str, unit: str) -> str:
+    """The number of a set point in its unit; the text where it is no number in a unit of it."""
+    _, target, units = _SET_POINTS[name]
+    digits, own_unit = _number_and_unit(text)
+    given = own_unit or unit
+    if not digits or not given:
+        return text
+    try:
+        to = conversion(units[plain_key(given)], (target,))
+        value = number(digits if "." in digits else digits.replace(",", ".", 1))
+    except (KeyError, ValueError):
+        return text if own_unit else f"{text} {unit}"
+    # with the rounding of a conversion, 80 N and 0.08 kN would be two values
+    plain = text == digits and (to.scale, to.offset) == (1, 0)
+    return text if plain else f"{to.scale * value + to.offset:.12g}"
+
+
+def _number_and_unit(text: str) -> tuple[str, str]:
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    return (match[1], match[2]) if match else ("", "")
+
+
+def _oil_id(text: str, settings: Settings) -> str:
+    """The id of an oil by any of its names, of several lines joined too; else the text."""
+    ids = settings.oil_ids
+    named = dict.fromkeys(ids.get(plain_key(part), part) for part in text.split(" / "))
+    return ids.get(plain_key(text)) or " / ".join(named)
+
+
+def other_oil(keys: Mapping[str, str], settings: Settings) -> str | None:
+    """The key of a header line that seems to name an oil, but none of the campaign's."""
+    for key, text in keys.items():
+        words = frozenset(key.split("_")) - _OIL_WORDS
+        names_oil = key != "oil" and len(words) == 1 and words <= _OIL_KEYS and text
+        if names_oil and _oil_id(text, settings) not in settings.oils:
+            return key
     return None
+
+
+def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+    """A key that nearly is that of a set point which neither the log nor the campaign has."""
+    given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    for name, (quantity, *_) in _SET_POINTS.items():
+        # the load has one set point, as force or as pressure
+        if given & (_LOADS if name in _LOADS else {name}):
+            continue
+        for key, text in keys.items():
+            if _is_slip_of_the_pen(key, name):
+                return _unknown_key(key, f"did you mean {name!r}?")
+            if key == quantity and _number_and_unit(text)[0]:
+                return _unknown_key(key, f"it has no unit; did you mean {name!r}?")
+    return None
+
+
+def _is_slip_of_the_pen(written: str, meant: str) -> bool:
+    """As many words, two letters changed at most, and one of four in no word.
+
+    Examples:
+        >>> _is_slip_of_the_pen("entrainement_speed_m_s", "entrainment_speed_m_s")
+        True
+        >>> _is_slip_of_the_pen("outlet_temperature_c", "inlet_temperature_c")
+        False
+    """
+    words = written.split("_"), meant.split("_")
+    if len(words[0]) != len(words[1]) or abs(len(written) - len(meant)) > _MOST_CHANGED:
+        return False
+    changed = [(_changes(*pair), len(pair[1])) for pair in zip(*words, strict=True)]
+    few = all(letters <= length // 4 for letters, length in changed)
+    return few and sum(letters for letters, _ in changed) <= _MOST_CHANGED
+
+
+def _changes(one: str, other: str) -> int:
+    """How many letters must be changed, added or left out (Levenshtein distance)."""
+    row = list(range(len(other) + 1))
+    for count, letter in enumerate(one, start=1):
+        above, row = row, [count]
+        for place, wanted in enumerate(other):
+            row.append(min(row[-1] + 1, above[place + 1] + 1, above[place] + (letter != wanted)))
+    return row[-1]
+
+
+def _unknown_key(key: str, question: str) -> Refusal:
+    return Refusal(
+        "unknown_header_key",
+        f"the header has the unknown key {key[:60]!r}; {question}",
+        f"Correct the header, or list the key under `header` of the campaign file. {FORMAT_ADVICE}",
+    )
 
 
 def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why the oil of a log's header cannot be used."""
+    other = other_oil(keys, settings)
+    if "oil" not in keys and other is not None:
+        return Refusal(
+            "unknown_oil",
+            f"the header has no key 'oil', but {other!r}: {keys[other][:60]!r}; the campaign's "
+            f"oils are {', '.join(settings.oils)}",
+            "List the key under `header: oil` of the campaign file and the oil's name under "
+            "`aliases` of its file, or put the log into the campaign of its oil.",
+        )
     if "oil" not in keys:
         reason = "the header has no line `# oil: ...` and no property `oil`"
-        return Refusal("header", reason, f"Add it. {FORMAT_ADVICE}")
+        advice = "Add it, or list the log's own key under `header: oil` of the campaign file."
+        return Refusal("header", reason, f"{advice} {FORMAT_ADVICE}")
     return unknown("oil", keys["oil"], settings.oils)
 
 

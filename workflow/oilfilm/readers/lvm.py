@@ -13,10 +13,12 @@ import lvm_read
 import numpy as np
 
 from oilfilm.readers.base import Flaw, Reading, Refusal, TextForm, damaged_file, refused_file
-from oilfilm.readers.columns import LoggedTable, meaning, read_tables
-from oilfilm.readers.header import FORMAT_ADVICE, plain_key
-from oilfilm.readers.layout import cut_row, encodings_of, normalise, truncated
-from oilfilm.readers.log_kind import FloatArray, LogKind
+from oilfilm.readers.columns import LoggedTable, known_names, meaning, read_tables
+from oilfilm.readers.encoding import best_encoding, normalise
+from oilfilm.readers.header import FORMAT_ADVICE
+from oilfilm.readers.layout import cut_row, truncated
+from oilfilm.readers.log_kind import FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 
@@ -46,10 +48,14 @@ def recognises(head: bytes) -> bool:
 
 def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
     """See `Reader.read`."""
-    encoding = encodings_of(content)[0]
+    renamed = kind.renamed(settings.campaign)
+
+    def known(head: bytes) -> tuple[int, int]:
+        return _known_names(head.decode("utf-8", "replace"), renamed, kind.vocabulary)
+
+    encoding = best_encoding(content, known)
     text = normalise(content, encoding).decode("utf-8", "replace")
-    mark = _SEPARATOR.search(text[:4000])
-    separator = mark[1] if mark else "\t"
+    separator = _separator(text)
     lines = text.removesuffix("\n").split("\n")
     starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
     if not starts:
@@ -70,6 +76,24 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
         first_row += len(segment.rows)
     form = TextForm.of(encoding, separator, _decimal_mark(header))
     return replace(read_tables(tables, settings, kind), form=form)
+
+
+def _separator(text: str) -> str:
+    mark = _SEPARATOR.search(text[:4000])
+    return mark[1] if mark else "\t"
+
+
+def _known_names(text: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[int, int]:
+    """As `known_names`, of the first segment in the head of a log."""
+    lines = text.split("\n")
+    start = next((n for n, line in enumerate(lines) if line.startswith("Channels")), len(lines))
+    segment = _segment(lines[start:], _separator(text))
+    return known_names(segment.names, _units(segment), renamed, vocabulary)
+
+
+def _units(segment: _Segment) -> list[str]:
+    labels = ["", *segment.header.get("y_unit_label", [])]
+    return [labels[index] if index < len(labels) else "" for index in range(len(segment.names))]
 
 
 def _segment(lines: Sequence[str], separator: str) -> _Segment:
@@ -181,8 +205,7 @@ def _named(
 ) -> tuple[list[str], list[str], list[FloatArray]]:
     """Names, units and columns, the X column being the time where no channel is."""
     names = list(segment.names)
-    labels = ["", *segment.header.get("y_unit_label", [])]
-    units = [labels[index] if index < len(labels) else "" for index in range(len(names))]
+    units = _units(segment)
     columns = list(values.T)
     renamed = kind.renamed(campaign)
     known = [meaning(name, renamed, kind.vocabulary) for name in names]

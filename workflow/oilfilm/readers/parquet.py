@@ -11,8 +11,8 @@ import pyarrow.parquet as parquet
 
 from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
 from oilfilm.readers.columns import LoggedTable, header_text, meaning, read_tables
-from oilfilm.readers.header import plain_key
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 

@@ -14,8 +14,8 @@ from nptdms.log import log_manager
 
 from oilfilm.readers.base import Flaw, Reading, Refusal, damaged_file, distinct, refused_file
 from oilfilm.readers.columns import LoggedTable, header_text, meaning, read_tables
-from oilfilm.readers.header import plain_key
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 

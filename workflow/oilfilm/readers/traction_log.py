@@ -77,7 +77,7 @@ def _header_problem(
         oil_problem(keys, settings)
         or unknown("rig", rig, settings.rigs)
         or simulation_problem(keys, settings)
-        or misspelt_key(keys)
+        or misspelt_key(keys, settings)
         or _set_point_problem(keys)
         or _rig_problem(columns, rig, settings.rigs[rig])
     )

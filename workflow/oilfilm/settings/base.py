@@ -4,6 +4,7 @@ A quantity has its unit and physical range here, once. The ranges are wide: they
 the wrong unit (1250 for 1.25 GPa), not an unusual rig.
 """
 
+import unicodedata
 from itertools import pairwise
 from typing import Annotated, Any, TypeVar
 
@@ -26,6 +27,18 @@ class Group(BaseModel):
         protected_namespaces=(),
         defer_build=True,
     )
+
+
+def plain_key(text: str) -> str:
+    """A name as it is compared: in lower case, its words joined by underscores.
+
+    Forms of one letter (composed, full-width, the two signs for micro) are one.
+
+    Examples:
+        >>> plain_key("Inlet  Temperature"), plain_key("\uff2c\uff4f\uff41\uff44")
+        ('inlet_temperature', 'load')
+    """
+    return "_".join(unicodedata.normalize("NFKC", text).casefold().split())
 
 
 class _Required:

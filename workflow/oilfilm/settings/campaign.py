@@ -351,6 +351,9 @@ class CampaignKeys(Group):
     )
     oils: Unique[Name] = key("Files of config/oils, without .yaml, each in quotes.")
     oils_without_properties: Unique[Name] = key("Oils whose properties are unknown.", default=[])
+    oil_aliases: dict[str, Names] = key(
+        "By oil: other names that these logs give it, beside the `aliases` of its file.", default={}
+    )
     figures: Unique[FigureName] = key("Figures to draw.")
     matrix: Matrix | None = key(
         "Planned operating conditions, each level with each, for every oil.", default=None

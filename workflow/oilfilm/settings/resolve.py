@@ -7,6 +7,7 @@ from typing import Any
 import yaml
 
 from oilfilm.errors import OilfilmError
+from oilfilm.settings.base import plain_key
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile, Dataset
 from oilfilm.settings.config import Config
@@ -50,12 +51,11 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
             # apart from the campaign, so that a corrected title redoes no fit
             "dataset": about,
             "campaign": {"name": campaign.path.stem, **others},
-            "rigs": _named_files(folder, "rig", campaign),
-            "bearings": _bearings(folder, campaign),
-            "oils": {
-                **_named_files(folder, "oil", campaign),
-                **dict.fromkeys(others.get("oils_without_properties", [])),
+            "rigs": {
+                name: file.values for name, file in _named_files(folder, "rig", campaign).items()
             },
+            "bearings": _bearings(folder, campaign),
+            "oils": _oils(folder, campaign),
         }
     )
     for steps, sentence in contradictions(settings):
@@ -138,12 +138,38 @@ def _with_numbers(given: Any) -> Any:
     return value if isinstance(value, int | float) else given
 
 
-def _named_files(folder: Path, kind: str, campaign: YamlFile) -> dict[str, Any]:
-    """Plain content of the files that a campaign names under `rigs` or `oils`."""
+def _named_files(folder: Path, kind: str, campaign: YamlFile) -> dict[str, YamlFile]:
+    """The files that a campaign names under `rigs` or `oils`."""
     return {
         name: _named_file(folder, name, kind, campaign.location_of((f"{kind}s", index)))
         for index, name in enumerate(campaign.values[f"{kind}s"])
     }
+
+
+def _oils(folder: Path, campaign: YamlFile) -> dict[str, Any]:
+    """The oils of a campaign by id; no name may be that of two."""
+    files = _named_files(folder, "oil", campaign)
+    ids = [*files, *campaign.values.get("oils_without_properties", [])]
+    names = [(oil, oil, campaign.location_of(("oils",))) for oil in ids]
+    for oil, file in files.items():
+        aliases = file.values.get("aliases", [])
+        names += [(oil, each, file.location_of(("aliases", i))) for i, each in enumerate(aliases)]
+    for oil, aliases in campaign.values.get("oil_aliases", {}).items():
+        location = campaign.location_of(("oil_aliases", oil))
+        if oil not in ids:
+            known = ", ".join(ids)
+            raise OilfilmError(f"{location}: {oil!r} is none of the campaign's oils ({known}).")
+        listed = [aliases] if isinstance(aliases, str) else aliases
+        names += [(oil, each, location) for each in listed]
+    oil_of: dict[str, str] = {}
+    for oil, name, location in names:
+        other = oil_of.setdefault(plain_key(name), oil)
+        if other != oil:
+            raise OilfilmError(
+                f"{location}: {name!r} is given as a name of {oil!r}, but is one of {other!r} "
+                "too; a log with it could be of either. Leave it with one of the two."
+            )
+    return {oil: files[oil].values if oil in files else None for oil in ids}
 
 
 def _bearings(folder: Path, campaign: YamlFile) -> dict[str, Any]:
@@ -153,10 +179,10 @@ def _bearings(folder: Path, campaign: YamlFile) -> dict[str, Any]:
     named_at = campaign.location_of(("torque", "bearing"))
     own = campaign.values["torque"]["bearing"]
     others = sorted(set(_names_in(folder / "bearings")) - {own})
-    return {name: _named_file(folder, name, "bearing", named_at) for name in [own, *others]}
+    return {name: _named_file(folder, name, "bearing", named_at).values for name in [own, *others]}
 
 
-def _named_file(folder: Path, name: str, kind: str, named_at: str) -> dict[str, Any]:
+def _named_file(folder: Path, name: str, kind: str, named_at: str) -> YamlFile:
     path = folder / f"{kind}s" / f"{_safe_name(name, named_at)}.yaml"
     if not path.is_file():
         known = ", ".join(_names_in(path.parent))
@@ -171,7 +197,7 @@ def _named_file(folder: Path, name: str, kind: str, named_at: str) -> dict[str, 
             f"{file.location_of(('id',))}, `id`: found {file.values['id']!r}, expected {name!r}, "
             "the file's name."
         )
-    return file.values
+    return file
 
 
 def _names_in(folder: Path) -> list[str]:

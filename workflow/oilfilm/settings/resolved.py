@@ -10,7 +10,7 @@ from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.settings.base import Group, key, present
+from oilfilm.settings.base import Group, key, plain_key, present
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import Campaign, Dataset
 from oilfilm.settings.config import ConfigKeys
@@ -115,9 +115,16 @@ class Settings(ConfigKeys, _PartOf):
 
     @property
     def oil_ids(self) -> dict[str, str]:
-        """Oil id by each other name that a log may give it."""
-        known = ((name, oil) for name, oil in self.oils.items() if oil is not None)
-        return {alias: name for name, oil in known for alias in oil.aliases}
+        """Oil id by each name that a log may give it, as `plain_key` makes them."""
+        return {
+            plain_key(name): oil
+            for oil, known in self.oils.items()
+            for name in (
+                oil,
+                *(known.aliases if known is not None else ()),
+                *self.campaign.oil_aliases.get(oil, ()),
+            )
+        }
 
     def common_contact(self) -> Contact | None:
         """The contact of all the campaign's rigs; None where unknown or not the same for all."""
