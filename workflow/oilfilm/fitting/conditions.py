@@ -120,21 +120,19 @@ def sentences(row: Mapping[str, Any]) -> str:
 def followed_conditions(conditions: FloatArray, settings: FitSettings) -> BoolArray:
     """Which conditions a fit follows: those that varied enough, and independently.
 
-    A condition varied enough when it is known of every curve and its range is at least
-    `min_relative_range` of its largest magnitude. Of conditions that varied in step the first
-    ones in the law's order are followed.
+    Of conditions that varied in step the first ones in the law's order are followed.
 
     Args:
         conditions: One row per curve.
         settings: `min_relative_range` and `smallest_singular_value`, below which conditions are
             in step: of their standardised logarithms, relative to the largest.
     """
-    varied = _varied(conditions, settings)
+    enough = varied(conditions, settings)
     # a law says in words that its power laws have no value at zero or below
-    if np.any(conditions[:, varied] <= 0):
-        return varied
-    followed = np.zeros_like(varied)
-    for index in np.flatnonzero(varied):
+    if np.any(conditions[:, enough] <= 0):
+        return enough
+    followed = np.zeros_like(enough)
+    for index in np.flatnonzero(enough):
         followed[index] = True
         logs = np.log(conditions[:, followed])
         standardised = (logs - logs.mean(axis=0)) / logs.std(axis=0)
@@ -145,7 +143,13 @@ def followed_conditions(conditions: FloatArray, settings: FitSettings) -> BoolAr
     return followed
 
 
-def _varied(conditions: FloatArray, settings: FitSettings) -> npt.NDArray[np.bool_]:
+def varied(conditions: FloatArray, settings: FitSettings) -> npt.NDArray[np.bool_]:
+    """Which conditions are known of every curve and varied enough.
+
+    Args:
+        conditions: One row per curve.
+        settings: `min_relative_range`, the smallest range over the largest magnitude.
+    """
     if len(conditions) == 0:
         return np.zeros(conditions.shape[1], dtype=bool)
     low, high = conditions.min(axis=0), conditions.max(axis=0)
@@ -164,11 +168,11 @@ def fixed_conditions(
         followed: As `followed_conditions`.
         settings: As there, and `level_tolerance`.
     """
-    varied = _varied(conditions, settings)
+    moving = dict(zip(names, varied(conditions, settings), strict=True))
     columns = dict(zip(names, conditions.T, strict=True))
     along = {name: columns[name] for name in itertools.compress(names, followed)}
     return tuple(
-        _fixed(name, columns[name], along if varied[names.index(name)] else {}, settings)
+        _fixed(name, columns[name], along if moving[name] else {}, settings)
         for name in itertools.compress(names, ~followed)
     )
 

@@ -7,6 +7,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.certificate import tested_grid, traction_on
+from oilfilm.fitting.conditions import varied
 from oilfilm.fitting.cross_validation import (
     leave_curves_out,
     leave_ends_out,
@@ -49,7 +50,7 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> dict[str
         if name in laws
     }
     rows = [
-        _row(fits[name], of_oil, compare.level_gap) if name in fits else _no_row(oil, name)
+        _row(fits[name], of_oil, settings) if name in fits else _no_row(oil, name)
         for name in compare.laws
     ]
 
@@ -163,23 +164,26 @@ def _no_row(oil: str, law: str) -> dict[str, Any]:
     return {**none, **counts, "oil": oil, "law": law, "certified": False, "certificate": reason}
 
 
-def _row(fit: OilFit, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:
+def _row(fit: OilFit, points: pd.DataFrame, settings: Settings) -> dict[str, Any]:
     quality = tables.rows(fit.fit_quality)[0]
     copied = {name: quality[name] for name in _COPIED}
     if fit.solution is None:
         return {**copied, **dict.fromkeys(_COMPUTED, np.nan), "n_constants": 0}
-    return {**copied, **_judged(fit.solution, points, level_gap)}
+    return {**copied, **_judged(fit.solution, points, settings)}
 
 
-def _judged(solution: Solution, points: pd.DataFrame, level_gap: float) -> dict[str, Any]:
+def _judged(solution: Solution, points: pd.DataFrame, settings: Settings) -> dict[str, Any]:
     problem, best, mu = solution.problem, solution.best, solution.data.mu
     constants = len(best.values) + len(problem.at_bounds)
     values = information_criteria(best.sse, len(mu), constants)
     left_out = leave_curves_out(problem, best)
     # not the law's own conditions: every law is evaluated at the same levels
+    conditions = curve_data(points).conditions
+    # the scatter of one level has no ends
+    levels = np.where(varied(conditions, settings.fit), conditions, np.nan)
     ends_out = [
-        leave_ends_out(problem, best, level_of(condition, level_gap))
-        for condition in curve_data(points).conditions.T
+        leave_ends_out(problem, best, level_of(condition, settings.compare.level_gap))
+        for condition in levels.T
     ]
     on_grid = traction_on(problem, best, *tested_grid(problem, solution.data))
     starts = on_grid[:, 0]

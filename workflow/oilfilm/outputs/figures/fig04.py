@@ -108,7 +108,8 @@ def _draw_starts(
 def _starts(results: CampaignTables, oil: str, law_name: str, settings: Settings) -> Any:
     """mu at no slip, condition by condition in the order of rising temperature."""
     fits = results.law_coefficients
-    if not ((fits["oil"] == oil) & (fits["law"] == law_name)).any():
+    of_fit = (fits["oil"] == oil) & (fits["law"] == law_name)
+    if fits.loc[of_fit, "value"].isna().all():
         return np.empty(0)
     law = laws_of(oil, settings)[law_name]
     of_oil = results.points[results.points["oil"] == oil]
@@ -132,7 +133,7 @@ def _draw_errors(axis: Axes, compared: pd.DataFrame, oils: Sequence[str]) -> Ite
         for kind, values in errors.items():
             axis.plot(values, [height] * len(values), color=colour, **_KINDS[kind])
             about = {"panel": "b", "law": fit["law"], "oil": fit["oil"], "kind": kind}
-            yield pd.DataFrame({"x": values, "y": height}).assign(**about)
+            yield pd.DataFrame({"x": values, "y": height}).assign(**about).dropna(subset="x")
     axis.set_yticks(range(len(laws)), laws)
     axis.set_ylim(len(laws) - 0.45, -0.55)
     axis.set_xscale("log")
