@@ -361,6 +361,6 @@ def test_one_condition_of_an_unknown_oil_tells_nothing_about_trends(etm: Campaig
     table = audit(claims, [refit], config)
     assert (table["verdict"] == "cannot be checked").all()
     reason = table.set_index("claim")["finding"]
-    assert "is not known: tested at one level, or in step" in reason["falls-with-speed"]
+    assert "the effect of P, U, T alone is not known" in reason["falls-with-speed"]
     assert "no point of the campaign has a lambda" in reason["full-film"]
     assert films(config) == {}

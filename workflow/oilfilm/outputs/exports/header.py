@@ -95,7 +95,7 @@ def _fixed(description: Description) -> list[str]:
     if not description.where_known:
         return []
     return [
-        f"No arguments, because mu is known only where they were tested: {description.where_known}"
+        f"Not an argument, because mu is known only where it was tested: {description.where_known}"
     ]
 
 

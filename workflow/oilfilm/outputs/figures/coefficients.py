@@ -10,6 +10,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _ROW_IN = 0.17
+_IN_STEP = "\N{DAGGER}"
 
 _COEFFICIENT_TABLE = drawn_table(
     "coefficient_table",
@@ -53,6 +54,8 @@ def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
     note = "s.e.: from resampling whole curves"
     if shown["standard_error"].isna().any():
         note += "; none where there are too few"
+    if (shown["verdict"] == "in step").any():
+        note += f". {_IN_STEP}: along the tested line of conditions in step"
     if shown["printed_value"].notna().any():
         note += ". Printed: Deng et al. 2026, signs reconstructed"
     axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color=style.GREY)
@@ -74,6 +77,7 @@ def _draw_oil(
     for end, head in zip(ends, heads, strict=True):
         axis.text(end, -0.5, head, ha="right", va="center", color=style.GREY)
     naive = rows["naive_standard_error"].to_numpy()
+    in_step = (rows["verdict"] == "in step").to_numpy()
     for height, row in enumerate(rows[columns].to_numpy(dtype=float)):
         # digits beyond the second of the error say nothing
         digits = _decimals(row[1] if not np.isnan(row[1]) else naive[height])
@@ -81,6 +85,7 @@ def _draw_oil(
             # what is printed has every digit of the print
             form = ".10g" if column == "printed_value" else f".{digits}f"
             text = "\N{EN DASH}" if np.isnan(number) else format(number, form)
+            text += _IN_STEP if column == "value" and in_step[height] else ""
             text = text.replace("-", "\N{MINUS SIGN}")
             axis.text(end, height + 0.5, text, ha="right", va="center", fontsize=7)
 

@@ -12,7 +12,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.studies.operating_grid import AXES, Film, Grid, traction
-from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.law import CONDITIONS, QUANTITIES
 from oilfilm.units import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
@@ -100,10 +100,8 @@ def usable(law: FittedLaw) -> str:
     if np.isnan(law.coefficients.constants).any():
         return "nothing could be fitted"
     followed = zip(CONDITIONS, law.coefficients.known, strict=True)
-    lacking = [name for name, known in followed if not known]
-    if lacking:
-        return f"the effect of {', '.join(lacking)} is not known: tested at one level, or in step"
-    return ""
+    lacking = [QUANTITIES[name].symbol for name, known in followed if not known]
+    return f"the effect of {', '.join(lacking)} alone is not known" if lacking else ""
 
 
 @dataclass(frozen=True)
