@@ -172,7 +172,7 @@ def _finish(
             axis.legend(loc="upper left", **legend)
         axes[0].set_ylim(0, axes[0].get_ylim()[1] * 1.22)
         axes[0].set_xlim(left=-0.005)
-    else:
+    elif not axes[0].texts:
         style.say_in_panel(axes[0], _NO_POINT)
     style.label_traction_axes(figure)
     style.say_key(figure, "symbols: plateau means, 95 % interval (random part); lines: fit")
@@ -258,6 +258,8 @@ def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.D
             label=curve.label,
         )
         drawn += [measured, line]
+    if not drawn:
+        style.say_in_panel(axis, _NO_POINT)
     return drawn
 
 
