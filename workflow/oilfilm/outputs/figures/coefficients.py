@@ -68,7 +68,7 @@ def _draw_oil(
     """Three columns of one oil: fitted value, standard error, printed value if there are any."""
     columns = ["value", "standard_error", "printed_value"]
     heads = ["fitted", "\N{PLUS-MINUS SIGN} s.e.", "printed"]
-    ends = [start + share * span for share in (0.31, 0.57, 0.97)]
+    ends = [start + share * span for share in (0.29, 0.59, 0.98)]
     if rows["printed_value"].isna().all():
         columns, heads, ends = columns[:2], heads[:2], [start + 0.5 * span, start + 0.97 * span]
     axis.text(
