@@ -40,8 +40,8 @@ def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
     shown = table.dropna(subset=["value", "printed_value"], how="all")
     constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
-    height_in = _ROW_IN * (len(constants) + 4)
-    figure, axis = style.page(width, height_in, bottom=len(constants) + 1.6, top=-2.0)
+    height_in = _ROW_IN * (len(constants) + 4.5)
+    figure, axis = style.page(width, height_in, bottom=len(constants) + 2.1, top=-2.0)
     for row, constant in enumerate(constants):
         axis.text(0, row + 0.5, constant, va="center", fontweight="bold")
     left = 0.06 if len(oils) > 1 else 0.12
@@ -57,8 +57,8 @@ def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
     if (shown["verdict"] == "in step").any():
         note += f". {_IN_STEP}: along the tested line of conditions in step"
     if shown["printed_value"].notna().any():
-        note += ". Printed: Deng et al. 2026, signs reconstructed"
-    axis.text(0, len(constants) + 0.9, note, va="center", fontsize=6, color=style.GREY)
+        note += ".\nPrinted: Deng et al. 2026, signs reconstructed"
+    axis.text(0, len(constants) + 0.5, note, va="top", fontsize=6, color=style.GREY)
     return figure, [table]
 
 
