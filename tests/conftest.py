@@ -1,4 +1,4 @@
-"""Fixtures that several tests share: configuration, demonstration campaign, real logs."""
+"""Fixtures that several tests share: configuration, demonstration campaign, measured curves."""
 
 import os
 from pathlib import Path
@@ -9,8 +9,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import HealthCheck, settings
 
-from campaigns import REAL_PCS, ROOT, Campaign, carry_through, printed
+from campaigns import ETM, REAL_PCS, ROOT, Campaign, carry_through, printed
 from oilfilm import tables
+from oilfilm.readers.raw_files import raw_files
 from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -49,15 +50,15 @@ def demo(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Campaign
 @pytest.fixture(scope="session")
 def real_pcs() -> Path:
     if not REAL_PCS.is_dir():
-        pytest.skip("the real PCS logs (../shared/real/pcs) are not here")
+        pytest.skip("the PCS exports as published (../shared/real/pcs) are not here")
     return REAL_PCS
 
 
 @pytest.fixture(scope="session")
-def etm(real_pcs: Path) -> Campaign:
-    """The real ETM log, curated."""
+def etm() -> Campaign:
+    """The measured curves of data/raw/etm-slim, curated."""
     config = resolve(ROOT / "config", {"campaign": "etm-slim"})
-    return carry_through(config, real_pcs, ["ETM_slim_mapper.txt"])
+    return carry_through(config, ETM, raw_files(ETM))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

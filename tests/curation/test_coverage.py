@@ -13,7 +13,7 @@ from oilfilm.outputs.figures import style
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from pictures import draw
+from pictures import draw, nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
@@ -215,6 +215,7 @@ def test_map_of_many_runs_at_one_condition_is_one_cell(etm: Campaign) -> None:
     assert len(cells) == 1
     assert text == f"{covered['runs_accepted'].sum()}/{len(etm.curated.runs)}"
     assert figure.get_figwidth() == pytest.approx(style.SINGLE_COLUMN_IN)
+    assert nothing_is_cut_off(figure)
 
 
 def test_map_without_set_points_says_so(demo: Campaign) -> None:

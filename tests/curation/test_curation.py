@@ -2,7 +2,6 @@
 
 import io
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import bad_logs
-from campaigns import ROOT, Campaign, carry_through, printed
+from campaigns import Campaign, printed
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation import statistics
@@ -32,7 +31,6 @@ from oilfilm.curation.signals import Signals
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.settings.campaign import Semantics
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -378,15 +376,6 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
     )
     failed = judge_plateaus(points, TRACTION_RIG, TRACTION_RIG.limits(config))
     assert failed["film_off_trend"].tolist() == wrong.tolist()
-
-
-def test_real_films_of_a_wrong_fringe_order_are_found(real_pcs: Path) -> None:
-    config = resolve(ROOT / "config", {"campaign": "etm-slim"})
-    points = carry_through(config, real_pcs, ["demo_12.txt"]).curated.points
-    off = points[points["failed_gates"].str.contains("film_off_trend")]
-    # docs/physics.md, PCS logs: seven rows, 228 to 251 nm
-    assert len(off) == 7
-    assert off["measured_film_thickness_um"].between(0.228, 0.252).all()
 
 
 @pytest.mark.parametrize(("rise", "refused"), [(0.004, False), (0.006, True)])

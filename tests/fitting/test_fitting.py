@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import curve_fit
 
 from campaigns import ROOT, Campaign, printed, printed_by_name
 from fit_points import LAW, P, T, U, make_points, matrix, problem_of
@@ -24,6 +25,7 @@ from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
+from pcs_exports import shipped_numbers
 
 OILS = ("4102", "4050", "4010")
 CONFIG = resolve(ROOT / "config", {})
@@ -235,7 +237,7 @@ def test_traction_is_odd_in_slip_and_the_fit_knows() -> None:
     np.testing.assert_array_equal(plain.mu, turned.mu)
 
 
-def test_real_etm_log_gives_one_curve_and_says_why_no_more(etm: Campaign) -> None:
+def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campaign) -> None:
     fit = etm.fit("unrecorded-oil", bootstrap=20, searches=2)
     coefficients, quality = fit.coefficients, fit.fit_quality
     rows = coefficients.set_index("constant")
@@ -245,7 +247,21 @@ def test_real_etm_log_gives_one_curve_and_says_why_no_more(etm: Campaign) -> Non
     assert "max_hertz_pressure_gpa is not known of every run" in sentences(quality.iloc[0])
     # the rig file states no calibration
     assert rows["systematic_standard_error"].isna().all()
-    # mean of the log's rows beyond 10 % slip: mu 0.0565 +- 0.004
+    # the same law by SciPy alone, from the numbers of the logs
+    _, _, slip, mu = shipped_numbers()
+    sound = (np.abs(slip) <= 0.10) | (mu >= 0.045)  # one direction of the others had not reversed
+    expected, _ = curve_fit(
+        lambda s, a, b, c: a + (b * s - a) * np.exp(-c * s),
+        np.abs(slip[sound]),
+        (np.sign(slip) * mu)[sound],
+        [0.05, 1.0, 30.0],
+        ftol=1e-14,
+        xtol=1e-14,
+    )
+    np.testing.assert_allclose(expected, [0.0563, 0.855, 35.5], rtol=1e-3)
+    values = rows.loc[["A", "B", "C"], "value"].to_numpy()
+    np.testing.assert_allclose(values, expected * [-1, 1, 1], rtol=1e-5)
+    # mean of the rows beyond 10 % slip
     law = FittedLaw.of(coefficients, "unrecorded-oil")
     points = etm.curated.points.query("accepted and slide_roll_ratio > 0.10")
     plateau = law.traction(np.array([1.0, 0.025, 40.0]), np.array([0.15]))[0]

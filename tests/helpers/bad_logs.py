@@ -25,7 +25,11 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 Columns = dict[str, np.ndarray]
 
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
-PCS_CONFIG = resolve(ROOT / "config", {"campaign": "etm-slim"})
+# An export of a PCS rig has no set points.
+SET_POINTS = {"entrainment_speed_m_s": 0.025, "inlet_temperature_c": 40}
+PCS_CONFIG = resolve(ROOT / "config", {"campaign": "etm-slim"}).with_changes(
+    {"campaign": {"set_points": SET_POINTS}}
+)
 RATE_HZ = 20
 PHASES = (0.0, 0.05, 0.10, 0.20, 0.0)
 KEYS = {
@@ -94,6 +98,13 @@ def logged_twice(speed: float = 30e3, per_slip: float = 100.0) -> Columns:
         "entrainment_speed": np.full_like(slip, speed),
         "slide_roll_ratio": per_slip * slip,
     }
+
+
+def both_ways_positive() -> bytes:
+    """The force of either direction of the slip written without its sign."""
+    force = good()["traction_force"]
+    both = {"traction_force_1": force, "traction_force_2": force}
+    return csv({**good(), **both}, {**UNITS, **dict.fromkeys(both, "N")})
 
 
 GOOD = csv()
@@ -282,6 +293,7 @@ BAD_LOGS = (
         "columns_disagree",
         slip_by_another_definition=(csv(HALVED_SLIP, UNITS_TWICE), "slide_roll_ratio is 0.1 in"),
         speed_as_a_sum=(csv(DOUBLED_SPEED, UNITS_TWICE), "entrainment_speed is 60 in row"),
+        forces_without_sign=(both_ways_positive(), "forces of both directions of the slip give 0"),
     ),
     *bad("time_unit", time_in_wrong_unit=(csv(units={**UNITS, "time": "ms"}), "time is in")),
     *bad(
@@ -297,6 +309,7 @@ BAD_LOGS = (
     *bad("not_steady", short_plateaus=(csv(BRIEF), "within the plateaus")),
     # --- exports of PCS rigs
     *bad("columns", config=PCS_CONFIG, pcs_missing_column=(PCS_LACKING, "the columns Ball Load")),
+    *bad("not_a_sweep", warm_up=(csv(log_kind="warm-up"), "log_kind: 'warm-up'; expected cont")),
     *bad("not_a_sweep", config=PCS_CONFIG, pcs_no_sweep=(pcs(kind="BodTimed"), "'BodTimed'")),
     *bad(
         "no_rows",

@@ -1,7 +1,7 @@
 """Campaigns for the tests: carried through the library, or laid out for snakemake."""
 
 import shutil
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from oilfilm.traction.laws.deng2026 import DENG2026
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 CLAIMS = ROOT / "data/reference/claims.yaml"
+ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 # Settings of fits that take seconds: every law is compared in tests/studies.
 QUICK = {
@@ -76,7 +77,14 @@ def printed_by_name(oil: str) -> dict[str, float]:
 
 
 def carry_through(config: Settings, folder: Path, files: list[str]) -> Campaign:
-    ingested = ingest_logs(((file, (folder / file).read_bytes()) for file in files), config)
+    logs = ((file, (folder / file).read_bytes()) for file in files)
+    return carry_logs(config, logs, folder)
+
+
+def carry_logs(
+    config: Settings, logs: Iterable[tuple[str, bytes]], folder: Path = ROOT
+) -> Campaign:
+    ingested = ingest_logs(logs, config)
     share = curate(ingested.all_samples(), ingested.runs, config)
     return Campaign(
         config,

@@ -526,8 +526,11 @@ def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None
 
 
 def test_every_source_says_whether_its_data_are_real(fit: Description) -> None:
-    for data, sentence in (("simulated", "SIMULATED DATA"), ("measured", "Measured data")):
-        campaign = fit.campaign.model_copy(update={"data": data})
+    for data, sentence in (
+        ("simulated", "SIMULATED DATA"),
+        ("measured", "Measured data (A. Tribologist)"),
+    ):
+        campaign = fit.campaign.model_copy(update={"data": data, "credit": "A. Tribologist"})
         texts = export(replace(fit, campaign=campaign), PROVENANCE)
         for name in ("traction_4050.h", "traction_4050.f90", "Traction_4050.mo"):
             assert sentence in texts[name]

@@ -14,7 +14,9 @@ from oilfilm.outputs.figures.registry import load_figure
 from oilfilm.settings.resolved import Settings
 
 SIMULATED, MEASURED = (
-    Settings.of({"campaign": {"name": name, "data": data, "film_unjudged": unjudged}}).campaign
+    Settings.of(
+        {"campaign": {"name": name, "data": data, "credit": "ours", "film_unjudged": unjudged}}
+    ).campaign
     for name, data, unjudged in (
         ("demo", "simulated", None),
         ("june", "measured", {"accept": True, "reason": "unknown"}),
@@ -31,7 +33,7 @@ def test_caption_is_complete_sentences_that_say_where_the_data_are_from(name: st
     assert ("SIMULATED data" in text) == figure.shows_data
     if figure.shows_data:
         assert caption(name, MEASURED).endswith(
-            "Measured data, campaign 'june'; film thickness NOT JUDGED."
+            "Measured data (ours), campaign 'june'; film thickness NOT JUDGED."
         )
 
 

@@ -116,7 +116,7 @@ def test_figure_without_any_accepted_point_says_so(
 def test_real_curves_are_called_measured(etm: Campaign) -> None:
     drawing = drawing_of(tables_of(etm, ["unrecorded-oil"]), etm.config)
     figure, drawn = drawing("curves")
-    assert "Measured data" in text_around(figure)
+    assert "Measured data (moritzploss/tribology 09bf75d, MIT licence)" in text_around(figure)
     assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
     figure, drawn = drawing("eqs11-13")
     assert drawn["value"].notna().sum() == 3

@@ -11,7 +11,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import torque_logs
-from campaigns import Campaign
+from bad_logs import PCS_CONFIG
+from campaigns import Campaign, carry_logs
 from oilfilm import tables
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
@@ -25,6 +26,7 @@ from oilfilm.outputs.figures.refused_runs import (
     listing,
     page_name,
 )
+from pcs_exports import traction_export
 from reports import rows
 
 HOSTILE = [
@@ -184,10 +186,8 @@ def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     assert listing(*nothing, 9).empty
 
 
-def test_remark_on_a_file_with_runs_is_no_refusal_but_a_step_without_one_is(
-    etm: Campaign,
-) -> None:
-    curated = etm.curated
+def test_remark_on_a_file_with_runs_is_no_refusal_but_a_step_without_one_is() -> None:
+    curated = carry_logs(PCS_CONFIG, [("log.txt", traction_export(range(1, 4)))]).curated
     assert set(curated.quarantine["rule"]) == {"misdated_step", "not_a_sweep"}
     (entry,) = tables.rows(listing(curated.runs, curated.points, curated.quarantine, 9))
     assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")

@@ -66,6 +66,6 @@ def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) ->
     text = text_of(etm, "unrecorded-oil")
     assert "FILM NOT JUDGED for 20482 accepted points" in text
     assert "not identifiable, because max_hertz_pressure_gpa is not known of every run" in text
-    assert "measured" in text
+    assert "etm-slim (MEASURED, moritzploss/tribology 09bf75d, MIT licence)" in text
     assert "1 of 1 conditions tested accepted (no matrix is given" in text
     assert "Printed constants" not in text

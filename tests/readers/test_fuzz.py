@@ -1,28 +1,25 @@
 """Whatever happens to a file: a verdict, never a traceback, and no row lost."""
 
 from collections import Counter
-from typing import Any
 
 import pytest
 
-from campaigns import ROOT
+from bad_logs import PCS_CONFIG
 from damages import SOUND
 from formats import WRITERS
 from mutations import carry, mutate
 from oilfilm.randomness import generator
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from pcs_exports import film_export, traction_export
 
 FILES = 100  # of each format; `make bench-fuzz` takes 20 000
 
 
-def test_damaged_pcs_logs_end_in_a_verdict(real_pcs: Any) -> None:
-    config = resolve(ROOT / "config", {"campaign": "etm-slim"})
+def test_damaged_pcs_logs_end_in_a_verdict() -> None:
     random = generator(1, "fuzz pcs")
-    etm = b"".join((real_pcs / "ETM_slim_mapper.txt").read_bytes().splitlines(True)[:220])
-    ehd = (real_pcs / "demo_12.txt").read_bytes()
+    etm, ehd = traction_export(range(1, 6)), film_export()
     verdicts = Counter(
-        carry(mutate(etm if number % 2 else ehd, random), config) for number in range(FILES)
+        carry(mutate(etm if number % 2 else ehd, random), PCS_CONFIG) for number in range(FILES)
     )
     assert len(verdicts) >= 4, verdicts
 

@@ -59,6 +59,29 @@ def test_set_points_of_the_header_are_those_of_the_run(config: Settings, name: s
     assert run.nominal.inlet_temperature_c is None
 
 
+@every_format
+def test_settled_readings_of_a_rig_that_reverses_the_slip_are_read_as_such(
+    config: Settings, name: str
+) -> None:
+    example, rows = EXAMPLES["traction"], 9
+    both_ways = {
+        "traction_force_1": np.arange(rows) + 5.0,
+        "traction_force_2": np.arange(rows) - 7.0,
+    }
+    # TF = (TF1 - TF2)/2 = 6 N
+    values = {**example.columns(rows), "traction_force": np.full(rows, 6.0), **both_ways}
+    units = {**example.units, **dict.fromkeys(both_ways, "kN"), "traction_force": "kN"}
+    log = WRITERS[name](values, units, {**KEYS, "log_kind": "steps"})
+    (run,) = read(log, config, example).runs
+    assert (run.kind, run.flaw) == ("steps", None)
+    for column, given in both_ways.items():
+        np.testing.assert_allclose(run.samples[f"{column}_n"], 1000 * given)
+    values["traction_force_2"][4] = np.nan
+    cut = read(WRITERS[name](values, units, KEYS), config, example)
+    assert [refusal.first_row for refusal in cut.refusals] == [5]
+    assert cut.runs[0].kind == "continuous"
+
+
 @every_log
 @pytest.mark.parametrize("file", ["log.csv", "log.tdms", "log.txt", "log.parquet", "log"])
 def test_format_is_known_by_content_whatever_the_extension(

@@ -60,9 +60,9 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("oils_without_properties: [unrecorded-oil]\n", "", ["names no oil", "`oils`"]),
         ("figures:", "figurs:", ["unknown key 'figurs'", "Did you mean 'figures'?"]),
         ("description:", "# description:", ["the key 'description' is missing"]),
-        ("inlet_temperature_c: 40", "inlet_temperature_c: hot", ["'hot'", "a number"]),
-        ("inlet_temperature_c: 40", "inlet_temperature_c: 4e1", ["'4e1'", "Write 40."]),
-        ("inlet_temperature_c: 40", "inlet_temperature_c: .nan", ["nan", "finite"]),
+        ("rigs:", "set_points: {inlet_temperature_c: hot}\nrigs:", ["'hot'", "a number"]),
+        ("rigs:", "set_points: {inlet_temperature_c: 4e1}\nrigs:", ["'4e1'", "Write 40."]),
+        ("rigs:", "set_points: {inlet_temperature_c: .nan}\nrigs:", ["nan", "finite"]),
         ("figures: [curves", "figures: [fig02, curves", ["line 9", "fig02", "'4102'"]),
         (
             "figures: [curves",
@@ -76,8 +76,8 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("traction_min: -0.03", "traction_min: 0.3", ["gates.traction_min is 0.3", "below"]),
         ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
         (
-            "entrainment_speed_m_s: 0.025",
-            "entrainment_speed_m_s: -1",
+            "rigs:",
+            "set_points: {entrainment_speed_m_s: -1}\nrigs:",
             ["set_points.entrainment_speed_m_s", "-1", "more than 0"],
         ),
         ("rigs: [pcs-etm]", "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import (
+    ETM,
     QUICK,
     SMALL_MATRIX,
     lay_out,
@@ -238,10 +239,8 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     assert compare(fresh, project) == ""
 
 
-def test_real_etm_log_goes_through(project: Path, real_pcs: Path) -> None:
-    raw = project / "data/raw/etm-slim"
-    raw.mkdir(parents=True)
-    shutil.copy(real_pcs / "ETM_slim_mapper.txt", raw)
+def test_measured_curves_that_ship_go_through(project: Path) -> None:
+    shutil.copytree(ETM, project / "data/raw/etm-slim")
     campaign = read_campaign(project, "etm-slim")
     # 20 000 points: the comparison would take longer than all the rest
     campaign["settings"] |= QUICK | {"compare": {"laws": ["tanh"], "bootstrap": 5}}

@@ -126,12 +126,16 @@ def inputs_of_figures(figures):
 
 
 def settings_of_figures(figures):
-    """Settings that figures depend on; each says whether the film thickness was judged."""
+    """Settings that figures depend on; each says whose data they are and whether the film was judged."""
     keys = {key for figure in figures for key in figure.settings}
     of_campaign = {key for key in keys if key.startswith("campaign.")}
     return part(
         *(keys - of_campaign),
-        campaign=("film_unjudged", *(key.removeprefix("campaign.") for key in of_campaign)),
+        campaign=(
+            "credit",
+            "film_unjudged",
+            *(key.removeprefix("campaign.") for key in of_campaign),
+        ),
     )
 
 

@@ -8,6 +8,6 @@ rule exports:
         "<logs>/exports.log",
     params:
         code=code("exports.py"),
-        config=part("fit", "exports", campaign=("description",)),
+        config=part("fit", "exports", campaign=("credit", "description")),
     script:
         "../scripts/exports.py"

@@ -44,6 +44,6 @@ rule captions:
         "<logs>/captions.log",
     params:
         code=code("captions.py"),
-        config=part(campaign=("description", "film_unjudged")),
+        config=part(campaign=("credit", "description", "film_unjudged")),
     script:
         "../scripts/captions.py"

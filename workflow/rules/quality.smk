@@ -32,6 +32,7 @@ rule refused:
             "curation",
             "torque_logs",
             campaign=(
+                "credit",
                 "film_unjudged",
                 "header",
                 "oil_aliases",

@@ -25,6 +25,8 @@ rule summary:
         "<logs>/summary.log",
     params:
         code=code("summary.py"),
-        config=part("oils", "film", "gates", campaign=("description", "film_unjudged", "twin")),
+        config=part(
+            "oils", "film", "gates", campaign=("credit", "description", "film_unjudged", "twin")
+        ),
     script:
         "../scripts/summary.py"

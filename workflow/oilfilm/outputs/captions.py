@@ -8,19 +8,24 @@ _PAPER = "Deng et al., Lubricants 14 (2026) 33"
 
 
 def provenance(campaign: Campaign) -> str:
-    """Whether a campaign's data were simulated or measured, in words.
+    """Whether a campaign's data were simulated or measured, and by whom, in words.
 
     Args:
-        campaign: At least `name`, `data` and `film_unjudged`.
+        campaign: At least `name`, `data`, `credit` and `film_unjudged`.
     """
     sentence = (
         f"SIMULATED data (rig twin, campaign {campaign.name!r}), not a measurement"
         if campaign.data == "simulated"
-        else f"Measured data, campaign {campaign.name!r}"
+        else f"Measured data{credit(campaign)}, campaign {campaign.name!r}"
     )
     if film_not_judged(campaign):
         sentence += "; film thickness NOT JUDGED"
     return sentence
+
+
+def credit(campaign: Campaign) -> str:
+    """Whose measured data they are, in brackets; empty where the campaign file does not say it."""
+    return f" ({campaign.credit})" if campaign.credit else ""
 
 
 def caption(name: str, campaign: Campaign) -> str:

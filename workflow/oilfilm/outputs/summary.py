@@ -38,7 +38,11 @@ def summarise(results: CampaignTables, settings: Settings) -> str:
     """
     campaign = settings.campaign
     name = campaign.name
-    source = "SIMULATED by the rig twin" if campaign.data == "simulated" else "measured"
+    source = (
+        "SIMULATED by the rig twin"
+        if campaign.data == "simulated"
+        else ", ".join(filter(None, ["MEASURED", campaign.credit]))
+    )
     read, unread = set(results.runs["file"]), unread_logs(results)
     has_torque_logs = len(results.torque_runs) + len(results.torque_quarantine) > 0
     lines = [

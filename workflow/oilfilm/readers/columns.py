@@ -159,6 +159,7 @@ def find_columns(
         for quantity in others
         if quantity in columns
     ]
+    needed += [quantity for quantity in vocabulary.optional if quantity in columns]
     return (*(columns[quantity] for quantity in needed), *spare)
 
 

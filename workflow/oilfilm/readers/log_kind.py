@@ -29,6 +29,7 @@ class Vocabulary:
         always: Quantities that every log must have.
         either: Sets of quantities of which one must be there; the first is what a log is asked for,
             what a log has of those after its own is compared with it.
+        optional: Quantities that a log may have; where it does, every row needs them.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Vocabulary:
     own_names: Mapping[str, tuple[str, str]]
     always: tuple[str, ...]
     either: tuple[tuple[str, ...], ...]
+    optional: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

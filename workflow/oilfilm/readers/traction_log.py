@@ -42,6 +42,8 @@ QUANTITIES = {
     "time": ("s",),
     "load": ("N", "GPa"),
     "traction_force": ("N",),
+    "traction_force_1": ("N",),
+    "traction_force_2": ("N",),
     "inlet_temperature": ("degC",),
     "ball_speed": ("rpm", "m/s"),
     "disc_speed": ("rpm", "m/s"),
@@ -51,12 +53,16 @@ QUANTITIES = {
 _ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
 # Either pair gives both surface speeds; the first is what a log is asked for.
 _SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
+# On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
+_BOTH_WAYS = ("traction_force_1", "traction_force_2")
 # Column names that carry their unit, as the project writes them.
 _OWN_NAMES = {
     "time_s": ("time", "s"),
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
     "traction_force_n": ("traction_force", "N"),
+    "traction_force_1_n": ("traction_force_1", "N"),
+    "traction_force_2_n": ("traction_force_2", "N"),
     "inlet_temperature_c": ("inlet_temperature", "degC"),
     "ball_speed_rpm": ("ball_speed", "rpm"),
     "ball_speed_m_s": ("ball_speed", "m/s"),
@@ -77,6 +83,7 @@ def _header_problem(
         oil_problem(keys, settings)
         or unknown("rig", rig, settings.rigs)
         or simulation_problem(keys, settings)
+        or _kind_problem(keys)
         or misspelt_key(keys, settings)
         or _set_point_problem(keys)
         or _rig_problem(columns, rig, settings.rigs[rig])
@@ -88,7 +95,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     rig, semantics = settings.rigs[rig_name], settings.campaign.semantics_for(rig_name)
     units = {column.quantity: column.to.unit for column in log.columns}
     ball, disc = _surface_speeds(values, units, rig, semantics)
-    if "ball_speed" in values and log.flaw is None:
+    if log.flaw is None:
         flaw = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
         log = replace(log, flaw=flaw)
     samples = samples_of_run(
@@ -96,13 +103,27 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
         time_s=values["time"],
         load_n=_load_n(values["load"], units["load"], rig),
         traction_force_n=values["traction_force"],
+        **{f"{name}_n": values[name] for name in _BOTH_WAYS if name in values},
         ball_speed_m_s=ball,
         disc_speed_m_s=disc,
         inlet_temperature_c=values["inlet_temperature"],
     )
     given = {name: _set_point(name, log.keys[name]) for name in SET_POINTS if name in log.keys}
     header = {name: value for name, value in given.items() if value is not None}
-    return log.run(rig_name, Nominal.planned(settings.campaign, header), samples)
+    run = log.run(rig_name, Nominal.planned(settings.campaign, header), samples)
+    return replace(run, kind=log.keys.get("log_kind", run.kind))
+
+
+def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
+    """Why a log that says what kind of log it is gives no points."""
+    kind = keys.get("log_kind", "continuous")
+    if kind in ("continuous", "steps"):
+        return None
+    return Refusal(
+        "not_a_sweep",
+        f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
+        f"Nothing to do if it is no sweep of slip; otherwise correct the header. {FORMAT_ADVICE}",
+    )
 
 
 def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
@@ -193,39 +214,47 @@ def _contradiction(
     log: Semantics,
     limits: LoggedTwiceSettings,
 ) -> Flaw | None:
-    """How a log's own entrainment speed or slip contradicts its two speeds; None where not.
-
-    The median row decides: a logged set point jumps before the rig follows.
-    """
-    mean = (ball + disc) / 2
-    fast = np.quantile(np.abs(mean), 0.9) if len(mean) else 0.0
-    # near standstill a slip is noise
-    turning = np.flatnonzero(np.abs(mean) > fast / 2)
-    mean, sliding = mean[turning], log.direction * (disc - ball)[turning]
-    for name, by_speeds, unit in (
-        ("entrainment_speed", mean, np.abs(mean)),
-        ("slide_roll_ratio", sliding / mean, np.ones_like(mean)),
-    ):
+    """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
+    turning, given = np.arange(len(rows)), []
+    if "ball_speed" in values:
+        mean, sliding = (ball + disc) / 2, log.direction * (disc - ball)
+        fast = np.quantile(np.abs(mean), 0.9) if len(mean) else 0.0
+        # near standstill a slip is noise
+        turning = np.flatnonzero(np.abs(mean) > fast / 2)
+        mean, sliding = mean[turning], sliding[turning]
+        others = "the speeds of ball and disc"
+        given += [
+            ("entrainment_speed", mean, np.abs(mean), others),
+            ("slide_roll_ratio", sliding / mean, np.ones_like(mean), others),
+        ]
+    if set(_BOTH_WAYS) <= values.keys():
+        first, second = (values[name][turning] for name in _BOTH_WAYS)
+        size = (np.abs(first) + np.abs(second)) / 2
+        others = "the forces of both directions of the slip"
+        given.append(("traction_force", (first - second) / 2, size, others))
+    for name, expected, unit, others in given:
         if name not in values:
             continue
         logged = values[name][turning]
         logged = log.over_mean(logged) if name == "slide_roll_ratio" else logged
-        apart = np.abs(logged - by_speeds) / unit
+        with np.errstate(divide="ignore", invalid="ignore"):  # no force in either direction
+            apart = np.abs(logged - expected) / unit
+        # the median row decides: a logged set point jumps before the rig follows
         known = np.flatnonzero(np.isfinite(apart))
         if len(known) and (median := float(np.median(apart[known]))) > getattr(limits, name):
             worst = known[np.argmax(apart[known])]
             return Flaw(
                 "columns_disagree",
-                f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but the speeds of "
-                f"ball and disc give {by_speeds[worst]:.4g}; the median difference is "
-                f"{median:.2g}, allowed {getattr(limits, name):g}",
+                f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but {others} "
+                f"give {expected[worst]:.4g}; the median difference is {median:.2g}, allowed "
+                f"{getattr(limits, name):g}",
             )
     return None
 
 
 # Load, traction force, surface speeds and temperature against time.
 TRACTION = LogKind(
-    Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS),
+    Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS),
     lambda campaign: named_columns(campaign.columns),
     _header_problem,
     _run,

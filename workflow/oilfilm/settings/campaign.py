@@ -117,6 +117,7 @@ class HeaderNames(Group):
     oil: Names | None = key("Names of the key of the oil.", default=None)
     rig: Names | None = key("Names of the key of the rig.", default=None)
     run: Names | None = key("Names of the key of the run's name.", default=None)
+    log_kind: Names | None = key("Names of the key of the kind of log.", default=None)
     max_hertz_pressure_gpa: Names | None = key("Names of the pressure's key, in GPa.", default=None)
     load_n: Names | None = key("Names of the load's key, in N.", default=None)
     entrainment_speed_m_s: Names | None = key("Names of the speed's key, in m/s.", default=None)
@@ -131,6 +132,8 @@ class Columns(Group):
     time: Column | None = key("Time.", default=None)
     load: Column | None = key("Load.", default=None)
     traction_force: Column | None = key("Traction force.", default=None)
+    traction_force_1: Column | None = key("Traction force with the disc faster.", default=None)
+    traction_force_2: Column | None = key("Traction force with the ball faster.", default=None)
     ball_speed: Column | None = key("Speed of the ball.", default=None)
     disc_speed: Column | None = key("Speed of the disc.", default=None)
     inlet_temperature: Column | None = key("Inlet temperature.", default=None)
@@ -346,6 +349,10 @@ class CampaignKeys(Group):
 
     data: Literal["measured", "simulated"] = key("Whether the logs were measured or simulated.")
     description: Text = key("One line on what was measured.")
+    credit: Text | None = key(
+        "Whose measured data they are, in a few words; printed wherever they are shown.",
+        default=None,
+    )
     rigs: Levels[Name] = key(
         "Files of config/rigs, without .yaml; the first is that of logs that name none."
     )

@@ -121,6 +121,10 @@ class LoggedTwiceSettings(Group):
 
     entrainment_speed: Tolerance = key("Relative difference in the median row.")
     slide_roll_ratio: SlipChange = key("Difference of S in the median row.")
+    traction_force: Tolerance = key(
+        "Difference from half the difference of the forces of both directions of the slip in the "
+        "median row, relative to their mean size."
+    )
 
 
 class SameSetPointSettings(Group):

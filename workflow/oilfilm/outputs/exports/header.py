@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Iterable
 
+from oilfilm.outputs.captions import credit
 from oilfilm.outputs.exports.description import SLIP, SLIP_MEANING, Description
 from oilfilm.outputs.exports.names import plain
 
@@ -47,7 +48,11 @@ def header(
 def origin(description: Description) -> str:
     """Which campaign the constants come from, and whether its data are real."""
     campaign = description.campaign
-    kind = "Measured data" if campaign.data == "measured" else "SIMULATED DATA, not for design"
+    kind = (
+        plain(f"Measured data{credit(campaign)}")
+        if campaign.data == "measured"
+        else "SIMULATED DATA, not for design"
+    )
     return f"{kind}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
 
 

@@ -23,6 +23,7 @@ _LETTER_IN = 0.055  # ... for each letter of 6 pt after the symbol
 _LABELS_IN = 0.6  # left of the panels
 _MARGIN_IN = 0.35  # of a panel, for its title and its ticks
 _LONGEST_IN = 9.0  # a page
+_LEGEND_TITLE = ("Conditions by state (P pressure, W load);", "in a cell: accepted/all runs")
 
 _SPEED = "nominal_entrainment_speed_m_s"
 _TEMPERATURE = "nominal_inlet_temperature_c"
@@ -78,7 +79,7 @@ def coverage_map(results: CampaignTables, settings: Settings) -> Drawing:
     cell_in = _SYMBOL_IN + _LETTER_IN * cells["label"].str.len().max()
     narrow = abreast * speeds * cell_in + _LABELS_IN <= style.SINGLE_COLUMN_IN
     width_in = style.SINGLE_COLUMN_IN if narrow else style.DOUBLE_COLUMN_IN
-    height_in = len(grid) * (forces * _CELL_HEIGHT_IN + _MARGIN_IN) + 0.75
+    height_in = len(grid) * (forces * _CELL_HEIGHT_IN + _MARGIN_IN) + (0.87 if narrow else 0.75)
     figure, axes = style.panels(len(grid), abreast, width_in, height_in)
     fitting = int((width_in - _LABELS_IN) / abreast / cell_in)
     drawn = []
@@ -98,7 +99,7 @@ def coverage_map(results: CampaignTables, settings: Settings) -> Drawing:
         axis.set_ylim(-0.6, forces - 0.4)
         drawn.append(of_panel.assign(panel=str(number + 1)))
     _label(axes, abreast, cells)
-    _draw_legend(figure, cells, columns=2 if narrow else 4)
+    _draw_legend(figure, cells, narrow)
     return figure, drawn
 
 
@@ -234,7 +235,7 @@ def _level(value: float, unit: str) -> str:
     return "not stated" if np.isnan(value) else f"{value:.4g}{unit}"
 
 
-def _draw_legend(figure: Figure, cells: pd.DataFrame, columns: int) -> None:
+def _draw_legend(figure: Figure, cells: pd.DataFrame, narrow: bool) -> None:
     """What the symbols mean, below the panels, where it covers no data."""
     counts = cells["state"].value_counts()
     handles: list[Any] = [
@@ -252,8 +253,8 @@ def _draw_legend(figure: Figure, cells: pd.DataFrame, columns: int) -> None:
     figure.legend(
         handles=handles,
         loc="outside lower left",
-        ncols=columns,
-        title="Conditions by state (P pressure, W load); in a cell: accepted/all runs",
+        ncols=2 if narrow else 4,
+        title=("\n" if narrow else " ").join(_LEGEND_TITLE),
         title_fontsize=7,
         alignment="left",
         handletextpad=0.3,

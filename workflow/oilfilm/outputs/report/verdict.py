@@ -3,6 +3,7 @@
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.outputs.captions import credit
 from oilfilm.outputs.facts import (
     accepted_points,
     accepted_runs,
@@ -35,7 +36,7 @@ def _data(results: CampaignTables, settings: Settings) -> str:
     source = (
         "SIMULATED by the rig twin, not a measurement"
         if settings.campaign.data == "simulated"
-        else "Measured"
+        else f"Measured{credit(settings.campaign)}"
     )
     sentence = (
         f"{source}: {accepted_runs(results)} runs and {accepted_points(results)} points accepted"

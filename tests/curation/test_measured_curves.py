@@ -1,0 +1,102 @@
+"""The measured curves that ship in data/raw/etm-slim, with the defects that its README lists."""
+
+from datetime import datetime
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from campaigns import ETM, Campaign, without
+from oilfilm.curation.curate import curate
+from pcs_exports import shipped_log, shipped_numbers, shipped_steps
+
+# docs/physics.md, PCS logs: rows where one force direction had not reversed
+HALF_REVERSED_STEPS = [
+    28, 60, 65, 91, 100, 134, 161, 165, 220, 281, 296, 344, 367, 389, 398, 454, 489, 509,
+]  # fmt: skip
+
+
+def test_every_log_says_that_it_was_measured_and_whence_it_comes() -> None:
+    for number in shipped_steps():
+        header, _ = shipped_log(number)
+        assert (header["oil"], header["rig"]) == ("unrecorded-oil", "pcs-etm")
+        assert header["source"].startswith("measured; ")
+        assert "moritzploss/tribology 09bf75d, MIT licence" in header["source"]
+    guide = (ETM / "README.md").read_text(encoding="utf-8")
+    assert "The above copyright notice and this permission notice shall be included" in guide
+
+
+def test_logs_are_small_and_packed_without_a_time_stamp() -> None:
+    packed = [path.read_bytes() for path in ETM.glob("*.gz")]
+    assert len(packed) == 502
+    assert sum(map(len, packed)) < 700_000
+    assert {content[4:8] for content in packed} == {bytes(4)}
+
+
+def test_every_measured_row_is_kept_or_listed(etm: Campaign) -> None:
+    # 20 560 data rows: 500 sweeps of 41 and one timed step of 60 (docs/physics.md, PCS logs)
+    (samples,) = etm.ingested.samples.values()
+    assert (len(etm.ingested.runs), len(samples)) == (500, 20_500)
+    assert set(etm.ingested.runs["log_kind"]) == {"steps"}
+    assert set(etm.ingested.runs["refused_rows"]) == {0}
+
+
+def test_timed_step_and_misdated_step_are_listed(etm: Campaign) -> None:
+    listed = etm.curated.quarantine.set_index("file")
+    assert listed["rule"].to_dict() == dict.fromkeys(
+        ["step001.csv.gz", "step002.csv.gz"], "not_a_sweep"
+    )
+    assert listed["refused_rows"].to_dict() == {"step001.csv.gz": 0, "step002.csv.gz": 60}
+    assert "misdated" in listed.loc["step001.csv.gz", "reason"]
+
+
+def test_only_the_first_step_is_misdated() -> None:
+    started = [
+        datetime.fromisoformat(shipped_log(number)[0]["started"]) for number in shipped_steps()
+    ]
+    assert [this > following for this, following in pairwise(started)] == [True, *[False] * 500]
+
+
+def test_exactly_the_half_reversed_rows_are_refused(etm: Campaign) -> None:
+    """By the ground truth of docs/physics.md, and by its description on the bare numbers."""
+    points = etm.curated.points
+    refused = points[~points["accepted"]]
+    assert (len(refused), points["accepted"].sum()) == (18, 20_482)
+    assert refused["failed_gates"].str.contains("force_not_reversed").all()
+    steps = refused["run_id"].str.extract(r"step(\d+)")[0].astype(int)
+    assert steps.tolist() == HALF_REVERSED_STEPS
+    step, time_s, slip, mu = shipped_numbers()
+    described = (np.abs(slip) > 0.10) & (mu < 0.045)
+    np.testing.assert_array_equal(step[described], steps)
+    np.testing.assert_array_equal(time_s[described], refused["time_s"])
+
+
+def test_force_is_half_the_difference_of_both_directions(etm: Campaign) -> None:
+    # docs/physics.md, PCS logs: TF = (TF1 - TF2)/2, all three to 1e-4 N
+    (samples,) = etm.ingested.samples.values()
+    half = (samples["traction_force_1_n"] - samples["traction_force_2_n"]) / 2
+    np.testing.assert_allclose(samples["traction_force_n"], half, rtol=0, atol=1.001e-4)
+
+
+def test_speed_spike_is_refused_and_nothing_else(etm: Campaign) -> None:
+    points = etm.curated.points
+    spike = points[points["failed_gates"].str.contains("speed_off_nominal|slip_out_of_range")]
+    assert spike["run_id"].tolist() == ["step161.csv.gz"]
+    assert spike["time_s"].tolist() == [154.0]
+    assert spike["slide_roll_ratio"].iloc[0] == pytest.approx(-0.278, abs=5e-4)
+
+
+def test_film_of_unrecorded_geometry_is_not_judged_and_the_campaign_says_why(
+    etm: Campaign,
+) -> None:
+    assert (etm.curated.points["film_judgement"] == "cannot be judged").all()
+    assert etm.curated.points["lambda_ratio"].isna().all()
+    assert etm.config.campaign.film_unjudged.reason
+
+
+def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> None:
+    (samples,) = etm.ingested.samples.values()
+    strict = curate(samples, etm.ingested.runs, without(etm.config, "film_unjudged"))
+    assert not strict.points["accepted"].any()
+    assert strict.points["failed_gates"].str.contains("film_not_judged").all()
+    assert (strict.runs["verdict"] == "refused").all()
