@@ -140,6 +140,7 @@ lock: ## renew requirements.lock after a change of pyproject.toml
 schemas: $(READY) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.settings.schemas
 	$(BIN)/python -m oilfilm.outputs.tables_page
+	$(BIN)/python -m oilfilm.cli.schema
 
 licences: $(READY) ## renew docs/licences.csv after a change of requirements.lock
 	$(BIN)/python tests/lint/licences.py --write

@@ -42,7 +42,8 @@ def test_torque_logs_are_checked_by_the_gates_of_torque_rigs(
     assert "ACCEPTED, 3 of 3 plateaus" in capsys.readouterr().out
     assert main(["check", "--torque", *map(str, tmp_path.iterdir()), *CONFIG]) == 1
     report = capsys.readouterr().out
-    assert "stuck: stuck_sensor: the torque is exactly" in report
+    assert "stuck: REFUSED, 0 of 0 plateaus" in report
+    assert "  stuck_sensor: the torque is exactly" in report
     assert "-> Check the torque sensor" in report
 
 
@@ -92,6 +93,17 @@ def test_prediction_has_interval_and_source(
     assert "OUTSIDE" not in output
 
 
+def test_folder_of_a_campaign_is_taken_as_read_fit_takes_it(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ask(results) == 0
+    of_all = capsys.readouterr().out
+    assert ask(results / "demo") == 0
+    assert capsys.readouterr().out == of_all
+    assert ask(results / "demo", campaign="june") == 2
+    assert "has results of the campaign 'demo'; expected 'june'" in capsys.readouterr().err
+
+
 def test_units_of_a_prediction_are_converted(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,7 +129,7 @@ def test_mistakes_in_a_prediction_are_sentences(
     for changed, message in (
         ({"stress": "1.2kg"}, "--stress: found '1.2kg': the unit 'kg' is none of GPa"),
         ({"stress": "1e400GPa"}, "--stress: found '1e400GPa': no quantity is 1e+09 or more"),
-        ({"campaign": "june"}, "june/tables/coefficients.parquet: there is no such table"),
+        ({"campaign": "june"}, "has no results of a campaign: there is neither"),
         ({"slip": "much"}, "--slip: found 'much'; expected a number"),
         ({"temperature": "-70"}, "inlet_temperature_c above zero"),
         ({"oil": "oil"}, "no fit of oil 'oil'; there are fits of 4102"),

@@ -9,7 +9,7 @@ Inputs must exist from an earlier run. In a Python prompt at the top folder:
     >>> from stand_in import stand_in
     >>> snakemake = stand_in("fit", {"oil": "4102"})
     >>> snakemake.input.points
-    'results/demo/tables/points.parquet'
+    'results/demo/parts/collect/4102/points.parquet'
 """
 
 import runpy

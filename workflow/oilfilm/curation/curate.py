@@ -26,7 +26,7 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.readers.base import Refusal
-from oilfilm.readers.ingest import ingest_logs
+from oilfilm.readers.ingest import Ingested, ingest_logs
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 
@@ -46,7 +46,13 @@ def check_logs(
     logs: Iterable[tuple[str, bytes]], settings: Settings, kind: RigKind = TRACTION_RIG
 ) -> Curated:
     """What ingest and curation make of logs, given by name and content."""
-    ingested = ingest_logs(logs, settings, kind.logs)
+    return curate_ingested(ingest_logs(logs, settings, kind.logs), settings, kind)
+
+
+def curate_ingested(
+    ingested: Ingested, settings: Settings, kind: RigKind = TRACTION_RIG
+) -> Curated:
+    """What curation makes of logs that are one share."""
     samples = ingested.all_samples()
     share = curate(samples, ingested.runs, settings, kind)
     curated = collect([share], [ingested.quarantine], settings, kind)

@@ -123,7 +123,8 @@ class Gate(Generic[Judge]):
     """A check with its advice and the kinds of rig that it judges.
 
     A gate of plateaus that `blames_run` shows a fault of the run: where many plateaus fail it, the
-    others are no better.
+    others are no better. Where what it `needs` is null in all plateaus, it cannot be applied: a
+    column of plateaus or runs, or a list of the limits.
     """
 
     name: str
@@ -131,14 +132,18 @@ class Gate(Generic[Judge]):
     advice: str
     judge: Judge
     blames_run: bool = True
+    needs: str = ""
 
 
-def gate(*rigs: str, advice: str, blames_run: bool = True) -> Callable[[Judge], Gate[Judge]]:
+def gate(
+    *rigs: str, advice: str, blames_run: bool = True, needs: str = ""
+) -> Callable[[Judge], Gate[Judge]]:
     """Make a function a gate under its own name.
 
     Args:
         rigs: Kinds of rig that it judges.
         advice: What to do about a refusal. May hold words of the rig in braces (`RigKind.words`).
         blames_run: See `Gate`.
+        needs: See `Gate`.
     """
-    return lambda judge: Gate(judge.__name__, rigs, advice, judge, blames_run)
+    return lambda judge: Gate(judge.__name__, rigs, advice, judge, blames_run, needs)

@@ -39,6 +39,7 @@ def traction_missing(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     *BOTH,
     advice="Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
     blames_run=False,
+    needs="duration_s",
 )
 def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Little is left of a level once it has settled."""
@@ -50,7 +51,11 @@ def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     )
 
 
-@gate(TRACTION, advice="Check the load's unit and calibration and the set point in the header.")
+@gate(
+    TRACTION,
+    advice="Check the load's unit and calibration and the set point in the header.",
+    needs="nominal_load_n",
+)
 def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The load is not the one that was set."""
     load_n, nominal_n = points["load_n"].mean(), points["nominal_load_n"].median()
@@ -75,6 +80,7 @@ def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Serie
 @gate(
     TRACTION,
     advice="Check the spindle control, the track radii of the rig file and the set point.",
+    needs="nominal_entrainment_speed_m_s",
 )
 def speed_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The entrainment speed is not the one that was set."""
@@ -91,7 +97,11 @@ def _span(values: "pd.Series[float]", form: str) -> str:
     return f"{values.min():{form}} to {values.max():{form}}"
 
 
-@gate(TRACTION, advice="Check the temperature control and the set point.")
+@gate(
+    TRACTION,
+    advice="Check the temperature control and the set point.",
+    needs="nominal_inlet_temperature_c",
+)
 def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The inlet temperature is not the one that was set."""
     temperature_c = points["inlet_temperature_c"]
@@ -123,6 +133,7 @@ def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement
     TRACTION,
     advice="Check the control of the slip and the planned slips of the campaign file.",
     blames_run=False,
+    needs="planned_slips",
 )
 def slip_off_set_point(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is none of the planned ones."""
@@ -142,7 +153,7 @@ def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatAr
     return np.abs(slip[:, np.newaxis] - np.array(planned)).min(axis=1)
 
 
-@gate(TRACTION, advice="Let the rig settle longer, or check its control.")
+@gate(TRACTION, advice="Let the rig settle longer, or check its control.", needs="duration_s")
 def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Slip or traction differs between the two halves of a plateau."""
     slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
@@ -157,6 +168,7 @@ def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
 @gate(
     TRACTION,
     advice="Let the rig settle longer after each step, or raise settle_s of config.yaml.",
+    needs="duration_s",
 )
 def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The beginning of a plateau differs from the rest of it."""
@@ -170,7 +182,12 @@ def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
     )
 
 
-@gate(TORQUE, advice="Wait until the bearing has warmed through.", blames_run=False)
+@gate(
+    TORQUE,
+    advice="Wait until the bearing has warmed through.",
+    blames_run=False,
+    needs="duration_s",
+)
 def torque_drifts(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque differs between the two halves of a plateau."""
     change = points["torque_change_n_m"].abs() / points["torque_n_m"].abs()
@@ -183,13 +200,22 @@ def _by_change(quantity: str, change: "pd.Series[float]", allowed: float) -> Jud
     return Judgement(change > allowed, f"{sentence}; allowed {allowed:.1%}")
 
 
-@gate(*BOTH, advice="Check the load's control, and hold the load while the {level} steps.")
+@gate(
+    *BOTH,
+    advice="Check the load's control, and hold the load while the {level} steps.",
+    needs="duration_s",
+)
 def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The load differs between the two halves of a plateau."""
     return _by_change("load", points["load_change"].abs(), limits.signals.load_change_max)
 
 
-@gate(*BOTH, advice="Wait until the temperature of the oil is steady.", blames_run=False)
+@gate(
+    *BOTH,
+    advice="Wait until the temperature of the oil is steady.",
+    blames_run=False,
+    needs="duration_s",
+)
 def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The oil's temperature differs between the two halves of a plateau."""
     change_c = points["temperature_change_c"].abs()
@@ -213,7 +239,12 @@ def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     )
 
 
-@gate(TRACTION, advice="Check the fringe order of these readings.", blames_run=False)
+@gate(
+    TRACTION,
+    advice="Check the fringe order of these readings.",
+    blames_run=False,
+    needs="measured_film_thickness_um",
+)
 def film_off_trend(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """A measured film leaves the power law in speed that its run follows.
 
@@ -248,7 +279,11 @@ def _off_trend(points: pd.DataFrame, factor: float) -> npt.NDArray[np.bool_]:
     return off.to_numpy()
 
 
-@gate(TRACTION, advice="Let the force settle after the rig reverses the slip.")
+@gate(
+    TRACTION,
+    advice="Let the force settle after the rig reverses the slip.",
+    needs="force_asymmetry",
+)
 def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The force of one direction of slip had not reversed."""
     asymmetry, allowed = points["force_asymmetry"], limits.gates.asymmetry_max
@@ -260,7 +295,11 @@ def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgemen
     )
 
 
-@gate(TRACTION, advice="Check the zero and the calibration of the force sensor.")
+@gate(
+    TRACTION,
+    advice="Check the zero and the calibration of the force sensor.",
+    needs="traction_coefficient",
+)
 def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The traction coefficient is one that no oil has."""
     mu = points["traction_coefficient"]
@@ -275,6 +314,7 @@ def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
     TRACTION,
     advice="Raise the speed, or lower the temperature or the load: this is mixed lubrication.",
     blames_run=False,
+    needs="lambda_ratio",
 )
 def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film does not separate the surfaces."""

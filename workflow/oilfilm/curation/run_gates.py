@@ -119,6 +119,7 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
     TRACTION,
     advice="Check the unit and the calibration of the traction force, and that the sensor's cable "
     "is connected.",
+    needs="traction_coefficient",
 )
 def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
@@ -141,6 +142,7 @@ def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
     TRACTION,
     advice="Check the polarity of the force sensor and which body is slowed; the campaign file "
     "gives both (semantics: traction_sign, slower_body).",
+    needs="traction_coefficient",
 )
 def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction force acts against the slip."""
@@ -216,7 +218,9 @@ def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     )
 
 
-@gate(TRACTION, advice="Let rig and oil warm through before the sweep.")
+@gate(
+    TRACTION, advice="Let rig and oil warm through before the sweep.", needs="inlet_temperature_c"
+)
 def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     """The inlet temperature differs between the plateaus of one run."""
     levels = run.plateaus["inlet_temperature_c"]
@@ -234,6 +238,7 @@ def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     TRACTION,
     advice="The contact or its temperature changed during the sweep: look at the specimens and "
     "repeat the run.",
+    needs="traction_coefficient",
 )
 def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of rising and falling slip do not agree."""

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm import tables
+from oilfilm.readers.understood import NOTHING_UNDERSTOOD, Understood
 from oilfilm.settings.campaign import Campaign
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
@@ -34,15 +35,15 @@ class Nominal:
         """Set points of a log: those of its header before those of the campaign file."""
         header = header or {}
         given = campaign.set_points.model_dump(exclude_none=True)
-        if header.keys() & _LOADS:
+        if header.keys() & LOADS:
             # the load has one set point, as force or as pressure
-            given = {name: value for name, value in given.items() if name not in _LOADS}
+            given = {name: value for name, value in given.items() if name not in LOADS}
         given |= header
         return cls(**{name: given[name] for name in SET_POINTS if name in given})
 
 
 SET_POINTS = tuple(Nominal.__dataclass_fields__)
-_LOADS = {"max_hertz_pressure_gpa", "load_n"}
+LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,8 @@ class LoggedRun:
     """One test run out of a raw file.
 
     `flaw` says why the run cannot be used, if so (its samples are kept all the same); `label` is
-    the name that the log gives the run itself. Its length is the number of its rows.
+    the name that the log gives the run itself; `understood` is what its columns were taken for. Its
+    length is the number of its rows.
     """
 
     run_id: str
@@ -99,6 +101,7 @@ class LoggedRun:
     samples: Columns
     flaw: Flaw | None = None
     label: str = ""
+    understood: Understood = NOTHING_UNDERSTOOD
 
     def __len__(self) -> int:
         return len(self.samples["row"])

@@ -21,8 +21,9 @@ from oilfilm.readers.base import (
     Refusal,
     as_ranges,
 )
-from oilfilm.readers.header import FORMAT_ADVICE, FULL_WIDTH, apart, header_keys
+from oilfilm.readers.header import FORMAT_ADVICE, FULL_WIDTH, apart, header_keys, named_keys
 from oilfilm.readers.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.readers.understood import Understood
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
@@ -145,7 +146,7 @@ def find_columns(
             to = conversion(unit, vocabulary.quantities[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
-        columns[quantity] = Column(quantity, index, to)
+        columns[quantity] = Column(quantity, index, to, name, unit)
     either = vocabulary.either
     chosen = next((some for some in either if columns.keys() >= set(some)), either[0])
     needed = [*vocabulary.always, *chosen]
@@ -235,7 +236,9 @@ def _read_table(
     for first, last in as_ranges(rows[~good]):
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
         refusals.append(unreadable_rows(table.run_id, first, last, seen))
-    log = ContinuousLog(table.run_id, keys, columns, rows[good], values, table.flaw)
+    understood = understood_columns(columns, logged, table.names)
+    understood = understood.with_sources(dict.fromkeys(named_keys(table.keys, settings), "header"))
+    log = ContinuousLog(table.run_id, keys, columns, rows[good], values, table.flaw, understood)
     return kind.run(log, settings), refusals
 
 
@@ -250,6 +253,23 @@ def _numbers(table: LoggedTable, index: int) -> FloatArray:
     if len(column) != table.rows:
         raise ValueError(f"the column {table.names[index][:60]!r} has {len(column)} rows")
     return column.astype(np.float64)
+
+
+def understood_columns(
+    columns: Sequence[Column], logged: Sequence[FloatArray], names: Sequence[str]
+) -> Understood:
+    """What the columns of a log were taken for.
+
+    Args:
+        columns: Those that are read.
+        logged: Their numbers as logged.
+        names: The names of all columns.
+    """
+    used = {column.index for column in columns}
+    return Understood(
+        [column.holding(numbers) for column, numbers in zip(columns, logged, strict=True)],
+        [name for index, name in enumerate(names) if index not in used],
+    )
 
 
 # Time may be counted from 1970, in milliseconds too.

@@ -13,9 +13,14 @@ import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
 from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
-from oilfilm.readers.columns import columns_advice, converted, unreadable_rows
+from oilfilm.readers.columns import (
+    columns_advice,
+    converted,
+    understood_columns,
+    unreadable_rows,
+)
 from oilfilm.readers.encoding import normalise
-from oilfilm.readers.header import header_keys
+from oilfilm.readers.header import header_keys, named_keys
 from oilfilm.readers.instants import seconds
 from oilfilm.readers.layout import (
     Layout,
@@ -27,6 +32,7 @@ from oilfilm.readers.layout import (
     truncated,
 )
 from oilfilm.readers.log_kind import ContinuousLog, FloatArray, IndexArray, LogKind
+from oilfilm.readers.understood import Understood
 from oilfilm.settings.resolved import Settings
 
 # Marks between thousands that are no decimal mark anywhere.
@@ -60,23 +66,26 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     if problem:
         return Reading(count, [], [problem.of_rows("", 1, count)], form=layout.form)
     complete_rows, _, tail = layout.table.rpartition(b"\n")
-    values, rows, bad = _parse(complete_rows, layout)
+    values, rows, bad, understood = _parse(complete_rows, layout)
     lines = layout.table.split(b"\n") if len(bad) else []
     refusals = [
         _bad_range(file, first, last, lines[first - 1], layout) for first, last in as_ranges(bad)
     ]
     cells = tail.count(layout.delimiter.encode()) + 1 if tail else 0
-    cut = cut_row(cells, layout.width, count, file)
+    cut = cut_row(cells, len(layout.names), count, file)
     if cut is not None:
         refusals.append(cut)
-    log = ContinuousLog(file, keys, layout.columns, rows, values, flaw=truncated(cut))
+    understood = understood.with_sources(dict.fromkeys(named_keys(layout.keys, settings), "header"))
+    log = ContinuousLog(file, keys, layout.columns, rows, values, truncated(cut), understood)
     return Reading(count, [kind.run(log, settings)], refusals, form=layout.form)
 
 
-def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexArray, IndexArray]:
-    """Values of the good rows by quantity, their row numbers, and those of the bad rows."""
+def _parse(
+    table: bytes, layout: Layout
+) -> tuple[dict[str, FloatArray], IndexArray, IndexArray, Understood]:
+    """Values of the good rows by quantity, their numbers, those of bad rows, the columns."""
     misfits: list[int] = []
-    names = [f"c{index}" for index in range(layout.width)]
+    names = [f"c{index}" for index in range(len(layout.names))]
     wanted = [names[column.index] for column in layout.columns]
     stamps = [] if layout.stamps is None else [names[index] for index in layout.stamps.places]
 
@@ -110,8 +119,7 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
         )
 
     if not table:
-        no_rows = np.array([], dtype=np.int64)
-        return {column.quantity: np.array([]) for column in layout.columns}, no_rows, no_rows
+        return _values([np.array([])] * len(wanted), np.array([], dtype=np.int64), layout)
     try:
         table_of_cells = parse(arrow.float64(), layout.decimal_mark)
         cells = {name: table_of_cells[name].to_numpy() for name in wanted if name not in stamps}
@@ -122,15 +130,23 @@ def _parse(table: bytes, layout: Layout) -> tuple[dict[str, FloatArray], IndexAr
     if stamps:
         texts = [table_of_cells[name].to_pandas().str.strip(' "') for name in stamps]
         cells[stamps[0]] = seconds(*texts)
-    bad_shape = np.array(misfits, dtype=np.int64)
-    rows = np.arange(1, len(cells[wanted[0]]) + len(misfits) + 1)
-    if misfits:
-        rows = np.delete(rows, bad_shape - 1)
-    values, good = converted(layout.columns, [cells[name] for name in wanted])
+    return _values([cells[name] for name in wanted], np.array(misfits, dtype=np.int64), layout)
+
+
+def _values(
+    logged: list[FloatArray], misfits: IndexArray, layout: Layout
+) -> tuple[dict[str, FloatArray], IndexArray, IndexArray, Understood]:
+    """As `_parse`, from the numbers as logged and the numbers of the rows that do not fit."""
+    rows = np.arange(1, len(logged[0]) + len(misfits) + 1)
+    if len(misfits):
+        rows = np.delete(rows, misfits - 1)
+    understood = understood_columns(layout.columns, logged, layout.names)
+    values, good = converted(layout.columns, logged)
     if good.all():
-        return values, rows, bad_shape
+        return values, rows, misfits, understood
     good_values = {quantity: column[good] for quantity, column in values.items()}
-    return good_values, rows[good], np.sort(np.concatenate([rows[~good], bad_shape]))
+    bad = np.sort(np.concatenate([rows[~good], misfits]))
+    return good_values, rows[good], bad, understood
 
 
 def _numbers(cells: "pd.Series[Any]", layout: Layout) -> FloatArray:

@@ -61,7 +61,7 @@ def apart(name: str) -> tuple[str, str | None]:
     return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
 
 
-def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
+def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
     """Header lines by the project's keys: set points in its units, the oil by its id.
 
     Two lines with the same meaning and different values give both, which no gate takes.
@@ -79,6 +79,12 @@ def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]
         if key == "oil":
             text = _oil_id(text, settings)
         keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
+    return keys
+
+
+def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
+    """The same; a log of the only oil of a campaign need not name it."""
+    keys = named_keys(logged, settings)
     if len(settings.oils) == 1 and other_oil(keys, settings) is None:
         keys.setdefault("oil", next(iter(settings.oils)))
     return keys

@@ -3,7 +3,7 @@
 import errno
 import hashlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from oilfilm.readers.base import (
     LoggedRun,
     Nominal,
     Reading,
+    TextForm,
     printable,
     refused_file,
     refused_ranges,
@@ -27,11 +28,23 @@ from oilfilm.readers.columns import ROWS_ADVICE
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.registry import READERS, recognised_format
 from oilfilm.readers.traction_log import TRACTION
+from oilfilm.readers.understood import Understood
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
 
 _LONGEST_LABEL = 200
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
+
+
+@dataclass(frozen=True)
+class ReadLog:
+    """How one raw file was understood: its format, its rows, and the columns of each run."""
+
+    file: str
+    format: str
+    form: TextForm
+    rows: int
+    runs: Mapping[str, Understood]
 
 
 @dataclass(frozen=True)
@@ -41,6 +54,7 @@ class Ingested:
     samples: dict[str, pd.DataFrame]
     runs: pd.DataFrame
     quarantine: pd.DataFrame
+    logs: list[ReadLog]
 
     def all_samples(self) -> pd.DataFrame:
         """The samples of all oils, the rows of a run together."""
@@ -61,8 +75,11 @@ def ingest_logs(
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     file_of_run: dict[str, str] = {}
+    read: list[ReadLog] = []
     for file, content in logs:
         reader, reading = read_log(content, file, settings, kind)
+        understood = {run.run_id: run.understood for run in reading.runs}
+        read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
         about = {"campaign": settings.campaign.name, "file": file}
         digest = hashlib.sha256(content).hexdigest()
         digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
@@ -83,6 +100,7 @@ def ingest_logs(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
         tables.from_rows(refused, "quarantine"),
+        read,
     )
 
 
@@ -101,6 +119,9 @@ def read_bytes(path: Path) -> bytes:
     except OSError as error:
         advice = {
             errno.ENOENT: "Check the path.",
+            errno.ENOTDIR: "Check the path.",
+            errno.ELOOP: "Check the links.",
+            errno.ENAMETOOLONG: "Check the path.",
             errno.EISDIR: "Name the logs in it, one by one or by a pattern such as *.csv.",
         }.get(error.errno or 0, "Check its rights.")
         raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error

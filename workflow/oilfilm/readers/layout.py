@@ -57,7 +57,7 @@ class Layout:
         delimiter: What parts the cells of `table`.
         decimal_mark: Decimal mark of numbers.
         group_mark: Mark between thousands; empty where there is none.
-        width: How many cells a row has.
+        names: The names of all columns, one per cell of a row.
         columns: The columns that make a run.
         stamps: Columns of time stamps; None where time is a number.
         table: The rows.
@@ -70,7 +70,7 @@ class Layout:
     delimiter: str
     decimal_mark: str
     group_mark: str
-    width: int
+    names: Sequence[str]
     columns: tuple[Column, ...]
     stamps: Stamps | None
     table: bytes
@@ -143,7 +143,7 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
         delimiter,
         decimal_mark,
         group_mark,
-        len(head.names),
+        head.names,
         columns,
         stamps,
         table,

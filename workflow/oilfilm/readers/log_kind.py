@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.readers.base import Columns, Flaw, LoggedRun, Nominal, Refusal
+from oilfilm.readers.understood import NOTHING_UNDERSTOOD, LogColumn, Understood
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -45,13 +46,21 @@ class Vocabulary:
 class Column:
     """Place of a quantity in a row and its conversion to the reader's unit.
 
-    A `spare` column repeats what others give: it is compared, and no row needs it.
+    A `spare` column repeats what others give: it is compared, and no row needs it. `name` and
+    `logged_unit` are those of the log.
     """
 
     quantity: str
     index: int
     to: Conversion
+    name: str
+    logged_unit: str
     spare: bool = False
+
+    def holding(self, logged: FloatArray) -> LogColumn:
+        """The column with the range of the numbers that it holds, given as logged."""
+        column = LogColumn(self.name, self.logged_unit, self.quantity, self.to.unit)
+        return column.with_range(logged, self.to)
 
 
 def named_columns(columns: campaign_file.Columns | campaign_file.TorqueColumns) -> Renamed:
@@ -70,6 +79,7 @@ class ContinuousLog:
         rows: Row numbers in the log, shape (n,).
         values: Quantity -> numbers in the units of `columns`, each of shape (n,).
         flaw: Why the run cannot be used, if so.
+        understood: What its columns were taken for.
     """
 
     run_id: str
@@ -78,11 +88,22 @@ class ContinuousLog:
     rows: IndexArray
     values: Mapping[str, FloatArray]
     flaw: Flaw | None = None
+    understood: Understood = NOTHING_UNDERSTOOD
 
     def run(self, rig: str, nominal: Nominal, samples: Columns) -> LoggedRun:
         """The run of a rig that it makes."""
         oil, label = self.keys["oil"], self.keys.get("run", "")
-        return LoggedRun(self.run_id, oil, rig, "continuous", nominal, samples, self.flaw, label)
+        return LoggedRun(
+            self.run_id,
+            oil,
+            rig,
+            "continuous",
+            nominal,
+            samples,
+            self.flaw,
+            label,
+            self.understood,
+        )
 
 
 @dataclass(frozen=True)

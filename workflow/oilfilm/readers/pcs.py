@@ -29,7 +29,9 @@ from oilfilm.readers.base import (
 )
 from oilfilm.readers.log_kind import FloatArray, IndexArray, LogKind
 from oilfilm.readers.traction_log import TRACTION
+from oilfilm.readers.understood import LogColumn, Understood
 from oilfilm.settings.resolved import Settings
+from oilfilm.units import Conversion
 
 _STEP = re.compile(r"^Step (\d{1,9})\b.* started at (.+)$")
 _DATE_FORMATS = ("%d/%m/%Y %H:%M:%S", "%d/%m/%Y %H:%M")
@@ -56,6 +58,24 @@ _COLUMNS = {
     "coefficient": ("Traction Coeff (-)",),
     "inlet_temperature_c": ("Lube RTD Temp (degC)", "Lube Temp (°C)", "Lube Temp (degC)"),
     "film_nm": ("Average Film (nm)",),
+}
+# Our name -> quantity and the unit in which these programs write it.
+_MEANINGS = {
+    "time_s": ("time", "s"),
+    "load_n": ("load", "N"),
+    "ball_1": ("ball_speed_1", "mm/s"),
+    "ball_2": ("ball_speed_2", "mm/s"),
+    "disc_1": ("disc_speed_1", "mm/s"),
+    "disc_2": ("disc_speed_2", "mm/s"),
+    "rolling": ("entrainment_speed", "mm/s"),
+    "sliding": ("sliding_speed", "mm/s"),
+    "srr": ("slide_roll_ratio", "%"),
+    "force_1": ("traction_force_1", "N"),
+    "force_2": ("traction_force_2", "N"),
+    "force": ("traction_force", "N"),
+    "coefficient": ("traction_coefficient", "1"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+    "film_nm": ("film_thickness", "nm"),
 }
 # Room for floating point where an identity holds to exactly half a printed digit.
 _FLOATING = 1e-9
@@ -212,7 +232,21 @@ def _read_step(
         ),
     ]
     sound_values = {name: array[sound] for name, array in values.items()}
-    return _run(run_id, sound_values, step.rows[sound], settings), refusals
+    understood = _understood(step.names, columns, values)
+    return _run(run_id, sound_values, step.rows[sound], understood, settings), refusals
+
+
+def _understood(
+    names: list[str], columns: Mapping[str, int], values: Mapping[str, FloatArray]
+) -> Understood:
+    """What the columns of a step were taken for, in the units of the program."""
+    read = [
+        LogColumn(names[index], unit, quantity, unit).with_range(values[ours], Conversion(unit))
+        for ours, index in columns.items()
+        for quantity, unit in (_MEANINGS[ours],)
+    ]
+    used = {column.name for column in read}
+    return Understood(read, [name for name in names if name not in used])
 
 
 def _column_indices(names: list[str]) -> dict[str, int]:
@@ -283,7 +317,11 @@ def _surface_speeds(values: Mapping[str, FloatArray]) -> tuple[FloatArray, Float
 
 
 def _run(
-    run_id: str, values: Mapping[str, FloatArray], rows: IndexArray, settings: Settings
+    run_id: str,
+    values: Mapping[str, FloatArray],
+    rows: IndexArray,
+    understood: Understood,
+    settings: Settings,
 ) -> LoggedRun:
     ball, disc = _surface_speeds(values)
     samples = samples_of_run(
@@ -300,4 +338,4 @@ def _run(
     )
     nominal = Nominal.planned(settings.campaign)
     (oil,), (rig,) = settings.oils, settings.rigs
-    return LoggedRun(run_id, oil, rig, "steps", nominal, samples)
+    return LoggedRun(run_id, oil, rig, "steps", nominal, samples, understood=understood)

@@ -4,6 +4,8 @@ Everything else is a target of snakemake.
 """
 
 import argparse
+import io
+import os
 import re
 import sys
 from collections.abc import Mapping, Sequence
@@ -12,35 +14,39 @@ from pathlib import Path
 import numpy as np
 
 from oilfilm import tables
-from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.refusals import advice_for
-from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.cli import check
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, read_fit
 from oilfilm.readers.base import LARGEST_READING
-from oilfilm.readers.ingest import read_bytes
 from oilfilm.releases.commands import add_commands
 from oilfilm.releases.manifest import printable
-from oilfilm.settings.resolve import resolve
-from oilfilm.tables import failed_gates
 from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import conversion
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; exit code 0 for success, 1 for a refused log, 2 for a mistake."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # a terminal that cannot show a letter of a log gets its number
+        sys.stdout.reconfigure(errors="backslashreplace")
     options = _parser().parse_args(arguments)
     try:
-        return int(options.run(options))
+        code = int(options.run(options))
+        sys.stdout.flush()
+        return code
     except OilfilmError as mistake:
         # the message may quote a file of unknown origin
         print("\n".join(map(printable, str(mistake).splitlines())), file=sys.stderr)
         return 2
-    except OSError as error:
-        print(f"{error.filename}: {error.strerror}.", file=sys.stderr)
+    except BrokenPipeError:
+        # whoever read the output has enough of it; nothing more must be written at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 2
+    except OSError as error:
+        print(f"{error.filename or 'the output'}: {error.strerror}.", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
 
 
 # Options of `predict`: condition of a law, example.
@@ -55,36 +61,24 @@ _OPTIONS = {
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="oilfilm", description=__doc__)
     commands = parser.add_subparsers(required=True)
-    check = commands.add_parser("check", help="read logs and apply every gate")
-    check.add_argument("logs", nargs="+", type=Path, metavar="FILE")
-    check.add_argument(
-        "--campaign", help="campaign with the rig, oils and limits (config/campaigns)"
-    )
-    check.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
-    check.add_argument("--torque", action="store_true", help="they are logs of a torque rig")
-    check.set_defaults(run=_check)
+    check.add_command(commands)
     predict = commands.add_parser("predict", help="traction coefficient of a fitted oil")
     predict.add_argument("--oil", required=True)
     for option, (name, example) in _OPTIONS.items():
         meaning = f"{QUANTITIES[name].meaning}, as {example}"
         predict.add_argument(option, metavar=example, help=meaning)
     predict.add_argument("--slip", required=True, help="slide-roll ratio, as 0.05 or 5%%")
-    predict.add_argument("--campaign", default="demo", help="campaign of the fit (default: demo)")
-    predict.add_argument("--results", type=Path, default=Path("results"), help="results folder")
+    predict.add_argument(
+        "--results",
+        type=Path,
+        default=Path("results"),
+        help="folder of a campaign's results, as results/demo, or folder of all campaigns "
+        "(default: results)",
+    )
+    predict.add_argument("--campaign", help="campaign in the folder of all (default: demo)")
     predict.set_defaults(run=_predict)
     add_commands(commands)
     return parser
-
-
-def _check(options: argparse.Namespace) -> int:
-    overrides = {"campaign": options.campaign} if options.campaign else {}
-    config = resolve(options.config, overrides)
-    logs = [(str(path), read_bytes(path)) for path in dict.fromkeys(options.logs)]
-    kind: RigKind = TORQUE_RIG if options.torque else TRACTION_RIG
-    verdict = check_logs(logs, config, kind)
-    print(report(verdict, kind))
-    unread = set(verdict.quarantine["file"]) - set(verdict.runs["file"])
-    return int(bool((verdict.runs["verdict"] == "refused").any() or unread))
 
 
 def _predict(options: argparse.Namespace) -> int:
@@ -93,11 +87,30 @@ def _predict(options: argparse.Namespace) -> int:
         typed = getattr(options, option.removeprefix("--"))
         if typed is not None:
             at[name] = quantity(typed, QUANTITIES[name].unit, option)
-    folder = options.results / options.campaign
+    folder = _campaign_folder(options.results, options.campaign)
+    fit = read_fit(folder, options.oil)
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
-    print(prediction(read_fit(folder, options.oil), options.oil, at))
-    print(f"from campaign {footer['campaign']}, {footer['data']} data")
+    campaign, data = footer.get("campaign"), footer.get("data")
+    if options.campaign not in (None, campaign):
+        raise OilfilmError(
+            f"{folder}: has results of the campaign {campaign!r}; expected {options.campaign!r}. "
+            "Leave out --campaign or correct --results."
+        )
+    print(prediction(fit, options.oil, at))
+    print(f"from campaign {campaign}, {data} data")
     return 0
+
+
+def _campaign_folder(results: Path, campaign: str | None) -> Path:
+    """The folder of a campaign's results: `results` itself, or the campaign's folder in it."""
+    inside = results / (campaign or "demo")
+    folder = results if (results / "tables").is_dir() else inside
+    if not (folder / "tables").is_dir():
+        raise OilfilmError(
+            f"{results}: has no results of a campaign: there is neither {results / 'tables'} nor "
+            f"{inside / 'tables'}. Run snakemake, or correct --results or --campaign."
+        )
+    return folder
 
 
 def quantity(text: str, unit: str, option: str) -> float:
@@ -179,41 +192,3 @@ def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) 
                 f"{oil}: {option} is missing; the fit depends on {name}. Give it, as {option} "
                 f"{example}."
             )
-
-
-# A file of more clean runs than this has them in one line.
-_RUNS_LISTED = 10
-
-
-def report(verdict: Curated, kind: RigKind = TRACTION_RIG) -> str:
-    """One line per run, and what to do about everything that was refused."""
-    runs, points = verdict.runs, verdict.points
-    clean = runs["accepted_points"] == runs["plateaus"]
-    lines = []
-    for file, in_file in runs[clean].groupby("file"):
-        if len(in_file) > _RUNS_LISTED:
-            lines.append(
-                f"{file}: {len(in_file)} runs ACCEPTED with all {in_file['plateaus'].sum()} "
-                "plateaus"
-            )
-            runs = runs.drop(in_file.index)
-    for run in runs.to_dict("records"):
-        lines.append(
-            f"{run['run_id']}: {run['verdict'].upper()}, {run['accepted_points']} of "
-            f"{run['plateaus']} plateaus, {run['samples']} rows"
-        )
-        of_run = points[(points["run_id"] == run["run_id"]) & ~points["accepted"]]
-        by_gate = failed_gates.one_row_per_gate(of_run)
-        for gate, count in failed_gates.counts(of_run).items():
-            rows = by_gate.loc[by_gate["rule"] == gate, "first_row"]
-            lines += [
-                f"  {gate}: {count} plateaus, first at row {rows.min()}",
-                f"    -> {advice_for(str(gate), kind)}",
-            ]
-    for refused in verdict.quarantine.to_dict("records"):
-        where = refused["run_id"] or refused["file"]
-        lines += [
-            f"{where}: {refused['rule']}: {refused['reason']}",
-            f"  -> {refused['advice']}",
-        ]
-    return "\n".join(lines)

@@ -1,0 +1,292 @@
+"""`oilfilm check`: verdict first, then what was understood, for people and for machines."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+import formats
+import torque_logs
+from bad_logs import KEYS, UNITS, good
+from bad_logs import csv as traction_text
+from campaigns import ROOT, read_campaign, write_campaign
+from damages import SOUND, stuck
+from oilfilm.cli import main
+from oilfilm.cli.check_text import WIDTH
+from oilfilm.cli.checked import (
+    CheckedColumn,
+    CheckedLog,
+    CheckedRun,
+    FailedGate,
+    NotApplied,
+    Refused,
+)
+from oilfilm.cli.schema import SCHEMA, schema_text
+
+CONFIG = ["--config", str(ROOT / "config")]
+N_PER_KGF = 9.80665
+
+
+def checked(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict[str, Any]]:
+    """What `--json` prints, one object per log, each as its schema has it."""
+    main(["check", "--json", *map(str, arguments)])
+    logs = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    for log in logs:
+        jsonschema.validate(log, schema)
+    return logs
+
+
+@pytest.fixture
+def german(tmp_path: Path) -> tuple[Path, list[str]]:
+    """A log in kgf, degF and 1/min with German names, in Windows-1252; a cell is missing."""
+    values = good()
+    names = {
+        "time": "Zeit [s]",
+        "load": "Prüfkraft [kgf]",
+        "traction_force": "Reibkraft [N]",
+        "ball_speed": "Kugel [1/min]",
+        "disc_speed": "Scheibe [1/min]",
+        "inlet_temperature": "Zulauf [degF]",
+    }
+    logged = {
+        **values,
+        "load": values["load"] / N_PER_KGF,
+        "inlet_temperature": values["inlet_temperature"] * 9 / 5 + 32,
+    }
+    cells = np.char.mod("%.6f", np.stack([logged[quantity] for quantity in names], axis=1))
+    cells = np.char.replace(cells, ".", ",")
+    cells[100, 1] = ""
+    lines = ["# oil: 4102", "# max_hertz_pressure_gpa: 1,25", ";".join([*names.values(), "Notiz"])]
+    lines += [";".join([*row, "x"]) for row in cells]
+    path = tmp_path / "lauf.csv"
+    path.write_bytes(("\r\n".join(lines) + "\r\n").encode("cp1252"))
+    config = tmp_path / "config"
+    shutil.copytree(ROOT / "config", config)
+    campaign = read_campaign(ROOT, "demo")
+    campaign["columns"] = {
+        quantity: {"name": name.partition(" ")[0]} for quantity, name in names.items()
+    }
+    campaign["set_points"] = {"inlet_temperature_c": 70.0}
+    write_campaign(tmp_path, "deutsch", campaign)
+    return path, ["--config", str(config), "--campaign", "deutsch"]
+
+
+def test_columns_are_shown_as_logged_and_as_understood(
+    german: tuple[Path, list[str]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, options = german
+    (log,) = checked(capsys, path, *options)
+    assert (log["format"], log["encoding"]) == ("csv", "cp1252")
+    assert (log["delimiter"], log["decimal_mark"]) == ("semicolon", "comma")
+    assert (log["rows"], log["refused_rows"]) == (len(good()["time"]), 1)
+    (run,) = log["runs"]
+    columns = {column["quantity"]: column for column in run["columns"]}
+    load, planted = columns["load"], np.delete(good()["load"], 100)
+    assert (load["name"], load["logged_unit"], load["unit"]) == ("Prüfkraft [kgf]", "kgf", "N")
+    assert (load["count"], load["missing"]) == (len(planted), 1)
+    assert load["minimum"] == pytest.approx(planted.min(), abs=1e-4)
+    assert load["maximum"] == pytest.approx(planted.max(), abs=1e-4)
+    celsius = good()["inlet_temperature"]
+    assert columns["inlet_temperature"]["unit"] == "degC"
+    assert columns["inlet_temperature"]["minimum"] == pytest.approx(celsius.min(), abs=1e-4)
+    assert columns["ball_speed"]["unit"] == "rpm"
+    assert run["unused_columns"] == ["Notiz"]
+
+
+@pytest.mark.parametrize("kind", SOUND)
+@pytest.mark.parametrize("form", formats.WRITERS)
+def test_columns_of_every_format_are_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], form: str, kind: str
+) -> None:
+    sound = SOUND[kind]
+    (tmp_path / "log").write_bytes(sound.written(form))
+    (log,) = checked(capsys, tmp_path / "log", *CONFIG)
+    assert (log["format"], log["rig_kind"], log["verdict"]) == (form, kind, "accepted")
+    columns = {column["quantity"]: column for column in log["runs"][0]["columns"]}
+    assert columns.keys() == sound.values.keys()
+    for quantity, planted in sound.values.items():
+        column = columns[quantity]
+        assert (column["unit"], column["missing"]) == (sound.units[quantity], 0)
+        assert column["minimum"] == pytest.approx(planted.min(), abs=1e-3)
+        assert column["maximum"] == pytest.approx(planted.max(), abs=1e-3)
+
+
+def test_set_points_are_shown_with_their_source_and_gates_without_one_are_named(
+    german: tuple[Path, list[str]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, options = german
+    (log,) = checked(capsys, path, *options)
+    (run,) = log["runs"]
+    assert (run["oil_source"], run["rig_source"]) == ("header", "campaign")
+    points = run["set_points"]
+    assert points["max_hertz_pressure_gpa"] == {"value": 1.25, "source": "header"}
+    assert points["inlet_temperature_c"] == {"value": 70.0, "source": "campaign"}
+    assert points["entrainment_speed_m_s"] is None
+    # Hertz, steel ball of 10 mm on steel: 1.25 GPa (docs/physics.md gives the rig's 82 N)
+    assert points["load_n"]["source"] == "by Hertz"
+    lacking = {each["gate"]: each["reason"] for each in run["gates_not_applied"]}
+    assert lacking["speed_off_nominal"] == "no set point of the entrainment speed is given"
+    assert "set_points: slide_roll_ratio" in lacking["slip_off_set_point"]
+    assert "load_off_nominal" not in lacking
+    assert "temperature_off_nominal" not in lacking
+
+
+def test_operating_point_of_a_run_is_the_simulated_one(
+    demo: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (log,) = checked(capsys, demo.folder / "4102_P1.25_U25_T070.csv", *CONFIG)
+    (run,) = log["runs"]
+    truth = demo.truth.set_index("run_id").loc["4102_P1.25_U25_T070.csv"]
+    measured = run["measured"]
+    for name in ("max_hertz_pressure_gpa", "entrainment_speed_m_s"):
+        middle = (measured[name]["minimum"] + measured[name]["maximum"]) / 2
+        assert middle == pytest.approx(truth[name], rel=0.01)
+    # the sweep goes from pure rolling to a slip of 0.30 (twin: slip_max)
+    assert measured["slide_roll_ratio"]["minimum"] == pytest.approx(0.0, abs=0.001)
+    assert measured["slide_roll_ratio"]["maximum"] == pytest.approx(0.30, abs=0.001)
+    assert measured["lambda_ratio"]["minimum"] > 3
+    assert (run["plateaus"], run["accepted_plateaus"]) == (31, 31)
+
+
+def test_text_fits_a_terminal_and_begins_with_the_verdict(
+    demo: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(demo.folder)
+    main(["check", *sorted(path.name for path in demo.folder.iterdir())[:8], *CONFIG])
+    for line in capsys.readouterr().out.splitlines():
+        assert len(line) <= WIDTH
+    refused = demo.truth.set_index("gate").loc["stuck_sensor", "run_id"]
+    assert main(["check", str(refused), *CONFIG]) == 1
+    first, second, third, *_ = capsys.readouterr().out.splitlines()
+    assert first.startswith(f"{refused}: REFUSED, 0 of ")
+    assert second.startswith("  stuck_sensor: the traction force is exactly ")
+    assert third.strip()
+
+
+def test_broken_file_gives_the_refusal_first(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.csv").write_text("time_s,load_n,x,y\n0,80,1,1\n")
+    Path("b.csv").write_bytes(SOUND["traction"].text())
+    assert main(["check", "a.csv", "b.csv", *CONFIG]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "a.csv: REFUSED"
+    assert lines[1].startswith("  columns: the log lacks the columns traction_force")
+    assert lines[-2:] == ["2 logs: 1 accepted, 1 refused", "  a.csv"]
+
+
+def test_chinese_names_of_columns_keep_the_table_straight(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    campaign = read_campaign(ROOT, "demo")
+    campaign["columns"] = {"load": {"name": "法向载荷", "unit": "N"}}
+    write_campaign(tmp_path, "chinese", campaign)
+    text = traction_text().decode().replace("load", "法向载荷", 1)
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    options = ["--config", str(tmp_path / "config"), "--campaign", "chinese"]
+    assert main(["check", str(tmp_path / "a.csv"), *options]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    head = next(line for line in lines if line.startswith("  Column"))
+    row = next(line for line in lines if line.startswith("  法向载荷"))
+    # each of the four letters takes two columns of a terminal
+    assert row.index("load") + 4 == head.index("Read as")
+
+
+@pytest.fixture
+def two_kinds(tmp_path: Path) -> Mapping[str, Path]:
+    """A traction log, a torque log, and one that has the columns of both."""
+    torque = torque_logs.text(torque_logs.signals())
+    (tmp_path / "torque.csv").write_bytes(torque)
+    (tmp_path / "traction.csv").write_bytes(traction_text())
+    both = {**good(), **{name: good()["load"] for name in torque_logs.UNITS if name != "time"}}
+    units = {**UNITS, **torque_logs.UNITS}
+    head = [f"# {key}: {value}" for key, value in KEYS.items()]
+    names = ",".join(f"{name} [{units[name]}]" for name in both)
+    rows = [",".join(f"{value:.4f}" for value in row) for row in zip(*both.values(), strict=True)]
+    (tmp_path / "both.csv").write_text("\n".join([*head, names, *rows]) + "\n")
+    return {path.stem: path for path in tmp_path.iterdir()}
+
+
+def test_kind_of_a_log_is_found_by_its_columns(
+    two_kinds: Mapping[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = checked(capsys, two_kinds["torque"], two_kinds["traction"], *CONFIG)
+    assert [log["rig_kind"] for log in logs] == ["torque", "traction"]
+    assert [log["verdict"] for log in logs] == ["accepted", "accepted"]
+    (run,) = logs[0]["runs"]
+    # 3 000, 6 000 and 9 000 rpm with torques of 2, 3 and 5 N m (torque_logs.signals)
+    assert run["measured"]["inner_speed_rpm"]["maximum"] == pytest.approx(9000, rel=1e-3)
+    assert run["measured"]["torque_n_m"]["minimum"] == pytest.approx(2, abs=0.05)
+    assert run["set_points"] == {}
+
+
+def test_log_of_either_kind_needs_the_option(
+    two_kinds: Mapping[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(two_kinds["both"]), *CONFIG]) == 2
+    assert "Say which it is: --traction or --torque." in capsys.readouterr().err
+    for kind in ("traction", "torque"):
+        (log,) = checked(capsys, f"--{kind}", two_kinds["both"], *CONFIG)
+        assert log["rig_kind"] == kind
+
+
+def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "demo-torque"
+    folder.mkdir()
+    (folder / "a.csv").write_bytes(stuck(SOUND["torque"]))
+    (folder / "b.csv").write_text("nothing that can be read\n")
+    logs = checked(capsys, folder / "a.csv", folder / "b.csv", *CONFIG)
+    assert [log["rig_kind"] for log in logs] == ["torque", "torque"]
+    assert [log["verdict"] for log in logs] == ["refused", "refused"]
+    assert logs[0]["refusals"][0]["rule"] == "stuck_sensor"
+
+
+def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    write_campaign(tmp_path, "june", read_campaign(ROOT, "demo"))
+    where = ["--config", str(tmp_path / "config")]
+    for folder in ("june", "demo", "elsewhere"):
+        (tmp_path / "data/raw" / folder).mkdir(parents=True)
+        (tmp_path / "data/raw" / folder / "a.csv").write_bytes(traction_text())
+        (log,) = checked(capsys, tmp_path / "data/raw" / folder / "a.csv", *where)
+        assert log["campaign"] == ("june" if folder == "june" else "demo")
+    both = [str(tmp_path / f"data/raw/{folder}/a.csv") for folder in ("june", "demo")]
+    assert main(["check", *both, *where]) == 2
+    assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
+
+
+def test_schema_of_the_output_is_current() -> None:
+    """`make schemas` renews it."""
+    assert SCHEMA.read_text(encoding="utf-8") == schema_text()
+
+
+def test_page_shows_what_is_printed(
+    demo: Any,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    page = (ROOT / "docs/check.md").read_text(encoding="utf-8")
+    command, _, shown = page.partition("$ oilfilm ")[2].partition("```")[0].partition("\n")
+    (tmp_path / "data/raw").mkdir(parents=True)
+    (tmp_path / "data/raw/demo").symlink_to(demo.folder)
+    monkeypatch.chdir(tmp_path)
+    assert main([*command.split(), *CONFIG]) == 1
+    assert capsys.readouterr().out == shown
+
+
+def test_page_lists_every_key() -> None:
+    page = (ROOT / "docs/check.md").read_text(encoding="utf-8")
+    for model in (CheckedLog, CheckedRun, CheckedColumn, Refused, FailedGate, NotApplied):
+        for name in model.model_fields:
+            assert f"`{name}`" in page, name

@@ -1,0 +1,154 @@
+"""Every command meets a mistake with a sentence and an exit code, never with a traceback."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import IO, Any
+
+import pytest
+
+from bad_logs import csv
+from campaigns import ROOT
+from oilfilm.cli import main
+
+AT = "--oil 4102 --stress 1.2GPa --speed 30m/s --temperature 70degC --slip 0.05"
+# The command, in a folder with the files that `mistakes` makes, and a part of what it says.
+COMMANDS = {
+    "check": "required: FILE",
+    "check missing.csv": "missing.csv: cannot be read (No such file or directory). Check the path.",
+    "check folder": "folder: cannot be read (Is a directory). Name the logs in it",
+    "check loop": "loop: cannot be read (Too many levels of symbolic links). Check the links.",
+    "check good.csv/x": "cannot be read (Not a directory). Check the path.",
+    r"check C:\logs\a.csv": r"C:\logs\a.csv: cannot be read (No such file",
+    "check x" + 300 * "x": "cannot be read (File name too long). Check the path.",
+    "check secret.csv": "secret.csv: cannot be read (Permission denied). Check its rights.",
+    "check empty.csv": "REFUSED\n  unknown_format: the file is empty",
+    "check binary.csv": "unknown_format: no reader knows this content",
+    "check text.txt": "no line names columns of a traction log",
+    "check huge_header.csv": "REFUSED",
+    "check huge_cell.csv": "unreadable_row: rows 10 to 10: cells are missing",
+    "check half.parquet": "damaged_file: the file begins like parquet, but cannot be read",
+    "check broken.gz": "damaged_archive: the compressed file cannot be unpacked",
+    "check book.xlsx": "an Excel workbook or a zip archive: export it as csv",
+    "check good.csv --campaign nothing": "config/campaigns/nothing.yaml: there is no such campaign",
+    "check good.csv --campaign ../x": "'../x' cannot be a name",
+    "check good.csv --config folder": "folder/config.yaml: there is no such file",
+    "check good.csv --torque --traction": "not allowed with argument",
+    "check good.csv --torque --campaign etm-slim": "campaign 'etm-slim': has no torque logs",
+    "check good.csv --torque": "no line names columns of a torque log",
+    "check good.csv --gates": "unrecognized arguments: --gates",
+    "predict": "the following arguments are required",
+    f"predict {AT}": "results: has no results of a campaign",
+    f"predict {AT} --results folder": "folder: has no results of a campaign",
+    f"predict {AT} --results missing": "missing: has no results of a campaign",
+    f"predict {AT} --results empty.csv": "empty.csv: has no results of a campaign",
+    f"predict {AT} --results loop": "loop: has no results of a campaign",
+    f"predict {AT} --results damaged": "coefficients.parquet: cannot be read as Parquet",
+    f"predict {AT} --results damaged/demo": "coefficients.parquet: cannot be read as Parquet",
+    f"predict {AT} --campaign june": "neither results/tables nor results/june/tables",
+    f"predict {AT.replace('30m/s', 'fast')}": "--speed: found 'fast'; expected a number in m/s",
+    f"predict {AT.replace('1.2GPa', '1.2kg')}": "--stress: found '1.2kg': the unit 'kg' is none",
+    f"predict {AT.replace('1.2GPa', 'nan')}": "--stress: found 'nan'",
+    f"predict {AT.replace('1.2GPa', '1e999')}": "--stress: found '1e999': no quantity is 1e+09",
+    f"predict {AT} --law tanh": "unrecognized arguments",
+    "verify": "required: RELEASE",
+    "verify missing": "missing: is no release",
+    "verify folder": "folder: is no release",
+    "verify empty.csv": "empty.csv: is no release",
+    "verify empty_manifest": "manifest.json",
+    "verify binary_manifest --rebuild": "manifest.json",
+    "verify folder --cores": "expected one argument",
+    r"verify C:\release": "is no release",
+    "diff folder": "required: B",
+    "diff folder missing": "folder: is no release",
+    "diff empty_manifest binary_manifest --html page.html": "manifest.json",
+    "diff folder folder --gate --config missing": "is no release",
+    "pin": "required: RELEASE",
+    "pin folder": "folder: is no release",
+    "pin good.csv": "good.csv: is no release",
+    "pin binary_manifest": "manifest.json",
+    "": "required",
+    "chekc good.csv": "invalid choice: 'chekc'",
+}
+
+
+@pytest.fixture(scope="module")
+def mistakes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with all kinds of files that no command can use, and one good log."""
+    folder = tmp_path_factory.mktemp("mistakes")
+    (folder / "config").symlink_to(ROOT / "config")
+    good = csv()
+    lines = good.split(b"\n")
+    header = sum(line.startswith(b"#") for line in lines) + 1
+    huge = [*lines]
+    huge[header + 9] = b'"' + b"9" * 1_000_000 + b'",' + huge[header + 9]
+    contents = {
+        "good.csv": good,
+        "empty.csv": b"",
+        "binary.csv": bytes(range(256)) * 40,
+        "text.txt": b"a, b, c, d\nthis, is, no, log\n",
+        "huge_header.csv": b"# oil: " + b"x" * 1_000_000 + b"\n" + good,
+        "huge_cell.csv": b"\n".join(huge),
+        "half.parquet": b"PAR1" + bytes(100),
+        "broken.gz": b"\x1f\x8b" + bytes(10),
+        "book.xlsx": b"PK\x03\x04" + bytes(30),
+        "damaged/demo/tables/coefficients.parquet": b"PAR1",
+        "empty_manifest/manifest.json": b"",
+        "binary_manifest/manifest.json": bytes(range(256)),
+    }
+    for name, content in contents.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    (folder / "folder").mkdir()
+    (folder / "loop").symlink_to("loop")
+    return folder
+
+
+@pytest.mark.parametrize(("command", "sentence"), COMMANDS.items(), ids=range(len(COMMANDS)))
+def test_mistake_ends_in_a_sentence(
+    mistakes: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    sentence: str,
+) -> None:
+    monkeypatch.chdir(mistakes)
+    usual = Path.open
+
+    def guarded(path: Path, mode: str = "r", **options: Any) -> IO[Any]:
+        # root may read every file
+        if path.name == "secret.csv":
+            raise PermissionError(13, "Permission denied", str(path))
+        return usual(path, mode, **options)
+
+    monkeypatch.setattr(Path, "open", guarded)
+    try:
+        code = main(command.split())
+    except SystemExit as end:
+        code = int(str(end.code))
+    said = "".join(capsys.readouterr())
+    assert re.sub(r"\s+", " ", sentence) in re.sub(r"\s+", " ", said)
+    # a log of which all rows but one are used is accepted
+    assert code == (0 if "huge_cell" in command else 1 if "REFUSED" in said else 2)
+
+
+def test_reader_of_the_output_may_go_away_and_the_terminal_may_know_ascii_only(
+    tmp_path: Path,
+) -> None:
+    log = tmp_path / "a.csv"
+    log.write_bytes(csv(oil="油"))
+    command = [sys.executable, "-m", "oilfilm", "check", str(log), "--config", str(ROOT / "config")]
+    ascii_only = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+    environment = {**os.environ, **ascii_only, "PYTHONPATH": str(ROOT / "workflow")}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert r"the header says oil '\u6cb9'" in done.stdout
+    read, write = os.pipe()
+    os.close(read)
+    gone = subprocess.run(
+        command, env=environment, stdout=write, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(write)
+    assert (gone.returncode, gone.stderr) == (2, "")

@@ -1,0 +1,147 @@
+"""The command `oilfilm check`: read logs, apply every gate, say what was understood."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from oilfilm.cli.check_text import report
+from oilfilm.cli.checked import CheckedLog, checked_logs
+from oilfilm.curation.curate import curate_ingested
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.errors import OilfilmError
+from oilfilm.readers.ingest import ingest_logs, read_bytes, read_log
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+
+_KINDS: tuple[RigKind, ...] = (TRACTION_RIG, TORQUE_RIG)
+Log = tuple[str, bytes]
+
+
+def add_command(commands: Any) -> None:
+    """Add the command to those of a parser."""
+    parser = commands.add_parser(
+        "check",
+        help="read logs and apply every gate",
+        description="Read logs, apply every gate and say what was understood. Exit code 0: all "
+        "logs are accepted; 1: a log or a run is refused; 2: a mistake in the command or the "
+        "configuration.",
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--campaign",
+        help="campaign with the rig, oils and limits (default: that of the logs' folder, else that "
+        "of config.yaml)",
+    )
+    parser.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
+    kind = parser.add_mutually_exclusive_group()
+    for rig in _KINDS:
+        kind.add_argument(
+            f"--{rig.name}",
+            dest="kind",
+            action="store_const",
+            const=rig,
+            help=f"they are logs of a {rig.name} rig (default: by folder and columns)",
+        )
+    parser.add_argument("--json", action="store_true", help="print one JSON object per log")
+    parser.set_defaults(run=_check)
+
+
+def _check(options: argparse.Namespace) -> int:
+    raw = options.config.parent / "data" / "raw"
+    campaign = options.campaign or _campaign_of(options.logs, raw, options.config)
+    settings = resolve(options.config, {"campaign": campaign} if campaign else {})
+    files = {path: (_name(path), read_bytes(path)) for path in options.logs}
+    checked = check_files(list(files.values()), settings, options.kind)
+    if options.json:
+        # ASCII, whatever the terminal can show
+        print("\n".join(json.dumps(log.model_dump()) for log in checked))
+    else:
+        print(report(checked))
+    return int(any(log.verdict == "refused" for log in checked))
+
+
+def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
+    """The campaign in whose folders the logs are; None where they are elsewhere.
+
+    Raises:
+        OilfilmError: They are of several campaigns.
+    """
+    raw = raw.resolve()
+    # not `resolve`, which fails on a link to itself
+    real = [Path(os.path.realpath(path)) for path in paths]
+    inside = [path.relative_to(raw).parts for path in real if raw in path.parents]
+    folders = {folder.removesuffix("-torque") for folder, *_ in inside}
+    known = sorted(name for name in folders if (config / f"campaigns/{name}.yaml").is_file())
+    if len(known) > 1:
+        raise OilfilmError(
+            f"{raw}: the logs are of the campaigns {' and '.join(known)}. Check one campaign at a "
+            "time, or name with --campaign the one whose limits are meant."
+        )
+    return known[0] if known else None
+
+
+def _name(path: Path) -> str:
+    named = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
+    if named != str(path):
+        raise OilfilmError(
+            f"{named}: the name is no text in the encoding of this system, "
+            f"{sys.getfilesystemencoding()}. Rename the file or set another locale."
+        )
+    return named
+
+
+def check_files(
+    logs: Sequence[Log], settings: Settings, kind: RigKind | None = None
+) -> list[CheckedLog]:
+    """What was found in logs, in their order.
+
+    Args:
+        logs: The logs by path and content.
+        settings: Settings of the campaign.
+        kind: The kind of rig; found out for each log if not given.
+
+    Raises:
+        OilfilmError: The kind of a log cannot be told, or as `ingest_logs`.
+    """
+    kinds = [kind or kind_of(*log, settings) for log in logs]
+    found: dict[str, CheckedLog] = {}
+    for each in _KINDS:
+        of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
+        if of_kind:
+            ingested = ingest_logs(of_kind, settings, each.logs)
+            curated = curate_ingested(ingested, settings, each)
+            found |= {log.file: log for log in checked_logs(ingested, curated, settings, each)}
+    return [found[file] for file, _ in logs]
+
+
+def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
+    """The kind of rig that a log is of: by the folder that it is in, else by its columns.
+
+    Raises:
+        OilfilmError: It may be of either kind.
+    """
+    campaign = settings.campaign
+    folders = {folder.name for folder in Path(file).resolve().parents}
+    if campaign.torque is None or campaign.name in folders:
+        return TRACTION_RIG
+    if f"{campaign.name}-torque" in folders:
+        return TORQUE_RIG
+    readings = [read_log(content, file, settings, kind.logs)[1] for kind in _KINDS]
+    fitting = [
+        kind
+        for kind, reading in zip(_KINDS, readings, strict=True)
+        if reading.runs or any(refusal.rule != "columns" for refusal in reading.refusals)
+    ]
+    runs = [kind for kind, reading in zip(_KINDS, readings, strict=True) if reading.runs]
+    if len(runs) > 1:
+        raise OilfilmError(
+            f"{file}: has the columns of a traction log and those of a torque log. Say which it "
+            "is: --traction or --torque."
+        )
+    return runs[0] if runs else fitting[0] if len(fitting) == 1 else TRACTION_RIG
