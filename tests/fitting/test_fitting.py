@@ -360,3 +360,19 @@ def test_constant_at_a_bound_is_named_and_not_certified(quick: FitSettings) -> N
     quality = fit_oil(points, "4102", quick, SEED).fit_quality.iloc[0]
     assert "C0" in quality["active_bounds"]
     assert not quality["certified"]
+
+
+def test_joint_interval_is_the_one_that_the_verdict_on_the_sign_uses(
+    refitted: dict[str, OilFit],
+) -> None:
+    for fit in refitted.values():
+        rows = fit.coefficients
+        outside = (rows["joint_lower"] > 0) | (rows["joint_upper"] < 0)
+        assert (outside == (rows["verdict"] == "known")).all()
+        # twelve constants at once: 2.865 by tables of the normal law
+        error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0))
+        wide = 2.8653 * error
+        assert (rows["joint_lower"] <= rows["value"] - 0.9999 * wide).all()
+        assert (rows["joint_upper"] >= rows["value"] + 0.9999 * wide).all()
+        assert (rows["joint_lower"] <= rows["lower"]).all()
+        assert (rows["joint_upper"] >= rows["upper"]).all()

@@ -38,6 +38,7 @@ def accepted_points(
         traction_coefficient_se=noise,
         traction_force_n=mu * points["load_n"],
         accepted=True,
+        film_judgement="full film",
         **dict.fromkeys(no_calibration, np.nan),
     )
 

@@ -23,6 +23,7 @@ from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.randomness import generator
+from oilfilm.settings.base import present
 from oilfilm.settings.resolved import CampaignPart, Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -271,6 +272,87 @@ def test_schematic_of_a_rig_of_unknown_size_states_none(drawing: Draw, config: S
     assert not any("mm" in text for text in texts_in(figure))
 
 
+def by_load(results: CampaignTables, config: Settings) -> pd.DataFrame:
+    """The runs as a laboratory notes them that sets the load: no pressure."""
+    (rig,) = config.rigs.values()
+    contact = present(rig.contact(), "contact", "the rig")
+    pressure = results.runs["nominal_max_hertz_pressure_gpa"].to_numpy()
+    return results.runs.assign(
+        nominal_load_n=contact.load_n(pressure).round(2), nominal_max_hertz_pressure_gpa=np.nan
+    )
+
+
+@pytest.mark.parametrize("has_matrix", [True, False])
+def test_runs_with_a_load_for_a_set_point_have_their_own_lines(
+    drawing: Draw, results: CampaignTables, config: Settings, has_matrix: bool
+) -> None:
+    settings = config if has_matrix else without(config, "matrix", "twin", "torque")
+    _, drawn = drawing("curves", settings, runs=by_load(results, config))
+    fits = drawn[(drawn["kind"] == "fit") & (drawn["oil"] == "4102")]
+    assert fits["series"].nunique() == len(matrix())
+    # the points are on the printed law: each line must be too, at the pressure of its own load
+    law = FittedLaw.of(results.coefficients, "4102")
+    for condition in matrix():
+        slip = fits["slide_roll_ratio"].unique()
+        mu = law.traction(np.array(condition), slip)
+        ends = fits.groupby("series")["traction_coefficient"].apply(np.array)
+        assert any(np.allclose(line, mu, rtol=1e-9) for line in ends), condition
+
+
+def test_residuals_of_runs_with_a_load_for_a_set_point_have_one_mean_per_level(
+    drawing: Draw, results: CampaignTables, config: Settings
+) -> None:
+    _, drawn = drawing("residuals", runs=by_load(results, config))
+    means = drawn.query("condition == 'max_hertz_pressure_gpa' and kind == 'mean'")
+    pressures = {pressure for pressure, _, _ in matrix()}
+    assert means.groupby("oil")["x"].count().eq(len(pressures)).all()
+    np.testing.assert_allclose(np.unique(means["x"].round(9)), sorted(pressures))
+
+
+def test_panel_without_points_tells_refused_runs_from_none(
+    drawing: Draw, results: CampaignTables
+) -> None:
+    points = results.points.assign(accepted=results.points["oil"] == "4102")
+    runs = results.runs[results.runs["oil"] != "4010"]
+    figure, _ = drawing("curves", points=points, runs=runs)
+    _, refused, none = figure.axes
+    assert refused.texts[0].get_text() == f"no accepted point\n({len(matrix())} runs refused)"
+    assert none.texts[0].get_text() == "no run read"
+
+
+@pytest.mark.parametrize("name", ["fig02", "fig03"])
+def test_legend_names_what_the_first_panel_lacks(
+    drawing: Draw, results: CampaignTables, name: str
+) -> None:
+    # no run at 1 GPa and 25 degC, where the first panels of both figures look
+    runs = results.runs
+    first = (runs["nominal_max_hertz_pressure_gpa"] == 1.0) & (runs["oil"] == "4102")
+    kept = (
+        runs[~first]
+        if name == "fig03"
+        else runs[~(first & runs.eval("nominal_inlet_temperature_c == 25"))]
+    )
+    figure, drawn = drawing(name, runs=kept)
+    labels = {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
+    panels = drawn["panel"].isin(list("ace")) if name == "fig02" else drawn["panel"] != ""
+    assert labels == set(drawn.loc[panels, "series"])
+    assert ("4102" if name == "fig03" else "P = 1 GPa") in labels
+
+
+@pytest.mark.parametrize(("name", "marked"), [("fig02", False), ("fig03", True), ("curves", True)])
+def test_film_is_called_not_judged_for_the_oils_concerned_alone(
+    drawing: Draw, results: CampaignTables, name: str, marked: bool
+) -> None:
+    unjudged = results.points["oil"] == "4050"  # fig02 shows 4102
+    points = results.points.assign(
+        film_judgement=np.where(unjudged, "cannot be judged", "full film")
+    )
+    figure, _ = drawing(name, points=points)
+    words = " ".join(" ".join(text.get_text() for text in figure.texts).split())
+    assert ("film thickness NOT JUDGED: 4050" in words) == marked
+    assert "4102" not in words
+
+
 def test_residuals_vanish_on_the_law_and_show_what_is_planted(
     drawing: Draw, results: CampaignTables
 ) -> None:
@@ -308,18 +390,40 @@ def test_identifiability_draws_every_pair_and_names_the_profile_that_bends(drawi
     assert figure.axes[3].texts[0].get_text() == "C2: off the line by 1.6"
 
 
+def test_correlations_without_a_bootstrap_say_where_they_are_from(
+    drawing: Draw, results: CampaignTables
+) -> None:
+    errors = results.coefficients["standard_error"]
+    none = errors.where(results.coefficients["oil"] != "4050")
+    profiles = results.profiles[results.profiles["oil"] != "4010"]
+    figure, _ = drawing(
+        "identifiability",
+        coefficients=results.coefficients.assign(standard_error=none),
+        profiles=profiles,
+    )
+    titles = [axis.get_title(loc="left") for axis in figure.axes[:2]]
+    assert titles == ["(a) 4102", "(b) 4050, by the Jacobian"]
+    assert "no fit: 4010" in " ".join(text.get_text() for text in figure.texts)
+
+
 DRAWN_HERE = ["fig01", "fig05", "tab01", "fig02", "fig03", *PANELS, "residuals", "identifiability"]
 
 
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off_even_with_a_long_name(
-    drawing: Draw, config: Settings, tmp_path: Path, name: str, oils: list[str]
+    drawing: Draw,
+    results: CampaignTables,
+    config: Settings,
+    tmp_path: Path,
+    name: str,
+    oils: list[str],
 ) -> None:
-    plain, unjudged = config.plain(), {"accept": True, "reason": "-"}
-    campaign = {**plain["campaign"], "name": "a-" * 40, "film_unjudged": unjudged}
+    plain, points = config.plain(), results.points.assign(film_judgement="cannot be judged")
+    campaign = {**plain["campaign"], "name": "a-" * 40}
     fewer = {oil: plain["oils"][oil] for oil in oils}
-    figure, _ = drawing(name, Settings.of({**plain, "campaign": campaign, "oils": fewer}))
+    changed = Settings.of({**plain, "campaign": campaign, "oils": fewer})
+    figure, _ = drawing(name, changed, points=points)
     assert nothing_is_cut_off(figure)
     style.save(figure, tmp_path / "figure.png")
     width = matplotlib.image.imread(tmp_path / "figure.png").shape[1]
@@ -370,10 +474,11 @@ def test_a_broken_picture_is_seen(
 
 def test_captions_are_sound_markup_whatever_a_campaign_is_called() -> None:
     about = {"name": "june_", "data": "measured", "description": "*bold* |bar| `tick` {{ 1 }} _"}
-    campaign = CampaignPart.model_construct(**about, film_unjudged=None)
-    texts = [campaign_caption(campaign)]
-    texts += [figure_caption(name, campaign) for name in figures()]
-    texts += [table_caption(name, campaign) for name in tables.TABLES]
+    campaign = CampaignPart.model_construct(**about)
+    unjudged = ["*x*_"]
+    texts = [campaign_caption(campaign, unjudged)]
+    texts += [figure_caption(name, campaign, unjudged) for name in figures()]
+    texts += [table_caption(name, campaign, unjudged) for name in tables.TABLES]
     strict = {"report_level": 1, "halt_level": 1}  # of docutils: any remark is an error
     for text in texts:
         assert "{{" not in text
@@ -387,11 +492,9 @@ def test_description_of_a_campaign_is_no_directive(tmp_path: Path) -> None:
     secret = tmp_path / "secret.txt"
     secret.write_text("not to be read", encoding="utf-8")
     hostile = f"x\n\n.. raw:: html\n\n   <script>alert(1)</script>\n\n.. include:: {secret}\n\ny"
-    campaign = CampaignPart.model_construct(
-        name="june", data="measured", description=hostile, film_unjudged=None
-    )
+    campaign = CampaignPart.model_construct(name="june", data="measured", description=hostile)
     # as Snakemake's report renders it: nothing is forbidden there
-    page = publish_parts(campaign_caption(campaign), writer="html")["body"]
+    page = publish_parts(campaign_caption(campaign, []), writer="html")["body"]
     assert "<script" not in page
     assert "not to be read" not in page
 

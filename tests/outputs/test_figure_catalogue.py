@@ -9,36 +9,50 @@ import pytest
 from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
-from oilfilm.outputs.captions import caption
+from oilfilm.outputs.captions import caption, provenance
 from oilfilm.outputs.figures.registry import load_figure
-from oilfilm.settings.resolved import Settings
+from oilfilm.settings.resolved import CampaignPart, Settings
 
-SIMULATED, MEASURED = (
-    Settings.of(
-        {"campaign": {"name": name, "data": data, "credit": "ours", "film_unjudged": unjudged}}
-    ).campaign
-    for name, data, unjudged in (
-        ("demo", "simulated", None),
-        ("june", "measured", {"accept": True, "reason": "unknown"}),
-    )
-)
+
+def campaign(config: Settings, **keys: str | None) -> CampaignPart:
+    """The demonstration with other keys."""
+    plain = {**config.plain()["campaign"], "torque": None, **keys}
+    return Settings.of({**config.plain(), "campaign": plain}).campaign
 
 
 @pytest.mark.parametrize("name", figures())
-def test_caption_is_complete_sentences_that_say_where_the_data_are_from(name: str) -> None:
-    figure, text = figures()[name], caption(name, SIMULATED)
+def test_caption_is_complete_sentences_that_say_where_the_data_are_from(
+    config: Settings, name: str
+) -> None:
+    figure, text = figures()[name], caption(name, config.campaign, [])
     assert text.startswith(figure.caption)
     assert figure.caption.endswith(".")
     assert not figure.title.endswith(".")
-    assert ("SIMULATED data" in text) == figure.shows_data
+    assert ("SIMULATED data (rig twin, campaign 'demo')" in text) == figure.shows_data
+    measured = campaign(config, name="june", data="measured", twin=None, credit="ours")
     if figure.shows_data:
-        assert caption(name, MEASURED).endswith(
-            "Measured data (ours), campaign 'june'; film thickness NOT JUDGED."
+        assert caption(name, measured, ["x"]).endswith(
+            "Measured data (ours), campaign 'june'; film thickness NOT JUDGED: x."
         )
 
 
-def test_captions_of_the_papers_figures_name_their_number() -> None:
-    assert "Fig. 2 of Deng et al., Lubricants 14 (2026) 33." in caption("fig02", SIMULATED)
+@pytest.mark.parametrize(
+    ("simulated_by", "words"),
+    [
+        (None, "SIMULATED data (campaign 'june'), not a measurement"),
+        ("Bench 3", "SIMULATED data (Bench 3, campaign 'june'), not a measurement"),
+    ],
+)
+def test_what_simulated_the_data_is_what_the_campaign_says(
+    config: Settings, simulated_by: str | None, words: str
+) -> None:
+    own = campaign(config, name="june", twin=None, simulated_by=simulated_by)
+    assert provenance(own, []) == words
+
+
+def test_captions_of_the_papers_figures_name_their_number(config: Settings) -> None:
+    text = caption("fig02", config.campaign, [])
+    assert "Made after Fig. 2 of Deng et al., Lubricants 14 (2026) 33." in text
     assert all(bool(figure.paper) == (figure.category == "Paper") for figure in figures().values())
 
 

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from campaigns import ROOT
+from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.report import sections
 from oilfilm.outputs.report.explorer import Axis, explorer
 from oilfilm.outputs.report.verdict import verdict
@@ -153,11 +154,72 @@ def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config:
     assert "SIMULATED" in lines["Data"]
     assert "54 of 55 runs and 1674 of 1674 points" in lines["Data"]
     assert all(oil in lines["Fit"] for oil in OILS)
-    assert "1 runs refused (stuck sensor)" in lines["Trouble"]
-    assert "1 logs could not be read" in lines["Trouble"]
+    assert "1 run refused (stuck sensor)" in lines["Trouble"]
+    assert "1 log could not be read" in lines["Trouble"]
     assert "STAND-IN" in lines["Trouble"]
     assert "1 holds" in lines["Paper"]
     assert "20.0 % in the median, 30.0 % at worst" in lines["Paper"]  # of 0.1 and -0.3
+
+
+def test_verdict_tells_what_was_measured_and_refused_from_what_has_no_run(
+    results: CampaignTables, config: Settings
+) -> None:
+    states = ("accepted", "refused", "missing")
+    conditions = [
+        {"oil": oil, "state": state, "planned": True, "nominal_inlet_temperature_c": level}
+        for oil in OILS[:2]
+        for level, state in zip((25.0, 70.0, 120.0), states, strict=True)
+    ]
+    covered = results.replace(coverage=rows("coverage", *conditions))
+    line = dict(verdict(covered, sections.certainty(results), config))["Data"]
+    assert "2 of 6 planned conditions covered, 2 measured and refused, 2 without a run that" in line
+    assert "never measured" not in line
+
+
+def test_oil_that_was_not_fitted_is_named_and_not_counted(
+    results: CampaignTables, config: Settings
+) -> None:
+    empty = results.points.assign(accepted=False)
+    lost = fit_oil(empty, "4010", config.fit, config.seed)
+    kept = {
+        name: pd.concat([table[table["oil"] != "4010"], getattr(lost, name)])
+        for name, table in (
+            ("coefficients", results.coefficients),
+            ("fit_quality", results.fit_quality),
+        )
+    }
+    changed = results.replace(**kept)
+    lines = dict(verdict(changed, sections.certainty(changed), config))
+    assert "of 3 fits" not in lines["Fit"]
+    assert lines["Fit"].endswith("; not fitted: 4010.")
+    # two fits of twelve constants
+    assert "of 24 constants known" in lines["Error"]
+    assert "not identifiable" not in lines["Error"]
+
+
+def test_trouble_names_oils_without_a_film_and_too_few_runs(
+    results: CampaignTables, config: Settings
+) -> None:
+    film = np.where(results.points["oil"] == "4050", "cannot be judged", "full film")
+    runs = results.runs.assign(oil=np.where(results.runs["verdict"] == "refused", "4010", "4050"))
+    changed = results.replace(points=results.points.assign(film_judgement=film), runs=runs)
+    line = dict(verdict(changed, sections.certainty(results), config))["Trouble"]
+    assert line.startswith("TOO FEW ACCEPTED RUNS (oil 4010: 0 of 1 runs accepted")
+    assert line.endswith("film thickness NOT JUDGED for 4050.")
+
+
+def test_verdict_says_why_no_claim_is_judged(results: CampaignTables, config: Settings) -> None:
+    why = "cannot be checked: the campaign has none of the oils"
+    unjudged = results.claims.assign(verdict="cannot be checked", finding=why)
+    lines = dict(verdict(results.replace(claims=unjudged), sections.certainty(results), config))
+    assert lines["Paper"] == (
+        "No claim of the paper is judged on this campaign's fits: "
+        "the campaign has none of the oils."
+    )
+
+
+def test_constants_show_the_interval_that_decides_on_their_sign(write: Write) -> None:
+    assert "Joint interval" in write()
 
 
 def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:

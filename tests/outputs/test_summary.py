@@ -2,11 +2,15 @@
 
 import re
 
-from campaigns import CLAIMS, Campaign, printed, sign_study
+import numpy as np
+import pandas as pd
+
+from campaigns import CLAIMS, Campaign, printed, sign_study, without
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.outputs.summary import summarise
 from oilfilm.rig_twin.truth import truth_grid
+from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.extrapolation import extrapolate
 from oilfilm.studies.printed.judge import judge_printed
@@ -58,13 +62,57 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
     assert "4050: signs in use rank" in text
     assert "without effect C2" in text
     assert re.search(r"printed: .*\d fails.*; failing: viscosity-order, hot-convergence", text)
-    # 4050's C2 is without effect: noise may favour either sign of it
-    assert re.search(r"the points favour .*; CIRCULAR: they were simulated with these", text)
+    # of nine exponents; the fit of 20 refits is not sure of those near zero
+    assert re.search(r"the fits have [5-9] of 9 signs in use(; not sure of 4010 .*)?; CIRC", text)
+    assert "other sign" not in text
+
+
+def test_sign_that_is_not_known_stands_beside_the_interval_that_holds_zero(demo: Campaign) -> None:
+    fit = demo.fit("4010", bootstrap=20, searches=2)
+    chosen = fit.coefficients["constant"] == "B2"
+    planted = {"lower": 0.187, "upper": 0.566, "joint_lower": -0.0213, "joint_upper": 0.774}
+    constants = fit.coefficients.assign(
+        verdict=np.where(chosen, "sign unknown", "known"),
+        **{name: fit.coefficients[name].mask(chosen, end) for name, end in planted.items()},
+    )
+    results = CampaignTables.in_memory(coefficients=constants, fit_quality=fit.fit_quality)
+    assert "joint interval (for all constants of the fit together): B2 (-0.0213 to 0.774)" in (
+        summarise(results, without(demo.config, "torque"))
+    )
+
+
+def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(demo: Campaign) -> None:
+    """Printed sizes that suit no point may fit better with a turned sign: the fit decides."""
+    fit = demo.fit("4010", bootstrap=20, searches=2)
+    signs, verdicts = sign_study(demo.config, demo.curated.points)
+    misleading = verdicts.assign(least_sse=1.0, least_sse_turned=0.5)
+
+    def line(constants: pd.DataFrame, campaign: Settings = demo.config) -> str:
+        results = CampaignTables.in_memory(
+            coefficients=constants,
+            fit_quality=fit.fit_quality,
+            signs=signs,
+            sign_verdicts=misleading,
+        )
+        (found,) = re.findall("the fits have .*", summarise(results, campaign))
+        return str(found)
+
+    sure = fit.coefficients.assign(verdict="known", value=fit.coefficients["printed_value"])
+    assert line(sure).startswith("the fits have 9 of 9 signs in use; CIRCULAR")
+    turned = sure.assign(value=sure["value"].where(sure["constant"] != "C1", -sure["value"]))
+    assert "8 of 9 signs in use; the other sign of 4010 C1; CIRCULAR" in line(turned)
+    open_sign = sure.assign(verdict=np.where(sure["constant"] == "A2", "sign unknown", "known"))
+    assert "8 of 9 signs in use; not sure of 4010 A2; CIRCULAR" in line(open_sign)
+    # logs that another program simulated need not have these signs
+    elsewhere = without(demo.config, "twin", "torque")
+    assert line(sure, elsewhere).endswith(
+        "9 of 9 signs in use; the points were SIMULATED, which says nothing of the real oils"
+    )
 
 
 def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) -> None:
     text = text_of(etm, "unrecorded-oil")
-    assert "FILM NOT JUDGED for 20482 accepted points" in text
+    assert "FILM NOT JUDGED for 20482 accepted points of unrecorded-oil: neither oil" in text
     assert "not identifiable, because max_hertz_pressure_gpa is not known of every run" in text
     assert "etm-slim (MEASURED, moritzploss/tribology 09bf75d, MIT licence)" in text
     assert "1 of 1 conditions tested accepted (no matrix is given" in text

@@ -75,6 +75,8 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("rigs:", "[a]: 1\nrigs:", ["a group as a key"]),
         ("traction_min: -0.03", "traction_min: 0.3", ["gates.traction_min is 0.3", "below"]),
         ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
+        ("data: measured", "data: measured\nsimulated_by: x", ["`data: simulated`", "drop this"]),
+        ("data: measured", "data: measured\nmin_accepted_runs: -1", ["-1", "min_accepted_runs"]),
         (
             "rigs:",
             "set_points: {entrainment_speed_m_s: -1}\nrigs:",

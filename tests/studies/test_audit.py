@@ -29,6 +29,7 @@ from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError
 from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient
+from reports import rows as rows_of
 
 Judge = Callable[..., Finding]
 
@@ -176,7 +177,7 @@ def test_claim_about_no_place_of_the_box_cannot_be_checked(
     claims = [listed for listed in read_claims(CLAIMS) if listed.id == claim]
     (row,) = tables.rows(audit(claims, [basis], changed))
     assert row["verdict"] == "cannot be checked"
-    assert "has no place that the claim is about" in row["finding"]
+    assert "has no condition that the claim is about" in row["finding"]
 
 
 def test_oils_converge_by_the_ratio_of_their_exponents(judge: Judge) -> None:
@@ -362,5 +363,49 @@ def test_one_condition_of_an_unknown_oil_tells_nothing_about_trends(etm: Campaig
     assert (table["verdict"] == "cannot be checked").all()
     reason = table.set_index("claim")["finding"]
     assert "the effect of P, U, T alone is not known" in reason["falls-with-speed"]
-    assert "no point of the campaign has a lambda" in reason["full-film"]
+    assert "no point of an oil of the paper has a lambda" in reason["full-film"]
     assert films(config) == {}
+
+
+def renamed(fits: pd.DataFrame, oil: str) -> pd.DataFrame:
+    return fits.assign(oil=oil)
+
+
+def test_claims_are_not_judged_on_oils_that_the_paper_never_tested(demo: Campaign) -> None:
+    claims, fit = read_claims(CLAIMS), demo.fit("4102", bootstrap=20, searches=2).coefficients
+    own = renamed(fit, "house oil")
+    alone = refit_evidence(results_of(demo, own), OILS, demo.config).of_paper()
+    table = audit(claims, [alone], demo.config)
+    assert (table["verdict"] == "cannot be checked").all()
+    assert set(table["finding"]) == {
+        "cannot be checked: the campaign has none of the oils that the paper tested "
+        "(4102, 4050, 4010)"
+    }
+    # beside an oil of the paper: that one is judged, the other is named as left out
+    both = refit_evidence(results_of(demo, pd.concat([fit, own])), OILS, demo.config).of_paper()
+    assert both.points is not None
+    assert set(both.laws) == {"4102"}
+    rows = audit(claims, [both], demo.config).set_index("claim")
+    assert "Left out: house oil (the paper did not test it)." in rows.at["zero-slip", "finding"]
+    assert (
+        rows.at["zero-slip", "cases"]
+        == audit(claims, [refit_evidence(results_of(demo, fit), OILS, demo.config)], demo.config)
+        .set_index("claim")
+        .at["zero-slip", "cases"]
+    )
+
+
+def test_points_and_torque_of_own_oils_are_no_evidence_for_the_paper(demo: Campaign) -> None:
+    fit = demo.fit("4102", bootstrap=20, searches=2).coefficients
+    fits = pd.concat([fit, renamed(fit, "house oil")])
+    points = demo.curated.points
+    own = results_of(demo, fits).replace(
+        points=points.assign(oil=points["oil"].replace("4050", "house oil")),
+        torque=rows_of("torque", {"oil": "house oil", "relative_error": 9.9}),
+        comparison=rows_of("comparison", {"oil": "house oil"}),
+    )
+    kept = refit_evidence(own, OILS, demo.config).of_paper()
+    assert kept.points is not None
+    assert set(kept.points["oil"]) == {"4102", "4010"}
+    assert kept.torque.empty
+    assert kept.comparison.empty

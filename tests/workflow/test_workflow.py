@@ -46,7 +46,7 @@ def results(project: Path) -> Path:
 
 def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_project: Path) -> None:
     output = released_project.with_suffix(".txt").read_text()
-    assert "Campaign small (SIMULATED by the rig twin)" in output
+    assert "Campaign small (SIMULATED data, rig twin)" in output
     assert "certified: 2 of 2 searches agree" in output
     for name in ("eqs11-13", "curves"):
         for ending in ("png", "svg", "parquet"):
@@ -166,12 +166,12 @@ def changed(path: Path, old: str, new: str) -> Iterator[None]:
 def test_changed_code_runs_what_it_affects_and_nothing_else(project: Path) -> None:
     with changed(project / "workflow/oilfilm/outputs/figures/style.py", "\n", "\n# touched\n"):
         rules = set(planned(project, *SMALL))
-    assert rules == {"data_figures", "law_figures", "refused", "report", "all"}
+    assert rules == {"data_figures", "law_figures", "refused", "report", "enough", "all"}
 
 
 def test_corrected_title_redoes_the_description_and_nothing_else(project: Path) -> None:
     with changed(project / "config/campaigns/small.yaml", "title: ", "title: Corrected "):
-        assert set(planned(project, *SMALL)) == {"metadata", "report", "all"}
+        assert set(planned(project, *SMALL)) == {"metadata", "report", "enough", "all"}
 
 
 def test_mistake_in_a_campaign_file_ends_in_a_sentence(project: Path) -> None:
@@ -237,6 +237,27 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     shutil.copytree(raw, fresh / "data/raw/two")
     succeed(fresh, *target)
     assert compare(fresh, project) == ""
+
+
+def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project: Path) -> None:
+    raw = project / "data/raw/spoiled"
+    raw.mkdir()
+    shutil.copy(project / "data/raw/small/4102_P1.00_U40_T050.csv", raw)  # force of the wrong sign
+    (raw / "notes.csv").write_text("shift book", encoding="utf-8")
+    campaign = read_campaign(project, "small")
+    del campaign["twin"]
+    write_campaign(project, "spoiled", campaign)
+    message = fail(project, "--config", "campaign=spoiled")
+    assert "0 of 2 runs accepted, expected at least 1" in message
+    results = project / "results/spoiled"
+    # a person needs these to see why
+    refused = tables.read("quarantine", results / "tables/quarantine.parquet")["rule"]
+    assert set(refused) == {"swapped_sign", "unknown_format"}
+    assert len(list((results / "refused").glob("*.png"))) == 1
+    assert "NOT ENOUGH: 0 of 2 runs" in (results / "summary.txt").read_text(encoding="utf-8")
+    assert "TOO FEW ACCEPTED RUNS" in (results / "report.html").read_text(encoding="utf-8")
+    write_campaign(project, "spoiled", {**campaign, "min_accepted_runs": 0})
+    succeed(project, "--config", "campaign=spoiled")
 
 
 def test_measured_curves_that_ship_go_through(project: Path) -> None:

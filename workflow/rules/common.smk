@@ -55,6 +55,9 @@ mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
 # The parts of the settings that a rule depends on.
 part = SETTINGS.part
 
+# Keys of the campaign that say where its data are from.
+ORIGIN = ("credit", "simulated_by", "twin")
+
 OILS = list(SETTINGS.oils)
 # What the twin's truth is computed from, beside the campaign file.
 TRUTH = ["rigs", "oils"] if SIMULATED and CAMPAIGN.twin.thermal_ehl else ["rigs"]
@@ -119,23 +122,22 @@ def files_of_figures(figures):
 def inputs_of_figures(figures):
     """Finished tables and reference files that figures are drawn from."""
     references = sorted({name for figure in figures for name in figure.references})
+    names = {name for figure in figures for name in figure.tables}
+    if any(figure.shows_data for figure in figures):
+        names.add("points")  # which say whose film thickness was not judged
     return {
-        **finished(*sorted({name for figure in figures for name in figure.tables})),
+        **finished(*sorted(names)),
         **{name: f"data/reference/{name}.yaml" for name in references},
     }
 
 
 def settings_of_figures(figures):
-    """Settings that figures depend on; each says whose data they are and whether the film was judged."""
+    """Settings that figures depend on; each says where its data are from."""
     keys = {key for figure in figures for key in figure.settings}
     of_campaign = {key for key in keys if key.startswith("campaign.")}
     return part(
         *(keys - of_campaign),
-        campaign=(
-            "credit",
-            "film_unjudged",
-            *(key.removeprefix("campaign.") for key in of_campaign),
-        ),
+        campaign=(*ORIGIN, *(key.removeprefix("campaign.") for key in of_campaign)),
     )
 
 

@@ -33,6 +33,8 @@ rule metadata:
 
 rule captions:
     "What figures and tables show, for Snakemake's own report (`snakemake --report`)."
+    input:
+        **finished("points"),
     output:
         campaign="<results>/captions/campaign.rst",
         figures=expand("<results>/captions/figures/{figure}.rst", figure=CAMPAIGN.figures),
@@ -44,6 +46,6 @@ rule captions:
         "<logs>/captions.log",
     params:
         code=code("captions.py"),
-        config=part(campaign=("credit", "description", "film_unjudged")),
+        config=part(campaign=("description", *ORIGIN)),
     script:
         "../scripts/captions.py"

@@ -32,8 +32,7 @@ rule refused:
             "curation",
             "torque_logs",
             campaign=(
-                "credit",
-                "film_unjudged",
+                *ORIGIN,
                 "header",
                 "oil_aliases",
                 "semantics",

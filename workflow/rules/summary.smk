@@ -26,7 +26,17 @@ rule summary:
     params:
         code=code("summary.py"),
         config=part(
-            "oils", "film", "gates", campaign=("credit", "description", "film_unjudged", "twin")
+            "oils",
+            "film",
+            "gates",
+            campaign=(
+                "description",
+                "film_unjudged",
+                "min_accepted_runs",
+                "min_accepted_share",
+                "torque",
+                *ORIGIN,
+            ),
         ),
     script:
         "../scripts/summary.py"

@@ -25,10 +25,13 @@ def bearing_lines(results: CampaignTables) -> list[str]:
 
 def _logs(results: CampaignTables) -> list[str]:
     runs, refused = results.torque_runs, results.torque_quarantine
-    files = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
+    kept = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
+    # of a refused run no plateau is kept
+    read = kept | set(refused.loc[refused["stage"] == "curate", "file"])
     lines = [
-        f"  torque logs {len(files)} read of {len(files | set(refused['file']))}; plateaus "
-        f"{runs['accepted'].sum()} accepted of {len(runs)}"
+        f"  torque logs {len(read)} read of {len(read | set(refused['file']))}, {len(kept)} with "
+        f"runs that were not refused; their plateaus {runs['accepted'].sum()} accepted of "
+        f"{len(runs)}"
     ]
     counts = refused["rule"].value_counts().sort_index()
     lines += refusals(refused, counts, "torque quarantine")

@@ -1,25 +1,26 @@
 """Captions of figures, with where their data are from."""
 
+from collections.abc import Collection
+
 from oilfilm.figure_catalogue import figures
-from oilfilm.outputs.facts import film_not_judged
 from oilfilm.settings.campaign import Campaign
 
 _PAPER = "Deng et al., Lubricants 14 (2026) 33"
 
 
-def provenance(campaign: Campaign) -> str:
+def provenance(campaign: Campaign, unjudged: Collection[str]) -> str:
     """Whether a campaign's data were simulated or measured, and by whom, in words.
 
     Args:
-        campaign: At least `name`, `data`, `credit` and `film_unjudged`.
+        campaign: At least `name`, `data`, `credit`, `simulated_by` and `twin`.
+        unjudged: Oils whose points are used without a film thickness.
     """
-    sentence = (
-        f"SIMULATED data (rig twin, campaign {campaign.name!r}), not a measurement"
-        if campaign.data == "simulated"
-        else f"Measured data{credit(campaign)}, campaign {campaign.name!r}"
-    )
-    if film_not_judged(campaign):
-        sentence += "; film thickness NOT JUDGED"
+    sentence = f"Measured data{credit(campaign)}, campaign {campaign.name!r}"
+    if campaign.data == "simulated":
+        by = f"{campaign.simulator}, " if campaign.simulator else ""
+        sentence = f"SIMULATED data ({by}campaign {campaign.name!r}), not a measurement"
+    if unjudged:
+        sentence += f"; film thickness NOT JUDGED: {', '.join(unjudged)}"
     return sentence
 
 
@@ -28,17 +29,18 @@ def credit(campaign: Campaign) -> str:
     return f" ({campaign.credit})" if campaign.credit else ""
 
 
-def caption(name: str, campaign: Campaign) -> str:
+def caption(name: str, campaign: Campaign, unjudged: Collection[str]) -> str:
     """The caption of a figure of a campaign: content, counterpart in the paper, provenance.
 
     Args:
         name: Name of the figure.
         campaign: As in `provenance`.
+        unjudged: As there.
     """
     figure = figures()[name]
     parts = [figure.caption]
     if figure.paper:
-        parts.append(f"{figure.paper} of {_PAPER}.")
+        parts.append(f"Made after {figure.paper} of {_PAPER}.")
     if figure.shows_data:
-        parts.append(f"{provenance(campaign)}.")
+        parts.append(f"{provenance(campaign, unjudged)}.")
     return " ".join(parts)

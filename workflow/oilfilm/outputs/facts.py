@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 
+import pandas as pd
+
 from oilfilm.curation.coverage import planned_states
-from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.oil import OilFile
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -30,6 +31,11 @@ def condition_counts(results: CampaignTables) -> dict[str, int]:
     return {str(state): int(count) for state, count in counts.items()}
 
 
+def counted(count: int, what: str) -> str:
+    """A number of things, as `1 log` or `2 logs`."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def unread_logs(results: CampaignTables) -> set[str]:
     """Logs of which no run could be read."""
     return set(results.quarantine["file"]) - set(results.runs["file"])
@@ -40,6 +46,7 @@ def stand_in_oils(oils: Mapping[str, OilFile | None]) -> list[str]:
     return [name for name, oil in oils.items() if oil is not None and oil.stand_in]
 
 
-def film_not_judged(campaign: Campaign) -> bool:
-    """Whether the campaign uses points without a film thickness."""
-    return campaign.film_unjudged is not None and campaign.film_unjudged.accept
+def film_unjudged_oils(points: pd.DataFrame) -> list[str]:
+    """Oils with accepted points of which no film thickness could be calculated."""
+    unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
+    return list(dict.fromkeys(points.loc[unjudged, "oil"]))

@@ -10,10 +10,13 @@ from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.fitting.conditions import sentences
 from oilfilm.fitting.remarks import fit_remarks
 from oilfilm.outputs.bearing_sentences import bearing_lines, listed, refusals
+from oilfilm.outputs.enough import shortfalls
 from oilfilm.outputs.facts import (
     accepted_points,
     accepted_runs,
     condition_counts,
+    counted,
+    film_unjudged_oils,
     stand_in_oils,
     unread_logs,
 )
@@ -24,6 +27,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import extrapolation_sentences
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import PAPER_LAW
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
@@ -38,17 +42,16 @@ def summarise(results: CampaignTables, settings: Settings) -> str:
     """
     campaign = settings.campaign
     name = campaign.name
-    source = (
-        "SIMULATED by the rig twin"
-        if campaign.data == "simulated"
-        else ", ".join(filter(None, ["MEASURED", campaign.credit]))
-    )
+    source = ", ".join(filter(None, ["MEASURED", campaign.credit]))
+    if campaign.data == "simulated":
+        source = ", ".join(filter(None, ["SIMULATED data", campaign.simulator]))
     read, unread = set(results.runs["file"]), unread_logs(results)
     has_torque_logs = len(results.torque_runs) + len(results.torque_quarantine) > 0
     lines = [
         f"Campaign {name} ({source}): {campaign.description}",
         f"  logs    {len(read)} read of {len(read | unread)}",
         f"  runs    {accepted_runs(results)} accepted",
+        *(f"  NOT ENOUGH: {lacking}" for lacking in shortfalls(results, campaign)),
         f"  points  {accepted_points(results)} accepted",
         f"  samples {results.runs['samples'].sum()} rows; "
         f"{results.quarantine['refused_rows'].sum()} rows refused as unreadable or no sweep",
@@ -82,7 +85,7 @@ def _covered(results: CampaignTables) -> list[str]:
         return [line + "tested accepted (no matrix is given, so that none can be missing)"]
     line += (
         f"of the matrix accepted, {counts['refused']} refused; "
-        f"missing: {counts['missing'] or 'none'}"
+        f"missing: {counts['missing'] or 'none'}{_may_be_unread(counts, results)}"
     )
     conditions = planned_states(coverage)
     missing = tables.rows(conditions[conditions["state"] == "missing"])
@@ -95,10 +98,15 @@ def _covered(results: CampaignTables) -> list[str]:
     return [line, *lines]
 
 
+def _may_be_unread(counts: Mapping[str, int], results: CampaignTables) -> str:
+    unread = len(unread_logs(results))
+    return f" ({counted(unread, 'log')} could not be read)" if unread and counts["missing"] else ""
+
+
 def _pages(quarantine: pd.DataFrame, name: str) -> list[str]:
     if not (quarantine["stage"] == "curate").any():
         return []
-    return [f"Refused: results/{name}/refused (a page a run; index.parquet lists them)"]
+    return [f"Refused: results/{name}/refused (one page per run; index.parquet lists them)"]
 
 
 def _unjudged(points: pd.DataFrame, campaign: Campaign) -> list[str]:
@@ -106,7 +114,8 @@ def _unjudged(points: pd.DataFrame, campaign: Campaign) -> list[str]:
     if not unjudged.any():
         return []
     reason = campaign.film_unjudged.reason if campaign.film_unjudged else ""
-    return [f"  FILM NOT JUDGED for {unjudged.sum()} accepted points: {reason}"]
+    oils = ", ".join(film_unjudged_oils(points))
+    return [f"  FILM NOT JUDGED for {unjudged.sum()} accepted points of {oils}: {reason}"]
 
 
 def _film(film: FilmSettings) -> str:
@@ -168,11 +177,14 @@ def _fits(results: CampaignTables) -> list[str]:
                 f"    no bootstrap errors: {fit['n_curves']} curves are too few to be resampled "
                 "(fit.min_curves_to_resample of config.yaml)"
             )
-        open_signs = rows.loc[rows["verdict"] == "sign unknown", "constant"]
-        if len(open_signs):
+        open_signs = [
+            f"{row['constant']} ({row['joint_lower']:.3g} to {row['joint_upper']:.3g})"
+            for row in tables.rows(rows[rows["verdict"] == "sign unknown"])
+        ]
+        if open_signs:
             lines.append(
-                "    their sign is not known, because zero is within their errors: "
-                + ", ".join(open_signs)
+                "    their sign is not known, because zero is in their joint interval (for all "
+                f"constants of the fit together): {', '.join(open_signs)}"
             )
         lost = rows.loc[~rows["identifiable"], "constant"]
         if len(lost):
@@ -213,19 +225,26 @@ def _printed(results: CampaignTables, campaign: Campaign) -> list[str]:
             f"  {oil}: signs in use rank {used['rank']} of 512 (at the slips of figs 8 and 9: "
             f"{used['rank_at_figures']}); {', '.join(verdicts)}"
         )
-    return [*lines, *_signs_by_points(sign_verdicts, campaign), ""]
+    return [*lines, *_signs_by_fit(results, campaign), ""]
 
 
-def _signs_by_points(sign_verdicts: pd.DataFrame, campaign: Campaign) -> list[str]:
-    """What the campaign's own points say of the signs."""
-    judged = sign_verdicts.dropna(subset=["least_sse"])
+def _signs_by_fit(results: CampaignTables, campaign: Campaign) -> list[str]:
+    """What the fits of the campaign's own points say of the signs in use."""
+    fits = results.coefficients[results.coefficients["law"] == PAPER_LAW.name]
+    fitted = fits[["oil", "constant", "value", "verdict"]].dropna(subset="value")
+    judged = fitted.merge(results.sign_verdicts[["oil", "constant", "sign"]])
     if judged.empty:
         return []
-    turned = judged[judged["least_sse_turned"] < judged["least_sse"]]
-    names = ", ".join(turned["oil"] + " " + turned["constant"])
-    line = f"  the points favour {'the other sign of ' + names if names else 'every sign in use'}"
+    same = (judged["value"] < 0) == (judged["sign"] == "-")
+    known, names = judged["verdict"] == "known", judged["oil"] + " " + judged["constant"]
+    line = f"  the fits have {(known & same).sum()} of {len(judged)} signs in use"
+    for label, chosen in (("the other sign of", known & ~same), ("not sure of", ~known)):
+        if chosen.any():
+            line += f"; {label} {', '.join(names[chosen])}"
     if campaign.twin is not None and campaign.twin.thermal_ehl is not None:
-        line += "; they were SIMULATED by other physics, which says nothing of the printed signs"
+        line += "; the points were SIMULATED by other physics, which says nothing of printed signs"
+    elif campaign.twin is not None:
+        line += "; CIRCULAR: the points were simulated with these very signs"
     elif campaign.data == "simulated":
-        line += "; CIRCULAR: they were simulated with these very signs"
+        line += "; the points were SIMULATED, which says nothing of the real oils"
     return [line]

@@ -18,6 +18,7 @@ from oilfilm.settings.base import (
     Name,
     PressureGpa,
     RelativeError,
+    Share,
     SignedSlideRollRatio,
     SlideRollRatio,
     SpeedMs,
@@ -348,6 +349,11 @@ class CampaignKeys(Group):
     """Keys of a campaign that change its results."""
 
     data: Literal["measured", "simulated"] = key("Whether the logs were measured or simulated.")
+    simulated_by: Text | None = key(
+        "What simulated the logs, as a few words for figures and report; a `twin` needs no such "
+        "words.",
+        default=None,
+    )
     description: Text = key("One line on what was measured.")
     credit: Text | None = key(
         "Whose measured data they are, in a few words; printed wherever they are shown.",
@@ -362,6 +368,16 @@ class CampaignKeys(Group):
         "By oil: other names that these logs give it, beside the `aliases` of its file.", default={}
     )
     figures: Unique[FigureName] = key("Figures to draw.")
+    min_accepted_runs: int = key(
+        "Accepted runs that the campaign needs, and each of its oils that has logs (torque logs "
+        "counted apart); with fewer the run of the workflow fails when everything else is made.",
+        ge=0,
+        default=1,
+    )
+    min_accepted_share: Share = key(
+        "Share of the runs that must be accepted; a log that cannot be read counts as a run.",
+        default=0.0,
+    )
     matrix: Matrix | None = key(
         "Planned operating conditions, each level with each, for every oil.", default=None
     )
@@ -384,6 +400,11 @@ class CampaignKeys(Group):
     torque: Torque | None = key(
         "Logs of a bearing's friction torque, in data/raw/<campaign>-torque.", default=None
     )
+
+    @property
+    def simulator(self) -> str:
+        """What simulated the logs; empty where that is not stated."""
+        return "rig twin" if self.twin is not None else self.simulated_by or ""
 
     def semantics_for(self, rig: str) -> Semantics:
         """How the logs of one rig are meant: `semantics`, with what differs for it."""

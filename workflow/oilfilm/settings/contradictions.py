@@ -15,6 +15,7 @@ def contradictions(settings: Settings) -> Iterator[Contradiction]:
         _figures_show_oils_of_the_campaign,
         _rigs_with_semantics_are_rigs_of_the_campaign,
         _twin_has_what_it_needs,
+        _simulator_is_named_once,
         _torque_twin_has_what_it_needs,
         _figures_have_what_they_show,
     ):
@@ -75,6 +76,19 @@ def _twin_has_what_it_needs(settings: Settings) -> Iterator[Contradiction]:
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
     if campaign.matrix is None:
         yield ("twin",), "the rig twin needs a `matrix` of conditions."
+
+
+def _simulator_is_named_once(settings: Settings) -> Iterator[Contradiction]:
+    campaign = settings.campaign
+    if campaign.simulated_by is None:
+        return
+    if campaign.data != "simulated":
+        yield (
+            ("simulated_by",),
+            "these logs are simulated: say `data: simulated`, or drop this key.",
+        )
+    if campaign.twin is not None:
+        yield ("simulated_by",), "the rig twin simulates these logs: drop this key, or `twin`."
 
 
 def _torque_twin_has_what_it_needs(settings: Settings) -> Iterator[Contradiction]:

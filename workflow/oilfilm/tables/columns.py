@@ -190,6 +190,12 @@ _FITS = (
         f'systematic part not included; {_CONSTANT_UNIT}', at_least=0),
     number("lower", BY_ROW, "2.5 % quantile of the constant's refits", _CONSTANT_UNIT),
     number("upper", BY_ROW, "97.5 % quantile of the constant's refits", _CONSTANT_UNIT),
+    *(
+        number(f"joint_{end}", BY_ROW, f"{end} end of the interval that decides on the constant's "
+            "sign: for all constants of the fit together (fit.sign_confidence of config.yaml), "
+            "calibration included", _CONSTANT_UNIT)
+        for end in ("lower", "upper")
+    ),
     number("naive_standard_error", BY_ROW, "standard error of the constant from the Jacobian",
         f'{_INDEPENDENT}: too small where a run has errors of its own; {_CONSTANT_UNIT}',
         at_least=0),

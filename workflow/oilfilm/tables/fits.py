@@ -13,12 +13,13 @@ _COMPARED = ("coefficients", "fit_quality", "refits")
 _FITS = (
     table("coefficients", "One constant of one traction law for one oil.",
         columns="""
-            oil law constant value standard_error lower upper naive_standard_error
+            oil law constant value standard_error lower upper joint_lower joint_upper
+            naive_standard_error
             systematic_standard_error profile_lower profile_upper weighted_value robust_value
             identifiable verdict printed_value""",
         uses=(
             use("value", "fitted constant; null where not identifiable"),
-            use("verdict", "sign unknown: zero is within the errors, for all constants together; "
+            use("verdict", "sign unknown: zero is between joint_lower and joint_upper; "
                 "at a bound: of the search, beyond which the data would have it; in step: exponent "
                 "along the tested line of conditions that varied in step, of none of them alone",
                 allowed=("known", "sign unknown", "no interval", "at a bound", "in step",

@@ -92,7 +92,7 @@ def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
         style.symbol_handle(verdict, style.VERDICT_MARKERS[verdict], color=colour, markersize=4)
         for verdict, colour in style.VERDICT_COLOURS.items()
     ]
-    tick = style.symbol_handle("in the tested box", "|", color="black", markersize=6)
+    tick = style.symbol_handle("in the box that the paper tested", "|", color="black", markersize=6)
     figure.legend(handles=[*handles, tick], loc="outside lower left", ncols=5)
     return figure, [drawn]
 

@@ -1,5 +1,9 @@
 """The table of fitted constants beside the printed ones (Eqs 11-13)."""
 
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -8,6 +12,8 @@ from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import QUANTITIES
 
 _ROW_IN = 0.17
 _IN_STEP = "\N{DAGGER}"
@@ -25,8 +31,7 @@ _COEFFICIENT_TABLE = drawn_table(
     paper="Eqs 11-13",
     title="Fitted and printed constants",
     caption="Constants of each oil: fitted, with the standard error of a bootstrap over curves, "
-    "and as printed in the paper, signs restored. P in GPa, U over 20 m/s, T over "
-    "20 \N{DEGREE SIGN}C.",
+    "and as printed in the paper, signs restored.",
     family="law",
     tables=("coefficients",),
     settings=("oils",),
@@ -39,9 +44,13 @@ def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
     # a constant that no oil has, neither fitted nor printed, is no row
     shown = table.dropna(subset=["value", "printed_value"], how="all")
     constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]
-    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
-    height_in = _ROW_IN * (len(constants) + 4.5)
-    figure, axis = style.page(width, height_in, bottom=len(constants) + 2.1, top=-2.0)
+    width, letters = (
+        (style.SINGLE_COLUMN_IN, 68) if len(oils) == 1 else (style.DOUBLE_COLUMN_IN, 140)
+    )
+    notes = [line for note in _notes(table, shown) for line in textwrap.wrap(note, letters)]
+    below = 0.9 + 0.6 * len(notes)
+    height_in = _ROW_IN * (len(constants) + 2.4 + below)
+    figure, axis = style.page(width, height_in, bottom=len(constants) + below, top=-2.0)
     for row, constant in enumerate(constants):
         axis.text(0, row + 0.5, constant, va="center", fontweight="bold")
     left = 0.06 if len(oils) > 1 else 0.12
@@ -51,15 +60,29 @@ def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
         _draw_oil(axis, oil, style.oil_colour(oil, oils), rows, left + number * span, span)
     for line in (-1.8, 0.0, len(constants) + 0.1):
         axis.axhline(line, color="black", linewidth=0.6)
-    note = "s.e.: from resampling whole curves"
-    if shown["standard_error"].isna().any():
-        note += "; none where there are too few"
-    if (shown["verdict"] == "in step").any():
-        note += f". {_IN_STEP}: along the tested line of conditions in step"
-    if shown["printed_value"].notna().any():
-        note += ".\nPrinted: Deng et al. 2026, signs reconstructed"
-    axis.text(0, len(constants) + 0.5, note, va="top", fontsize=6, color=style.GREY)
+    look: dict[str, Any] = {"va": "top", "fontsize": 6, "color": style.GREY}
+    axis.text(0, len(constants) + 0.5, "\n".join(notes), **look)
     return figure, [table]
+
+
+def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
+    """What the columns are, below the table."""
+    errors = "s.e.: from resampling whole curves"
+    if shown["standard_error"].isna().any():
+        errors += "; none where there are too few"
+    if (shown["verdict"] == "in step").any():
+        errors += f". {_IN_STEP}: along the tested line of conditions in step"
+    yield f"{errors}."
+    others = []
+    for law in (LAWS[name] for name in table["law"].unique()):
+        powers = ", ".join(
+            f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
+            for group, reference in zip(law.groups, law.reference, strict=True)
+        )
+        others.append(f"{law.name}: {powers}")
+    if shown["printed_value"].notna().any():
+        others.append("Printed: Deng et al. 2026, signs reconstructed")
+    yield ". ".join(others)
 
 
 def _draw_oil(

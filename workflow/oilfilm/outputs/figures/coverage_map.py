@@ -1,4 +1,4 @@
-"""The coverage map: which conditions were accepted, refused or never measured."""
+"""The coverage map: which conditions were accepted, refused or have no run that could be read."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -53,9 +53,9 @@ _COVERAGE_MAP = drawn_table(
 @register(
     name="coverage",
     title="Coverage of the test matrix",
-    caption="Accepted, refused and missing conditions, one column per oil and one row per "
-    "temperature, against entrainment speed (m/s) and maximum Hertz pressure (GPa) or load (N). "
-    "Numbers: accepted runs of all runs.",
+    caption="Accepted, refused and missing conditions (missing: no run that could be read), one "
+    "column per oil and one row per temperature, against entrainment speed U (m/s) and maximum "
+    "Hertz pressure P (GPa) or load W (N). Numbers: accepted runs of all runs.",
     category="Data quality",
     family="data",
     tables=("coverage",),
@@ -194,7 +194,7 @@ def _draw(axis: Axes, cells: pd.DataFrame, has_matrix: bool, cell_in: float) -> 
 
 
 def _symbol(state: str) -> dict[str, Any]:
-    """Marker and colour of a state; open where nothing was measured."""
+    """Marker and colour of a state; open where there is no run."""
     colour = style.STATE_COLOURS[state]
     return {
         "linestyle": "",
@@ -223,7 +223,7 @@ def _label(axes: Sequence[Axes], abreast: int, cells: pd.DataFrame) -> None:
         # below the last panel of each column, which need not be in the last row
         *_, lowest = (axis for axis in axes[column::abreast] if axis.get_visible())
         lowest.tick_params(labelbottom=True)
-        lowest.set_xlabel("Entrainment speed U (m/s)", fontsize=7, loc="left")
+        lowest.set_xlabel("U (m/s)", fontsize=7, loc="left")
     force = names[known[0]] if len(known) == 1 else "P or W"
     for start in range(0, len(axes), abreast):
         leftmost = next(axis for axis in axes[start : start + abreast] if axis.get_visible())

@@ -153,7 +153,8 @@ def _draw_errors(
         axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     axis.set_xlabel("Rms error over rms of true \N{GREEK SMALL LETTER MU}")
-    handles = style.oil_handles(oils, markersize=4, linewidth=0.8)
+    fitted = set(compared.dropna(subset="traction_coefficient")["oil"])
+    handles = style.oil_handles(oils, fitted, markersize=4, linewidth=0.8)
     axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 

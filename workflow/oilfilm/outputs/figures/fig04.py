@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
@@ -48,7 +48,7 @@ _LAW_PANELS = drawn_table(
 @register(
     name="fig04",
     paper="Fig. 4",
-    title="Weaknesses of the Wang-Deng law",
+    title="Laws at zero slip and on data left out",
     caption="(a) Traction coefficient at zero slip by each law, at every tested condition. (b) "
     "Relative error of each law on fitted curves, on curves left out, and on the lowest and "
     "highest levels left out.",
@@ -71,6 +71,8 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     ]
     if not drawn:
         style.say_in_panel(above, "no law could be fitted")
+    elif not starting:
+        style.say_in_panel(above, "every law that was compared has no traction without slip")
     title = "Traction without slip at the tested conditions, cold to hot; other laws: 0"
     style.title_panel(above, 0, title)
     above.set_ylabel("\N{GREEK SMALL LETTER MU} at S = 0 (10$^{-3}$)")
@@ -80,10 +82,11 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     )
     style.title_panel(below, 1, title)
     below.set_xlabel("Rms error over rms of measured \N{GREEK SMALL LETTER MU}")
-    handles = style.oil_handles(oils, linewidth=0.8)
+    handles = style.oil_handles(oils, set(compared["oil"]), linewidth=0.8)
     handles += [style.line_handle(kind, color="black", **look) for kind, look in _KINDS.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=6)
-    style.say_key(figure, "Wang-Deng laws: groups and readings are ours")
+    if any(law.startswith("wang-deng") for law in laws):
+        style.say_key(figure, "Wang-Deng laws: groups and readings are ours")
     return figure, drawn
 
 
@@ -95,8 +98,9 @@ def _draw_starts(
     axis.axhline(0, color="black", linewidth=0.8)
     for (column, law), (number, oil) in itertools.product(enumerate(laws), enumerate(oils)):
         y = _starts(results, oil, law, settings)
-        middle = column + 0.26 * (number - (len(oils) - 1) / 2)
-        x = middle + np.linspace(-0.09, 0.09, len(y))
+        apart = min(0.26, 0.8 / len(oils))
+        middle = column + apart * (number - (len(oils) - 1) / 2)
+        x = middle + np.linspace(-0.35, 0.35, len(y)) * apart
         axis.plot(x, 1e3 * y, style.oil_marker(oil, oils), color=style.oil_colour(oil, oils))
         about = {"panel": "a", "law": law, "oil": oil, "kind": "zero slip"}
         yield pd.DataFrame({"x": x, "y": y}).assign(**about)
@@ -123,7 +127,8 @@ def _draw_errors(axis: Axes, compared: pd.DataFrame, oils: Sequence[str]) -> Ite
     """One row per law, one line per oil from the smallest of its errors to the largest."""
     laws = list(dict.fromkeys(compared["law"]))
     for fit in tables.rows(compared):
-        height = laws.index(fit["law"]) + 0.24 * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)
+        apart = min(0.24, 0.8 / len(oils))  # rows of many oils stay within those of their law
+        height = laws.index(fit["law"]) + apart * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)
         colour = style.oil_colour(fit["oil"], oils)
         left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
         ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
@@ -138,6 +143,7 @@ def _draw_errors(axis: Axes, compared: pd.DataFrame, oils: Sequence[str]) -> Ite
     axis.set_ylim(len(laws) - 0.45, -0.55)
     axis.set_xscale("log")
     axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=None))
+    # decimals as each level needs them: 0.2 %, 100 %
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:.3g}%"))
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.grid(visible=False, axis="y")

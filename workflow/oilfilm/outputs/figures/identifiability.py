@@ -35,7 +35,8 @@ _IDENTIFIABILITY = drawn_table(
 @register(
     name="identifiability",
     title="Identifiability of the constants",
-    caption="Top: correlation of each pair of constants in the bootstrap over curves. Bottom: "
+    caption="Top: correlation of each pair of constants in the bootstrap over curves, or "
+    "by the Jacobian where there are too few curves. Bottom: "
     "profile of each constant, the signed root of the rise of the squared error against the "
     "distance from the optimum in naive standard errors; a straight line marks a well-determined "
     "constant.",
@@ -61,14 +62,18 @@ def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
         image, pairs = _draw_correlations(above, results, oil, constants)
         profiles = _profiles(results, oil)
         _draw_profiles(below, profiles, style.oil_colour(oil, list(settings.oils)))
+        errors = results.coefficients.query("oil == @oil")["standard_error"]
+        title = f"{oil}, by the Jacobian" if errors.isna().all() else oil
         drawn += [
-            pairs.assign(panel=style.title_panel(above, column, oil), oil=oil),
+            pairs.assign(panel=style.title_panel(above, column, title), oil=oil),
             profiles.assign(panel=style.title_panel(below, column + len(oils), oil), oil=oil),
         ]
     figure.colorbar(image, ax=list(axes[0]), label="Correlation (1)", shrink=0.9)
     axes[1, 0].set_ylabel("Signed root of the rise\nof the squared error (1)")
     axes[1, len(oils) // 2].set_xlabel("Distance from the fit in naive standard errors (1)")
-    style.say_key(figure, "Below: a line a constant, those that bend most are named")
+    key = "Below: one line per constant, those that bend most are named"
+    lost = [oil for oil in settings.oils if oil not in fitted]
+    style.say_key(figure, key + (f"\nno fit: {', '.join(lost)}" if lost else ""))
     return figure, drawn
 
 

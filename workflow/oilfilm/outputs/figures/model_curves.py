@@ -61,11 +61,11 @@ _MODEL_CURVES = drawn_table(
 @register(
     name="fig07",
     paper="Fig. 7",
-    title="Traction against slip at 200 m/s",
-    caption="Traction coefficient of all oils against slide-roll ratio, one panel per pressure, at "
-    "several inlet temperatures (ours: the paper does not print its own). Full lines: "
-    "refit with its 95 % interval; thin dashed lines: printed constants, signs restored; shaded: "
-    "beyond the tested conditions.",
+    title="Traction against slip",
+    caption="Traction coefficient of all oils against slide-roll ratio, one panel per pressure and "
+    "speed, at several inlet temperatures (the paper does not print its own). "
+    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
+    "signs restored; shaded: beyond the tested conditions.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -80,9 +80,10 @@ def fig07(results: CampaignTables, settings: Settings) -> Drawing:
     name="fig08",
     paper="Fig. 8",
     title="Traction against entrainment speed",
-    caption="Traction coefficient of all oils against entrainment speed (m/s) at 1.5 GPa, one "
-    "panel per slide-roll ratio, at several inlet temperatures (ours: the paper does not print "
-    "its own). Full lines: refit with its 95 % interval; thin dashed lines: printed constants, "
+    caption="Traction coefficient of all oils against entrainment speed (m/s), one panel per "
+    "pressure and slide-roll ratio, at several inlet temperatures (the paper does not print its "
+    "own). "
+    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
     "signs restored; shaded: beyond the tested conditions.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
@@ -98,11 +99,10 @@ def fig08(results: CampaignTables, settings: Settings) -> Drawing:
     name="fig09",
     paper="Fig. 9",
     title="Traction against pressure",
-    caption="Traction coefficient of all oils against maximum Hertz pressure (GPa) at high and low "
-    "speed and at small and large slide-roll ratio, at several inlet temperatures (ours: the paper "
-    "does not print its own). Full lines: "
-    "refit with its 95 % interval; thin dashed lines: printed constants, signs restored; shaded: "
-    "beyond the tested conditions.",
+    caption="Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel per "
+    "speed and slide-roll ratio, at several inlet temperatures (the paper does not print its own). "
+    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
+    "signs restored; shaded: beyond the tested conditions.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -117,10 +117,10 @@ def fig09(results: CampaignTables, settings: Settings) -> Drawing:
     name="fig10",
     paper="Fig. 10",
     title="Traction against temperature",
-    caption="Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C) at "
-    "light and heavy load and at high and low speed, at several slide-roll ratios (ours: the paper "
-    "does not print its own). Full lines: refit with its 95 % interval; thin dashed lines: printed "
-    "constants, signs restored; shaded: beyond the tested conditions.",
+    caption="Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), one "
+    "panel per pressure and speed, at several slide-roll ratios (the paper prints none). "
+    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
+    "signs restored; shaded: beyond the tested conditions.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -160,6 +160,8 @@ def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) ->
     if drawn:
         symbols = [style.LEVEL_PHRASES[by].format(level) for level in getattr(levels, by)]
         _draw_legend(figure, symbols, laws, oils)
+        if lost := [oil for oil in oils if oil not in laws]:
+            style.say_key(figure, f"no fit that follows P, U and T: {', '.join(lost)}")
     else:
         reason = "no oil has a fitted law\nof pressure, speed and temperature"
         style.say_in_panel(axes[0], reason)

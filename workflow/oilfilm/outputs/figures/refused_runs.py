@@ -171,7 +171,8 @@ def draw_page(
     figure.align_ylabels(list(axes[1:]))
     _label_marked_rows(axes[1], marked, at_right=sum(marked) > sum(span), entry=entry)
     _draw_legend(figure)
-    style.say_source(figure, settings.campaign)
+    unknown = points.get("film_judgement", pd.Series(dtype=str)) == "cannot be judged"
+    style.say_source(figure, settings.campaign, [run["oil"]] if unknown.any() else [])
     return figure
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import FigureDeclaration, figures
+from oilfilm.outputs.facts import film_unjudged_oils
 from oilfilm.outputs.figures import style
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -43,12 +44,16 @@ class RegisteredFigure:
         """The figure, which says where its data are from, and the table of what it draws."""
         shown = {name: references[name] for name in self.declaration.references}
         drawing, parts = self.function(results, settings, **shown)
+        drawn = tables.empty(self.table)
+        if parts:
+            all_parts = pd.concat(parts, ignore_index=True)[tables.columns(self.table)]
+            drawn = tables.conform(all_parts, self.table, f"figure {self.declaration.name}")
         if self.declaration.shows_data:
-            style.say_source(drawing, settings.campaign)
-        if not parts:
-            return drawing, tables.empty(self.table)
-        drawn = pd.concat(parts, ignore_index=True)[tables.columns(self.table)]
-        return drawing, tables.conform(drawn, self.table, f"figure {self.declaration.name}")
+            unjudged = film_unjudged_oils(results.points)
+            if "oil" in drawn:
+                unjudged = [oil for oil in unjudged if (drawn["oil"] == oil).any()]
+            style.say_source(drawing, settings.campaign, unjudged)
+        return drawing, drawn
 
 
 _DRAWN: dict[str, Table] = {}

@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from oilfilm.curation.coverage import with_levels
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
@@ -45,17 +46,17 @@ _RESIDUALS_DRAWN = drawn_table(
     category="Fits",
     family="data",
     tables=("points", "runs", "coefficients"),
-    settings=("oils",),
+    settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
     draws=_RESIDUALS_DRAWN,
 )
 def residuals(results: CampaignTables, settings: Settings) -> Drawing:
     """One row of panels per oil, one column per condition: points, mean and scatter by level."""
-    oils = list(settings.oils)
+    oils, runs = list(settings.oils), with_levels(results.runs, settings)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.45 * len(oils) + 0.6))
     axes = figure.subplots(len(oils), len(_LABELS), sharex="col", sharey="row", squeeze=False)
     drawn = []
     for row, oil in enumerate(oils):
-        points = _residuals(results, oil)
+        points = _residuals(results, runs, oil)
         axes[row, 0].set_ylabel(f"{oil}: {_DELTA} (10$^{{-3}}$)")
         for column, condition in enumerate(_LABELS):
             axis = axes[row, column]
@@ -79,8 +80,8 @@ def residuals(results: CampaignTables, settings: Settings) -> Drawing:
     return figure, drawn
 
 
-def _residuals(results: CampaignTables, oil: str) -> pd.DataFrame | None:
-    """Accepted points with their residual and the set points of their run; None without a fit."""
+def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
+    """Accepted points with their residual and the levels of their run; None without a fit."""
     of_oil = results.coefficients[results.coefficients["oil"] == oil]
     points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
     if of_oil.empty or points.empty:
@@ -94,7 +95,7 @@ def _residuals(results: CampaignTables, oil: str) -> pd.DataFrame | None:
     residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted)
     nominal = [f"nominal_{name}" for name in _LABELS if name != "slide_roll_ratio"]
     known = points.assign(residual=_MILLI * residual, slide_roll_ratio=np.abs(slip))
-    return known.merge(results.runs[["run_id", *nominal]], on="run_id")
+    return known.merge(runs[["run_id", *nominal]], on="run_id")
 
 
 def _draw(axis: Axes, points: pd.DataFrame, condition: str, colour: str) -> Iterator[pd.DataFrame]:

@@ -129,7 +129,7 @@ def _contact(rig: Rig) -> list[_Mark]:
     """The contact; sizes as configured, where they are known."""
 
     def size(length_m: float | None) -> str:
-        return "" if length_m is None else f" = {1e3 * length_m:g} mm"
+        return "" if length_m is None else f" = {1e3 * length_m:.4g} mm"
 
     return [
         _box("b", "turning", -34, 22, 34, 30),

@@ -2,7 +2,7 @@
 
 import string
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -155,11 +155,12 @@ def symbol_handle(label: str, marker: str, **look: Any) -> Line2D:
     return Line2D([], [], linestyle="", marker=marker, label=label, **look)
 
 
-def oil_handles(oils: Sequence[str], **look: Any) -> list[Line2D]:
-    """Entries of a legend that tell oils apart by colour and symbol."""
+def oil_handles(oils: Sequence[str], shown: Collection[str], **look: Any) -> list[Line2D]:
+    """Entries of a legend that tell oils apart by colour and symbol: those that are shown."""
     return [
         line_handle(oil, color=oil_colour(oil, oils), marker=oil_marker(oil, oils), **look)
         for oil in oils
+        if oil in shown
     ]
 
 
@@ -169,9 +170,9 @@ def label_traction_axes(figure: Figure) -> None:
     figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
 
 
-def say_source(figure: Figure, campaign: Campaign) -> None:
-    """Say on the figure itself whether its data were simulated or measured."""
-    _put_above(figure, provenance(campaign), right=True)
+def say_source(figure: Figure, campaign: Campaign, unjudged: Collection[str]) -> None:
+    """Say on the figure itself where its data are from; `unjudged` as in `provenance`."""
+    _put_above(figure, provenance(campaign, unjudged), right=True)
 
 
 def say_key(figure: Figure, key: str) -> None:

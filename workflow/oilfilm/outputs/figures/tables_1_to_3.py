@@ -144,6 +144,9 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
             else sorted(runs[f"nominal_{name}"].dropna().unique())
         )
         rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
+    # of a rig whose contact is not known
+    if loads := sorted(runs["nominal_load_n"].dropna().unique()):
+        rows.append(_row("this campaign", "load", "N", _levels(loads), "set points of the logs"))
     slips = accepted["slide_roll_ratio"].abs()
     reached = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else _NONE
     rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))

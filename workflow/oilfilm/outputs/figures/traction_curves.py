@@ -10,8 +10,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from oilfilm.curation.coverage import with_levels
+from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.outputs.facts import counted
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.campaign import Campaign
@@ -60,9 +61,9 @@ _CURVES = drawn_table(
     name="fig02",
     paper="Fig. 2",
     title="Traction curves of one oil",
-    caption="Traction coefficient against slide-roll ratio at three inlet temperatures, by maximum "
-    "Hertz pressure (left) and by entrainment speed (right). Symbols: plateau means with the 95 % "
-    "interval of their random error; lines: fitted law.",
+    caption="Traction coefficient against slide-roll ratio, one row per inlet temperature, by "
+    "maximum Hertz pressure (left) and by entrainment speed (right). Symbols: plateau means with "
+    "the 95 % interval of their random error; lines: fitted law.",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -99,7 +100,9 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
         ]
         panel = style.title_panel(axes[number], number, style.level_phrases(same))
         drawn += _draw_series(axes[number], panel, series)
-    _finish(figure, axes, drawn, axes[:2], ncols=2, handletextpad=0.2, columnspacing=0.8)
+    _finish(
+        figure, axes, drawn, [axes[::2], axes[1::2]], ncols=2, handletextpad=0.2, columnspacing=0.8
+    )
     return figure, drawn
 
 
@@ -138,7 +141,11 @@ def fig03(results: CampaignTables, settings: Settings) -> Drawing:
         panel = style.title_panel(axes[number], number, style.level_phrases({_PRESSURE: pressure}))
         drawn += _draw_series(axes[number], panel, series)
     title = style.level_phrases(same)
-    _finish(figure, axes, drawn, axes[:1], title=title, title_fontsize=7, alignment="left")
+    shown = {oil for part in drawn for oil in part["oil"]}
+    lost = [oil for oil in oils if oil not in shown]
+    key = f"\nno accepted point here: {', '.join(lost)}" if shown and lost else ""
+    legend: dict[str, Any] = {"title": title, "title_fontsize": 7, "alignment": "left"}
+    _finish(figure, axes, drawn, [axes], key, **legend)
     return figure, drawn
 
 
@@ -163,19 +170,32 @@ def _finish(
     figure: Figure,
     axes: Sequence[Axes],
     drawn: Sequence[pd.DataFrame],
-    with_legend: Sequence[Axes],
+    groups: Iterable[Sequence[Axes]],
+    key: str = "",
     **legend: Any,
 ) -> None:
-    """Legends, with room for them, or why there is nothing to draw; labels of the axes and key."""
+    """Legends, or why there is nothing to draw; labels of the axes and key.
+
+    The first panel of each group has the legend of the group, and room for it.
+    """
     if drawn:
-        for axis in with_legend:
-            axis.legend(loc="upper left", **legend)
+        for of_group in groups:
+            entries = [axis.get_legend_handles_labels() for axis in of_group]
+            # a series may have no points in the first panel; the fullest one gives the order
+            fullest_first = sorted(entries, key=lambda entry: -len(entry[1]))
+            shown = {
+                label: handle
+                for handles, labels in fullest_first
+                for handle, label in zip(handles, labels, strict=True)
+            }
+            of_group[0].legend(shown.values(), shown.keys(), loc="upper left", **legend)
         axes[0].set_ylim(0, axes[0].get_ylim()[1] * 1.22)
         axes[0].set_xlim(left=-0.005)
     elif not axes[0].texts:
         style.say_in_panel(axes[0], _NO_POINT)
     style.label_traction_axes(figure)
-    style.say_key(figure, "symbols: plateau means, 95 % interval (random part); lines: fit")
+    symbols = "symbols: plateau means, 95 % interval (random part); lines: fit"
+    style.say_key(figure, symbols + key)
 
 
 @register(
@@ -186,7 +206,7 @@ def _finish(
     category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
-    settings=("oils",),
+    settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
     draws=_CURVES,
 )
 def curves(results: CampaignTables, settings: Settings) -> Drawing:
@@ -194,14 +214,19 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
     oils = list(settings.oils)
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
     figure, axes = style.panels(1, len(oils), width, 2.8)
+    runs = with_levels(results.runs, settings)
     drawn = []
     for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         panel = style.title_panel(axis, number, oil)
         if of_oil.empty:
-            style.say_in_panel(axis, _NO_POINT)
+            count = int((runs["oil"] == oil).sum())
+            why = (
+                f"no accepted point\n({counted(count, 'run')} refused)" if count else "no run read"
+            )
+            style.say_in_panel(axis, why)
             continue
-        conditions = list(_conditions(results, of_oil))
+        conditions = list(_conditions(runs, of_oil))
         told_apart = 1 < len(conditions) <= _CONDITIONS_TOLD_APART
         colour = style.oil_colour(oil, oils)
         colours: Iterable[Any] = (
@@ -226,15 +251,13 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
     return figure, drawn
 
 
-def _conditions(
-    results: CampaignTables, points: pd.DataFrame
-) -> Iterable[tuple[str, pd.DataFrame]]:
-    """Each set of set points in words, and its points."""
-    names = [f"nominal_{name}" for name in CONDITIONS]
-    joined = points.merge(results.runs[["run_id", *names]], on="run_id")
+def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> Iterable[tuple[str, pd.DataFrame]]:
+    """Each set of set points in words, and its points; `runs` are those of `with_levels`."""
+    names = list(SET_POINTS)
+    joined = points.merge(runs[["run_id", *names]], on="run_id")
     for _, group in joined.groupby(names, dropna=False):
-        levels = zip(group[names].iloc[0], ("GPa", "m/s", "\N{DEGREE SIGN}C"), strict=True)
-        label = ", ".join(f"{level:g} {unit}" for level, unit in levels if not np.isnan(level))
+        levels = zip(group[names].iloc[0], ("GPa", "N", "m/s", "\N{DEGREE SIGN}C"), strict=True)
+        label = ", ".join(f"{level:.4g} {unit}" for level, unit in levels if not np.isnan(level))
         yield label, group
 
 

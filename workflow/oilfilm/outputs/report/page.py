@@ -20,6 +20,7 @@ from markupsafe import Markup
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption
+from oilfilm.outputs.facts import film_unjudged_oils
 from oilfilm.outputs.report import chart, sections
 from oilfilm.outputs.report.explorer import explorer
 from oilfilm.outputs.report.law_script import law_script
@@ -100,12 +101,12 @@ def page(
     Returns:
         HTML that needs no network; the same results give the same text.
     """
-    declared = figures()
+    declared, unjudged = figures(), film_unjudged_oils(results.points)
     pictures = [
         Picture(
             png,
             declared[png.stem].title,
-            caption(png.stem, settings.campaign),
+            caption(png.stem, settings.campaign, unjudged),
             declared[png.stem].category,
         )
         for png in pngs

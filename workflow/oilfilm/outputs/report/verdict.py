@@ -4,11 +4,13 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.outputs.captions import credit
+from oilfilm.outputs.enough import shortfalls
 from oilfilm.outputs.facts import (
     accepted_points,
     accepted_runs,
     condition_counts,
-    film_not_judged,
+    counted,
+    film_unjudged_oils,
     stand_in_oils,
     unread_logs,
 )
@@ -33,20 +35,24 @@ def verdict(
 
 
 def _data(results: CampaignTables, settings: Settings) -> str:
-    source = (
-        "SIMULATED by the rig twin, not a measurement"
-        if settings.campaign.data == "simulated"
-        else f"Measured{credit(settings.campaign)}"
-    )
+    campaign = settings.campaign
+    source = f"Measured{credit(campaign)}"
+    if campaign.data == "simulated":
+        by = f" ({campaign.simulator})" if campaign.simulator else ""
+        source = f"SIMULATED data{by}, not a measurement"
     sentence = (
         f"{source}: {accepted_runs(results)} runs and {accepted_points(results)} points accepted"
     )
     if not results.coverage["planned"].any():
         return f"{sentence}; no test matrix is given."
     counts = condition_counts(results)
-    missing = f", {counts['missing']} never measured" if counts["missing"] else ""
     covered = f"{counts['accepted']} of {sum(counts.values())} planned conditions covered"
-    return f"{sentence}; {covered}{missing}."
+    if counts["refused"]:
+        covered += f", {counts['refused']} measured and refused"
+    if counts["missing"]:
+        # what a log that cannot be read was to cover, nobody knows
+        covered += f", {counts['missing']} without a run that could be read"
+    return f"{sentence}; {covered}."
 
 
 def _fit(quality: pd.DataFrame) -> str:
@@ -55,10 +61,12 @@ def _fit(quality: pd.DataFrame) -> str:
         return "Nothing could be fitted."
     rows = [f"{_TWO(row['relative_rms'])} for {row['oil']}" for row in tables.rows(fitted)]
     proven = int(fitted["certified"].sum())
-    certified = "every fit" if proven == len(quality) else f"{proven} of {len(quality)} fits"
+    certified = "every fit" if proven == len(fitted) else f"{proven} of {len(fitted)} fits"
+    lost = quality.loc[quality["rmse"].isna(), "oil"]
     return (
         f"The law {', '.join(fitted['law'].unique())} misses the points by (rms, of mu) "
-        f"{', '.join(rows)}; {certified} certified to be the best one."
+        f"{', '.join(rows)}; {certified} certified to be the best one"
+        + (f"; not fitted: {', '.join(lost)}." if len(lost) else ".")
     )
 
 
@@ -67,16 +75,24 @@ def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
         f"\N{PLUS-MINUS SIGN}{_TWO(median)} for {oil} (at worst {_TWO(largest)})"
         for oil, median, largest in sure.dropna().itertuples()
     ]
+    fitted = coefficients.groupby("oil")["value"].transform("count") > 0
+    if not fitted.any():
+        return "Without a fit nothing is known."
+    coefficients = coefficients[fitted]
     sentence = "No fit has honest errors: too few curves"
     if intervals:
         known_to = "With 95 % confidence mu of the fitted curves is known to"
         sentence = f"{known_to} {', '.join(intervals)}"
     given = coefficients[coefficients["value"].notna()]
     sentence += f". {(given['verdict'] == 'known').sum()} of {len(coefficients)} constants known"
-    for state in ("sign unknown", "at a bound"):
+    for state, words in (
+        ("sign unknown", "sign unknown (zero is in the joint interval)"),
+        ("at a bound", "at a bound"),
+        ("in step", "known along the tested line only"),
+    ):
         rows = given[given["verdict"] == state]
         if len(rows):
-            sentence += f"; {state}: {', '.join(rows['oil'] + ' ' + rows['constant'])}"
+            sentence += f"; {words}: {', '.join(rows['oil'] + ' ' + rows['constant'])}"
     lost = (~coefficients["identifiable"]).sum()
     return sentence + (f"; {lost} not identifiable." if lost else ".")
 
@@ -91,14 +107,16 @@ def _trouble(results: CampaignTables, settings: Settings) -> str:
     stand_ins = stand_in_oils(settings.oils)
     unread, points = len(unread_logs(results)), (~results.points["accepted"]).sum()
     torque_logs = results.torque_quarantine["file"].nunique()
+    unjudged, lacking = film_unjudged_oils(results.points), shortfalls(results, settings.campaign)
     troubles = {
-        f"{len(rules)} runs refused ({gates})": len(rules),
-        f"{unread} logs could not be read": unread,
-        f"{points} points refused in all": points,
-        f"{torque_logs} torque logs refused in whole or in part": torque_logs,
+        f"TOO FEW ACCEPTED RUNS ({'; '.join(lacking)})": len(lacking),
+        f"{counted(len(rules), 'run')} refused ({gates})": len(rules),
+        f"{counted(unread, 'log')} could not be read": unread,
+        f"{counted(points, 'point')} refused in all": points,
+        f"{counted(torque_logs, 'torque log')} refused in whole or in part": torque_logs,
         f"single curves pull the fit of {', '.join(pulling)}": len(pulling),
         f"film thickness from STAND-IN properties for {', '.join(stand_ins)}": len(stand_ins),
-        "film thickness NOT JUDGED": film_not_judged(settings.campaign),
+        f"film thickness NOT JUDGED for {', '.join(unjudged)}": len(unjudged),
     }
     sentence = "; ".join(text for text, is_true in troubles.items() if is_true) or "none found"
     return f"{sentence[0].upper()}{sentence[1:]}."
@@ -109,6 +127,9 @@ def _paper(results: CampaignTables) -> str:
     if refit.empty:
         return "No claim of the paper was checked."
     counts = refit["verdict"].value_counts()
+    findings = refit["finding"].str.removeprefix("cannot be checked: ").unique()
+    if len(findings) == 1 and set(counts.index) == {"cannot be checked"}:
+        return f"No claim of the paper is judged on this campaign's fits: {findings[0]}."
     verdicts = [
         f"{counts[verdict]} {verdict}"
         for verdict in ("holds", "holds in part", "fails", "cannot be checked")

@@ -24,7 +24,7 @@ from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
 
 _JUDGED_ON = {
-    "tested": "the tested box",
+    "tested": "the box tested by the paper",
     "extrapolated": "the box of figs 7 to 10",
     "data": "the campaign's data",
 }
@@ -64,14 +64,13 @@ def audit_campaign(
         OilfilmError: A reference file has a mistake, or a rule of the selection is missing.
     """
     oils = falling_viscosity(printed)
-    bases = [
-        refit_evidence(results, oils, settings),
-        printed_evidence(printed_constants(printed), oils, settings),
-    ]
+    refit = refit_evidence(results, oils, settings)
+    as_printed = printed_evidence(printed_constants(printed), oils, settings)
     box = settings.printed.boxes.extrapolated.model_dump()
     return {
-        "claims": audit(read_claims(claims), bases, settings),
-        "selection": select(bases, settings.selection, box),
+        "claims": audit(read_claims(claims), [refit.of_paper(), as_printed], settings),
+        # its rules may name other oils than the paper's
+        "selection": select([refit, as_printed], settings.selection, box),
     }
 
 
@@ -168,13 +167,17 @@ def _judge(
         **dict.fromkeys((f"worst_{name}" for name in (*AXES, "value")), np.nan),
     }
     try:
+        if evidence.obstacle:
+            raise NotCheckableError(evidence.obstacle)
         findings = {name: check.judge(evidence, grid, settings) for name, grid in grids.items()}
     except NotCheckableError as reason:
         return row | {"finding": f"cannot be checked: {reason}"}
     finding = findings[check.where]
     if finding is None:
         box = _JUDGED_ON[check.where]
-        return row | {"finding": f"cannot be checked: {box} has no place that the claim is about"}
+        return row | {
+            "finding": f"cannot be checked: {box} has no condition that the claim is about"
+        }
     if finding.share >= settings.audit.holds_share and finding.complete:
         verdict = "holds"
     else:

@@ -228,7 +228,9 @@ def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     first = (ratios[0] > 1).mean(axis=(1, 2, 3))
     if first[0] < 0.5 < first[-1] and (np.diff(first) >= 0).all():
         turn = np.interp(0.5, first, pressure)
-        remarks.append(f"{oils[1]} is above {oils[0]} at most places below {turn:.1f} GPa.")
+        remarks.append(
+            f"{oils[1]} is above {oils[0]} at most operating points below {turn:.1f} GPa."
+        )
     return Finding(
         cases(grid, [""], smallest > 1, smallest),
         "smallest ratio of an oil's mu to that of the next thinner oil",
@@ -261,7 +263,7 @@ def _hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Find
         remarks=[
             f"The spread over the mean is {cold:.2f} at {ends[0]:g} degC and {hot:.2f} at "
             f"{ends[1]:g} degC on average; the plain difference of mu shrinks at "
-            f"{_falls(spread, _T).mean():.0%} of the places, as mu itself does."
+            f"{_falls(spread, _T).mean():.0%} of the operating points, as mu itself does."
         ],
     )
 
@@ -282,14 +284,16 @@ def _speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings)
         cases(grid, evidence.oils, ratio < 1, ratio),
         f"fall of mu at {speeds[1]:g} m/s over that at {speeds[0]:g} m/s",
         worst="largest",
-        remarks=[f"Relative to mu itself the fall is milder at {milder:.0%} of the places."],
+        remarks=[
+            f"Relative to mu itself the fall is milder at {milder:.0%} of the operating points."
+        ],
     )
 
 
 @_check(
     "full-film",
     "lambda lies above gates.lambda_limit and the film above {audit.film_min_um:g} um; the refit "
-    "asks the campaign's own points, the printed basis the whole tested box.",
+    "is judged at the campaign's own points, the printed basis in the box tested by the paper.",
     where="tested",
 )
 def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
@@ -297,7 +301,7 @@ def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     if evidence.points is not None:
         points = evidence.points.dropna(subset=["lambda_ratio"])
         if points.empty:
-            raise NotCheckableError("no point of the campaign has a lambda")
+            raise NotCheckableError("no point of an oil of the paper has a lambda")
         thickness, ratio = points[["film_thickness_um", "lambda_ratio"]].to_numpy().T
         origin = "the points' own conditions"
     else:
@@ -428,7 +432,7 @@ def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
     corner = ratio[:, :, fast][:, :, :, hot][..., slipping]
     remark = (
         f"Fast, hot and slipping by more than {limits.slip_limit:.0%} (conclusion 4) it has the "
-        f"most at {share(corner > 1):.0%} of the places."
+        f"most at {share(corner > 1):.0%} of the operating points."
     )
     return Finding(
         cases(light, [""], ratio > 1, ratio),
@@ -462,7 +466,9 @@ def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
             f"{oil} heats least up to {slip_limit:.0%} slip": below < 1,
             "traction rises with viscosity beyond": above < 1,
         },
-        remarks=[f"The film of {oil} is thick enough at {adequate.mean():.0%} of the places."],
+        remarks=[
+            f"The film of {oil} is thick enough at {adequate.mean():.0%} of the operating points."
+        ],
     )
 
 
@@ -484,7 +490,7 @@ def _heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
         cases(heavy, [""], ratio < 1, ratio)[adequate.ravel()],
         f"mu of {oil} over the smallest of the others",
         worst="largest",
-        remarks=[f"Its film is thick enough at {adequate.mean():.0%} of the places."],
+        remarks=[f"Its film is thick enough at {adequate.mean():.0%} of the operating points."],
     )
 
 
@@ -567,7 +573,7 @@ def _wang_deng(evidence: Evidence) -> pd.DataFrame:
         raise NotCheckableError(
             "the paper prints no constants of that form"
             if evidence.basis == "printed"
-            else "the laws of this campaign have not been compared"
+            else "no laws have been compared for an oil of the paper"
         )
     is_wang_deng = evidence.comparison["law"].str.startswith("wang")
     fits = evidence.comparison[is_wang_deng].dropna(subset="rmse")
@@ -581,7 +587,7 @@ def _torque(evidence: Evidence, basis: str) -> pd.DataFrame:
         raise NotCheckableError(
             "the paper's torque tests, its bearing (Table 3) and Fig. 6 are not available"
             if evidence.basis == "printed"
-            else "the campaign has no torque tests"
+            else "there are no torque tests of an oil of the paper"
         )
     of_basis = evidence.torque[evidence.torque["load_variable"] == basis]
     rows = of_basis.dropna(subset=["relative_error"])

@@ -1,7 +1,7 @@
 """What claims are held against, and what a check finds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
 
@@ -36,6 +36,8 @@ class Evidence:
         points: Measured points with lambda; None where the basis has none.
         comparison: Table of the laws compared; empty where it was not made.
         torque: Table of bearing torque; empty where the basis has none.
+        obstacle: Why no claim can be checked on this basis, as the end of a sentence; empty where
+            some may be.
     """
 
     basis: str
@@ -47,6 +49,28 @@ class Evidence:
     points: pd.DataFrame | None = None
     comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "comparison"))
     torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
+    obstacle: str = ""
+
+    def of_paper(self) -> "Evidence":
+        """The same of the oils that the claims are about: the paper says nothing of others."""
+        paper = self.falling_viscosity
+        known = {*self.laws, *self.unknown}
+        own = {oil: "the paper did not test it" for oil in known if oil not in paper}
+
+        def kept(table: pd.DataFrame) -> pd.DataFrame:
+            return table[table["oil"].isin(paper)]
+
+        return replace(
+            self,
+            laws={oil: law for oil, law in self.laws.items() if oil in paper},
+            unknown={**self.unknown, **own},
+            points=None if self.points is None else kept(self.points),
+            comparison=kept(self.comparison),
+            torque=kept(self.torque),
+            obstacle=f"the campaign has none of the oils that the paper tested ({', '.join(paper)})"
+            if known and len(own) == len(known)
+            else "",
+        )
 
     @property
     def oils(self) -> tuple[str, ...]:

@@ -1,0 +1,12 @@
+"""Write down the accepted runs of each oil; end the run where there are too few."""
+
+from pathlib import Path
+
+from oilfilm.atomic_write import write_text
+from oilfilm.outputs.enough import accepted_runs_text
+from oilfilm.run.job import job
+from oilfilm.tables.campaign_tables import CampaignTables
+
+with job(snakemake) as (settings, _):
+    text = accepted_runs_text(CampaignTables.of_job(snakemake.input), settings.campaign)
+    write_text(text, Path(snakemake.output[0]))
