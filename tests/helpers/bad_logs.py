@@ -295,7 +295,7 @@ BAD_LOGS = (
         speed_as_a_sum=(csv(DOUBLED_SPEED, UNITS_TWICE), "entrainment_speed is 60 in row"),
         forces_without_sign=(both_ways_positive(), "forces of both directions of the slip give 0"),
     ),
-    *bad("time_unit", time_in_wrong_unit=(csv(units={**UNITS, "time": "ms"}), "time is in")),
+    *bad("time_unit", time_in_wrong_unit=(csv(units={**UNITS, "time": "ms"}), "s labelled ms")),
     *bad(
         "zero_missing",
         speed_zero=(csv(good(speed_m_s=0.0)), "slide-roll ratio of"),

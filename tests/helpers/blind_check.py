@@ -10,6 +10,7 @@ import pandas as pd
 
 from blind_lab.laboratory import CAMPAIGN, Filed, Laboratory
 from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.doubts import DOUBTS
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.settings.resolve import resolve
@@ -60,6 +61,9 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
     """Detection and false alarms of curation."""
     accepted = verdicts.runs.set_index("file")["verdict"] == "accepted"
     rules = verdicts.quarantine.groupby("file")["rule"].agg(set).to_dict()
+    for file, warning in verdicts.runs.set_index("file")["warning"].items():
+        if warning:
+            rules.setdefault(file, set()).update(name for name in DOUBTS if name in warning)
     # a run of which most plateaus fail names their gates in its sentence
     sentences = verdicts.quarantine.groupby("file")["reason"].agg(" ".join).to_dict()
     sound = {log.file for log in laboratory.sound}

@@ -43,6 +43,6 @@ checkpoint collect:
     params:
         code=code("collect.py"),
         oils=OILS,
-        config=part("film", "gates", "same_set_point", campaign=("repeated_conditions",)),
+        config=part("film", "gates", "rigs", "same_set_point", campaign=("repeated_conditions",)),
     script:
         "../scripts/collect.py"

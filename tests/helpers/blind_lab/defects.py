@@ -306,12 +306,14 @@ FAULTS: dict[str, Fault] = {
     "disc speed frozen": Fault(("stuck_channel",), frozen("disc")),
     "load frozen": Fault(("stuck_channel",), frozen("load")),
     "temperature frozen": Fault(("stuck_channel",), frozen("celsius")),
-    "force in kgf, labelled N": Fault(("force_scale", "curve_off"), scaled("force", 1 / _KGF)),
-    "force in lbf, labelled N": Fault(("force_scale", "curve_off"), scaled("force", 1 / _LBF)),
+    "force in kgf, labelled N": Fault(
+        ("little_traction", "no_traction", "curve_off"), scaled("force", 1 / _KGF)
+    ),
+    "force in lbf, labelled N": Fault(("little_traction", "curve_off"), scaled("force", 1 / _LBF)),
     "force in mN, labelled N": Fault(("force_scale",), scaled("force", 1e3)),
     "force in kN, labelled N": Fault(("no_traction",), scaled("force", 1e-3)),
     "force seven times too large": Fault(
-        ("traction_unphysical", "curve_off"), scaled("force", 7.0)
+        ("traction_unphysical", "impossible_traction", "curve_off"), scaled("force", 7.0)
     ),
     "force polarity": Fault(("swapped_sign",), scaled("force", -1.0)),
     "ball and disc exchanged": Fault(("swapped_channels",), swapped_speeds),
@@ -319,7 +321,7 @@ FAULTS: dict[str, Fault] = {
     "load in kN, labelled N": Fault(("load_off_nominal",), scaled("load", 1e-3)),
     "load off by 12 %": Fault(("load_off_nominal",), scaled("load", 1.12)),
     "load rises within steps": Fault(
-        ("load_changes", "load_off_nominal", "most_plateaus_fail"), load_step
+        ("load_changes", "load_off_nominal", "many_plateaus_fail"), load_step
     ),
     "load cell unplugged": Fault(("load_off_nominal", "traction_missing"), dead_load),
     "speed off by 10 %": Fault(

@@ -55,7 +55,7 @@ def _verdict(log: CheckedLog) -> Iterator[str]:
     if not log.runs:
         yield f"{printable(log.file)}: {log.verdict.upper()}"
     accepted = [run for run in log.runs if run.verdict == "accepted"]
-    clean = [run for run in accepted if run.accepted_plateaus == run.plateaus]
+    clean = [run for run in accepted if run.accepted_plateaus == run.plateaus and not run.warning]
     listed = log.runs
     if len(clean) > _RUNS_LISTED:
         plateaus = sum(run.plateaus for run in clean)
@@ -66,6 +66,8 @@ def _verdict(log: CheckedLog) -> Iterator[str]:
             f"{printable(run.run_id)}: {run.verdict.upper()}, {run.accepted_plateaus} of "
             f"{run.plateaus} plateaus, {run.rows} rows"
         )
+        if run.warning:
+            yield f"  WARNING: {printable(run.warning)}"
         of_run = [refused for refused in log.refusals if refused.run_id == run.run_id]
         for refused in of_run:
             yield from _sentence(f"{refused.rule}: {refused.reason}", refused.advice)

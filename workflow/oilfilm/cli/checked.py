@@ -125,6 +125,7 @@ class CheckedRun(Group):
     rig: str = key("Its rig, or its bearing where it is a torque log.")
     rig_source: str = key("Where the rig comes from: header or campaign.")
     verdict: Verdict = key("accepted: at least one plateau passed.")
+    warning: str = key("What is doubtful about a run that is used; empty where nothing is.")
     rows: int = key("Rows that are used.")
     plateaus: int = key("Plateaus found.")
     accepted_plateaus: int = key("Plateaus that passed every gate.")
@@ -196,6 +197,7 @@ def _checked_run(
     return CheckedRun(
         **{name: run[name] for name in ("run_id", "label", "oil", "rig", "plateaus")},
         verdict=run["verdict"],
+        warning=run["warning"],
         oil_source=understood.sources.get("oil", _CAMPAIGN),
         rig_source=understood.sources.get("rig" if kind.name == TRACTION else "bearing", _CAMPAIGN),
         rows=run["samples"],

@@ -70,7 +70,7 @@ def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Runs with a pressure for a load, and each set point moved to the level that it means."""
     planned, same = _planned(settings), settings.same_set_point
-    noted = _with_pressure(runs, settings.rigs)
+    noted = with_pressure(runs, settings.rigs)
     levels = {name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}
     return noted.assign(**levels)
 
@@ -128,7 +128,7 @@ def _planned(settings: Settings) -> pd.DataFrame:
     return planned.astype(dict.fromkeys(SET_POINTS, float))
 
 
-def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
+def with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
     """Runs with a nominal pressure wherever set points and rig give one, else with the load."""
     pressure = runs["nominal_max_hertz_pressure_gpa"].copy()
     for name, rig in rigs.items():

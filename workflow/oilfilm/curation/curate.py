@@ -7,30 +7,26 @@ says what differs between the rigs.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.curation.doubts import warning
 from oilfilm.curation.gate import Columns, Finding, Limits, Run
 from oilfilm.curation.hypotheses import DOUBTFUL
 from oilfilm.curation.measure import Measured, measure
-from oilfilm.curation.refusals import (
-    plateau_gates,
-    quarantine_rows,
-    refusal,
-    run_gates,
-)
+from oilfilm.curation.refusals import quarantine_rows, refusal, run_gates
 from oilfilm.curation.repeats import repeated
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.verdicts import OF_SOME_PLATEAUS, not_usable, why_not_used, with_gates
 from oilfilm.readers.base import Refusal
 from oilfilm.readers.ingest import Ingested, ingest_logs
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-
-_MOST_FAIL = "most_plateaus_fail"
 
 
 @dataclass(frozen=True)
@@ -80,6 +76,7 @@ def curate(
     limits = kind.limits(settings)
     refused: dict[str, Refusal] = {}
     partly: list[Refusal] = []
+    warnings: dict[str, str] = {}
     plateaus_of: dict[str, Columns] = {}
     rows_of = _rows_by_run(samples)
     arrays = arrays_of(samples)
@@ -101,14 +98,18 @@ def curate(
         if fault is not None:
             refused[run_id] = refusal(*fault, kind, run_id)
         else:
+            warnings[run_id] = warning(_run(signals, measured, kind), limits)
             partly += [refusal("too_short", each, kind, run_id) for each in measured.too_short]
-    points = _table_of_plateaus(plateaus_of, runs, settings, kind)
+    runs = runs.assign(warning=[warnings.get(run_id, "") for run_id in runs["run_id"]])
+    by_run = runs.set_index("run_id")
+    points = _table_of_plateaus(plateaus_of, by_run, settings, kind)
     judged = _judge(points, runs, refused, partly, kind, limits)
     explained: dict[str, Refusal] = {}
-    doubtful = judged.quarantine[judged.quarantine["rule"].isin(DOUBTFUL)]
-    for run_id, reason in zip(doubtful["run_id"], doubtful["reason"], strict=True):
+    doubtful = judged.runs[judged.runs["rule"].isin(DOUBTFUL)]
+    for run in doubtful.to_dict("records"):
+        run_id = run["run_id"]
         of_run = {name: array[rows_of[run_id]] for name, array in arrays.items()}
-        cause = _explanation(of_run, run_id, reason, runs, settings, kind)
+        cause = _explanation(of_run, run, by_run, settings, kind)
         if cause is not None:
             explained[run_id] = cause
     if not explained:
@@ -118,28 +119,42 @@ def curate(
 
 def _explanation(
     samples: Columns,
-    run_id: str,
-    reason: str,
+    run: Mapping[str, Any],
     runs: pd.DataFrame,
     settings: Settings,
     kind: RigKind,
 ) -> Refusal | None:
-    """A simple mistake without which a run refused for that reason would pass, if there is one."""
-    limits = kind.limits(settings)
-    run = runs.set_index("run_id").loc[run_id]
+    """The simple mistake without which most plateaus of a refused run would pass, if there is one.
+
+    Args:
+        samples: Those of the run.
+        run: Its row of the table of runs.
+        runs: All of them, by `run_id`.
+        settings: Settings of the run.
+        kind: The kind of rig.
+    """
+    run_id, rig, limits = run["run_id"], run["rig"], kind.limits(settings)
+    best, explanation = 0, None
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
-    rig = str(run["rig"])
     for hypothesis in kind.hypotheses(rig, settings):
+        if run["rule"] not in hypothesis.explains:
+            continue
         signals = kind.signals(hypothesis.undo(samples), rig, settings)
         measured = measure(signals, kind, rig, settings)
-        if first_fault(signals, measured, kind, limits) is not None:
+        levels = len(measured.plateaus["time_s"])
+        if not hypothesis.plausible(samples, levels) or first_fault(
+            signals, measured, kind, limits
+        ):
             continue
         points = _table_of_plateaus({run_id: measured.plateaus}, runs, settings, kind)
-        if judge_plateaus(points, kind, limits).any(axis=1).mean() <= limits.faulty_share_max:
-            sentence = f"{hypothesis.sentence}; as it is, {reason}"
-            return refusal(hypothesis.rule, Finding(sentence), kind, run_id)
-    return None
+        points, failed = with_gates(points, kind, limits)
+        accepted = int(points["accepted"].sum())
+        most = accepted > max(best, levels / 2)
+        if most and not not_usable(points, failed, kind, limits):
+            best, sentence = accepted, f"{hypothesis.sentence}; as it is, {run['reason']}"
+            explanation = refusal(hypothesis.rule, Finding(sentence), kind, run_id)
+    return explanation
 
 
 def collect(
@@ -191,18 +206,15 @@ def _rows_by_run(samples: pd.DataFrame) -> dict[str, slice]:
     }
 
 
+def _run(signals: Signals, measured: Measured, kind: RigKind) -> Run:
+    return Run(signals, measured.working, measured.plateaus, kind.sensor, kind.load, kind.channels)
+
+
 def first_fault(
     signals: Signals, measured: Measured, kind: RigKind, limits: Limits
 ) -> tuple[str, Finding] | None:
     """Rule and finding of the first gate that refuses a run, if one does."""
-    run = Run(
-        signals,
-        measured.plateaus,
-        kind.sensor,
-        kind.load,
-        measured.working,
-        kind.channels,
-    )
+    run = _run(signals, measured, kind)
     for gate in run_gates(kind):
         finding = gate.judge(run, limits)
         if finding is not None:
@@ -226,7 +238,7 @@ def _table_of_plateaus(
         return nothing.assign(**{name: np.nan for name in kind.carried if name not in nothing})
     measured = list(plateaus_of.values())
     counts = [len(plateaus["time_s"]) for plateaus in measured]
-    about = runs.set_index("run_id").loc[list(plateaus_of), list(kind.carried)]
+    about = runs.loc[list(plateaus_of), list(kind.carried)]
     carried = about.reset_index().take(np.repeat(np.arange(len(counts)), counts))
     points = carried.reset_index(drop=True).assign(
         **{name: np.concatenate([run[name] for run in measured]) for name in measured[0]}
@@ -250,17 +262,17 @@ def _judge(
     limits: Limits,
 ) -> Curated:
     """Plateaus and runs with their verdicts, and the runs that were refused."""
-    failed = judge_plateaus(points, kind, limits)
-    points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
+    points, failed = with_gates(points, kind, limits)
     points = _refuse_plateaus(points, list(refused.values()), kind)
     by_plateaus = [
-        _why_not_used(points[points["run_id"] == run_id], failed, kind, limits)
-        for run_id in _not_usable(points, failed, kind, limits)
+        why_not_used(points[points["run_id"] == run_id], failed, kind, limits)
+        for run_id in not_usable(points, failed, kind, limits)
         if run_id not in refused
     ]
     # the plateaus stay, whatever the rig, with the gate of their run beside their own
     points = failed_gates.with_gate_of_run(
-        points, {each.run_id: each.rule for each in by_plateaus if each.rule == _MOST_FAIL}
+        points,
+        {each.run_id: each.rule for each in by_plateaus if each.rule in OF_SOME_PLATEAUS},
     )
     # in the order of the runs
     of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}
@@ -270,51 +282,12 @@ def _judge(
     return Curated(points[columns], runs, quarantine_rows([*ordered, *partly], runs))
 
 
-def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.DataFrame:
-    """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
-    gates = plateau_gates(kind) if len(points) else []
-    return pd.DataFrame(
-        {gate.name: np.asarray(gate.judge(points, limits).fails) for gate in gates},
-        index=points.index,
-        dtype=bool,
-    )
-
-
 def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind) -> pd.DataFrame:
     """Plateaus of which those of refused runs are refused too, or left out, as the rig has it."""
     gate_of_run = {each.run_id: each.rule for each in refused}
     if kind.keeps_refused_runs:
         return failed_gates.with_gate_of_run(points, gate_of_run)
     return points[~points["run_id"].isin(list(gate_of_run))]
-
-
-def _not_usable(
-    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> list[str]:
-    """Runs of which no plateau is left, or so few that the others cannot be trusted either."""
-    blamed = [gate.name for gate in plateau_gates(kind) if gate.blames_run and gate.name in failed]
-    left = points["accepted"].groupby(points["run_id"]).any()
-    faulty = failed[blamed].any(axis=1).groupby(points["run_id"]).mean()
-    return [str(run_id) for run_id in left.index[~left | (faulty > limits.faulty_share_max)]]
-
-
-def _why_not_used(
-    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> Refusal:
-    """The refusal of a run that no plateau is left of, or too few."""
-    run_id, failed = points["run_id"].iloc[0], failed.loc[points.index]
-    for gate in plateau_gates(kind):
-        if failed[gate.name].all():
-            return refusal(gate.name, Finding(gate.judge(points, limits).sentence), kind, run_id)
-    counts = ", ".join(f"{name} {count}" for name, count in failed.sum().items() if count)
-    if points["accepted"].any():
-        sentence = (
-            f"{failed.any(axis=1).sum()} of the {len(points)} plateaus fail ({counts}), so that "
-            f"the others cannot be trusted; allowed {limits.faulty_share_max:.0%}"
-        )
-        return refusal(_MOST_FAIL, Finding(sentence), kind, run_id)
-    sentence = f"each of the {len(points)} plateaus fails some gate ({counts})"
-    return refusal("no_point_left", Finding(sentence), kind, run_id)
 
 
 def _with_rules(runs: pd.DataFrame, refused: list[Refusal]) -> pd.DataFrame:
@@ -332,5 +305,6 @@ def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     return runs.assign(
         plateaus=runs["run_id"].map(per_run["size"]).fillna(0).astype(np.int64),
         accepted_points=accepted,
+        warning=runs["warning"].where(accepted > 0, ""),
         verdict=np.where(accepted > 0, "accepted", "refused"),
     )

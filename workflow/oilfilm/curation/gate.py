@@ -20,7 +20,6 @@ from oilfilm.settings.config import (
     StuckSettings,
     TorqueGateSettings,
 )
-from oilfilm.units import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -46,23 +45,19 @@ class Run:
 
     Attributes:
         signals: All samples of the run.
+        working: Those between the phases that give the zero at which the rig turns.
         plateaus: Its measured plateaus.
         sensor: The signal whose zero is removed: traction force or torque.
         load: The signal of the load.
-        working: The samples between the phases that give the zero.
         channels: The other logged signals, the load among them.
     """
 
     signals: Signals
+    working: Signals
     plateaus: Columns
     sensor: Channel
     load: Channel
-    working: slice
     channels: Sequence[Channel]
-
-    def of(self, channel: Channel) -> FloatArray:
-        """A signal while the rig works."""
-        return self.signals[channel.column][self.working]
 
 
 class Finding(NamedTuple):

@@ -6,12 +6,13 @@ cause. A hypothesis undoes one such mistake. Where the run then passes, the mist
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 
 from oilfilm.curation.gate import Columns
 from oilfilm.settings.rig import Rig
-from oilfilm.units import RAD_S_PER_RPM, conversion
+from oilfilm.units import RAD_S_PER_RPM
 
 
 @dataclass(frozen=True)
@@ -22,34 +23,51 @@ class Hypothesis:
         rule: Rule of a refusal for it.
         sentence: What was found, if the run passes once the mistake is undone.
         undo: The samples of the run without the mistake.
+        explains: Rules whose refusals it may cause.
+        plausible: Whether samples with so many levels may hold the mistake.
     """
 
     rule: str
     sentence: str
     undo: Callable[[Columns], Columns]
+    explains: frozenset[str]
+    plausible: Callable[[Columns, int], bool] = lambda samples, levels: True
 
+
+_BY_TIME = frozenset(
+    "too_short not_steady transient_not_ended no_point_left many_plateaus_fail zero_missing "
+    "no_plateau zero_drift".split()
+)
+_BY_FORCE = _BY_TIME | {"traction_unphysical", "impossible_traction"}
+_BY_SLIP = _BY_TIME | {
+    *("swapped_sign", "speed_off_nominal", "slip_out_of_range", "slip_off_set_point")
+}
+# Both speeds together leave the slip as it is.
+_BY_SPEED = frozenset({"speed_off_nominal"})
 
 # Refusals that a mistake of another kind may cause.
-DOUBTFUL = {
-    "zero_missing",
-    "no_plateau",
-    "swapped_sign",
-    "speed_off_nominal",
-    "slip_out_of_range",
-    "not_steady",
-    "too_short",
-    "no_point_left",
-    "most_plateaus_fail",
-    "traction_unphysical",
-    "zero_drift",
-}
+DOUBTFUL = _BY_TIME | _BY_FORCE | _BY_SLIP | _BY_SPEED
+
+_IF_RIGHT = "If it is right as it is, remedy what is said after 'as it is'."
 ADVICE = {
-    "force_scale": "Write the unit of the traction force into the log or the campaign file.",
-    "time_unit": "Write the unit of the time column into the log or the campaign file.",
-    "speed_unit": "Write the unit of the speed columns into the log or the campaign file.",
-    "slip_unit": "Write the unit of the slide-roll ratio into the log (%) or the campaign file.",
-    "swapped_channels": "Correct the names of the two columns, or the campaign file's `columns`.",
+    "force_scale": f"Correct the unit of the traction force where it is written. {_IF_RIGHT}",
+    "time_unit": f"Correct the unit of the time where it is written. {_IF_RIGHT}",
+    "speed_unit": f"Correct the unit of the speeds where it is written. {_IF_RIGHT}",
+    "speed_sign": "Log the speeds of both bodies as positive where they move the oil in one "
+    f"direction. {_IF_RIGHT}",
+    "slip_unit": f"Write the slide-roll ratio's unit, %, into the log. {_IF_RIGHT}",
+    "swapped_channels": "Correct the names of the two columns in the log or under `columns` of the "
+    f"campaign file; semantics (slower_body) where the disc is the slower body. {_IF_RIGHT}",
 }
+
+# What rigs do: s between rows, at most; s for which they hold a level.
+_SLOWEST_S = 2.0
+_HOLD_S = 0.5, 600.0
+# Speeds that are in this ratio or less roll.
+_ROLLING = 2.0
+_BALL, _DISC = "ball_speed_m_s", "disc_speed_m_s"
+# Spindle speeds in 1/min.
+_SPINDLE_UNITS = {"1/min": 1.0, "rad/s": 1 / RAD_S_PER_RPM, "1/s": 60.0, "deg/s": 1 / 6}
 
 
 def scaled(factor: float, *names: str) -> Callable[[Columns], Columns]:
@@ -57,65 +75,132 @@ def scaled(factor: float, *names: str) -> Callable[[Columns], Columns]:
     return lambda samples: {**samples, **{name: factor * samples[name] for name in names}}
 
 
-def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
-    """Mistakes of the logs of a traction rig, the most frequent first."""
-    for unit, factor in (("ms", 1e-3), ("min", 60.0), ("us", 1e-6), ("h", 3600.0)):
+def time_hypotheses() -> Iterator[Hypothesis]:
+    """Mistakes of the clock: the time is in another unit than s."""
+    for unit, label, factor in (
+        ("ms", "s", 1e-3),
+        ("min", "s", 60.0),
+        ("s", "ms", 1e3),
+        ("us", "s", 1e-6),
+        ("h", "s", 3600.0),
+    ):
         yield Hypothesis(
             "time_unit",
-            f"the run makes sense only if its time is in {unit}",
+            f"the run would pass with its time {factor:g} times as long, as {unit} labelled "
+            f"{label} would be",
             scaled(factor, "time_s"),
+            _BY_TIME,
+            _clock_off_by(factor),
         )
-    for unit in ("mN", "gf"):
+
+
+def _clock_off_by(factor: float) -> Callable[[Columns, int], bool]:
+    """Whether no rig keeps such time as is logged, but one does once it is multiplied.
+
+    Levels that are only short are not taken for ones of so many minutes.
+    """
+
+    def plausible(samples: Columns, levels: int) -> bool:
+        time_s = samples["time_s"]
+        interval_s = float(np.median(np.diff(time_s)))
+        hold_s = float(time_s[-1] - time_s[0]) / max(levels, 1)
+
+        def usual(scale: float) -> bool:
+            shortest_s, longest_s = _HOLD_S
+            return scale * interval_s <= _SLOWEST_S and shortest_s <= scale * hold_s <= longest_s
+
+        return usual(factor) and not usual(1.0)
+
+    return plausible
+
+
+def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
+    """Mistakes of the logs of a traction rig, the most frequent first."""
+    yield from time_hypotheses()
+    for words, factor in (
+        ("1000 times smaller, as mN labelled N would be, or a load in kN", 1e-3),
+        ("102 times smaller, as gf labelled N would be", 9.80665e-3),
+    ):
+        sentence = f"the run would pass with a traction force {words}"
+        yield Hypothesis("force_scale", sentence, scaled(factor, "traction_force_n"), _BY_FORCE)
+    yield from _exchanged_speeds(rig)
+    for names, words in (((_BALL,), "ball"), ((_DISC,), "disc"), ((_BALL, _DISC), "ball and disc")):
         yield Hypothesis(
-            "force_scale",
-            f"the run makes sense only if its traction force is in {unit}",
-            scaled(conversion(unit, ("N",)).scale, "traction_force_n"),
+            "speed_sign",
+            f"the run would pass with the opposite sign of the speed of {words}",
+            scaled(-1.0, *names),
+            _BY_SLIP,
         )
-    ball, disc = "ball_speed_m_s", "disc_speed_m_s"
+    yield from _speed_units(rig)
     yield Hypothesis(
-        "swapped_channels",
-        "the run makes sense only if the speeds of ball and disc are exchanged",
-        lambda samples: {**samples, ball: samples[disc], disc: samples[ball]},
+        "slip_unit",
+        "the run would pass with its slide-roll ratio in percent",
+        _from_percent,
+        _BY_SLIP,
+        # a hundred times too much slip makes one body turn backwards
+        lambda samples, levels: bool(np.any(samples[_BALL] * samples[_DISC] < 0)),
     )
+
+
+def _exchanged_speeds(rig: Rig) -> Iterator[Hypothesis]:
+    """The columns of ball and disc are exchanged."""
+    ratios = {"speeds": 1.0}
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
-        ratio = rig.ball_track_radius_m / rig.disc_track_radius_m
+        ratios["spindle speeds"] = rig.ball_track_radius_m / rig.disc_track_radius_m
+    for words, ratio in ratios.items():
         yield Hypothesis(
             "swapped_channels",
-            "the run makes sense only if the spindle speeds of ball and disc are exchanged",
-            lambda samples: {
+            f"the run would pass with the {words} of ball and disc exchanged",
+            lambda samples, ratio=ratio: {
                 **samples,
-                ball: samples[disc] * ratio,
-                disc: samples[ball] / ratio,
+                _BALL: samples[_DISC] * ratio,
+                _DISC: samples[_BALL] / ratio,
             },
+            _BY_SLIP,
         )
-    per_rpm = RAD_S_PER_RPM
-    for names, words in (
-        ((ball, disc), "both speeds are"),
-        ((ball,), "the ball's speed is"),
-        ((disc,), "the disc's speed is"),
+
+
+def _speed_units(rig: Rig) -> Iterator[Hypothesis]:
+    """Speeds in another unit than their label says, first both, then one of them."""
+    factors = {("mm/s", "m/s"): 1e-3, ("m/s", "mm/s"): 1e3}
+    if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
+        factors |= {
+            (unit, label): _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
+            for unit, label in permutations(_SPINDLE_UNITS, 2)
+        }
+    for names, words, explains in (
+        ((_BALL, _DISC), "both speeds", _BY_SPEED),
+        ((_BALL,), "the ball's speed", _BY_SLIP),
+        ((_DISC,), "the disc's speed", _BY_SLIP),
     ):
-        for unit, factor in (
-            ("rad/s", 1 / per_rpm),
-            ("1/min", per_rpm),
-            ("1/s", 60.0),
-            ("mm/s", 1e-3),
-        ):
+        for (unit, label), factor in factors.items():
             yield Hypothesis(
                 "speed_unit",
-                f"the run makes sense only if {words} in {unit}",
+                f"the run would pass with {words} {factor:.4g} times as large, as {unit} labelled "
+                f"{label} would be",
                 scaled(factor, *names),
+                explains,
+                _rolls_with(scaled(factor, *names)),
             )
-    yield Hypothesis(
-        "slip_unit", "the run makes sense only if its slide-roll ratio is in percent", _from_percent
-    )
+
+
+def _rolls_with(undo: Callable[[Columns], Columns]) -> Callable[[Columns, int], bool]:
+    """Whether ball and disc have about one speed once a mistake is undone."""
+
+    def plausible(samples: Columns, levels: int) -> bool:
+        undone = undo(samples)
+        ball, disc = (float(np.median(undone[name])) for name in (_BALL, _DISC))
+        return 1 / _ROLLING < abs(ball / disc) < _ROLLING if disc else False
+
+    return plausible
 
 
 def _from_percent(samples: Columns) -> Columns:
     """Speeds of a log whose entrainment speed and slip were logged, the slip in percent."""
-    ball, disc = samples["ball_speed_m_s"], samples["disc_speed_m_s"]
+    ball, disc = samples[_BALL], samples[_DISC]
     mean, sliding = (ball + disc) / 2, (disc - ball) / 100
     return {
         **samples,
-        "ball_speed_m_s": np.asarray(mean - sliding / 2),
-        "disc_speed_m_s": np.asarray(mean + sliding / 2),
+        _BALL: np.asarray(mean - sliding / 2),
+        _DISC: np.asarray(mean + sliding / 2),
     }

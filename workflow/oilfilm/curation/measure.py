@@ -21,13 +21,13 @@ class Measured:
     Attributes:
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
-        working: The samples between the phases at rest.
+        working: The samples between the phases at rest at which the rig turns.
         flaw: Rule and finding where the run gives no zero.
         too_short: Levels that give no plateau.
     """
 
     plateaus: Columns
-    working: slice
+    working: Signals
     flaw: tuple[str, Finding] | None = None
     too_short: list[Finding] = field(default_factory=list)
 
@@ -45,7 +45,7 @@ def measure(
         settled: Each row is a settled reading already, the zero removed by the rig.
     """
     if settled:
-        return Measured(_readings(signals, kind), slice(None))
+        return Measured(_readings(signals, kind), signals)
     curation, limits = settings.curation, kind.limits(settings)
     spike = curation.spikes.threshold
     signals = kind.usable(signals)
@@ -69,7 +69,7 @@ def measure(
             )
             flaw = "zero_drift", Finding(sentence)
     plateaus = kind.derive(averages, output, output_se)
-    return Measured(plateaus, division.working, flaw, division.too_short)
+    return Measured(plateaus, signals.at(division.working), flaw, division.too_short)
 
 
 def _readings(signals: Signals, kind: RigKind) -> Columns:

@@ -20,8 +20,11 @@ from oilfilm.curation.gate import (
 )
 from oilfilm.units import FloatArray, conversion
 
-# What a load may be in although it is labelled N.
-_LOAD_UNITS = ("kgf", "lbf", "gf")
+# So many standard errors are no chance.
+_SURE = 5
+# What a temperature may be in although it is labelled degC, and a load although it is labelled N.
+_TEMPERATURE_UNITS = ("K", "degF")
+_LOAD_UNITS = ("kgf", "lbf", "gf", "kN")
 
 
 @gate(
@@ -107,25 +110,32 @@ def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Jud
     temperature_c = points["inlet_temperature_c"]
     nominal_c = points["nominal_inlet_temperature_c"]
     allowed_c = limits.gates.temperature_tolerance_c
+    hints = [
+        f"; it would be {nominal_c.median():g} degC if it were in {unit}"
+        for unit in _TEMPERATURE_UNITS
+        if ((conversion(unit, ("degC",)).of(temperature_c) - nominal_c).abs() <= allowed_c).all()
+    ]
     return Judgement(
         (temperature_c - nominal_c).abs() > allowed_c,
         f"the inlet temperature is {_span(temperature_c, '.1f')} degC, nominal "
-        f"{nominal_c.median():g} degC (tolerance {allowed_c:g} degC)",
+        f"{nominal_c.median():g} degC (tolerance {allowed_c:g} degC)" + "".join(hints),
     )
 
 
 @gate(
     TRACTION,
-    advice="Check the spindle speeds: one of them may have slipped for a moment.",
+    advice="Check the spindle speeds: one of them may have slipped for a moment. Where all "
+    "slips are negative, set slower_body under semantics of the campaign file.",
     blames_run=False,
 )
 def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
     least, most = limits.gates.slide_roll_ratio_min, limits.gates.slide_roll_ratio_max
+    hint = "; the other body may be the slower one" if slip.median() < least else ""
     return Judgement(
         ~slip.between(least, most),
-        f"the slide-roll ratio is {_span(slip, '.4f')}; expected {least:g} to {most:g}",
+        f"the slide-roll ratio is {_span(slip, '.4f')}; expected {least:g} to {most:g}{hint}",
     )
 
 
@@ -153,7 +163,11 @@ def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatAr
     return np.abs(slip[:, np.newaxis] - np.array(planned)).min(axis=1)
 
 
-@gate(TRACTION, advice="Let the rig settle longer, or check its control.", needs="duration_s")
+@gate(
+    TRACTION,
+    advice="Change the slip in steps and let the rig settle longer, or check its control.",
+    needs="duration_s",
+)
 def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Slip or traction differs between the two halves of a plateau."""
     slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
@@ -234,7 +248,8 @@ def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Too many readings of a plateau are spikes."""
     spikes, allowed = points["n_spikes"], limits.signals.spike_share_max
     return Judgement(
-        spikes > allowed * (points["n_samples"] + spikes),
+        # a single one is left out of a plateau of few rows as well
+        (spikes > 1) & (spikes > allowed * (points["n_samples"] + spikes)),
         f"up to {spikes.max()} readings of a plateau are spikes; allowed {allowed:.0%} of its rows",
     )
 
@@ -297,17 +312,37 @@ def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgemen
 
 @gate(
     TRACTION,
-    advice="Check the zero and the calibration of the force sensor.",
+    advice="Check the units of force and load, and the zero and calibration of the force sensor.",
     needs="traction_coefficient",
 )
 def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The traction coefficient is one that no oil has."""
-    mu = points["traction_coefficient"]
+    mu, slip = points["traction_coefficient"], points["slide_roll_ratio"]
     least, most = limits.gates.traction_min, limits.gates.traction_max
+    # a sweep may go to slips of the other sign, where the force has the other one too
+    mu = mu.where(slip >= limits.gates.slide_roll_ratio_min, mu.abs())
     return Judgement(
         (mu < least) | (mu > most),
         f"the traction coefficient is {_span(mu, '.4f')}; expected {least:g} to {most:g}",
     )
+
+
+def slip_is_held(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]":
+    """Plateaus of which the slip is steady; on a ramp between two slips it is not."""
+    change, transient = points["slip_change"].abs(), points["slip_transient"].abs()
+    most, most_transient = limits.gates.slip_change_max, limits.gates.slip_transient_max
+    return ~((change > most) | (transient > most_transient))
+
+
+def surely_unphysical(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]":
+    """Plateaus whose traction coefficient is impossible by far more than its standard error.
+
+    Without slip a zero that is slightly off makes a small coefficient negative.
+    """
+    mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
+    sliding = points["slide_roll_ratio"] > limits.gates.sign_slip_min
+    above = mu - _SURE * error > limits.gates.traction_max
+    return above | (sliding & (mu + _SURE * error < limits.gates.traction_min))
 
 
 @gate(

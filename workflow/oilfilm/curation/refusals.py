@@ -19,7 +19,9 @@ _ADVICE = {
     "no_rows": "Look whether the logger wrote anything, or repeat the run.",
     "no_plateau": "Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
     "no_point_left": "Look at the gates that are named, one by one.",
-    "most_plateaus_fail": "Look at the gates that are named, one by one, and repeat the run.",
+    "many_plateaus_fail": "Look at the gates that are named, one by one, and repeat the run.",
+    "impossible_traction": "Check the units of force and load, and the zero and calibration of the "
+    "{sensor} sensor.",
     "duplicate_log": "Take one of the files out; a copy adds nothing.",
     "repeated_label": "Give each run a name of its own, or take one of the logs out.",
     "conflicting_labels": "Find out which oil was run, correct the other label or take it out.",

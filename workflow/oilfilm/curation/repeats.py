@@ -1,15 +1,18 @@
 """Runs that repeat each other: copies, names given twice, conditions run twice, wrong labels.
 
-A rule compares the accepted runs of a campaign in the order of their names. Where two of them can
-both be right, the earlier is kept. Where only one can be right, none is.
+A rule compares the accepted runs of a campaign with each other. Where several of them can be right,
+the first by name is kept. Where two contradict each other, none is; of more, those that most of the
+others contradict are refused.
 """
 
 from collections.abc import Callable, Iterator
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from oilfilm.curation.coverage import SET_POINTS, with_pressure
 from oilfilm.curation.gate import Finding
 from oilfilm.curation.refusals import refusal
 from oilfilm.curation.rig_kind import RigKind
@@ -48,25 +51,17 @@ def _copies(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
 ) -> Iterator[Case]:
     """Copies of an earlier log, as a file or in another format."""
-    for first, later in _same(runs, ["content_sha256"]):
-        if first.file != later.file:
-            yield (
-                later.run_id,
-                Finding(f"the log has the same content as {first.run_id}, which is kept"),
-            )
-    for first, later in _same_samples(points, runs, kind):
+    for first, later in _same_readings(points, runs, kind):
         if first.oil == later.oil:
-            yield (
-                later.run_id,
-                Finding(f"the log has the same readings as {first.run_id}, which is kept"),
-            )
+            sentence = f"the log has the same readings as {first.run_id}, which is kept"
+            yield later.run_id, Finding(sentence)
 
 
 def _conflicting_labels(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
 ) -> Iterator[Case]:
     """The same readings under the names of two oils."""
-    for first, later in _same_samples(points, runs, kind):
+    for first, later in _same_readings(points, runs, kind):
         if first.oil != later.oil:
             for run, other in ((first, later), (later, first)):
                 sentence = f"{other.run_id} has the same readings under the oil {other.oil!r}"
@@ -77,11 +72,9 @@ def _repeated_labels(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
 ) -> Iterator[Case]:
     """The name of an earlier run."""
-    for first, later in _same(runs, ["label"]):
-        yield (
-            later.run_id,
-            Finding(f"the header gives the run the name that {first.run_id} has, which is kept"),
-        )
+    for first, *others in _same(runs, ["label"]):
+        sentence = f"the header gives the run the name that {first.run_id} has, which is kept"
+        yield from ((later.run_id, Finding(sentence)) for later in others)
 
 
 def _conflicting_conditions(
@@ -89,26 +82,31 @@ def _conflicting_conditions(
 ) -> Iterator[Case]:
     """The condition of another run and a curve that is not its."""
     allowed = settings.gates.repeat_difference_max
-    for first, later in _same_condition(runs, settings):
-        difference = _difference(points, first.run_id, later.run_id, settings)
-        if difference > allowed:
-            for run, other in ((first, later), (later, first)):
+    for group in _same_condition(runs, settings):
+        names = [run.run_id for run in group]
+        apart = {
+            frozenset(pair): _difference(points, *pair, settings) for pair in combinations(names, 2)
+        }
+        for run_id in names:
+            others = {name: apart[frozenset((run_id, name))] for name in names if name != run_id}
+            against = [name for name, difference in others.items() if difference > allowed]
+            if len(against) > len(others) / 2:
+                of_others = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
                 sentence = (
-                    f"{other.run_id} has the same oil and set points, but its traction differs by "
-                    f"{difference:.0%} in the median; allowed {allowed:.0%}"
+                    f"{against[0]}{of_others} has the same oil and set points, but its traction "
+                    f"differs by {others[against[0]]:.0%} in the median, beyond the errors; "
+                    f"allowed {allowed:.0%}"
                 )
-                yield run.run_id, Finding(sentence)
+                yield run_id, Finding(sentence)
 
 
 def _conditions(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
 ) -> Iterator[Case]:
     """The condition of an earlier run."""
-    for first, later in _same_condition(runs, settings):
-        yield (
-            later.run_id,
-            Finding(f"the run has the oil and the set points of {first.run_id}, which is kept"),
-        )
+    for first, *others in _same_condition(runs, settings):
+        sentence = f"the run has the oil and the set points of {first.run_id}, which is kept"
+        yield from ((later.run_id, Finding(sentence)) for later in others)
 
 
 Rule = Callable[[pd.DataFrame, pd.DataFrame, RigKind, Settings], Iterator[Case]]
@@ -121,21 +119,22 @@ RULES: dict[str, Rule] = {
 }
 
 
-def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[tuple[Any, Any]]:
-    """The first run with some values of some columns and each later one with the same.
-
-    Empty values are not compared.
-    """
+def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
+    """Runs with the same values of some columns, two or more; empty values are not compared."""
     known = runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)
     for _, group in runs[known].groupby(key, sort=False):
-        first, *others = group.itertuples()
-        yield from ((first, later) for later in others)
+        if len(group) > 1:
+            yield list(group.itertuples())
 
 
-def _same_samples(
+def _same_readings(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind
 ) -> Iterator[tuple[Any, Any]]:
-    """Pairs of runs whose plateaus lie in the same rows and agree in every mean."""
+    """Pairs of runs out of files of one content, or with plateaus that agree in rows and means."""
+    # the place in a file that holds several runs
+    places = [f"in {run.run_id.removeprefix(run.file)}" for run in runs.itertuples()]
+    for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
+        yield from ((first, later) for later in others)
     named = {run.run_id: run for run in runs.itertuples()}
     alike: dict[tuple[int, ...], list[tuple[Any, FloatArray]]] = {}
     for run_id, plateaus in points[points["run_id"].isin(named)].groupby("run_id"):
@@ -145,24 +144,36 @@ def _same_samples(
             alike.setdefault(rows, []).append((named[run_id], means))
     for group in alike.values():
         values = np.array([means for _, means in group])
-        allowed = _ROUNDING * np.abs(values).max(axis=(0, 1))
-        for index, (first, means) in enumerate(group):
-            same = np.all(np.abs(values[index + 1 :] - means) <= allowed, axis=(1, 2))
-            yield from ((first, group[index + 1 + later][0]) for later in np.flatnonzero(same))
+        unknown = np.isnan(values)
+        values = np.where(unknown, 0.0, values)
+        largest = np.abs(values).max(axis=1)
+        for index, (first, _) in enumerate(group):
+            later = slice(index + 1, None)
+            allowed = _ROUNDING * np.maximum(largest[later], largest[index])[:, np.newaxis]
+            same = np.abs(values[later] - values[index]) <= allowed
+            same &= unknown[later] == unknown[index]
+            alike_ones = np.flatnonzero(same.all(axis=(1, 2)))
+            yield from ((first, group[index + 1 + other][0]) for other in alike_ones)
 
 
-def _same_condition(runs: pd.DataFrame, settings: Settings) -> Iterator[tuple[Any, Any]]:
-    """Pairs of runs with the same oil, rig and set points, to within their rounding."""
+def _same_condition(runs: pd.DataFrame, settings: Settings) -> Iterator[list[Any]]:
+    """Runs with the same oil, rig and set points, to within their rounding.
+
+    A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
+    is rounded by 0.5 % is a load that is off by 1.5 %.
+    """
     same = settings.same_set_point
+    noted = with_pressure(runs, settings.rigs)
+    pressure, load, speed, temperature = (noted[name].to_numpy(float) for name in SET_POINTS)
     levels = {
-        "load": _levels(np.log(runs["nominal_load_n"].to_numpy(float)), same.relative),
-        "speed": _levels(
-            np.log(runs["nominal_entrainment_speed_m_s"].to_numpy(float)), same.relative
-        ),
-        "temperature": _levels(
-            runs["nominal_inlet_temperature_c"].to_numpy(float), same.temperature_c
-        ),
+        "pressure": _levels(np.log(pressure), same.relative),
+        "load": _levels(np.log(load), same.relative),
+        "speed": _levels(np.log(speed), same.relative),
+        "temperature": _levels(temperature, same.temperature_c),
     }
+    # one of the two has none
+    levels["load"] = np.where(np.isnan(pressure), levels["load"], -1)
+    levels["pressure"] = np.where(np.isnan(load), levels["pressure"], -1)
     yield from _same(runs.assign(**levels), ["oil", "rig", *levels])
 
 
@@ -176,19 +187,24 @@ def _levels(values: FloatArray, tolerance: float) -> FloatArray:
 
 
 def _difference(points: pd.DataFrame, first: str, later: str, settings: Settings) -> float:
-    """Median relative difference of two curves of traction over the slips that both have."""
+    """Median relative difference of two curves of traction over the slips that both have.
+
+    Less twice the standard error of each difference, where it is known.
+    """
     a, b = (
         points[(points["run_id"] == run_id) & points["accepted"]].sort_values("slide_roll_ratio")
         for run_id in (first, later)
     )
-    slip, mu = (b[name].to_numpy(float) for name in ("slide_roll_ratio", "traction_coefficient"))
-    other_slip, other = (
-        a[name].to_numpy(float) for name in ("slide_roll_ratio", "traction_coefficient")
-    )
+    columns = ("slide_roll_ratio", "traction_coefficient", "traction_coefficient_se")
+    slip, mu, error = (b[name].to_numpy(float) for name in columns)
+    other_slip, other, other_error = (a[name].to_numpy(float) for name in columns)
     shared = (slip >= max(other_slip.min(), settings.gates.sign_slip_min)) & (
         slip <= other_slip.max()
     )
     if not shared.any():
         return 0.0
     expected = np.interp(slip[shared], other_slip, other)
-    return float(np.median(np.abs(mu[shared] - expected) / np.abs(expected)))
+    noise = 2 * np.hypot(error[shared], np.interp(slip[shared], other_slip, other_error))
+    beyond = np.abs(mu[shared] - expected) - np.nan_to_num(noise)
+    size = (np.abs(mu[shared]) + np.abs(expected)) / 2
+    return float(np.median(np.maximum(beyond, 0.0) / size))

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import Channel, Columns, Finding, Limits
+from oilfilm.curation.gate import BoolArray, Channel, Columns, Finding, Limits
 from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.readers.log_kind import LogKind
@@ -23,14 +23,14 @@ class Division:
         rest: The phases that give the zero, by name, in the order of time.
         starts: First sample of the settled part of each level.
         stops: The sample past its last one.
-        working: The samples between the phases at rest.
+        working: The samples between the phases at rest at which the rig turns.
         too_short: Levels that ended before they settled and give no plateau.
     """
 
     rest: Mapping[str, slice]
     starts: IndexArray
     stops: IndexArray
-    working: slice
+    working: BoolArray | slice
     too_short: list[Finding] = field(default_factory=list)
 
 

@@ -15,11 +15,15 @@ from oilfilm.curation.gate import (
     TractionLimits,
     gate,
 )
-from oilfilm.curation.statistics import longest_hold
-from oilfilm.units import N_PER_KN, FloatArray
+from oilfilm.curation.statistics import changed, is_noise, longest_hold
+from oilfilm.units import FloatArray, conversion
 
 
-@gate(*BOTH, advice="Check the logger's clock, and whether two logs were joined.")
+@gate(
+    *BOTH,
+    advice="Check the logger's clock and the digits of the time, and whether two logs were joined "
+    "or rows were written twice.",
+)
 def time_disorder(run: Run, limits: Limits) -> Finding | None:
     """The clock stands still or runs backwards."""
     time_s, row = run.signals.time_s, run.signals.row
@@ -43,15 +47,16 @@ def time_disorder(run: Run, limits: Limits) -> Finding | None:
 def missing_readings(run: Run, limits: Limits) -> Finding | None:
     """So many rows in one place cannot be read that the run has a hole."""
     row = run.signals.row
-    missing = np.diff(row) - 1
-    longest = limits.signals.clock_jump_intervals - 1
-    if len(missing) == 0 or missing.max() <= longest:
+    steps = np.diff(row)
+    # a log that writes a slow channel in every twentieth row only has steps of 20 rows
+    longest = limits.signals.clock_jump_intervals * float(np.median(steps)) if len(steps) else 0.0
+    if len(steps) == 0 or steps.max() <= longest:
         return None
-    hole = int(np.argmax(missing))
+    hole = int(np.argmax(steps))
     first, last = row[hole] + 1, row[hole + 1] - 1
     return Finding(
-        f"no row from {first} to {last} can be used; expected no hole of more than {longest:g} "
-        "rows",
+        f"no row from {first} to {last} can be used; expected no hole of more than "
+        f"{longest - 1:g} rows",
         first,
         last,
     )
@@ -86,25 +91,32 @@ def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     )
 
 
-# A channel that gives the same reading twice running more often than this shows too little noise to
-# be judged. A hold of a channel that is judged has less than this chance in a sound run.
-_MOST_REPEATS = 0.8
+# A signal of fewer values does not move.
+_FEWEST_LEVELS = 3
+# Readings before and after a hold that must show noise, too.
+_AROUND = 20
+# In a sound run a channel with noise is held so long with less than this chance.
 _CHANCE = 1e-9
 
 
 @gate(*BOTH, advice="Check the sensor or the signal of that name, and repeat the run.")
 def stuck_channel(run: Run, limits: Limits) -> Finding | None:
     """A signal that shows noise stops moving for part of the run."""
-    row = run.signals.row[run.working]
+    row = run.working.row
     for channel in run.channels:
-        values = run.of(channel)
+        values = run.working[channel.column]
         start, stop = longest_hold(values)
-        held, others = stop - start, len(values) - (stop - start)
-        long_enough = held * run.signals.interval_s >= limits.stuck.duration_s
-        if not long_enough or min(held, others) < limits.stuck.samples:
+        held = stop - start
+        if held * run.signals.interval_s < limits.stuck.duration_s or held < limits.stuck.samples:
             continue
-        repeats = max(1 - np.count_nonzero(np.diff(values)) / others, 0.0)
-        if repeats < _MOST_REPEATS and len(values) * repeats**held < _CHANCE:
+        others = np.delete(values, np.s_[start + 1 : stop])
+        updates = changed(others)
+        repeats = 1 - len(updates) / len(others)
+        # a channel that freezes has its noise up to that row; one that is quiet there has not
+        before, after = changed(values[: start + 1])[-_AROUND:], changed(values[stop - 1 :])
+        sides = [side for side in (before, after[:_AROUND]) if len(side) > _AROUND / 2]
+        noisy = is_noise(updates) and all(map(is_noise, sides))
+        if noisy and len(values) * repeats**held < _CHANCE:
             first, last = row[[start, stop - 1]]
             return Finding(
                 f"the {channel.name} is exactly {values[start]:g} {channel.unit} from row {first} "
@@ -115,6 +127,10 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
     return None
 
 
+# What a traction force may be in although it is labelled N.
+_FORCE_UNITS = ("lbf", "kgf", "kN")
+
+
 @gate(
     TRACTION,
     advice="Check the unit and the calibration of the traction force, and that the sensor's cable "
@@ -123,19 +139,29 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
 )
 def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
-    sliding = np.abs(slip) > limits.gates.sign_slip_min
-    size = float(np.median(np.abs(mu[sliding]))) if sliding.any() else np.nan
-    least = limits.gates.sliding_traction_min
+    size, least = median_sliding_traction(run, limits), limits.gates.sliding_traction_min
     if not size < least:
         return None
-    hint = (
-        "; the force may be in kN" if least <= size * N_PER_KN <= limits.gates.traction_max else ""
-    )
     return Finding(
         f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
-        f"{size:.2g}; expected {least:g} or more{hint}"
+        f"{size:.2g}; expected {least:g} or more{possible_force_units(size, limits)}"
     )
+
+
+def median_sliding_traction(run: Run, limits: TractionLimits) -> float:
+    """Median size of the traction coefficient where the contact slides; NaN where it does not."""
+    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
+    sliding = np.abs(slip) > limits.gates.sign_slip_min
+    return float(np.median(np.abs(mu[sliding]))) if sliding.any() else np.nan
+
+
+def possible_force_units(size: float, limits: TractionLimits) -> str:
+    """The units in which so small a traction coefficient would be a usual one, as a hint."""
+    usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
+    units = [
+        unit for unit in _FORCE_UNITS if usual <= size * conversion(unit, ("N",)).scale <= most
+    ]
+    return f"; the traction force may be in {' or '.join(units)}" if units else ""
 
 
 @gate(
@@ -161,17 +187,19 @@ def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
 @gate(*BOTH, advice="Choose a wider range of the sensor or its amplifier.")
 def saturated(run: Run, limits: Limits) -> Finding | None:
     """A sensor is at the end of its range for part of the run."""
-    row = run.signals.row[run.working]
+    row = run.working.row
     for channel in (run.sensor, run.load):
-        values = run.of(channel)
+        values = run.working[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             at_stop = np.flatnonzero(values == extreme)
             share = len(at_stop) / max(len(values), 1)
+            others = np.delete(values, at_stop)
             if (
                 len(at_stop) >= limits.stuck.samples
                 and share > limits.signals.saturated_share
                 and not _dead(run.signals[channel.column], extreme)
                 and _piled_up(values, extreme, limits.signals.piled_up_factor)
+                and is_noise(changed(others))
             ):
                 first, last = row[at_stop[[0, -1]]]
                 return Finding(
@@ -204,7 +232,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 @gate(*BOTH, advice="Check the {sensor} sensor, its cable and amplifier, and repeat the run.")
 def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     """The sensor gives exactly the same reading again and again."""
-    values, row = run.of(run.sensor), run.signals.row[run.working]
+    values, row = run.working[run.sensor.column], run.working.row
     start, stop = longest_hold(values)
     long_enough = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
     if not long_enough or stop - start < limits.stuck.samples:
@@ -212,9 +240,20 @@ def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     first, last = row[[start, stop - 1]]
     return Finding(
         f"the {run.sensor.name} is exactly {values[start]:g} {run.sensor.unit} from row {first} to "
-        f"row {last}; expected noise within {limits.stuck.duration_s:g} s",
+        f"row {last}; expected noise within {limits.stuck.duration_s:g} s{_few_digits(values)}",
         first,
         last,
+    )
+
+
+def _few_digits(values: FloatArray) -> str:
+    """A hint where a signal does move, but in steps of its last digit."""
+    levels = np.unique(values)
+    if len(levels) < _FEWEST_LEVELS or is_noise(changed(values)):
+        return ""
+    return (
+        f"; it moves in steps of {np.diff(levels).min():.2g}: log it with more digits, if that is "
+        "its last one"
     )
 
 

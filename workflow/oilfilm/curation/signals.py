@@ -34,8 +34,12 @@ class Signals:
         """The samples that a mask keeps."""
         if kept.all():
             return self
-        columns = {name: values[kept] for name, values in self.columns.items()}
-        return Signals(self.row[kept], self.time_s[kept], columns)
+        return self.at(kept)
+
+    def at(self, chosen: npt.NDArray[np.bool_] | slice) -> "Signals":
+        """The samples that a mask or a slice chooses."""
+        columns = {name: values[chosen] for name, values in self.columns.items()}
+        return Signals(self.row[chosen], self.time_s[chosen], columns)
 
     def __getitem__(self, column: str) -> FloatArray:
         return self.columns[column]

@@ -14,6 +14,13 @@ from oilfilm.units import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 
+# Readings that noise of two digits of the resolution, or more, gives among ten: six.
+_READINGS, _DIFFERENT = 10, 6
+# Noise turns back at two of three readings, or at one of two where it is filtered; a ramp does not.
+_LEAST_TURNS = 1 / 4
+# Readings closer than this, relative, differ by the rounding of a conversion only.
+_ROUNDING = 1e-9
+
 # Noise is seldom alike over more samples than this; a drift or a hum is.
 _NEAR_LAGS = 8
 
@@ -126,3 +133,29 @@ def longest_hold(values: FloatArray) -> tuple[int, int]:
     edges = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0) + 1, [len(values)]])
     longest = int(np.argmax(np.diff(edges)))
     return int(edges[longest]), int(edges[longest + 1])
+
+
+def changed(values: FloatArray) -> FloatArray:
+    """The values without those that repeat the one before."""
+    return values[np.flatnonzero(np.diff(values)) + 1]
+
+
+def is_noise(readings: FloatArray) -> bool:
+    """True for readings that scatter over several digits; False for few digits, a ramp, few values.
+
+    Args:
+        readings: The readings of a signal as `changed` gives them.
+
+    Examples:
+        >>> is_noise(np.tile([70.0, 70.1], 50))
+        False
+        >>> is_noise(np.random.default_rng(1).standard_normal(100))
+        True
+    """
+    if len(readings) < _READINGS:
+        return False
+    ranked = np.sort(np.lib.stride_tricks.sliding_window_view(readings, _READINGS), axis=1)
+    apart = np.diff(ranked, axis=1) > _ROUNDING * np.abs(readings).max()
+    change = np.diff(readings)
+    turns = np.mean(change[1:] * change[:-1] < 0)
+    return bool(np.median(apart.sum(axis=1) + 1) >= _DIFFERENT and turns >= _LEAST_TURNS)

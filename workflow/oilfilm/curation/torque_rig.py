@@ -4,7 +4,7 @@ A log is one run of one oil at one axial load: the bearing stands still, runs at
 another, and stands still again. A step is a step of speed, and rest is standstill.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +13,7 @@ import pandas as pd
 
 from oilfilm.curation.gate import TORQUE as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TorqueLimits
+from oilfilm.curation.hypotheses import Hypothesis, time_hypotheses
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, RigKind
 from oilfilm.curation.signals import IndexArray, Signals
@@ -78,7 +79,7 @@ class TorqueRig(RigKind):
         first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
         starts, stops, too_short = _levels(signals, first, last, torque_logs.plateaus)
         rest = {"opening": slice(0, first), "closing": slice(last, len(turning))}
-        return Division(rest, starts, stops, slice(first, last), too_short)
+        return Division(rest, starts, stops, turning, too_short)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
@@ -98,6 +99,10 @@ class TorqueRig(RigKind):
     def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         """The rig of a torque log is its bearing."""
         return points.rename(columns={"rig": "bearing"})
+
+    def hypotheses(self, rig: str, settings: Settings) -> Iterator[Hypothesis]:
+        """See `RigKind.hypotheses`."""
+        return time_hypotheses()
 
     def limits(self, settings: Settings) -> TorqueLimits:
         """See `RigKind.limits`."""

@@ -21,7 +21,7 @@ from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
-# No rig that means to roll slides so much.
+# No rig that means to roll slides so much, and no sweep begins with a negative slip.
 _ABSURD_SLIP = 0.5
 # Phases of pure rolling that a zero procedure needs.
 _PHASES = {
@@ -70,7 +70,8 @@ class TractionRig(RigKind):
         "columns_disagree": "Look at the columns' units, the track radii of the rig file and the "
         "campaign file's semantics (slide_roll_ratio, slower_body); logged_twice of config.yaml "
         "says how far they may differ.",
-        "zero_missing": "Begin and end every run with a few seconds of pure rolling.",
+        "zero_missing": "Begin and end every run with a few seconds of pure rolling. Where it "
+        "did roll, check columns, units and signs of the speeds and the track radii of the rig.",
     }
     carried: tuple[str, ...] = (
         "oil",
@@ -132,10 +133,11 @@ class TractionRig(RigKind):
         limit = settings.curation.zero_reference.max_slide_roll_ratio
         if abs(slip) <= limit:
             return None
-        hint = "; so large a slip may come from swapped speed columns or wrong track radii"
+        wrong = slip < -limit or slip > _ABSURD_SLIP
+        hint = "; such a slip may come from swapped speed columns or wrong track radii"
         return Finding(
             f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; expected pure rolling, "
-            f"within {limit}{hint if abs(slip) > _ABSURD_SLIP else ''}"
+            f"within {limit}{hint if wrong else ''}"
         )
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:

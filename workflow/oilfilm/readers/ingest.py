@@ -237,6 +237,7 @@ def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
         "verdict": "refused",
         "rule": run.flaw.rule if run.flaw else "",
         "reason": run.flaw.reason if run.flaw else "",
+        "warning": "",
     }
 
 

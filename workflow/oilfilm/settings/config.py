@@ -131,7 +131,8 @@ class SameSetPointSettings(Group):
     """How far two notes of one set point may be apart."""
 
     relative: float = key(
-        "Relative difference of pressures, loads or speeds that are the same.",
+        "Relative difference of pressures or speeds that are the same; of loads where the rig's "
+        "contact, and so the pressure, is not known.",
         unit="1",
         ge=0,
         le=0.1,
@@ -150,7 +151,8 @@ class SignalGateSettings(Group):
     )
     spike_share_max: Share = key("Share of a plateau's rows that may be spikes.")
     faulty_share_max: Share = key(
-        "Share of a run's plateaus that may fail before the whole run is refused."
+        "Share of a run's plateaus that may fail gates which show a fault of the run; more of "
+        "them, if at least three or more than half, refuse the whole run."
     )
     clock_jump_intervals: float = key("Longest gap, in sampling intervals.", unit="1", gt=0)
     saturated_share: Tolerance = key("Share of rows at a sensor's extreme value.")
@@ -191,6 +193,9 @@ class GateSettings(SignalGateSettings):
     sign_slip_min: SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
     sliding_traction_min: float = key(
         "Smallest median traction coefficient of an oil above that |S|.", unit="1", ge=0, lt=1
+    )
+    sliding_traction_usual: float = key(
+        "A smaller median traction coefficient above that |S| is a warning.", unit="1", ge=0, lt=1
     )
     sign_share: float = key(
         "Share of points with the other sign that refuses a run.", unit="1", gt=0, le=1

@@ -84,6 +84,8 @@ _CURATION = (
     count("accepted_points", "points that passed every gate"),
     flag("accepted", "true where no gate refused the plateau"),
     text("reason", "what was found and what was expected; empty where nothing was refused"),
+    text("warning", "what is doubtful about a run that is used, with the likely cause; empty where "
+        "nothing is"),
     text("failed_gates", "gates that refused the plateau, joined by ';'; empty where none did"),
     text("advice", "what to do about it"),
     text("stage", "stage that refused", allowed=("ingest", "curate")),

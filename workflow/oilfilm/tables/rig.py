@@ -37,7 +37,7 @@ TABLES = (
             run_id campaign oil rig log_kind nominal_max_hertz_pressure_gpa nominal_load_n
             nominal_entrainment_speed_m_s nominal_inlet_temperature_c file sha256 content_sha256
             label reader encoding delimiter decimal_mark samples refused_rows plateaus
-            accepted_points verdict rule reason""",
+            accepted_points verdict rule reason warning""",
         uses=(
             use("refused_rows", "rows of this run in quarantine"),
             use("verdict", "accepted: at least one point passed", allowed=("accepted", "refused")),

@@ -1,0 +1,369 @@
+"""Sound logs of unusual rigs and loggers are used; faults that look like them are refused."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import torque_logs
+from bad_logs import CONFIG, KEYS, UNITS, Columns, csv, good
+from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.tables import failed_gates
+
+SLIPS = tuple(0.02 * step for step in range(12))
+SWEEP = (*SLIPS, 0.0)
+HELD = 80  # rows of each slip
+SPINDLES = ("ball_speed", "disc_speed")
+NO_SET_POINTS = dict.fromkeys(set(KEYS) - {"oil"})
+
+
+def judged(values: Columns, **keys: object) -> Curated:
+    return check_logs([("log", csv(values, **keys))], CONFIG)
+
+
+def rules(curated: Curated) -> list[str]:
+    """Rules that refuse the run or rows of it."""
+    return curated.quarantine["rule"].tolist()
+
+
+def at_rest(values: Columns, start: int) -> Columns:
+    """Three seconds more, in which both encoders read exactly 0 and the other sensors go on."""
+    rows = np.r_[:start, :60, start : len(values["time"])]
+    longer = {name: column[rows].copy() for name, column in values.items()}
+    for name in SPINDLES:
+        longer[name][start : start + 60] = 0.0
+    return {**longer, "time": np.arange(len(rows)) / 20}
+
+
+def coarse_thermometer(values: Columns) -> Columns:
+    """0.1 degC resolution: it flickers between two digits, then holds one of them."""
+    noise = np.random.default_rng(5).standard_normal(len(values["time"]))
+    half = len(noise) // 2
+    flicker = np.where(np.arange(len(noise)) < half, 70.05 + 0.03 * noise, 70.0 + 0.005 * noise)
+    return {**values, "inlet_temperature": np.round(flicker, 1)}
+
+
+def commanded(values: Columns) -> Columns:
+    """Speeds as they were set, without noise, each slip reached on a ramp of half a second."""
+    slip = np.repeat(SWEEP, HELD)
+    for step in range(1, len(SWEEP)):
+        ramp = np.s_[step * HELD - 5 : step * HELD + 5]
+        slip[ramp] = np.linspace(SWEEP[step - 1], SWEEP[step], 10, endpoint=False)
+    rolling = {name: np.mean(values[name][:HELD]) for name in SPINDLES}
+    return {
+        **values,
+        "ball_speed": rolling["ball_speed"] * (1 - slip / 2),
+        "disc_speed": rolling["disc_speed"] * (1 + slip / 2),
+    }
+
+
+def held_for(values: Columns, name: str, rows: int) -> Columns:
+    """A channel that is renewed in every so many rows only."""
+    count = len(values["time"])
+    return {**values, name: np.repeat(values[name][::rows], rows)[:count]}
+
+
+SOUND: dict[str, Callable[[Columns], Columns]] = {
+    "standstill before the run": lambda values: at_rest(values, 0),
+    "standstill in the middle": lambda values: at_rest(values, 480),
+    "coarse thermometer": coarse_thermometer,
+    "coarse load cell": lambda values: {**values, "load": np.round(values["load"])},
+    "whole revolutions": lambda values: {
+        **values, **{name: np.round(values[name]) for name in SPINDLES},
+    },
+    "commanded speeds": commanded,
+    "temperature once in a second": lambda values: held_for(values, "inlet_temperature", 20),
+    "temperature once in five seconds": lambda values: held_for(values, "inlet_temperature", 100),
+    "dead weight": lambda values: {**values, "load": np.full_like(values["load"], 82.2)},
+    "one row in a second": lambda values: {
+        **{name: column[::2] for name, column in values.items()},
+        "time": np.arange(len(values["time"]) // 2, dtype=float),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_unusual_log_that_nothing_is_wrong_with_is_used(name: str) -> None:
+    curated = judged(SOUND[name](good(SWEEP)))
+    assert rules(curated) == []
+    assert curated.runs["warning"].tolist() == [""]
+    assert curated.points["accepted"].mean() > 0.9
+
+
+@pytest.mark.parametrize(
+    "phases",
+    [
+        (0.0, *SLIPS[:0:-1], 0.0),
+        (*SLIPS, *SLIPS[-2:0:-1], 0.0),
+        (0.0, 0.05, 0.0, 0.05, 0.1, 0.05, 0.1, 0.05, 0.0),
+        (0.0, 0.05, 0.1, 0.0),
+    ],
+    ids=["down", "up and down", "repeated levels", "two levels"],
+)
+def test_sweep_of_any_order_is_used(phases: tuple[float, ...]) -> None:
+    curated = judged(good(phases))
+    assert rules(curated) == []
+    assert curated.points["accepted"].all()
+
+
+def test_negative_slips_cost_no_positive_ones() -> None:
+    negative = tuple(-slip for slip in SLIPS[1:8])
+    values = good((0.0, *negative, *SLIPS[:8], 0.0))
+    slip = np.repeat((0.0, *negative, *SLIPS[:8], 0.0), HELD)
+    # traction is odd in slip
+    mirrored = good((0.0, *SLIPS[1:8], *SLIPS[:8], 0.0))
+    values["traction_force"] = np.where(slip < 0, -1, 1) * mirrored["traction_force"]
+    points = judged(values).points
+    assert points.loc[points["slide_roll_ratio"] > 0.01, "accepted"].all()
+    assert set(points.loc[points["slide_roll_ratio"] < -0.01, "failed_gates"]) == {
+        "slip_out_of_range"
+    }
+
+
+@pytest.mark.parametrize("every", [10, 20])
+def test_slow_channel_that_is_written_in_few_rows_is_no_hole(every: int) -> None:
+    values = good(SWEEP, seconds=20.0)
+    head, _, rows = csv(values).partition(b"inlet_temperature [degC]\n")
+    lines = rows.splitlines(keepends=True)
+    for index, line in enumerate(lines):
+        if index % every:
+            lines[index] = line.rpartition(b",")[0] + b",\n"
+    log = head + b"inlet_temperature [degC]\n" + b"".join(lines)
+    curated = check_logs([("log", log)], CONFIG)
+    assert curated.runs["verdict"].tolist() == ["accepted"]
+    assert set(rules(curated)) == {"unreadable_row"}
+    # a hole of the slow channel is one
+    hole = b"".join([*lines[:1500], *(b",,,,,\n" for _ in range(12 * every)), *lines[1500:]])
+    curated = check_logs([("log", head + b"inlet_temperature [degC]\n" + hole)], CONFIG)
+    assert "missing_readings" in rules(curated)
+
+
+@pytest.mark.parametrize("name", ["load", "ball_speed", "disc_speed", "inlet_temperature"])
+@pytest.mark.parametrize("rows", [1, 4])
+def test_channel_with_noise_that_freezes_is_refused(name: str, rows: int) -> None:
+    """Also where the channel is renewed in every fourth row only."""
+    values = held_for(good(SWEEP), name, rows)
+    values[name][520:] = values[name][520]
+    assert rules(judged(values)) == ["stuck_channel"]
+
+
+def test_bearing_that_stands_still_for_a_while_has_no_stuck_speed() -> None:
+    levels = np.repeat([0, 1, 0, 2, 3, 0], [120, 160, 140, 160, 160, 120])
+    torque = np.array([0.0, 2.0, 3.0, 5.0])[levels]
+    log = torque_logs.text(torque_logs.measured(3000.0 * levels, torque, 1))
+    curated = check_logs([("log", log)], CONFIG, TORQUE_RIG)
+    assert rules(curated) == []
+    kept = curated.points[curated.points["accepted"]]
+    np.testing.assert_allclose(kept["torque_n_m"], [2, 3, 5], atol=0.03)
+
+
+@pytest.mark.parametrize(("digits", "rule"), [(2, None), (0, "stuck_sensor")])
+def test_force_of_too_few_digits_is_told_so(digits: int, rule: str | None) -> None:
+    values = good(SWEEP)
+    values["traction_force"] = np.round(10 * values["traction_force"], digits)
+    curated = judged({**values, "load": 10 * values["load"]}, **NO_SET_POINTS)
+    assert rules(curated) == ([rule] if rule else [])
+    assert all("more digits" in reason for reason in curated.quarantine["reason"])
+
+
+# --- faulty plateaus ---------------------------------------------------------------------------
+
+
+def with_levels_changed(phases: tuple[float, ...], levels: range, factor: float) -> Columns:
+    """The force of the last second of some levels times a factor."""
+    values = good(phases)
+    for level in levels:
+        values["traction_force"][(level + 1) * HELD - 25 : (level + 1) * HELD - 5] *= factor
+    return values
+
+
+@pytest.mark.parametrize(
+    ("phases", "faulty", "refused"),
+    [
+        ((0.0, 0.05, 0.1, 0.0), 1, False),
+        ((0.0, 0.05, 0.1, 0.15, 0.0), 1, False),
+        ((0.0, 0.05, 0.1, 0.15, 0.2, 0.0), 3, True),
+        (SWEEP, 3, False),
+        (SWEEP, 5, True),
+    ],
+)
+def test_run_is_refused_by_many_faulty_plateaus_and_not_by_one(
+    phases: tuple[float, ...], faulty: int, refused: bool
+) -> None:
+    last = len(phases) - 1
+    curated = judged(with_levels_changed(phases, range(last - faulty, last), 1.4))
+    bad = curated.points["failed_gates"].str.contains("not_steady|spiky|transient_not_ended")
+    assert bad.sum() == faulty
+    assert rules(curated) == (["many_plateaus_fail"] if refused else [])
+    for reason in curated.quarantine["reason"]:
+        assert f"{faulty} of the {len(bad)} plateaus" in reason
+
+
+@pytest.mark.parametrize(("factor", "rows"), [(-1, 0), (20, 0), (20, 60)])
+def test_one_steady_plateau_of_impossible_traction_refuses_the_run(factor: int, rows: int) -> None:
+    """A plateau that is disturbed for its last second is refused alone."""
+    values = good(SWEEP)
+    values["traction_force"][5 * HELD + rows : 6 * HELD] *= factor
+    curated = judged(values)
+    assert rules(curated) == ([] if rows else ["impossible_traction"])
+    gates = failed_gates.counts(curated.points).index
+    assert ("spiky" if rows else "traction_unphysical") in gates
+    assert curated.points["accepted"].sum() == (len(curated.points) - 1 if rows else 0)
+
+
+def test_light_contact_whose_zero_is_a_little_off_is_used() -> None:
+    """-0.03 N of 5 N are mu = -0.006 at no slip, and no fault of the sliding points."""
+    values = good(SWEEP)
+    values = {
+        **values,
+        "load": values["load"] * 5 / 82.2,
+        "traction_force": values["traction_force"] * 5 / 82.2,
+    }
+    values["traction_force"][50:HELD] -= 0.03
+    curated = judged(values, **NO_SET_POINTS)
+    assert curated.runs["verdict"].tolist() == ["accepted"]
+    assert failed_gates.counts(curated.points).to_dict() == {"traction_unphysical": 1}
+
+
+# --- simple mistakes ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "rule", "words"),
+    [
+        ({"time": 1e3}, "time_unit", "ms labelled s"),
+        ({"time": 1 / 60}, "time_unit", "min labelled s"),
+        ({"traction_force": 1e3}, "force_scale", "1000 times smaller"),
+        ({"traction_force": 1 / 9.80665e-3}, "force_scale", "gf"),
+        ({"traction_force": 1e-3}, "no_traction", "may be in kN"),
+        ({"traction_force": 1 / 9.80665}, "no_traction", "kgf"),
+        ({"traction_force": -1}, "swapped_sign", "against the slip"),
+        ({"ball_speed": -1}, "speed_sign", "opposite sign of the speed of ball"),
+        ({"ball_speed": -1, "disc_speed": -1}, "speed_sign", "ball and disc"),
+        ({"ball_speed": 6, "disc_speed": 6}, "speed_unit", "deg/s labelled 1/min"),
+        ({"ball_speed": 1 / 60, "disc_speed": 1 / 60}, "speed_unit", "1/s labelled 1/min"),
+        ({"disc_speed": np.pi / 30}, "speed_unit", "disc's speed 9.549 times as large"),
+        ({"load": 1e-3}, "load_off_nominal", "may be in kN"),
+        ({"load": 1 / 4.4482216}, "load_off_nominal", "may be in lbf"),
+        ({"ball_speed": 1.3}, "zero_missing", "wrong track radii"),
+    ],
+)
+def test_unit_or_sign_that_is_wrong_is_named(
+    change: dict[str, float], rule: str, words: str
+) -> None:
+    values = good(SWEEP)
+    curated = judged({**values, **{name: f * values[name] for name, f in change.items()}})
+    assert rules(curated) == [rule]
+    assert words in curated.quarantine["reason"].iloc[0]
+
+
+@pytest.mark.parametrize(
+    ("in_unit", "unit"), [(lambda t: t + 273.15, "K"), (lambda t: 1.8 * t + 32, "degF")]
+)
+def test_temperature_in_another_unit_is_named(in_unit: Callable, unit: str) -> None:
+    values = good(SWEEP)
+    curated = judged({**values, "inlet_temperature": in_unit(values["inlet_temperature"])})
+    assert curated.quarantine["reason"].iloc[0].endswith(f"if it were in {unit}")
+
+
+def test_slip_in_percent_is_named_where_slip_was_logged() -> None:
+    random, slip = np.random.default_rng(3), np.repeat(SWEEP, HELD)
+    values = {name: column for name, column in good(SWEEP).items() if name not in SPINDLES}
+    values["entrainment_speed"] = 30 + 0.01 * random.standard_normal(len(slip))
+    values["slide_roll_ratio"] = 100 * slip + 0.05 * random.standard_normal(len(slip))
+    units = {**UNITS, "entrainment_speed": "m/s", "slide_roll_ratio": "1"}
+    units = {name: unit for name, unit in units.items() if name in values}
+    assert rules(judged(values, units=units)) == ["slip_unit"]
+
+
+@pytest.mark.parametrize(
+    "seconds", [(0.8, 4.0), (4.0, 0.9), (0.8, 0.9)], ids=["opening", "levels", "both"]
+)
+@pytest.mark.parametrize("per_row", [1, 50])
+def test_phases_that_are_only_short_are_not_taken_for_minutes(
+    seconds: tuple[float, float], per_row: int
+) -> None:
+    """Of a logger of 20 Hz and of one of 1 kHz."""
+    opening, level = (round(20 * each) for each in seconds)
+    starts = HELD * np.arange(len(SWEEP))
+    kept = [np.arange(start, start + (level if start else opening)) for start in starts]
+    rows = np.repeat(np.concatenate(kept), per_row)
+    random = np.random.default_rng(2)
+    values = {name: column[rows] for name, column in good(SWEEP).items()}
+    values = {
+        name: column * (1 + 1e-5 * random.standard_normal(len(rows)))
+        for name, column in values.items()
+    }
+    values["time"] = np.arange(len(rows)) / 20 / per_row
+    curated = judged(values)
+    assert curated.runs["verdict"].tolist() == ["refused"]
+    assert set(rules(curated)) <= {"zero_missing", "too_short", "no_point_left"}
+
+
+def test_warning_names_little_traction_and_soft_saturation() -> None:
+    values = good(SWEEP)
+    force = values["traction_force"]
+    little = judged({**values, "traction_force": force / 4.4482216}).runs.iloc[0]
+    assert little["verdict"] == "accepted"
+    assert little["warning"].startswith("little_traction")
+    assert "lbf" in little["warning"]
+    most = force.max()
+    soft = judged({**values, "traction_force": most * np.tanh(force / most)}).runs.iloc[0]
+    assert soft["verdict"] == "accepted"
+    assert soft["warning"].startswith("soft_saturation")
+
+
+# --- runs against each other -------------------------------------------------------------------
+
+
+def together(**logs: bytes) -> pd.Series:
+    """The rule that refused each run; empty where none did."""
+    curated = check_logs(sorted(logs.items()), CONFIG)
+    return curated.runs.set_index("run_id")["rule"]
+
+
+def repeat(seed: int, force: float = 1.0) -> Columns:
+    """The same run again, with other noise."""
+    random, values = np.random.default_rng(seed), good(SWEEP)
+    noise = 0.02 * random.standard_normal(len(values["time"]))
+    return {**values, "traction_force": force * values["traction_force"] + noise}
+
+
+@pytest.mark.parametrize("names", ["abc", "bca", "cab"])
+def test_run_that_two_others_contradict_is_refused_whatever_the_names(names: str) -> None:
+    one, two, odd = names
+    logs = {one: csv(repeat(1)), two: csv(repeat(2)), odd: csv(repeat(3, force=1.3))}
+    rule = together(**logs)
+    assert rule[odd] == "conflicting_condition"
+    assert sorted(rule[[one, two]]) == ["", "duplicate_condition"]
+
+
+def test_of_two_runs_that_contradict_each_other_none_is_used() -> None:
+    rule = together(a=csv(repeat(1)), b=csv(repeat(2, force=1.3)))
+    assert rule.tolist() == ["conflicting_condition"] * 2
+
+
+@pytest.mark.parametrize(
+    ("load_n", "rule"), [(82.2, "duplicate_condition"), (83.0, "duplicate_condition"), (84.5, "")]
+)
+def test_pressure_that_is_rounded_is_the_condition_of_its_load(load_n: float, rule: str) -> None:
+    """1.25 GPa are 82.18 N; half a per cent of pressure is one and a half of load."""
+    by_load = csv(repeat(2), max_hertz_pressure_gpa=None, load_n=load_n)
+    assert together(a=csv(repeat(1)), b=by_load).tolist() == ["", rule]
+
+
+def test_copy_is_found_beside_a_run_of_a_larger_load() -> None:
+    """The tolerance is that of two runs, not of the largest one in the campaign."""
+    values, other = good(SWEEP), good(SWEEP)
+    heavy = {name: 5 * values[name] for name in ("load", "traction_force")}
+    heavy = {**values, **heavy}
+    other["load"] = other["load"] + 0.03  # 0.04 % of 82 N
+    no = dict(NO_SET_POINTS)
+    rule = together(a=csv(heavy, **no), b=csv(values, **no), c=csv(other, **no))
+    assert rule.tolist() == ["", "", ""]
+    metric = {**values, "load": values["load"] / 9.80665}
+    copy = csv(metric, {**UNITS, "load": "kgf"}, oil="4050", **no)
+    rule = together(a=csv(heavy, **no), b=csv(values, **no), c=copy)
+    assert rule.tolist() == ["", "conflicting_labels", "conflicting_labels"]

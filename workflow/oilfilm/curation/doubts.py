@@ -1,0 +1,65 @@
+"""Warnings about a run that is used: what is not wrong for certain, with the likely cause."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from oilfilm.curation.gate import Limits, Run, TractionLimits
+from oilfilm.curation.plateaus import MAD_TO_SIGMA
+from oilfilm.curation.run_gates import median_sliding_traction, possible_force_units
+from oilfilm.curation.statistics import changed, is_noise
+
+# Small and large readings, over the largest; so many give the noise to within a tenth.
+_SMALL, _LARGE, _ALMOST_ALL = 0.2, 0.8, 0.99
+_CHANGES = 60
+# Sensors have the same noise at any reading, and vibrations add to it.
+_NOISE_LEFT = 0.6
+
+
+def little_traction(run: Run, limits: Limits) -> str:
+    """The traction is less than oils have, though not impossible."""
+    if not isinstance(limits, TractionLimits):
+        return ""
+    size = median_sliding_traction(run, limits)
+    usual = limits.gates.sliding_traction_usual
+    if not size < usual:
+        return ""
+    return (
+        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
+        f"{size:.2g}; few oils have less than {usual:g}{possible_force_units(size, limits)}"
+    )
+
+
+def soft_saturation(run: Run, limits: Limits) -> str:
+    """The sensor has less noise at its largest readings: its amplifier compresses them."""
+    if np.isnan(run.plateaus["duration_s"]).all():
+        return ""  # settled readings
+    readings = run.working[run.sensor.column]
+    size = np.abs(readings[1:-1])
+    largest = float(np.quantile(size, _ALMOST_ALL)) if len(size) else 0.0
+    # no ramp shows in second differences, which have six times the variance of the noise
+    change = np.abs(np.diff(readings, 2)) / np.sqrt(6)
+    parts = size < _SMALL * largest, size > _LARGE * largest
+    if min(part.sum() for part in parts) < _CHANGES or not is_noise(changed(size[parts[0]])):
+        return ""
+    small, large = (MAD_TO_SIGMA * float(np.median(change[part])) for part in parts)
+    if large >= _NOISE_LEFT * small:
+        return ""
+    name, unit = run.sensor.name, run.sensor.unit
+    return (
+        f"the noise of the {name} falls from {small:.2g} {unit} at small to {large:.2g} {unit} at "
+        "large readings; the sensor or its amplifier may be near the end of its range and give too "
+        "little there"
+    )
+
+
+DOUBTS: dict[str, Callable[[Run, Any], str]] = {
+    each.__name__: each for each in (little_traction, soft_saturation)
+}
+
+
+def warning(run: Run, limits: Limits) -> str:
+    """All warnings about a run, each with its name; empty where there is none."""
+    found = {name: doubt(run, limits) for name, doubt in DOUBTS.items()}
+    return "; ".join(f"{name}: {sentence}" for name, sentence in found.items() if sentence)

@@ -1,0 +1,107 @@
+"""Verdicts on plateaus, and on the runs of which too few of them can be trusted."""
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.curation.gate import Finding, Limits, TractionLimits
+from oilfilm.curation.plateau_gates import slip_is_held, surely_unphysical
+from oilfilm.curation.refusals import plateau_gates, refusal
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.readers.base import Refusal
+from oilfilm.tables import failed_gates
+
+# Rules that refuse a run of which single plateaus pass.
+_MANY_FAIL, _IMPOSSIBLE = "many_plateaus_fail", "impossible_traction"
+OF_SOME_PLATEAUS = (_MANY_FAIL, _IMPOSSIBLE)
+# Two faulty plateaus may be two mishaps, where they are not most of a short run.
+_MANY = 3
+
+
+def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.DataFrame:
+    """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
+    gates = plateau_gates(kind) if len(points) else []
+    return pd.DataFrame(
+        {gate.name: np.asarray(gate.judge(points, limits).fails) for gate in gates},
+        index=points.index,
+        dtype=bool,
+    )
+
+
+def with_gates(
+    points: pd.DataFrame, kind: RigKind, limits: Limits
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Plateaus with their verdicts, and which gates each of them fails."""
+    failed = judge_plateaus(points, kind, limits)
+    accepted = ~failed.any(axis=1)
+    return points.assign(failed_gates=failed_gates.as_text(failed), accepted=accepted), failed
+
+
+def not_usable(
+    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
+) -> list[str]:
+    """Runs of which no plateau is left, or of which the others cannot be trusted either."""
+    run_id = points["run_id"]
+    left = points["accepted"].groupby(run_id).any()
+    faulty = _blamed(points, failed, kind, limits).any(axis=1).groupby(run_id)
+    share, count = faulty.mean(), faulty.sum()
+    many = (share > limits.faulty_share_max) & ((count >= _MANY) | (share > 1 / 2))
+    unphysical = _unphysical(points, failed, limits).groupby(run_id).any()
+    return [str(run_id) for run_id in left.index[~left | many | unphysical]]
+
+
+def _blamed(
+    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
+) -> pd.DataFrame:
+    """Failures that show a fault of the run, as those of a ramp between two slips do not."""
+    names = [gate.name for gate in plateau_gates(kind) if gate.blames_run and len(failed)]
+    blamed = failed.loc[points.index, names]
+    if isinstance(limits, TractionLimits) and names:
+        blamed[~slip_is_held(points, limits)] = False
+    return blamed
+
+
+def _unphysical(points: pd.DataFrame, failed: pd.DataFrame, limits: Limits) -> "pd.Series[bool]":
+    """Plateaus with slip and load as they should be and a traction that no oil has."""
+    failed = failed.loc[points.index]
+    if not isinstance(limits, TractionLimits) or len(failed) == 0:
+        return pd.Series(False, index=points.index)
+    causes = failed[["slip_out_of_range", "load_off_nominal", "load_changes"]].any(axis=1)
+    return ~causes & slip_is_held(points, limits) & surely_unphysical(points, limits)
+
+
+def why_not_used(
+    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
+) -> Refusal:
+    """The refusal of a run that no plateau is left of, or too few."""
+    run_id, failed = points["run_id"].iloc[0], failed.loc[points.index]
+    for gate in plateau_gates(kind):
+        if failed[gate.name].all():
+            return refusal(gate.name, Finding(gate.judge(points, limits).sentence), kind, run_id)
+    unphysical = _unphysical(points, failed, limits)
+    if unphysical.any():
+        worst = points.loc[points.loc[unphysical, "traction_coefficient"].abs().idxmax()]
+        sentence = (
+            f"on {unphysical.sum()} of the {len(points)} plateaus slip and load are as they should "
+            "be, but the traction coefficient is impossible, as "
+            f"{worst['traction_coefficient']:.4f} at a slide-roll ratio of "
+            f"{worst['slide_roll_ratio']:.4f}, so that the others cannot be trusted"
+        )
+        rows = int(worst["first_row"]), int(worst["last_row"])
+        return refusal(_IMPOSSIBLE, Finding(sentence, *rows), kind, run_id)
+    if not points["accepted"].any():
+        sentence = f"each of the {len(points)} plateaus fails some gate ({_counts(failed)})"
+        return refusal("no_point_left", Finding(sentence), kind, run_id)
+    blamed = _blamed(points, failed, kind, limits)
+    count = blamed.any(axis=1).sum()
+    sentence = (
+        f"{count} of the {len(points)} plateaus ({count / len(points):.0%}) fail gates that show a "
+        f"fault of the run ({_counts(blamed)}), so that the others cannot be trusted; allowed "
+        f"{limits.faulty_share_max:.0%}"
+    )
+    return refusal(_MANY_FAIL, Finding(sentence), kind, run_id)
+
+
+def _counts(failed: pd.DataFrame) -> str:
+    """How many plateaus fail each gate, as in `spiky 3, not_steady 1`."""
+    counts = failed.sum().sort_values(ascending=False, kind="stable")
+    return ", ".join(f"{name} {count}" for name, count in counts.items() if count)
