@@ -4,7 +4,7 @@ samples -> signals -> zero -> plateaus -> derived quantities -> gates -> verdict
 says what differs between the rigs.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -22,7 +22,7 @@ from oilfilm.curation.repeats import repeated
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.curation.verdicts import OF_SOME_PLATEAUS, not_usable, why_not_used, with_gates
+from oilfilm.curation.verdicts import not_usable, why_not_used, with_gates
 from oilfilm.readers.base import Refusal
 from oilfilm.readers.ingest import Ingested, ingest_logs
 from oilfilm.settings.resolved import Settings
@@ -119,7 +119,7 @@ def curate(
 
 def _explanation(
     samples: Columns,
-    run: Mapping[str, Any],
+    run: Mapping[Hashable, Any],
     runs: pd.DataFrame,
     settings: Settings,
     kind: RigKind,
@@ -269,10 +269,11 @@ def _judge(
         for run_id in not_usable(points, failed, kind, limits)
         if run_id not in refused
     ]
+    some_pass = set(points.loc[points["accepted"], "run_id"])
     # the plateaus stay, whatever the rig, with the gate of their run beside their own
     points = failed_gates.with_gate_of_run(
         points,
-        {each.run_id: each.rule for each in by_plateaus if each.rule in OF_SOME_PLATEAUS},
+        {each.run_id: each.rule for each in by_plateaus if each.run_id in some_pass},
     )
     # in the order of the runs
     of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}

@@ -93,6 +93,7 @@ class TractionLimits(Limits):
 
     gates: GateSettings
     transient_share: float
+    rolling_slip_max: float
     planned_slips: Sequence[float]
     accept_unjudged_film: bool
 

@@ -151,13 +151,17 @@ def _exchanged_speeds(rig: Rig) -> Iterator[Hypothesis]:
         yield Hypothesis(
             "swapped_channels",
             f"the run would pass with the {words} of ball and disc exchanged",
-            lambda samples, ratio=ratio: {
-                **samples,
-                _BALL: samples[_DISC] * ratio,
-                _DISC: samples[_BALL] / ratio,
-            },
+            _exchanged(ratio),
             _BY_SLIP,
         )
+
+
+def _exchanged(ratio: float) -> Callable[[Columns], Columns]:
+    return lambda samples: {
+        **samples,
+        _BALL: samples[_DISC] * ratio,
+        _DISC: samples[_BALL] / ratio,
+    }
 
 
 def _speed_units(rig: Rig) -> Iterator[Hypothesis]:

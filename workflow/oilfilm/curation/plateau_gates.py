@@ -113,7 +113,10 @@ def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Jud
     hints = [
         f"; it would be {nominal_c.median():g} degC if it were in {unit}"
         for unit in _TEMPERATURE_UNITS
-        if ((conversion(unit, ("degC",)).of(temperature_c) - nominal_c).abs() <= allowed_c).all()
+        if (
+            (conversion(unit, ("degC",)).of(temperature_c.to_numpy()) - nominal_c).abs()
+            <= allowed_c
+        ).all()
     ]
     return Judgement(
         (temperature_c - nominal_c).abs() > allowed_c,

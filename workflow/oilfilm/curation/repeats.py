@@ -131,8 +131,7 @@ def _same_readings(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs out of files of one content, or with plateaus that agree in rows and means."""
-    # the place in a file that holds several runs
-    places = [f"in {run.run_id.removeprefix(run.file)}" for run in runs.itertuples()]
+    places = [_place(run) for run in runs.itertuples()]
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     named = {run.run_id: run for run in runs.itertuples()}
@@ -154,6 +153,11 @@ def _same_readings(
             same &= unknown[later] == unknown[index]
             alike_ones = np.flatnonzero(same.all(axis=(1, 2)))
             yield from ((first, group[index + 1 + other][0]) for other in alike_ones)
+
+
+def _place(run: Any) -> str:
+    """Where a run is in its file, which may hold several."""
+    return f"in {run.run_id.removeprefix(run.file)}"
 
 
 def _same_condition(runs: pd.DataFrame, settings: Settings) -> Iterator[list[Any]]:

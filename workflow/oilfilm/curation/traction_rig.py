@@ -185,6 +185,7 @@ class TractionRig(RigKind):
             faulty_share_max=settings.gates.faulty_share_max,
             gates=settings.gates,
             transient_share=curation.plateaus.transient_share,
+            rolling_slip_max=curation.zero_reference.max_slide_roll_ratio,
             planned_slips=campaign.set_points.slide_roll_ratio or (),
             accept_unjudged_film=unjudged is not None and unjudged.accept,
         )

@@ -10,9 +10,6 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.readers.base import Refusal
 from oilfilm.tables import failed_gates
 
-# Rules that refuse a run of which single plateaus pass.
-_MANY_FAIL, _IMPOSSIBLE = "many_plateaus_fail", "impossible_traction"
-OF_SOME_PLATEAUS = (_MANY_FAIL, _IMPOSSIBLE)
 # Two faulty plateaus may be two mishaps, where they are not most of a short run.
 _MANY = 3
 
@@ -41,23 +38,34 @@ def not_usable(
 ) -> list[str]:
     """Runs of which no plateau is left, or of which the others cannot be trusted either."""
     run_id = points["run_id"]
-    left = points["accepted"].groupby(run_id).any()
-    faulty = _blamed(points, failed, kind, limits).any(axis=1).groupby(run_id)
-    share, count = faulty.mean(), faulty.sum()
-    many = (share > limits.faulty_share_max) & ((count >= _MANY) | (share > 1 / 2))
+    left = (points["accepted"] & _wanted(points, limits)).groupby(run_id).any()
+    blamed = _blamed(points, failed, kind)
+    most = blamed.any(axis=1).groupby(run_id).mean() > max(1 / 2, limits.faulty_share_max)
+    held = _where_held(blamed, points, limits).any(axis=1).groupby(run_id)
+    many = (held.mean() > limits.faulty_share_max) & (held.sum() >= _MANY)
     unphysical = _unphysical(points, failed, limits).groupby(run_id).any()
-    return [str(run_id) for run_id in left.index[~left | many | unphysical]]
+    return [str(run_id) for run_id in left.index[~left | most | many | unphysical]]
 
 
-def _blamed(
-    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> pd.DataFrame:
-    """Failures that show a fault of the run, as those of a ramp between two slips do not."""
+def _wanted(points: pd.DataFrame, limits: Limits) -> "pd.Series[bool]":
+    """The plateaus that a run is made for: those that slide, where it has any."""
+    if not isinstance(limits, TractionLimits):
+        return pd.Series(True, index=points.index)
+    sliding = points["slide_roll_ratio"].abs() > limits.rolling_slip_max
+    return sliding | ~points["run_id"].isin(points.loc[sliding, "run_id"])
+
+
+def _blamed(points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind) -> pd.DataFrame:
+    """Failures of gates that show a fault of the run."""
     names = [gate.name for gate in plateau_gates(kind) if gate.blames_run and len(failed)]
-    blamed = failed.loc[points.index, names]
-    if isinstance(limits, TractionLimits) and names:
-        blamed[~slip_is_held(points, limits)] = False
-    return blamed
+    return failed.loc[points.index, names]
+
+
+def _where_held(blamed: pd.DataFrame, points: pd.DataFrame, limits: Limits) -> pd.DataFrame:
+    """The failures without those of ramps between two slips."""
+    if not isinstance(limits, TractionLimits) or blamed.empty:
+        return blamed
+    return blamed.mul(slip_is_held(points, limits), axis=0)
 
 
 def _unphysical(points: pd.DataFrame, failed: pd.DataFrame, limits: Limits) -> "pd.Series[bool]":
@@ -79,7 +87,7 @@ def why_not_used(
             return refusal(gate.name, Finding(gate.judge(points, limits).sentence), kind, run_id)
     unphysical = _unphysical(points, failed, limits)
     if unphysical.any():
-        worst = points.loc[points.loc[unphysical, "traction_coefficient"].abs().idxmax()]
+        worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
         sentence = (
             f"on {unphysical.sum()} of the {len(points)} plateaus slip and load are as they should "
             "be, but the traction coefficient is impossible, as "
@@ -87,18 +95,25 @@ def why_not_used(
             f"{worst['slide_roll_ratio']:.4f}, so that the others cannot be trusted"
         )
         rows = int(worst["first_row"]), int(worst["last_row"])
-        return refusal(_IMPOSSIBLE, Finding(sentence, *rows), kind, run_id)
-    if not points["accepted"].any():
-        sentence = f"each of the {len(points)} plateaus fails some gate ({_counts(failed)})"
+        return refusal("impossible_traction", Finding(sentence, *rows), kind, run_id)
+    wanted = _wanted(points, limits)
+    if not points.loc[wanted, "accepted"].any():
+        sentence = (
+            f"none of the {wanted.sum()} plateaus{'' if wanted.all() else ' that slide'} passes "
+            f"every gate ({_counts(failed[wanted])})"
+        )
         return refusal("no_point_left", Finding(sentence), kind, run_id)
-    blamed = _blamed(points, failed, kind, limits)
+    blamed = _blamed(points, failed, kind)
+    held = _where_held(blamed, points, limits)
+    if held.any(axis=1).mean() > limits.faulty_share_max and held.any(axis=1).sum() >= _MANY:
+        blamed = held
     count = blamed.any(axis=1).sum()
     sentence = (
         f"{count} of the {len(points)} plateaus ({count / len(points):.0%}) fail gates that show a "
         f"fault of the run ({_counts(blamed)}), so that the others cannot be trusted; allowed "
         f"{limits.faulty_share_max:.0%}"
     )
-    return refusal(_MANY_FAIL, Finding(sentence), kind, run_id)
+    return refusal("many_plateaus_fail", Finding(sentence), kind, run_id)
 
 
 def _counts(failed: pd.DataFrame) -> str:
