@@ -219,3 +219,14 @@ def test_pause_of_an_hour_and_a_clock_put_back_at_random_stay_as_they_are() -> N
     back = ["2026-03-01 10:20:00", "2026-03-01 10:20:01", "2026-03-01 09:20:02", "x"]
     assert seconds(pd.Series(back)).tolist()[:3] == [0.0, 1.0, -3598.0]
     assert np.isnan(seconds(pd.Series(back))[3])
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_damaged_byte_does_not_change_the_encoding_of_an_export(encoding: str) -> None:
+    export = bad_logs.pcs().decode().replace("Lube RTD Temp (degC)", "Lube Temp (\u00b0C)")
+    content = export.encode(encoding).replace(b"1000.000", b"1000.0\xff0", 1)
+    reading = read_log(content, "log", bad_logs.PCS_CONFIG)[1]
+    assert reading.form.encoding == encoding
+    (run,) = reading.runs
+    assert len(run) == reading.rows - 1
+    assert np.isfinite(run.samples["inlet_temperature_c"]).all()

@@ -203,8 +203,8 @@ def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
             "unknown_oil",
             f"the header has no key 'oil', but {other!r}: {keys[other][:60]!r}; the campaign's "
             f"oils are {', '.join(settings.oils)}",
-            "List the key under `header: oil` of the campaign file and the oil's name under "
-            "`aliases` of its file, or put the log into the campaign of its oil.",
+            "In the campaign file list the key under `header: oil` and the name under "
+            "`oil_aliases`, or put the log into the campaign of its oil.",
         )
     if "oil" not in keys:
         reason = "the header has no line `# oil: ...` and no property `oil`"
@@ -217,10 +217,11 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> Refusal | None:
     """Why the name of an oil or a rig in a log's header cannot be used."""
     if name in known:
         return None
+    alias = ", list the name under `oil_aliases`" if kind == "oil" else ""
     return Refusal(
         f"unknown_{kind}",
         f"the header says {kind} {name[:60]!r}; the campaign knows {', '.join(known)}",
-        f"Correct the header, or add the {kind} to the campaign file.",
+        f"Correct the header{alias} or add the {kind} to the campaign file.",
     )
 
 

@@ -46,11 +46,12 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
         [0.0, 0.5]
     """
     parts = stamps.str.extract(f"^{_STAMP.pattern}$")
-    clock: FloatArray = (
+    clock: FloatArray = np.asarray(
         parts["h"].astype(float) * _HOUR_S
         + parts["min"].astype(float) * 60
-        + parts["s"].str.replace(",", ".").astype(float).fillna(0.0)
-    ).to_numpy(dtype=np.float64)
+        + parts["s"].str.replace(",", ".").astype(float).fillna(0.0),
+        dtype=np.float64,
+    )
     time: FloatArray = clock - _by_text(parts["zone"].fillna("Z"), _offset_s)
     day = _by_text(parts["date"] if dates is None else dates, _day)
     dated = bool(np.isfinite(day).any())

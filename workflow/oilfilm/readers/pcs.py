@@ -27,6 +27,7 @@ from oilfilm.readers.base import (
     refused_ranges,
     samples_of_run,
 )
+from oilfilm.readers.encoding import encodings_of
 from oilfilm.readers.log_kind import FloatArray, IndexArray, LogKind
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.readers.understood import LogColumn, Understood
@@ -135,11 +136,10 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
 
 def _decode(content: bytes) -> tuple[str, str]:
     """The text and the encoding that it is in."""
-    try:
-        return content.decode("utf-8-sig"), "utf-8"
-    except UnicodeDecodeError:
-        # older programs write the degree sign in the encoding of western Windows
-        return content.decode("cp1252", "replace"), "cp1252"
+    # older programs write the degree sign in the encoding of western Windows
+    likely = encodings_of(content)[0]
+    encoding = likely if likely in {"ascii", "utf-8"} else "cp1252"
+    return content.decode(encoding, "replace").removeprefix("\ufeff"), encoding
 
 
 def _steps(lines: Iterable[str]) -> Iterator[_Step]:
