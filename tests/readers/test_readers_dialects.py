@@ -26,11 +26,11 @@ CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
 
 # unit -> what one of it is in the reader's unit, from the definitions of the units themselves
 UNITS = {
-    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "time": {"s": 1.0, "\u79d2": 1.0, "ms": 1e-3, "min": 60.0},
     "load": {"N": 1.0, "kgf": 9.80665, "gf": 9.80665e-3, "lbf": 4.4482216152605, "kN": 1e3},
     "traction_force": {"N": 1.0, "mN": 1e-3, "kgf": 9.80665},
-    "ball_speed": {"rpm": 1.0, "1/min": 1.0, "rad/s": 60 / (2 * np.pi)},
-    "disc_speed": {"rpm": 1.0, "r/min": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "ball_speed": {"rpm": 1.0, "1/min": 1.0, "\u8f6c/\u5206": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "disc_speed": {"rpm": 1.0, "r/min": 1.0, "tr/min": 1.0, "rad/s": 60 / (2 * np.pi)},
     "inlet_temperature": {"degC": 1.0, "\N{DEGREE SIGN}C": 1.0, "K": 1.0, "degF": 5 / 9},
 }
 ZERO_C = {"K": 273.15, "degF": 32.0}
@@ -152,6 +152,13 @@ def test_renamed_columns_are_found_by_the_campaign_file() -> None:
     (run,) = read(names, "0,10,-0.5,1,2,70", config=config).runs
     assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
     assert run.samples["traction_force_n"].tolist() == [-0.5]
+
+
+def test_unit_of_the_campaign_file_helps_where_that_of_the_log_is_unknown() -> None:
+    names = "time_s,load,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    config = with_campaign(columns={"load": {"name": "load", "unit": "kgf"}})
+    (run,) = read(names, "s,kilopond,N,rpm,rpm,degC", "0,10,1,2,3,70", config=config).runs
+    assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
 
 
 SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment speed [mm/s],"

@@ -102,13 +102,22 @@ def fits(quantity: str, unit: str, vocabulary: Vocabulary) -> bool:
     return True
 
 
+def _unit(
+    quantity: str, beside: str | None, named: str | None, vocabulary: Vocabulary
+) -> str | None:
+    """The unit that the log gives beside a name, unless only that of the name can be used."""
+    if beside and named and not fits(quantity, beside, vocabulary):
+        return named
+    return beside or named
+
+
 def known_names(
     names: Sequence[str], units: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
 ) -> tuple[int, int]:
     """How many names are known and have a unit that fits them, and how many are known at all."""
     known = meanings(names, renamed, vocabulary)
     fitting = [
-        fits(quantity, units[index] or unit or "", vocabulary)
+        fits(quantity, _unit(quantity, units[index], unit, vocabulary) or "", vocabulary)
         for index, (quantity, unit) in known.items()
     ]
     return sum(fitting), len(fitting)
@@ -134,7 +143,7 @@ def find_columns(
     """
     columns: dict[str, Column] = {}
     for index, (quantity, named_unit) in meanings(names, renamed, vocabulary).items():
-        name, unit = names[index], units[index] or named_unit
+        name, unit = names[index], _unit(quantity, units[index], named_unit, vocabulary)
         if quantity in columns:
             raise ValueError(f"the log repeats the column {quantity!r}")
         if not unit:
