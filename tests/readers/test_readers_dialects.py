@@ -273,6 +273,8 @@ def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) ->
         assert bool(reading.runs) == filed
         if not filed:
             assert f"{key.lower()!r}: '4102'" in reading.refusals[0].reason
+    several = read_log(b"# Schmierstoff: 4102\n" + bad_logs.ROWS, "log", CONFIG)[1]
+    assert "'schmierstoff': '4102'" in several.refusals[0].reason
     # no name of an oil
     assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
 

@@ -85,7 +85,8 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
 def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
     """The same; a log of the only oil of a campaign need not name it."""
     keys = named_keys(logged, settings)
-    if len(settings.oils) == 1 and other_oil(keys, settings) is None:
+    like = _oil_key(keys)
+    if len(settings.oils) == 1 and (like is None or _oil_id(keys[like], settings) in settings.oils):
         keys.setdefault("oil", next(iter(settings.oils)))
     return keys
 
@@ -135,12 +136,11 @@ def _oil_id(text: str, settings: Settings) -> str:
     return ids.get(plain_key(text)) or " / ".join(named)
 
 
-def other_oil(keys: Mapping[str, str], settings: Settings) -> str | None:
-    """The key of a header line that seems to name an oil, but none of the campaign's."""
+def _oil_key(keys: Mapping[str, str]) -> str | None:
+    """The key of a header line that seems to name the oil, though not under `oil`."""
     for key, text in keys.items():
         words = frozenset(key.split("_")) - _OIL_WORDS
-        names_oil = key != "oil" and len(words) == 1 and words <= _OIL_KEYS and text
-        if names_oil and _oil_id(text, settings) not in settings.oils:
+        if key != "oil" and text and len(words) == 1 and words <= _OIL_KEYS:
             return key
     return None
 
@@ -197,11 +197,11 @@ def _unknown_key(key: str, question: str) -> Refusal:
 
 def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why the oil of a log's header cannot be used."""
-    other = other_oil(keys, settings)
-    if "oil" not in keys and other is not None:
+    like = _oil_key(keys)
+    if "oil" not in keys and like is not None:
         return Refusal(
             "unknown_oil",
-            f"the header has no key 'oil', but {other!r}: {keys[other][:60]!r}; the campaign's "
+            f"the header has no key 'oil', but {like!r}: {keys[like][:60]!r}; the campaign's "
             f"oils are {', '.join(settings.oils)}",
             "In the campaign file list the key under `header: oil` and the name under "
             "`oil_aliases`, or put the log into the campaign of its oil.",
