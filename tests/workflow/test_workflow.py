@@ -189,14 +189,18 @@ def test_campaign_without_logs_is_told_where_to_put_them(project: Path) -> None:
     assert "data/raw/template: there is no such folder" in message
 
 
-def test_changed_log_redoes_only_its_own_share(project: Path) -> None:
-    """The simulated logs become a user's own; then one of them changes."""
-    raw = lay_out_measured(project, project)
+@pytest.fixture(scope="module")
+def own(project: Path) -> Path:
+    """The simulated logs as a user's own."""
+    return lay_out_measured(project, project)
+
+
+def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None:
     points = "results/own/tables/points.parquet"
     succeed(project, points, "--config", "campaign=own")
     simulated = tables.read("points", project / "results/small/tables/points.parquet")
     assert simulated.equals(tables.read("points", project / points))
-    with (raw / "4102_P1.50_U40_T120.csv").open("a", encoding="utf-8") as log:
+    with (own / "4102_P1.50_U40_T120.csv").open("a", encoding="utf-8") as log:
         log.write("99.0,142.0,0.1,30000,7500,120.0\n")
     jobs = planned(project, points, "--config", "campaign=own")
     assert (jobs["ingest"], jobs["curate"]) == (1, 1)
@@ -258,6 +262,36 @@ def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project:
     assert "TOO FEW ACCEPTED RUNS" in (results / "report.html").read_text(encoding="utf-8")
     write_campaign(project, "spoiled", {**campaign, "min_accepted_runs": 0})
     succeed(project, "--config", "campaign=spoiled")
+
+
+def test_changed_row_of_the_run_sheet_redoes_only_its_own_share(project: Path, own: Path) -> None:
+    log, sheet = own / "4102_P1.25_U25_T050.csv", own / "runs.csv"
+    lines = log.read_text(encoding="utf-8").splitlines(keepends=True)
+    log.write_text("".join(line for line in lines if not line.startswith("#")), encoding="utf-8")
+    rows = (
+        "file,max_hertz_pressure [MPa],entrainment_speed_m_s,inlet_temperature_c,exclude\n"
+        f"{log.name},1250,25,50,\n"
+        "4102_P1.50_*,1500,,,\n"
+        "later.csv,1500,,,\n"
+    )
+    sheet.write_text(rows, encoding="utf-8")
+    tables_made = [f"results/own/tables/{name}.parquet" for name in ("points", "runs")]
+    succeed(project, *tables_made, "--config", "campaign=own")
+    before, now = (
+        tables.read("points", project / f"results/{name}/tables/points.parquet")
+        for name in ("small", "own")
+    )
+    of_log = [frame[frame["run_id"] == log.name].reset_index(drop=True) for frame in (before, now)]
+    assert of_log[0].equals(of_log[1])
+    listed = (project / "results/own/tables/quarantine.csv").read_text(encoding="utf-8")
+    assert "row 4: 'later.csv' matches no log" in listed
+    sheet.write_text(rows.replace("25,50,", "25,50,oil spilt"), encoding="utf-8")
+    jobs = planned(project, *tables_made, "--config", "campaign=own")
+    assert (jobs["ingest"], jobs["curate"]) == (1, 1)
+    succeed(project, *tables_made, "--config", "campaign=own")
+    runs = tables.read("runs", project / tables_made[1]).set_index("run_id")
+    assert runs.at[log.name, "reason"] == "runs.csv excludes it: oil spilt"
+    assert set(runs["rule"]) == {"", "excluded", "swapped_sign", "truncated"}
 
 
 def test_measured_curves_that_ship_go_through(project: Path) -> None:

@@ -36,6 +36,7 @@ rule torque_runs:
     params:
         code=code("torque_runs.py"),
         files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
+        sheet=sheet_of_torque_logs,
         config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),
     script:
         "../scripts/torque_runs.py"

@@ -1,5 +1,6 @@
 import mimetypes
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -10,10 +11,36 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import lock_run, clear_leftovers
 from oilfilm.digests import code_digest, file_digest
-from oilfilm.readers.raw_files import raw_files, refuse_altered, refuse_strangers, shard_of
+from oilfilm.readers.raw_files import (
+    find_sheet,
+    raw_files,
+    refuse_altered,
+    refuse_strangers,
+    shard_of,
+)
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 from oilfilm.traction import PAPER_LAW
+
+# Digests of the run sheets that this run reads, by their paths.
+SHEETS = {}
+
+
+def run_sheet(folder, files):
+    """What the run sheet in a folder of logs says of them; None where there is none."""
+    path = find_sheet(folder)
+    if path is None:
+        return None
+    # imported where needed: pandas comes with them
+    from oilfilm.readers.sheet_file import read_run_sheet
+    from oilfilm.readers.torque_log import TORQUE
+    from oilfilm.readers.traction_log import TRACTION
+
+    kind = TRACTION if folder == RAW else TORQUE
+    content = path.read_bytes()
+    SHEETS[path.as_posix()] = sha256(content).hexdigest()
+    return read_run_sheet(content, path, files, SETTINGS, kind)
+
 
 try:
     SETTINGS = resolve(Path("config"), config)
@@ -26,15 +53,18 @@ try:
         refuse_altered(RAW, Path("results", CAMPAIGN.name, "twin/logs.sha256"))
     else:
         FILES = raw_files(RAW)
+    SHEET = None if SIMULATED else run_sheet(RAW, FILES)
     TORQUE_RAW = Path("data/raw", f"{CAMPAIGN.name}-torque")
     TORQUE_SIMULATED = CAMPAIGN.torque is not None and CAMPAIGN.torque.twin is not None
     TORQUE_FILES = []
+    TORQUE_SHEET = None
     if TORQUE_SIMULATED:
         TORQUE_FILES = [run.name for run in planned_torque_runs(CAMPAIGN)]
         refuse_strangers(TORQUE_RAW, TORQUE_FILES)
         refuse_altered(TORQUE_RAW, Path("results", CAMPAIGN.name, "twin/torque_logs.sha256"))
     elif CAMPAIGN.torque is not None:
         TORQUE_FILES = raw_files(TORQUE_RAW)
+        TORQUE_SHEET = run_sheet(TORQUE_RAW, TORQUE_FILES)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
@@ -161,8 +191,8 @@ def with_digests(folder, files, simulated):
 
 
 def raw_with_digests(wildcards):
-    """Every log of the campaign by its path from the top folder, with its digest."""
-    return {
+    """Every log and run sheet of the campaign by its path from the top folder, with its digest."""
+    return SHEETS | {
         (folder / file).as_posix(): digest
         for folder, files, simulated in (
             (RAW, FILES, SIMULATED),
@@ -170,6 +200,18 @@ def raw_with_digests(wildcards):
         )
         for file, digest in with_digests(folder, files, simulated).items()
     }
+
+
+def sheet_of_shard(wildcards):
+    """What the run sheet says of the logs of one share: a changed row reads only its logs again."""
+    if SHEET is None:
+        return {}
+    # remarks on the sheet as a whole belong to the first share
+    return SHEET.plain(files_of_shard(wildcards), remarks=int(wildcards.shard) == SHARDS[0])
+
+
+def sheet_of_torque_logs(wildcards):
+    return TORQUE_SHEET.plain(TORQUE_FILES, remarks=True) if TORQUE_SHEET else {}
 
 
 def logs_of_shard(wildcards):

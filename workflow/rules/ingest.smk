@@ -45,10 +45,12 @@ rule ingest:
     params:
         code=code("ingest.py"),
         files=lambda wildcards: with_digests(RAW, files_of_shard(wildcards), SIMULATED),
+        sheet=sheet_of_shard,
         config=part(
             "rigs",
             "oils",
             "logged_twice",
+            "same_set_point",
             campaign=(
                 "columns",
                 "header",

@@ -26,6 +26,7 @@ rule refused:
     params:
         code=code("refused.py"),
         files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
+        sheet=sheet_of_torque_logs,
         pages_max=SETTINGS.figures.refused_pages_max,
         config=part(
             "oils",

@@ -5,12 +5,14 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.readers.ingest import ingest_logs
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
 
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", settings.campaign.name)
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
-    ingested = ingest_logs(unchanged_logs(folder, digests), settings)
+    sheet = RunSheet.of_plain(snakemake.params.sheet)
+    ingested = ingest_logs(unchanged_logs(folder, digests), settings, sheet=sheet)
     for frame, path in zip(ingested.samples.values(), snakemake.output.samples, strict=True):
         tables.write(frame, "samples", Path(path), provenance)
     tables.write(ingested.runs, "runs", Path(snakemake.output.runs), provenance)

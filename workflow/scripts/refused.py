@@ -8,6 +8,7 @@ from oilfilm.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures.refused_runs import Judged, draw_pages, judged_torque_logs
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -21,7 +22,8 @@ with job(snakemake) as (settings, provenance):
         folder = Path("data/raw", f"{settings.campaign.name}-torque")
         digests = expected_digests(snakemake.params.files, inputs.get("listing"))
         named = {name: digests[name] for name in digests if name in set(refused["file"])}
-        rigs.append(judged_torque_logs(unchanged_logs(folder, named), refused, settings))
+        logs, sheet = unchanged_logs(folder, named), RunSheet.of_plain(snakemake.params.sheet)
+        rigs.append(judged_torque_logs(logs, refused, settings, sheet))
     with atomic_folder(Path(snakemake.output.pages)) as folder:
         pages = draw_pages(rigs, settings, snakemake.params.pages_max, folder)
         tables.write(pages, "refused_pages", folder / "index.parquet", provenance)

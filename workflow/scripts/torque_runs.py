@@ -5,12 +5,14 @@ from pathlib import Path
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import write_tables
 
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", f"{settings.campaign.name}-torque")
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
-    curated = check_logs(unchanged_logs(folder, digests), settings, TORQUE_RIG)
+    sheet = RunSheet.of_plain(snakemake.params.sheet)
+    curated = check_logs(unchanged_logs(folder, digests), settings, TORQUE_RIG, sheet)
     frames = {"torque_runs": curated.points, "torque_quarantine": curated.quarantine}
     write_tables(frames, snakemake.output, provenance)

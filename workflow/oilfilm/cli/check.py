@@ -16,6 +16,7 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.ingest import ingest_logs, read_bytes, read_log
+from oilfilm.readers.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -56,8 +57,12 @@ def _check(options: argparse.Namespace) -> int:
     raw = options.config.parent / "data" / "raw"
     campaign = options.campaign or _campaign_of(options.logs, raw, options.config)
     settings = resolve(options.config, {"campaign": campaign} if campaign else {})
-    files = {path: (_name(path), read_bytes(path)) for path in options.logs}
-    checked = check_files(list(files.values()), settings, options.kind)
+    # a pattern such as data/raw/own/*.csv names the run sheet too
+    paths = [path for path in dict.fromkeys(options.logs) if not is_run_sheet(path, raw)]
+    if not paths:
+        raise OilfilmError(f"{_name(options.logs[0])}: is a run sheet. Name logs.")
+    logs = [(_name(path), read_bytes(path)) for path in paths]
+    checked = check_files(logs, settings, options.kind, raw)
     if options.json:
         # ASCII, whatever the terminal can show
         print("\n".join(json.dumps(log.model_dump()) for log in checked))
@@ -97,7 +102,10 @@ def _name(path: Path) -> str:
 
 
 def check_files(
-    logs: Sequence[Log], settings: Settings, kind: RigKind | None = None
+    logs: Sequence[Log],
+    settings: Settings,
+    kind: RigKind | None = None,
+    raw: Path = Path("data/raw"),
 ) -> list[CheckedLog]:
     """What was found in logs, in their order.
 
@@ -105,6 +113,7 @@ def check_files(
         logs: The logs by path and content.
         settings: Settings of the campaign.
         kind: The kind of rig; found out for each log if not given.
+        raw: The folder of the campaigns' folders, whose run sheets are used.
 
     Raises:
         OilfilmError: The kind of a log cannot be told, or as `ingest_logs`.
@@ -114,7 +123,8 @@ def check_files(
     for each in _KINDS:
         of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
         if of_kind:
-            ingested = ingest_logs(of_kind, settings, each.logs)
+            sheet = sheet_of_paths([Path(file) for file, _ in of_kind], raw, settings, each.logs)
+            ingested = ingest_logs(of_kind, settings, each.logs, sheet)
             curated = curate_ingested(ingested, settings, each)
             found |= {log.file: log for log in checked_logs(ingested, curated, settings, each)}
     return [found[file] for file, _ in logs]

@@ -25,6 +25,7 @@ from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import not_usable, why_not_used, with_gates
 from oilfilm.readers.base import Refusal
 from oilfilm.readers.ingest import Ingested, ingest_logs
+from oilfilm.readers.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 
@@ -39,10 +40,13 @@ class Curated:
 
 
 def check_logs(
-    logs: Iterable[tuple[str, bytes]], settings: Settings, kind: RigKind = TRACTION_RIG
+    logs: Iterable[tuple[str, bytes]],
+    settings: Settings,
+    kind: RigKind = TRACTION_RIG,
+    sheet: RunSheet = NO_SHEET,
 ) -> Curated:
-    """What ingest and curation make of logs, given by name and content."""
-    return curate_ingested(ingest_logs(logs, settings, kind.logs), settings, kind)
+    """What ingest and curation make of logs, given by name and content, and their run sheet."""
+    return curate_ingested(ingest_logs(logs, settings, kind.logs, sheet), settings, kind)
 
 
 def curate_ingested(

@@ -12,6 +12,7 @@ from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.readers.base import Refusal
+from oilfilm.readers.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 
 # What to do about a refusal by a rule that is no gate, on any rig.
 _ADVICE = {
@@ -22,6 +23,7 @@ _ADVICE = {
     "many_plateaus_fail": "Look at the gates that are named, one by one, and repeat the run.",
     "impossible_traction": "Check the units of force and load, and the zero and calibration of the "
     "{sensor} sensor.",
+    EXCLUDED: EXCLUDED_ADVICE,
     "duplicate_log": "Take one of the files out; a copy adds nothing.",
     "repeated_label": "Give each run a name of its own, or take one of the logs out.",
     "conflicting_labels": "Find out which oil was run, correct the other label or take it out.",

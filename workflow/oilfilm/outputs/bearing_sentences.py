@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from oilfilm.outputs.facts import refused_files
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -29,7 +30,7 @@ def _logs(results: CampaignTables) -> list[str]:
     # of a refused run no plateau is kept
     read = kept | set(refused.loc[refused["stage"] == "curate", "file"])
     lines = [
-        f"  torque logs {len(read)} read of {len(read | set(refused['file']))}, {len(kept)} with "
+        f"  torque logs {len(read)} read of {len(read | refused_files(refused))}, {len(kept)} with "
         f"runs that were not refused; their plateaus {runs['accepted'].sum()} accepted of "
         f"{len(runs)}"
     ]

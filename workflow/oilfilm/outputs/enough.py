@@ -6,6 +6,7 @@ import pandas as pd
 
 from oilfilm.errors import OilfilmError
 from oilfilm.outputs.facts import unread_logs
+from oilfilm.readers.run_sheet import REMARKS
 from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -51,7 +52,8 @@ def _kinds(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, p
     known = runs[["oil"]].assign(accepted=runs["verdict"] == "accepted")
     yield "runs", _with_lost(known, len(unread_logs(results)))
     if campaign.torque is not None:
-        refused = results.torque_quarantine
+        quarantine = results.torque_quarantine
+        refused = quarantine[~quarantine["rule"].isin(REMARKS)]
         runs = results.torque_runs.groupby("run_id").agg(
             oil=("oil", "first"), accepted=("accepted", "any")
         )

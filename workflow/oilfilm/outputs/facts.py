@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from oilfilm.curation.coverage import planned_states
+from oilfilm.readers.run_sheet import REMARKS
 from oilfilm.settings.oil import OilFile
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -38,7 +39,12 @@ def counted(count: int, what: str) -> str:
 
 def unread_logs(results: CampaignTables) -> set[str]:
     """Logs of which no run could be read."""
-    return set(results.quarantine["file"]) - set(results.runs["file"])
+    return refused_files(results.quarantine) - set(results.runs["file"])
+
+
+def refused_files(quarantine: pd.DataFrame) -> set[str]:
+    """Logs that were refused in whole or in part; remarks refuse nothing."""
+    return set(quarantine.loc[~quarantine["rule"].isin(REMARKS), "file"])
 
 
 def stand_in_oils(oils: Mapping[str, OilFile | None]) -> list[str]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from oilfilm import tables
 from oilfilm.readers.understood import NOTHING_UNDERSTOOD, Understood
 from oilfilm.settings.campaign import Campaign
+from oilfilm.units import ABSOLUTE_ZERO_C
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
@@ -44,6 +45,8 @@ class Nominal:
 
 SET_POINTS = tuple(Nominal.__dataclass_fields__)
 LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
+# No material bears more; the load that goes with the cube of it would be no number of a table.
+_HARDEST_GPA = 1e3
 
 
 @dataclass(frozen=True)
@@ -180,6 +183,22 @@ def number(text: str) -> float:
     if "_" in text:
         raise ValueError(f"{text!r} is no number")
     return float(text)
+
+
+def set_point(name: str, text: str) -> float | None:
+    """The set point that a text gives, with a decimal point or comma; None where it gives none."""
+    try:
+        value = number(text if "." in text else text.replace(",", ".", 1))
+    except ValueError:
+        return None
+    least, most = set_point_range(name)
+    return value if least < value < most else None
+
+
+def set_point_range(name: str) -> tuple[float, float]:
+    """The limits between which a set point is."""
+    least = ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
+    return least, _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 
 
 def printable(text: str) -> str:

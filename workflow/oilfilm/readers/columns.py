@@ -21,8 +21,9 @@ from oilfilm.readers.base import (
     Refusal,
     as_ranges,
 )
-from oilfilm.readers.header import FORMAT_ADVICE, FULL_WIDTH, apart, header_keys, named_keys
+from oilfilm.readers.header import FORMAT_ADVICE, FULL_WIDTH, apart
 from oilfilm.readers.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.readers.run_sheet import SheetOfLog
 from oilfilm.readers.understood import Understood
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
@@ -188,6 +189,7 @@ class LoggedTable:
         flaw: Why the run cannot be used, if so.
         problem: Why there can be no run, if so.
         behind: The refusal of rows behind those of the table, if there are any.
+        part: Name of the run in its file; empty where a file of the format is one run.
     """
 
     run_id: str
@@ -200,15 +202,18 @@ class LoggedTable:
     flaw: Flaw | None = None
     problem: Refusal | None = None
     behind: Refusal | None = None
+    part: str = ""
 
 
-def read_tables(tables: Iterable[LoggedTable], settings: Settings, kind: LogKind) -> Reading:
+def read_tables(
+    tables: Iterable[LoggedTable], settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> Reading:
     """The runs that the tables of a file make, and what had to be refused of them."""
     runs: list[LoggedRun] = []
     refusals: list[Refusal] = []
     rows = 0
     for table in tables:
-        run, refused = _read_table(table, settings, kind)
+        run, refused = _read_table(table, settings, kind, sheet)
         runs += [run] if run is not None else []
         refusals += refused if table.behind is None else [*refused, table.behind]
         rows += table.rows + (table.behind.refused_rows if table.behind else 0)
@@ -216,7 +221,7 @@ def read_tables(tables: Iterable[LoggedTable], settings: Settings, kind: LogKind
 
 
 def _read_table(
-    table: LoggedTable, settings: Settings, kind: LogKind
+    table: LoggedTable, settings: Settings, kind: LogKind, sheet: SheetOfLog
 ) -> tuple[LoggedRun | None, list[Refusal]]:
     def refused(problem: Refusal) -> tuple[None, list[Refusal]]:
         last = table.first_row + table.rows - 1
@@ -234,20 +239,21 @@ def _read_table(
         logged = [_numbers(table, column.index) for column in columns]
     except ValueError as error:
         return refused(Refusal("columns", str(error), columns_advice(kind.vocabulary)))
-    keys = header_keys(table.keys, settings)
-    problem = kind.header_problem(keys, columns, settings)
+    labels = sheet.labels(table.run_id, table.keys, settings, table.part)
+    problem = labels.problem or kind.header_problem(labels.keys, columns, settings)
     if problem:
-        return refused(problem)
+        run, refusals = refused(problem)
+        return run, [*refusals, *labels.remarks]
     every, good = converted(columns, logged)
     rows = np.arange(table.first_row, table.first_row + table.rows)
     values = {quantity: numbers[good] for quantity, numbers in every.items()}
-    refusals = []
+    refusals = labels.remarks
     for first, last in as_ranges(rows[~good]):
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
         refusals.append(unreadable_rows(table.run_id, first, last, seen))
-    understood = understood_columns(columns, logged, table.names)
-    understood = understood.with_sources(dict.fromkeys(named_keys(table.keys, settings), "header"))
-    log = ContinuousLog(table.run_id, keys, columns, rows[good], values, table.flaw, understood)
+    understood = understood_columns(columns, logged, table.names).with_sources(labels.sources)
+    flaw = labels.excluded or table.flaw
+    log = ContinuousLog(table.run_id, labels.keys, columns, rows[good], values, flaw, understood)
     return kind.run(log, settings), refusals
 
 

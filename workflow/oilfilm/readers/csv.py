@@ -20,7 +20,6 @@ from oilfilm.readers.columns import (
     unreadable_rows,
 )
 from oilfilm.readers.encoding import normalise
-from oilfilm.readers.header import header_keys, named_keys
 from oilfilm.readers.instants import seconds
 from oilfilm.readers.layout import (
     Layout,
@@ -32,6 +31,7 @@ from oilfilm.readers.layout import (
     truncated,
 )
 from oilfilm.readers.log_kind import ContinuousLog, FloatArray, IndexArray, LogKind
+from oilfilm.readers.run_sheet import SheetOfLog
 from oilfilm.readers.understood import Understood
 from oilfilm.settings.resolved import Settings
 
@@ -54,17 +54,21 @@ def recognises(head: bytes) -> bool:
     )
 
 
-def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+def read(
+    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> Reading:
     """See `Reader.read`."""
     try:
         layout = find_layout(content, kind.renamed(settings.campaign), kind.vocabulary)
     except LayoutError as error:
         return refused_file(error.rows, "columns", str(error), columns_advice(kind.vocabulary))
     count = count_rows(layout.table)
-    keys = header_keys(layout.keys, settings)
-    problem = kind.header_problem(keys, layout.columns, settings)
+    labels = sheet.labels(file, layout.keys, settings)
+    problem = labels.problem or kind.header_problem(labels.keys, layout.columns, settings)
     if problem:
-        return Reading(count, [], [problem.of_rows("", 1, count)], form=layout.form)
+        return Reading(
+            count, [], [problem.of_rows("", 1, count), *labels.remarks], form=layout.form
+        )
     complete_rows, _, tail = layout.table.rpartition(b"\n")
     values, rows, bad, understood = _parse(complete_rows, layout)
     lines = layout.table.split(b"\n") if len(bad) else []
@@ -75,8 +79,10 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     cut = cut_row(cells, len(layout.names), count, file)
     if cut is not None:
         refusals.append(cut)
-    understood = understood.with_sources(dict.fromkeys(named_keys(layout.keys, settings), "header"))
-    log = ContinuousLog(file, keys, layout.columns, rows, values, truncated(cut), understood)
+    flaw = labels.excluded or truncated(cut)
+    understood = understood.with_sources(labels.sources)
+    log = ContinuousLog(file, labels.keys, layout.columns, rows, values, flaw, understood)
+    refusals += labels.remarks
     return Reading(count, [kind.run(log, settings)], refusals, form=layout.form)
 
 

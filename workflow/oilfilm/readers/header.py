@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 
-from oilfilm.readers.base import Refusal, number
+from oilfilm.readers.base import LOADS, Refusal, number
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import conversion
@@ -13,7 +13,7 @@ FORMAT_ADVICE = "data/raw/README.md describes the format."
 # Chinese input methods write the first for the second.
 FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
 # Set point -> its quantity, as keys name it, its unit, and units as `plain_key` leaves them.
-_SET_POINTS = {
+SET_POINT_UNITS = {
     "max_hertz_pressure_gpa": (
         "max_hertz_pressure",
         "GPa",
@@ -35,7 +35,6 @@ _SET_POINTS = {
         },
     ),
 }
-_LOADS = {"max_hertz_pressure_gpa", "load_n"}
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
 # Letters that a slip of the pen changes in a key, at most.
 _MOST_CHANGED = 2
@@ -77,7 +76,7 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
     for own, written in logged.items():
         key, text = _meaning(own, written, names)
         if key == "oil":
-            text = _oil_id(text, settings)
+            text = oil_id(text, settings)
         keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
     return keys
 
@@ -85,8 +84,8 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
 def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
     """The same; a log of the only oil of a campaign need not name it."""
     keys = named_keys(logged, settings)
-    like = _oil_key(keys)
-    if len(settings.oils) == 1 and (like is None or _oil_id(keys[like], settings) in settings.oils):
+    like = oil_key(keys)
+    if len(settings.oils) == 1 and (like is None or oil_id(keys[like], settings) in settings.oils):
         keys.setdefault("oil", next(iter(settings.oils)))
     return keys
 
@@ -96,8 +95,8 @@ def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
     bare, unit = apart(own)
     listed = names.get(own, names.get(bare))
     if listed is not None:
-        return listed, _in_unit_of(listed, text, unit or "") if listed in _SET_POINTS else text
-    for name, (quantity, _, units) in _SET_POINTS.items():
+        return listed, _in_unit_of(listed, text, unit or "") if listed in SET_POINT_UNITS else text
+    for name, (quantity, _, units) in SET_POINT_UNITS.items():
         tail = own.removeprefix(f"{quantity}_")
         if own == name or (tail != own and tail in units):
             return name, _in_unit_of(name, text, tail)
@@ -109,7 +108,7 @@ def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
 
 def _in_unit_of(name: str, text: str, unit: str) -> str:
     """The number of a set point in its unit; the text where it is no number in a unit of it."""
-    _, target, units = _SET_POINTS[name]
+    _, target, units = SET_POINT_UNITS[name]
     digits, own_unit = _number_and_unit(text)
     given = own_unit or unit
     if not digits or not given:
@@ -129,14 +128,14 @@ def _number_and_unit(text: str) -> tuple[str, str]:
     return (match[1], match[2]) if match else ("", "")
 
 
-def _oil_id(text: str, settings: Settings) -> str:
+def oil_id(text: str, settings: Settings) -> str:
     """The id of an oil by any of its names, of several lines joined too; else the text."""
     ids = settings.oil_ids
     named = dict.fromkeys(ids.get(plain_key(part), part) for part in text.split(" / "))
     return ids.get(plain_key(text)) or " / ".join(named)
 
 
-def _oil_key(keys: Mapping[str, str]) -> str | None:
+def oil_key(keys: Mapping[str, str]) -> str | None:
     """The key of a header line that seems to name the oil, though not under `oil`."""
     for key, text in keys.items():
         words = frozenset(key.split("_")) - _OIL_WORDS
@@ -148,9 +147,9 @@ def _oil_key(keys: Mapping[str, str]) -> str | None:
 def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """A key that nearly is that of a set point which neither the log nor the campaign has."""
     given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
-    for name, (quantity, *_) in _SET_POINTS.items():
+    for name, (quantity, *_) in SET_POINT_UNITS.items():
         # the load has one set point, as force or as pressure
-        if given & (_LOADS if name in _LOADS else {name}):
+        if given & (LOADS if name in LOADS else {name}):
             continue
         for key, text in keys.items():
             if _is_slip_of_the_pen(key, name):
@@ -197,7 +196,7 @@ def _unknown_key(key: str, question: str) -> Refusal:
 
 def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why the oil of a log's header cannot be used."""
-    like = _oil_key(keys)
+    like = oil_key(keys)
     if "oil" not in keys and like is not None:
         return Refusal(
             "unknown_oil",
@@ -208,7 +207,10 @@ def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
         )
     if "oil" not in keys:
         reason = "the header has no line `# oil: ...` and no property `oil`"
-        advice = "Add it, or list the log's own key under `header: oil` of the campaign file."
+        advice = (
+            "Add it, name the oil in the run sheet, or list the log's own key under "
+            "`header: oil` of the campaign file."
+        )
         return Refusal("header", reason, f"{advice} {FORMAT_ADVICE}")
     return unknown("oil", keys["oil"], settings.oils)
 

@@ -19,6 +19,7 @@ from oilfilm.readers.base import (
     LoggedRun,
     Nominal,
     Reading,
+    Refusal,
     TextForm,
     printable,
     refused_file,
@@ -27,6 +28,7 @@ from oilfilm.readers.base import (
 from oilfilm.readers.columns import ROWS_ADVICE
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.registry import READERS, recognised_format
+from oilfilm.readers.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.readers.understood import Understood
 from oilfilm.settings.resolved import Settings
@@ -63,9 +65,14 @@ class Ingested:
 
 
 def ingest_logs(
-    logs: Iterable[tuple[str, bytes]], settings: Settings, kind: LogKind = TRACTION
+    logs: Iterable[tuple[str, bytes]],
+    settings: Settings,
+    kind: LogKind = TRACTION,
+    sheet: RunSheet = NO_SHEET,
 ) -> Ingested:
     """Read raw logs, given by name and bytes, into samples, runs and quarantine.
+
+    What the run sheet says of a log beats its header.
 
     Raises:
         OilfilmError: A log has the name of a run of another one.
@@ -77,7 +84,7 @@ def ingest_logs(
     file_of_run: dict[str, str] = {}
     read: list[ReadLog] = []
     for file, content in logs:
-        reader, reading = read_log(content, file, settings, kind)
+        reader, reading = read_log(content, file, settings, kind, sheet)
         understood = {run.run_id: run.understood for run in reading.runs}
         read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
         about = {"campaign": settings.campaign.name, "file": file}
@@ -95,13 +102,21 @@ def ingest_logs(
             of_run |= asdict(reading.form)
             runs.append({**about, **digests, **of_run})
             logged[run.oil].append(run)
-        refused += [{**about, "stage": "ingest", **asdict(refusal)} for refusal in reading.refusals]
+        refused += _quarantine_rows(file, reading.refusals, settings)
+    refused += _quarantine_rows(sheet.name, sheet.remarks, settings)
     return Ingested(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
         tables.from_rows(refused, "quarantine"),
         read,
     )
+
+
+def _quarantine_rows(
+    file: str, refusals: Iterable[Refusal], settings: Settings
+) -> list[dict[str, Any]]:
+    about = {"campaign": settings.campaign.name, "file": file, "stage": "ingest"}
+    return [{**about, **asdict(refusal)} for refusal in refusals]
 
 
 def read_bytes(path: Path) -> bytes:
@@ -128,13 +143,27 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_log(
-    content: bytes, file: str, settings: Settings, kind: LogKind = TRACTION
+    content: bytes,
+    file: str,
+    settings: Settings,
+    kind: LogKind = TRACTION,
+    sheet: RunSheet = NO_SHEET,
 ) -> tuple[str, Reading]:
     """The format of a file's bytes and what they hold; `file` is its name, unique among the logs.
 
     Raises:
         RuntimeError: The reader lost a row.
     """
+    of_log = sheet.of_log(file)
+    name, reading = _read_log(content, file, settings, kind, of_log)
+    reading = of_log.completed(reading)
+    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return name, replace(reading, refusals=refusals)
+
+
+def _read_log(
+    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> tuple[str, Reading]:
     if len(content) > LARGEST_LOG:
         reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
         advice = "Let the logger begin a file for each run."
@@ -148,7 +177,7 @@ def read_log(
     name = recognised_format(content)
     if name is None:
         return "none", _unknown(content)
-    reading = _without_absurd(READERS[name].read(content, file, settings, kind))
+    reading = _without_absurd(READERS[name].read(content, file, settings, kind, sheet))
     if not reading.runs and not reading.refusals:
         reason = f"the file looks like {name}, but holds no row of data"
         return name, refused_file(
@@ -158,8 +187,7 @@ def read_log(
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
-    return name, replace(reading, refusals=refusals)
+    return name, reading
 
 
 def _without_absurd(reading: Reading) -> Reading:
@@ -236,7 +264,7 @@ def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
         "accepted_points": 0,
         "verdict": "refused",
         "rule": run.flaw.rule if run.flaw else "",
-        "reason": run.flaw.reason if run.flaw else "",
+        "reason": printable(run.flaw.reason) if run.flaw else "",
         "warning": "",
     }
 

@@ -115,9 +115,11 @@ class LogKind:
         renamed: Quantity -> `name` and `unit` of the columns with names of their own in a campaign.
         header_problem: Why a log with these header keys and columns cannot be used, if so.
         run: The run that a log makes.
+        sheet_keys: Header keys that the run sheet may give beside the oil.
     """
 
     vocabulary: Vocabulary
     renamed: Callable[[Campaign], Renamed]
     header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], Refusal | None]
     run: Callable[[ContinuousLog, Settings], LoggedRun]
+    sheet_keys: tuple[str, ...]

@@ -18,6 +18,7 @@ from oilfilm.readers.encoding import best_encoding, normalise
 from oilfilm.readers.header import FORMAT_ADVICE
 from oilfilm.readers.layout import cut_row, truncated
 from oilfilm.readers.log_kind import FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.readers.run_sheet import SheetOfLog
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -46,7 +47,9 @@ def recognises(head: bytes) -> bool:
     return normalise(head).lstrip(b" \t\n").startswith(_TITLE)
 
 
-def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+def read(
+    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> Reading:
     """See `Reader.read`."""
     renamed = kind.renamed(settings.campaign)
 
@@ -70,12 +73,13 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
         complete = text.endswith("\n") or number < len(starts)
         if segment.rows:
             try:
-                tables.append(_table(header, segment, complete, run_id, first_row, settings, kind))
+                table = _table(header, segment, complete, run_id, first_row, settings, kind)
             except Exception as error:  # whatever a damaged file makes the library stumble over
                 return damaged_file("lvm", error)
+            tables.append(replace(table, part=f"segment{number}"))
         first_row += len(segment.rows)
     form = TextForm.of(encoding, separator, _decimal_mark(header))
-    return replace(read_tables(tables, settings, kind), form=form)
+    return replace(read_tables(tables, settings, kind, sheet), form=form)
 
 
 def _separator(text: str) -> str:

@@ -12,6 +12,7 @@ import pyarrow.parquet as parquet
 from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
 from oilfilm.readers.columns import LoggedTable, header_text, meaning, read_tables
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.run_sheet import SheetOfLog
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -28,7 +29,9 @@ def recognises(head: bytes) -> bool:
     return head.startswith(_MARKS)
 
 
-def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+def read(
+    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> Reading:
     """See `Reader.read`."""
     if content.startswith(b"PARE"):
         advice = "Export it without encryption."
@@ -42,7 +45,7 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     except Exception as error:  # Arrow raises whatever a damaged file makes it stumble over
         return damaged_file("parquet", error)
     # a table without rows is left to `ingest`, which says so
-    return read_tables([table] if table.rows else [], settings, kind)
+    return read_tables([table] if table.rows else [], settings, kind, sheet)
 
 
 def _own_table(rows: int, footer: bytes) -> Reading:

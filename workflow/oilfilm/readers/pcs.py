@@ -17,7 +17,6 @@ import numpy.typing as npt
 from oilfilm.readers.base import (
     LARGEST_READING,
     LoggedRun,
-    Nominal,
     Reading,
     Refusal,
     TextForm,
@@ -28,8 +27,10 @@ from oilfilm.readers.base import (
     samples_of_run,
 )
 from oilfilm.readers.encoding import encodings_of
+from oilfilm.readers.header import FORMAT_ADVICE
 from oilfilm.readers.log_kind import FloatArray, IndexArray, LogKind
-from oilfilm.readers.traction_log import TRACTION
+from oilfilm.readers.run_sheet import Labels, SheetOfLog
+from oilfilm.readers.traction_log import TRACTION, nominal
 from oilfilm.readers.understood import LogColumn, Understood
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion
@@ -105,7 +106,9 @@ def recognises(head: bytes) -> bool:
     return any(_STEP.match(line) or "Test Data File" in line for line in text.splitlines()[:40])
 
 
-def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+def read(
+    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> Reading:
     """See `Reader.read`."""
     text, encoding = _decode(content)
     steps = list(_steps(text.splitlines()))
@@ -115,20 +118,15 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
         reason = f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log"
         advice = "Move it to the folder of the campaign's traction logs."
         return refused_file(rows, "columns", reason, advice)
-    oils, rigs = len(settings.oils), len(settings.rigs)
-    if oils != 1 or rigs != 1:
-        reason = (
-            f"a PCS export does not name its oil, and the campaign has {oils} oils and {rigs} rigs"
-        )
-        advice = "Put logs of one oil and one rig into a campaign of their own."
-        return refused_file(rows, "unknown_oil", reason, advice)
     runs: list[LoggedRun] = []
     refusals = list(_misdated(steps))
     cut = bool(text) and not text.endswith(("\n", "\r"))
     for step, label in zip(steps, labels, strict=True):
         if step.lines:
             last_is_cut = cut and step is steps[-1]
-            run, refused = _read_step(step, f"{file}:{label}", settings, last_is_cut)
+            run_id = f"{file}:{label}"
+            known = sheet.labels(run_id, {}, settings, label)
+            run, refused = _read_step(step, run_id, known, settings, last_is_cut)
             runs += [run] if run is not None else []
             refusals += refused
     return Reading(rows, runs, refusals, TextForm.of(encoding, "\t", "."))
@@ -194,11 +192,11 @@ def _date(text: str) -> datetime | None:
 
 
 def _read_step(
-    step: _Step, run_id: str, settings: Settings, cut: bool
+    step: _Step, run_id: str, labels: Labels, settings: Settings, cut: bool
 ) -> tuple[LoggedRun | None, list[Refusal]]:
     columns = _column_indices(step.names)
     missing = [_COLUMNS[name][0] for name in _REQUIRED if name not in columns]
-    problem = None
+    problem = labels.problem or _unlabelled(labels.keys, settings)
     if step.type.lower() not in _SWEEPS:
         problem = Refusal(
             "not_a_sweep",
@@ -232,8 +230,8 @@ def _read_step(
         ),
     ]
     sound_values = {name: array[sound] for name, array in values.items()}
-    understood = _understood(step.names, columns, values)
-    return _run(run_id, sound_values, step.rows[sound], understood, settings), refusals
+    understood = _understood(step.names, columns, values).with_sources(labels.sources)
+    return _run(run_id, sound_values, step.rows[sound], understood, labels, settings), refusals
 
 
 def _understood(
@@ -247,6 +245,20 @@ def _understood(
     ]
     used = {column.name for column in read}
     return Understood(read, [name for name in names if name not in used])
+
+
+def _unlabelled(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+    """Why nothing says which oil and which rig a step is of."""
+    several = {"oil": settings.oils, "rig": settings.rigs}
+    lacking = [key for key, known in several.items() if key not in keys and len(known) > 1]
+    if not lacking:
+        return None
+    what = " and ".join(f"{key} ({len(several[key])} in the campaign)" for key in lacking)
+    return Refusal(
+        "unknown_oil" if "oil" in lacking else "unknown_rig",
+        f"a PCS export does not name its {what}",
+        f"Name it in the run sheet of the campaign. {FORMAT_ADVICE}",
+    )
 
 
 def _column_indices(names: list[str]) -> dict[str, int]:
@@ -321,6 +333,7 @@ def _run(
     values: Mapping[str, FloatArray],
     rows: IndexArray,
     understood: Understood,
+    labels: Labels,
     settings: Settings,
 ) -> LoggedRun:
     ball, disc = _surface_speeds(values)
@@ -336,6 +349,15 @@ def _run(
         inlet_temperature_c=values["inlet_temperature_c"],
         measured_film_thickness_um=values["film_nm"] * 1e-3,
     )
-    nominal = Nominal.planned(settings.campaign)
-    (oil,), (rig,) = settings.oils, settings.rigs
-    return LoggedRun(run_id, oil, rig, "steps", nominal, samples, understood=understood)
+    rig = labels.keys.get("rig", next(iter(settings.rigs)))
+    set_points = nominal(labels.keys, settings)
+    return LoggedRun(
+        run_id,
+        labels.keys["oil"],
+        rig,
+        "steps",
+        set_points,
+        samples,
+        labels.excluded,
+        understood=understood,
+    )

@@ -9,6 +9,10 @@ from pathlib import Path
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 
+# The run sheet, in whatever case, in the campaign's folder itself.
+_SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
+# What Excel writes beside a workbook while it is open.
+_LOCK_FILE = "~$"
 # Snakemake takes braces for wildcards, a manifest backslashes for folders, a listing ends with the
 # line; Python writes bytes that are no UTF-8 as surrogates.
 _UNFIT = re.compile(r"[{}\\\r\n\ud800-\udfff]")
@@ -17,7 +21,7 @@ _UNFIT = re.compile(r"[{}\\\r\n\ud800-\udfff]")
 def raw_files(folder: Path) -> list[str]:
     """Paths of all logs below a campaign's raw folder, relative to it, sorted.
 
-    Hidden files and README files are not logs.
+    Hidden files, README files and the run sheet are not logs.
 
     Raises:
         OilfilmError: The folder is missing or empty, a link in it leads out of it, or a log has a
@@ -29,10 +33,10 @@ def raw_files(folder: Path) -> list[str]:
     files = []
     for path in sorted(folder.rglob("*")):
         relative = path.relative_to(folder)
-        hidden = any(part.startswith(".") for part in relative.parts)
+        hidden = any(part.startswith((".", _LOCK_FILE)) for part in relative.parts)
         if path.is_symlink() and path.is_dir() and not hidden:
             raise OilfilmError(f"{path}: is a link to a folder. Copy the logs into {folder}.")
-        if hidden or not path.is_file() or path.stem.upper() == "README":
+        if hidden or not path.is_file() or path.stem.upper() == "README" or is_sheet(path, folder):
             continue
         if not path.resolve().is_relative_to(inside):
             raise OilfilmError(
@@ -48,6 +52,31 @@ def raw_files(folder: Path) -> list[str]:
     if not files:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
     return files
+
+
+def is_sheet(path: Path, folder: Path) -> bool:
+    """Whether a file of a campaign's raw folder is its run sheet."""
+    return path.parent == folder and path.name.lower() in _SHEETS
+
+
+def find_sheet(folder: Path) -> Path | None:
+    """The run sheet of a campaign's raw folder; None where it has none.
+
+    Raises:
+        OilfilmError: There are several, or it is a link that leads out of the folder.
+    """
+    sheets = [
+        path for path in sorted(folder.glob("*")) if is_sheet(path, folder) and path.is_file()
+    ]
+    if len(sheets) > 1:
+        names = " and ".join(path.name for path in sheets)
+        raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
+    for path in sheets:
+        if not path.resolve().is_relative_to(folder.resolve()):
+            raise OilfilmError(
+                f"{path}: is a link that leads out of {folder}. Copy the run sheet into the folder."
+            )
+    return sheets[0] if sheets else None
 
 
 def refuse_strangers(folder: Path, written: Iterable[str]) -> None:

@@ -8,6 +8,7 @@ from typing import Protocol
 from oilfilm.readers import csv, lvm, parquet, pcs, tdms
 from oilfilm.readers.base import Reading
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.run_sheet import SheetOfLog
 from oilfilm.settings.resolved import Settings
 
 
@@ -18,10 +19,13 @@ class Reader(Protocol):
         """True where the first bytes of a file look like this format."""
         ...
 
-    def read(self, content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+    def read(
+        self, content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+    ) -> Reading:
         """Runs and refusals of a file's bytes, read as logs of one kind of rig.
 
-        Runs are named after `file`, which is unique.
+        Runs are named after `file`, which is unique. The rows of the run sheet about the file beat
+        its header.
 
         Raises nothing for a bad file: what cannot be used comes back among the refusals.
         """

@@ -15,6 +15,7 @@ from nptdms.log import log_manager
 from oilfilm.readers.base import Flaw, Reading, Refusal, damaged_file, distinct, refused_file
 from oilfilm.readers.columns import LoggedTable, header_text, meaning, read_tables
 from oilfilm.readers.log_kind import LogKind
+from oilfilm.readers.run_sheet import SheetOfLog
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -49,7 +50,9 @@ def recognises(head: bytes) -> bool:
     return head.startswith(_TAG)
 
 
-def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Reading:
+def read(
+    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> Reading:
     """See `Reader.read`."""
     flaw = _cut(content)
     try:
@@ -63,9 +66,9 @@ def read(content: bytes, file: str, settings: Settings, kind: LogKind) -> Readin
     for group, label in zip(groups, distinct(group.name for group in groups), strict=True):
         run_id = f"{file}:{label}" if len(groups) > 1 else file
         table = _table(group, run_id, first_row, flaw, settings.campaign, kind)
-        tables.append(table)
+        tables.append(replace(table, part=label))
         first_row += table.rows + (table.behind.refused_rows if table.behind else 0)
-    return read_tables(tables, settings, kind)
+    return read_tables(tables, settings, kind, sheet)
 
 
 def _cut(content: bytes) -> Flaw | None:

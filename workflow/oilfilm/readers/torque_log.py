@@ -75,4 +75,5 @@ TORQUE = LogKind(
     lambda campaign: named_columns(torque_of(campaign).columns),
     _header_problem,
     _run,
+    sheet_keys=("bearing",),
 )

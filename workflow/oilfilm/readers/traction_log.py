@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from oilfilm.readers.base import (
-    LARGEST_READING,
     SET_POINTS,
     Flaw,
     LoggedRun,
     Nominal,
     Refusal,
-    number,
     samples_of_run,
+    set_point,
+    set_point_range,
 )
 from oilfilm.readers.header import (
     FORMAT_ADVICE,
@@ -35,7 +35,7 @@ from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.units import ABSOLUTE_ZERO_C, rpm_to_surface_speed
+from oilfilm.units import rpm_to_surface_speed
 
 # What a log may hold -> the units that can be used of it.
 QUANTITIES = {
@@ -71,8 +71,6 @@ _OWN_NAMES = {
     "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
     "slide_roll_ratio": ("slide_roll_ratio", "1"),
 }
-# No material bears more; the load that goes with the cube of it would be no number of a table.
-_HARDEST_GPA = 1e3
 
 
 def _header_problem(
@@ -108,10 +106,15 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
         disc_speed_m_s=disc,
         inlet_temperature_c=values["inlet_temperature"],
     )
-    given = {name: _set_point(name, log.keys[name]) for name in SET_POINTS if name in log.keys}
-    header = {name: value for name, value in given.items() if value is not None}
-    run = log.run(rig_name, Nominal.planned(settings.campaign, header), samples)
+    run = log.run(rig_name, nominal(log.keys, settings), samples)
     return replace(run, kind=log.keys.get("log_kind", run.kind))
+
+
+def nominal(keys: Mapping[str, str], settings: Settings) -> Nominal:
+    """Set points of a run with these header keys."""
+    given = {name: set_point(name, keys[name]) for name in SET_POINTS if name in keys}
+    known = {name: value for name, value in given.items() if value is not None}
+    return Nominal.planned(settings.campaign, known)
 
 
 def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
@@ -129,31 +132,15 @@ def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
 def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
     """What is wrong with a set point of the header."""
     for name in SET_POINTS:
-        if name in keys and _set_point(name, keys[name]) is None:
+        if name in keys and set_point(name, keys[name]) is None:
+            least, most = set_point_range(name)
             return Refusal(
                 "header",
                 f"the header says {name}: {keys[name][:60]!r}; expected a number above "
-                f"{_least(name):g}, below {_most(name):g}",
+                f"{least:g}, below {most:g}",
                 f"Correct the header. {FORMAT_ADVICE}",
             )
     return None
-
-
-def _set_point(name: str, text: str) -> float | None:
-    """The number that a header gives, with a decimal point or comma; None where it gives none."""
-    try:
-        value = number(text if "." in text else text.replace(",", ".", 1))
-    except ValueError:
-        return None
-    return value if _least(name) < value < _most(name) else None
-
-
-def _least(name: str) -> float:
-    return ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
-
-
-def _most(name: str) -> float:
-    return _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 
 
 def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | None:
@@ -258,4 +245,5 @@ TRACTION = LogKind(
     lambda campaign: named_columns(campaign.columns),
     _header_problem,
     _run,
+    sheet_keys=("rig", *SET_POINTS),
 )

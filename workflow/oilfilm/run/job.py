@@ -58,6 +58,7 @@ def _end(sentence: str, log: Path) -> NoReturn:
 
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
     plain = settings.plain()
+    sheet = snakemake.params.get("sheet")
     return {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,
@@ -65,5 +66,6 @@ def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
         "code": snakemake.params.code,
         "settings": settings_digest(plain)[:16],
         **{key: plain[key] for key in ("film", "gates") if key in plain},
+        **({"run_sheet": settings_digest(sheet)[:16]} if sheet else {}),
         "inputs": {str(path): input_digest(Path(path))[:16] for path in snakemake.input},
     }

@@ -113,7 +113,7 @@ class Column(Group):
 
 
 class HeaderNames(Group):
-    """Keys of header lines that have names of their own, by the project's key."""
+    """Header keys and columns of the run sheet with names of their own, by the project's key."""
 
     oil: Names | None = key("Names of the key of the oil.", default=None)
     rig: Names | None = key("Names of the key of the rig.", default=None)
@@ -124,6 +124,13 @@ class HeaderNames(Group):
     entrainment_speed_m_s: Names | None = key("Names of the speed's key, in m/s.", default=None)
     inlet_temperature_c: Names | None = key(
         "Names of the temperature's key, in degC.", default=None
+    )
+    file: Names | None = key("Names of the run sheet's column of logs.", default=None)
+    exclude: Names | None = key(
+        "Names of the run sheet's column of reasons to exclude a run.", default=None
+    )
+    remarks: Names | None = key(
+        "Names of columns of the run sheet that are not read.", default=None
     )
 
 
@@ -383,7 +390,8 @@ class CampaignKeys(Group):
     )
     columns: Columns = key("Columns of csv logs that have names of their own.", default=Columns())
     header: HeaderNames = key(
-        "Keys of header lines that have names of their own.", default=HeaderNames()
+        "Keys of header lines and columns of the run sheet that have names of their own.",
+        default=HeaderNames(),
     )
     semantics: Semantics = key("How the rigs' logs are meant.", default=Semantics())
     semantics_of_rig: dict[str, Semantics] = key(

@@ -78,10 +78,11 @@ TABLES = (
             "included."),
         checks=(_verdict_agrees_with_failed_gates,),
     ),
-    table("quarantine", "One refusal: a file, a run or a range of rows, with the reason.",
+    table("quarantine", "One refusal of a file, a run or a range of rows, or one remark.",
         columns="""
             campaign file run_id stage rule first_row last_row refused_rows reason advice""",
         uses=(
+            use("file", "or the run sheet, in remarks on it"),
             use("run_id", "empty where the whole file is refused"),
             use("first_row", "0 where no row is meant"),
         ),

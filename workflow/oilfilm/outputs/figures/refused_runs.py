@@ -24,6 +24,7 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures import style
 from oilfilm.readers.ingest import ingest_logs
+from oilfilm.readers.run_sheet import NO_SHEET, REMARKS, RunSheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.units import FloatArray
@@ -48,10 +49,13 @@ class Judged:
 
 
 def judged_torque_logs(
-    logs: Iterable[tuple[str, bytes]], quarantine: pd.DataFrame, settings: Settings
+    logs: Iterable[tuple[str, bytes]],
+    quarantine: pd.DataFrame,
+    settings: Settings,
+    sheet: RunSheet = NO_SHEET,
 ) -> Judged:
     """Refused torque logs by name and content, read again: their samples are in no table."""
-    ingested = ingest_logs(logs, settings, TORQUE_RIG.logs)
+    ingested = ingest_logs(logs, settings, TORQUE_RIG.logs, sheet)
     samples = ingested.all_samples()
     curated = curate(samples, ingested.runs, settings, TORQUE_RIG)
 
@@ -98,7 +102,7 @@ def listing(
     of_run = quarantine["stage"].eq("curate") & quarantine["rule"].eq(
         quarantine["run_id"].map(about["rule"])
     )
-    refused = quarantine[of_run | (without_run & ~of_file)]
+    refused = quarantine[(of_run | (without_run & ~of_file)) & ~quarantine["rule"].isin(REMARKS)]
     refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     samples = refused["run_id"].map(about["samples"]).fillna(0)
     turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")

@@ -11,6 +11,7 @@ from oilfilm.outputs.facts import (
     condition_counts,
     counted,
     film_unjudged_oils,
+    refused_files,
     stand_in_oils,
     unread_logs,
 )
@@ -106,7 +107,7 @@ def _trouble(results: CampaignTables, settings: Settings) -> str:
     pulling = results.fit_quality.loc[results.fit_quality["pulling_curves"] != "", "oil"]
     stand_ins = stand_in_oils(settings.oils)
     unread, points = len(unread_logs(results)), (~results.points["accepted"]).sum()
-    torque_logs = results.torque_quarantine["file"].nunique()
+    torque_logs = len(refused_files(results.torque_quarantine))
     unjudged, lacking = film_unjudged_oils(results.points), shortfalls(results, settings.campaign)
     troubles = {
         f"TOO FEW ACCEPTED RUNS ({'; '.join(lacking)})": len(lacking),
