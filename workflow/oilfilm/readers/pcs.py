@@ -249,7 +249,7 @@ def _understood(
 
 def _unlabelled(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why nothing says which oil and which rig a step is of."""
-    several = {"oil": settings.oils, "rig": settings.rigs}
+    several = {"oil": list(settings.oils), "rig": list(settings.rigs)}
     lacking = [key for key, known in several.items() if key not in keys and len(known) > 1]
     if not lacking:
         return None
