@@ -1,5 +1,6 @@
 """Curves with a wrong label are named with the oil that they belong to."""
 
+import numpy as np
 import pandas as pd
 
 from fit_points import make_points, matrix
@@ -28,6 +29,10 @@ def test_curve_of_another_oil_is_named_with_that_oil(config: Settings) -> None:
     residuals, quality = with_likely_oils(CampaignTables.in_memory(**joined), points)
     odd = residuals[residuals["odd"]].set_index("run_id")["likely_oil"]
     assert odd.to_dict() == {"4102-run007": "4102", "4010-run005": ""}
+    # a law that has no value at the curve's condition accuses nobody
+    points.loc[points["run_id"] == "4102-run007", "inlet_temperature_c"] = np.nan
+    unknown, _ = with_likely_oils(CampaignTables.in_memory(**joined), points)
+    assert unknown["likely_oil"].eq("").all()
     named = quality.set_index("oil")["pulling_curves"]
     assert "the fit of 4102 is much nearer: is its label right?" in named["4010"]
     assert named["4102"] == ""

@@ -151,22 +151,27 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
         predicted = fit.predict(conditions, np.array([at["slide_roll_ratio"]]))
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
+    if np.isnan(fit.coefficients.constants).any():
+        raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
     where = [each.sentence() for each in fixed.values()]
     if predicted.away[0]:
+        unknown = any(each.level is None for each in fixed.values())
+        advice = "Ask for a point on it, or leave the option out to be given the tested value."
         raise OilfilmError(
-            f"{oil}: mu is not known there: {'; '.join(where)}. Ask for a point on it, or leave "
-            "the option out to be given the tested value."
+            f"{oil}: mu is not known there: {'; '.join(where)}." + ("" if unknown else f" {advice}")
         )
     values = predicted.traction_coefficient, predicted.lower, predicted.upper
     mu, lower, upper = (float(value[0]) for value in values)
-    if np.isnan(mu):
-        raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
     interval = "no interval" if np.isnan(lower) else f"95 % interval {lower:.5f} to {upper:.5f}"
-    lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {interval}", *where]
+    lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {interval}"]
+    lines += [f"mu and its interval are those where it was tested: {each}" for each in where]
+    at = dict(at) | dict(zip(fit.law.conditions, fit.on_line(conditions)[0], strict=True))
     box = dict(zip((*fit.law.conditions, "slide_roll_ratio"), fit.coefficients.box, strict=True))
     for name, value in at.items():
         low, high = box[name]
-        if name not in fixed and np.isfinite(low) and not low <= abs(value) <= high:
+        within = fixed[name].within if name in fixed else 0.0
+        beyond = not low * (1 - within) <= abs(value) <= high * (1 + within)
+        if np.isfinite([low, value]).all() and beyond:
             unit = tables.COLUMNS[name].shown_unit
             lines.append(
                 f"OUTSIDE the tested box: {name} {value:g}, tested {low:.4g} to {high:.4g} {unit}"

@@ -20,6 +20,9 @@ from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import BoolArray, FloatArray
 
+# A temperature near 0 degC is no measure of its own variation: 10 % are 2 K at least.
+LEAST_SIZE = {"inlet_temperature_c": 20.0}
+
 
 @dataclass(frozen=True)
 class InStep:
@@ -117,17 +120,20 @@ def sentences(row: Mapping[str, Any]) -> str:
     return "; ".join(fixed.sentence() for fixed in from_text(row["fixed_conditions"]))
 
 
-def followed_conditions(conditions: FloatArray, settings: FitSettings) -> BoolArray:
+def followed_conditions(
+    names: Sequence[str], conditions: FloatArray, settings: FitSettings
+) -> BoolArray:
     """Which conditions a fit follows: those that varied enough, and independently.
 
     Of conditions that varied in step the first ones in the law's order are followed.
 
     Args:
+        names: Columns of the conditions.
         conditions: One row per curve.
         settings: `min_relative_range` and `smallest_singular_value`, below which conditions are
             in step: of their standardised logarithms, relative to the largest.
     """
-    enough = varied(conditions, settings)
+    enough = varied(names, conditions, settings)
     # a law says in words that its power laws have no value at zero or below
     if np.any(conditions[:, enough] <= 0):
         return enough
@@ -143,10 +149,13 @@ def followed_conditions(conditions: FloatArray, settings: FitSettings) -> BoolAr
     return followed
 
 
-def varied(conditions: FloatArray, settings: FitSettings) -> npt.NDArray[np.bool_]:
+def varied(
+    names: Sequence[str], conditions: FloatArray, settings: FitSettings
+) -> npt.NDArray[np.bool_]:
     """Which conditions are known of every curve and varied enough.
 
     Args:
+        names: Columns of the conditions.
         conditions: One row per curve.
         settings: `min_relative_range`, the smallest range over the largest magnitude.
     """
@@ -154,7 +163,25 @@ def varied(conditions: FloatArray, settings: FitSettings) -> npt.NDArray[np.bool
         return np.zeros(conditions.shape[1], dtype=bool)
     low, high = conditions.min(axis=0), conditions.max(axis=0)
     size = np.maximum(np.abs(low), np.abs(high))
+    size = np.maximum(size, [LEAST_SIZE.get(name, 0.0) for name in names])
     return np.asarray((high > low) & (high - low >= settings.min_relative_range * size))
+
+
+def incomplete_curves(
+    names: Sequence[str], conditions: FloatArray, settings: FitSettings
+) -> BoolArray:
+    """Curves that lack a condition which varied over the others: no law can follow them.
+
+    Args:
+        names: Columns of the conditions.
+        conditions: One row per curve.
+        settings: As `varied`.
+    """
+    lacking = np.zeros(len(conditions), dtype=bool)
+    for index, unknown in enumerate(np.isnan(conditions).T):
+        if varied(names, conditions[~unknown], settings)[index]:
+            lacking |= unknown
+    return lacking
 
 
 def fixed_conditions(
@@ -168,7 +195,7 @@ def fixed_conditions(
         followed: As `followed_conditions`.
         settings: As there, and `level_tolerance`.
     """
-    moving = dict(zip(names, varied(conditions, settings), strict=True))
+    moving = dict(zip(names, varied(names, conditions, settings), strict=True))
     columns = dict(zip(names, conditions.T, strict=True))
     along = {name: columns[name] for name in itertools.compress(names, followed)}
     return tuple(
@@ -191,7 +218,7 @@ def _fixed(
             if abs(power.exponent) * np.ptp(np.log(levels)) > settings.level_tolerance
         }
     level, line, in_step = _line(values, along) if along else (values.mean(), values.mean(), ())
-    within = float(np.max(_relative_distance(values, line))) + settings.level_tolerance
+    within = float(np.max(_relative_distance(name, values, line))) + settings.level_tolerance
     return FixedCondition(name, float(level), within, in_step)
 
 
@@ -218,11 +245,9 @@ def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray
         levels: Values of each condition by column, all of one shape.
     """
     asked = levels[fixed.condition]
-    near = _relative_distance(asked, fixed.on_line(levels)) <= fixed.within
+    near = _relative_distance(fixed.condition, asked, fixed.on_line(levels)) <= fixed.within
     return np.asarray(~np.isnan(asked) & ~near)
 
 
-def _relative_distance(values: FloatArray, line: FloatArray) -> FloatArray:
-    distance = np.abs(values - line)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.where(distance == 0, 0.0, distance / np.abs(line)))
+def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> FloatArray:
+    return np.asarray(np.abs(values - line) / np.maximum(np.abs(line), LEAST_SIZE.get(name, 0.0)))

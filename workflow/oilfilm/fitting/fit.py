@@ -1,5 +1,6 @@
 """One law fitted to one oil: searches, certificate, errors."""
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -8,7 +9,12 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.certificate import certify
-from oilfilm.fitting.conditions import fixed_conditions, followed_conditions, to_text
+from oilfilm.fitting.conditions import (
+    fixed_conditions,
+    followed_conditions,
+    incomplete_curves,
+    to_text,
+)
 from oilfilm.fitting.engine import Optimum, at_bounds, search
 from oilfilm.fitting.fit_tables import tables_of_fit, tables_without_fit
 from oilfilm.fitting.objectives import robust_fit, weighted_fit
@@ -92,13 +98,19 @@ def fit_oil(
     """
     points, law = points[points["oil"] == oil], law or LAWS[settings.law]
     data = curve_data(points, law.conditions)
-    followed = followed_conditions(data.conditions, settings)
+    incomplete = incomplete_curves(law.conditions, data.conditions, settings)
+    left_out = list(itertools.compress(data.runs, incomplete))
+    if left_out:
+        points = points[~points["run_id"].isin(left_out)]
+        data = curve_data(points, law.conditions)
+    followed = followed_conditions(law.conditions, data.conditions, settings)
     fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
     quality = {
         "oil": oil,
         "law": law.name,
         "n_points": len(data.mu),
         "n_curves": len(data.runs),
+        "incomplete_curves": "; ".join(left_out),
         "fixed_conditions": to_text(fixed),
         **_tested_box(points),
     }

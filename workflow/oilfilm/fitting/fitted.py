@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.special import ndtri
 
 from oilfilm.errors import OilfilmError
-from oilfilm.fitting.conditions import FixedCondition, away, from_text
+from oilfilm.fitting.conditions import LEAST_SIZE, FixedCondition, away, from_text
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law, Observations, to_internal
@@ -168,18 +168,23 @@ class FittedLaw:
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions). NaN for a
-                condition that the fit does not follow asks for its tested level.
+                condition that the fit does not follow asks for its tested level; mu is NaN where a
+                condition that it follows is.
             slip: Slide-roll ratio of each point, shape (points,).
             level: Of confidence.
         """
         root = self.coefficients.root(self.law)
         off = self._away(conditions)
         conditions = self.on_line(conditions)
+        unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
+        lost = off | unknown.any(axis=1)
+        # any value that the law can take; mu is not known there
+        conditions = np.where(lost[:, np.newaxis], 1.0, conditions)
         mu, error = np.empty(len(slip)), np.empty(len(slip))
         for start in range(0, len(slip), _CHUNK):
             chunk = slice(start, start + _CHUNK)
             mu[chunk], error[chunk] = self._predict_chunk(conditions[chunk], slip[chunk], root)
-        mu[off], error[off] = np.nan, np.nan
+        mu[lost], error[lost] = np.nan, np.nan
         sign = np.where(slip < 0, -1.0, 1.0)
         reach, above = ndtri(0.5 + level / 2) * error, mu > 0
         relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
@@ -203,8 +208,9 @@ class FittedLaw:
         return np.column_stack(list((levels | lines).values()))
 
     def _away(self, conditions: FloatArray) -> npt.NDArray[np.bool_]:
-        levels = self._by_name(conditions)
-        off = [away(fixed, levels) for fixed in self.coefficients.fixed]
+        levels, coefficients = self._by_name(conditions), self.coefficients
+        fixed = () if np.isnan(coefficients.constants).any() else coefficients.fixed
+        off = [away(condition, levels) for condition in fixed]
         return np.asarray(np.any([np.zeros(len(conditions), dtype=bool), *off], axis=0))
 
     def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
@@ -232,8 +238,11 @@ class FittedLaw:
         at = np.column_stack([conditions, np.abs(slip)])
         # a level or line is known that much beyond what was tested
         reach = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
-        within = np.array([reach.get(name, 0.0) for name in (*self.law.conditions, "")])
-        low, high = low - within * np.abs(low), high + within * np.abs(high)
+        names = (*self.law.conditions, "slide_roll_ratio")
+        within = np.array([reach.get(name, 0.0) for name in names])
+        least = np.array([LEAST_SIZE.get(name, 0.0) for name in names])
+        low = low - within * np.maximum(np.abs(low), least)
+        high = high + within * np.maximum(np.abs(high), least)
         beyond = np.maximum(np.maximum(low - at, at - high), 0.0)
         # rounding of the conditions themselves is not outside
         beyond[beyond <= 1e-9 * np.abs(at)] = 0.0

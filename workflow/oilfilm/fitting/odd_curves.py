@@ -1,6 +1,7 @@
 """Curves that do not belong to the others of their oil, and the oils that they may belong to."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,8 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 # A curve agrees much better with another oil's fit where its error is smaller by this factor.
 _MUCH_BETTER = 0.5
+# A curve of which mu differs less than this as a whole is odd by its shape.
+_SAME_GAIN = 0.03
 
 
 def pulling_curves(residuals: pd.DataFrame) -> str:
@@ -21,9 +24,15 @@ def pulling_curves(residuals: pd.DataFrame) -> str:
     """
     odd = residuals[residuals["odd"]].sort_values("robust_weight", kind="stable")
     return "; ".join(
-        f"{row['run_id']} (mu {row['gain']:.2f} times the fit's{_likely(row['likely_oil'])})"
+        f"{row['run_id']} ({_difference(row)}{_likely(row['likely_oil'])})"
         for row in tables.rows(odd)
     )
+
+
+def _difference(row: Mapping[str, Any]) -> str:
+    if abs(row["gain"] - 1) < _SAME_GAIN:
+        return f"of another shape: rms error of mu {row['rmse']:.1e}"
+    return f"mu {row['gain']:.2f} times the fit's"
 
 
 def _likely(oil: str) -> str:
@@ -61,15 +70,19 @@ def with_likely_oils(
 def _much_nearer(laws: Mapping[str, FittedLaw], own: str, curve: pd.DataFrame) -> str:
     """The oil whose fit is much nearer to a curve than that of its own oil; empty if none is."""
     errors = {oil: _relative_error(law, curve) for oil, law in laws.items()}
-    nearest = min(errors, key=lambda oil: errors[oil])
-    return nearest if errors[nearest] < _MUCH_BETTER * errors[own] else ""
+    known = {oil: error for oil, error in errors.items() if np.isfinite(error)}
+    if own not in known:
+        return ""
+    nearest = min(known, key=lambda oil: known[oil])
+    return nearest if known[nearest] < _MUCH_BETTER * known[own] else ""
 
 
 def _relative_error(law: FittedLaw, curve: pd.DataFrame) -> float:
-    """RMS error of mu of a curve over the RMS of mu; infinite where the law says nothing there."""
-    conditions = curve[list(law.law.conditions)].to_numpy()
-    slip = curve["slide_roll_ratio"].to_numpy()
-    mu = curve["traction_coefficient"].to_numpy()
-    error = law.predict(conditions, slip).traction_coefficient - mu
-    relative = float(np.sqrt(np.mean(error**2) / np.mean(mu**2)))
-    return relative if np.isfinite(relative) else np.inf
+    """RMS error of mu of a curve over the RMS of mu; NaN where the law says nothing there."""
+    condition = curve[list(law.law.conditions)].mean().to_numpy()
+    slip, mu = curve["slide_roll_ratio"].to_numpy(), curve["traction_coefficient"].to_numpy()
+    try:
+        error = law.traction(condition, slip) - mu
+    except ValueError:  # no value at this condition
+        return float("nan")
+    return float(np.sqrt(np.mean(error**2) / np.mean(mu**2)))

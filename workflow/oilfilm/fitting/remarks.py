@@ -15,6 +15,11 @@ def fit_remarks(quality: Mapping[str, Any]) -> list[str]:
         quality: One row of the table of fit quality.
     """
     remarks = [f"{quality['oil']}, {quality['law']}: {quality['certificate']}"]
+    if quality["incomplete_curves"]:
+        remarks.append(
+            f"{quality['oil']}: WARNING: left out of the fit, because a condition that varied in "
+            f"the others is not known of them: {quality['incomplete_curves']}"
+        )
     if quality["pulling_curves"]:
         remarks.append(
             f"{quality['oil']}: WARNING: curves pull the plain fit away, a robust one differs by "

@@ -303,7 +303,7 @@ def _traction_of(
             law.predict(at, conditions[:, -1]).traction_coefficient for law in (before, after)
         )
     except ValueError as error:
-        raise OilfilmError(f"{oil}: its fits cannot be compared ({error}).") from error
+        return _incomparable(oil, f"its fits cannot be compared: {error}")
     change = np.abs(new - old)
     # missing in both releases: no change; missing in one: infinite change
     change[np.isnan(change)] = np.inf

@@ -19,7 +19,7 @@ from oilfilm.fitting.problem import curve_data
 from oilfilm.fitting.solution import Solution
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import laws_for
-from oilfilm.traction.law import FloatArray, Law
+from oilfilm.traction.law import CONDITIONS, FloatArray, Law
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
@@ -180,7 +180,7 @@ def _judged(solution: Solution, points: pd.DataFrame, settings: Settings) -> dic
     # not the law's own conditions: every law is evaluated at the same levels
     conditions = curve_data(points).conditions
     # the scatter of one level has no ends
-    levels = np.where(varied(conditions, settings.fit), conditions, np.nan)
+    levels = np.where(varied(CONDITIONS, conditions, settings.fit), conditions, np.nan)
     ends_out = [
         leave_ends_out(problem, best, level_of(condition, settings.compare.level_gap))
         for condition in levels.T

@@ -247,6 +247,8 @@ _FITS = (
     number("hessian_largest", "1", "largest eigenvalue of the Hessian of half the SSE, by the "
         "scaled constants of the search", at_least=0),
     text("active_bounds", "constants that ended at a bound of the search; empty where none did"),
+    text("incomplete_curves", "runs left out of the fit, because a condition that varied in the "
+        "others is not known of them, joined by '; '"),
     text("fixed_conditions", "conditions without exponents, with the level or line on which mu is "
         "known: JSON list of condition, level, within (largest relative distance) and in_step "
         "(followed conditions: centre, exponent); empty where there are none"),

@@ -34,7 +34,8 @@ _FITS = (
             oil law n_points n_curves sse rmse relative_rms max_error weighted_difference
             robust_difference pulling_curves searches searches_agreeing sse_spread constant_spread
             gradient_cosine min_traction condition_number hessian_smallest hessian_largest
-            active_bounds certified certificate fixed_conditions tested_min_max_hertz_pressure_gpa
+            active_bounds certified certificate incomplete_curves fixed_conditions
+            tested_min_max_hertz_pressure_gpa
             tested_max_max_hertz_pressure_gpa tested_min_entrainment_speed_m_s
             tested_max_entrainment_speed_m_s tested_min_inlet_temperature_c
             tested_max_inlet_temperature_c tested_min_load_n tested_max_load_n

@@ -34,8 +34,7 @@ class Condition:
         meaning: What it is.
         unit: Unit of every value here.
         role: "fixed" where the data give no exponent, so that mu is known where it was tested only.
-        level: Its level, or the mean one where it varied in step with others; None where it is an
-            argument, or unknown.
+        level: Its level; None where it is an argument, varied in step with others, or is unknown.
         reference: Value at which its power is 1; None for S.
         tested: Smallest and largest value tested, of |S| for S; None where unknown.
     """
@@ -222,6 +221,7 @@ def describe(
 
 def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition]:
     law, known = fitted.law, fitted.coefficients.known
+    in_step = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
     groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
     tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)
     levels = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
@@ -233,7 +233,7 @@ def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition
             quantity.meaning,
             quantity.unit,
             "argument" if is_argument else "fixed",
-            None if is_argument else number_or_none(levels[name]),
+            None if is_argument or name in in_step else number_or_none(levels[name]),
             reference,
             (number_or_none(tested[name].min()), number_or_none(tested[name].max())),
         )
@@ -261,7 +261,7 @@ def _meanings(law: Law) -> dict[str, str]:
     meanings = {}
     for name in law.local_constants:
         meanings[f"{name}0"] = f"{name} at the reference condition"
-        meanings[name] = f"{name} at the level of what is fixed, at the reference of the rest"
+        meanings[name] = f"{name} where the rest was tested, at the reference of the arguments"
         for number, group in enumerate(law.groups, 1):
             meanings[f"{name}{number}"] = f"exponent of {QUANTITIES[group].symbol} in {name}"
     return meanings

@@ -89,7 +89,7 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
     law = FittedLaw.of(of_oil, oil)
     slip = points["slide_roll_ratio"].to_numpy()
     fitted = law.predict(points[list(law.law.conditions)].to_numpy(), slip).traction_coefficient
-    if np.isnan(fitted).any():
+    if np.isnan(fitted).all():
         return None
     # slip and traction of a rig that reverses the slip change sign together
     residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted)

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from oilfilm.fitting.conditions import FixedCondition
+from oilfilm.fitting.conditions import LEAST_SIZE, FixedCondition
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
@@ -244,6 +244,7 @@ def _over_axes(fixed: FixedCondition, law: Law, load_at_1_gpa: float | None) -> 
         "axis": axis,
         "level": _plain(level),
         "within": fixed.within / power,
+        "least_size": LEAST_SIZE.get(fixed.condition, 0.0),
         "in_step": in_step,
         "where": fixed.sentence(),
     }

@@ -23,9 +23,9 @@ const sum = (values) => values.reduce((total, value) => total + value, 0);
 function onLine(oil, point) {
   const tested = [...point];
   const away = [];
-  for (const { axis, level, within, in_step: others } of oil.fixed) {
+  for (const { axis, level, within, least_size: least, in_step: others } of oil.fixed) {
     tested[axis] = others.reduce((value, other) => value * (point[other.axis] / other.centre) ** other.exponent, level ?? NaN);
-    const near = Math.abs(point[axis] - tested[axis]) <= within * Math.abs(tested[axis]);
+    const near = Math.abs(point[axis] - tested[axis]) <= within * Math.max(Math.abs(tested[axis]), least);
     if (!near && !DATA.axes[axis].idle) away.push(axis);
   }
   return { tested, away };
@@ -54,8 +54,9 @@ function predict(oil, asked) {
   const [lower, upper] = mu > 0 ? [mu / factor, mu * factor] : [mu - reach, mu + reach];
   const beyond = oil.box.map((ends, i) => {
     if (away.includes(i)) return Infinity;
-    const within = oil.fixed.find(({ axis }) => axis === i)?.within ?? 0;
-    const [low, high] = numbers(ends).map((end, upper) => end + (upper ? within : -within) * Math.abs(end));
+    const { within, least_size: least } = oil.fixed.find(({ axis }) => axis === i) ?? { within: 0, least_size: 0 };
+    const [low, high] = numbers(ends).map((end, upper) => (
+      end + (upper ? within : -within) * Math.max(Math.abs(end), least)));
     const off = Math.max(low - point[i], point[i] - high, 0);
     return off <= 1e-9 * Math.abs(point[i]) ? 0 : off / (high - low);
   });
@@ -216,8 +217,9 @@ function curveAsCsv() {
   const along = abscissa();
   const rows = [["oil", ...DATA.axes.map((axis) => axis.name), "traction_coefficient", "lower", "upper", "outside"]];
   for (const i of state.oils) {
-    for (const { x, mu, lower, upper, outside } of curve(DATA.oils[i])) {
-      const point = state.point.map((value, k) => (k === along ? x : value));
+    for (const { x, mu, lower, upper, outside, away, tested } of curve(DATA.oils[i])) {
+      const asked = state.point.map((value, k) => (k === along ? x : value));
+      const point = away ? asked : tested.map((value) => (Number.isNaN(value) ? "" : value));
       const values = [mu, lower, upper].map((value) => (Number.isNaN(value) ? "" : value));
       rows.push([DATA.oils[i].name, ...point, ...values, outside ? "True" : "False"]);
     }
@@ -310,9 +312,10 @@ function tell() {
     return row;
   }));
   const warnings = DATA.axes.flatMap((axis, k) => {
-    const tested = predictions.filter(({ beyond }) => beyond[k] > 0)
-      .map(({ oil }) => `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`);
-    return tested.length ? [`${axis.symbol} ${state.point[k]}, tested ${tested.join(", ")}`] : [];
+    const off = predictions.filter(({ beyond, away }) => beyond[k] > 0 && !away)
+      .map(({ oil, tested }) => [tested[k], `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`]);
+    const value = axis.idle && off.length ? short(off[0][0]) : state.point[k];
+    return off.length ? [`${axis.symbol} ${value}, tested ${off.map(([, range]) => range).join(", ")}`] : [];
   });
   byId("outside").hidden = !warnings.length;
   byId("outside").textContent = warnings.length

@@ -89,7 +89,7 @@ def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
     for state, words in (
         ("sign unknown", "sign unknown (zero is in the joint interval)"),
         ("at a bound", "at a bound"),
-        ("in step", "known along the tested line only"),
+        ("in step", "exponents along the tested line, of no condition alone"),
     ):
         rows = given[given["verdict"] == state]
         if len(rows):

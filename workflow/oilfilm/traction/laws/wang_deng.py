@@ -104,7 +104,9 @@ class WangDengGroups(Law):
         """
         load, speed, temperature = varied
         if speed != temperature:
-            raise ValueError(f"{self.name} needs speed and temperature to vary, or neither")
+            raise ValueError(
+                f"{self.name} needs speed and temperature to vary independently, or neither"
+            )
         return np.array([load, speed, speed])
 
 
