@@ -5,6 +5,7 @@ row below them. A mistake in it stops the run: nobody knows what it should have 
 """
 
 import difflib
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -141,7 +142,7 @@ def read_run_sheet(
 
 def is_run_sheet(path: Path, raw: Path) -> bool:
     """Whether a file is the run sheet of some campaign, below the folder `data/raw`."""
-    file = path.resolve()
+    file = Path(os.path.realpath(path))  # a link to itself is no sheet, and no fault
     return file.parent.parent == raw.resolve() and is_sheet(file, file.parent)
 
 

@@ -58,7 +58,7 @@ def _end(sentence: str, log: Path) -> NoReturn:
 
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
     plain = settings.plain()
-    sheet = snakemake.params.get("sheet")
+    sheet = getattr(snakemake.params, "sheet", None)
     return {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,

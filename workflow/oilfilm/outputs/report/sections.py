@@ -1,6 +1,5 @@
 """What each section of the report shows, from the finished tables."""
 
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -71,9 +70,9 @@ def fit_table(results: CampaignTables, sure: pd.DataFrame) -> Shown:
 def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown:
     """Constants of one oil with their errors; digits beyond the second of the error say nothing."""
     rows = coefficients[coefficients["oil"] == oil]
-    intervals = ("lower", "upper"), ("joint_lower", "joint_upper")
+    lower, upper = "joint_lower", "joint_upper"  # the interval that the verdict uses
     errors = "standard_error", "systematic_standard_error"
-    names = ["value", *errors, *chain.from_iterable(intervals)]
+    names = ["value", *errors, lower, upper]
     texts = rows.astype(object)
     for index, row in rows.iterrows():
         error = row["standard_error"]
@@ -81,16 +80,14 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         texts.loc[index, names] = [form(row[name]) for name in names]
     # every digit of the print
     texts["printed_value"] = rows["printed_value"].map(number(".10g"))
-    for lower, upper in intervals:
-        interval = texts[lower] + " \N{HORIZONTAL ELLIPSIS} " + texts[upper]
-        texts[lower] = texts[lower].where(rows[lower].isna(), interval)
+    interval = texts[lower] + " \N{HORIZONTAL ELLIPSIS} " + texts[upper]
+    texts[lower] = texts[lower].where(rows[lower].isna(), interval)
     columns = [
         Column("constant", "Constant"),
         Column("value", "Value", unit=""),
-        Column("lower", "95 % interval", unit=""),
+        Column(lower, "Joint interval", unit=""),
         Column("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
         Column("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
-        Column("joint_lower", "Joint interval", unit=""),
         Column("verdict", "Verdict", is_verdict=True),
     ]
     if rows["printed_value"].notna().any():
