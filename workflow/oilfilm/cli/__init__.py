@@ -121,6 +121,8 @@ def quantity(text: str, unit: str, option: str) -> float:
     """
     number = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
     expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
+    if "," in text:
+        expected += ", with a decimal point and no comma"
     if number is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
     try:
@@ -153,7 +155,11 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    where = [each.sentence() for each in fixed.values()]
+    line = dict(zip(fit.law.conditions, fit.on_line(conditions)[0], strict=True))
+    where = [
+        each.sentence() + ("" if np.isnan(line[name]) else f"; here that is {line[name]:.4g}")
+        for name, each in fixed.items()
+    ]
     if predicted.away[0]:
         unknown = any(each.level is None for each in fixed.values())
         advice = "Ask for a point on it, or leave the option out to be given the tested value."
@@ -162,10 +168,12 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
         )
     values = predicted.traction_coefficient, predicted.lower, predicted.upper
     mu, lower, upper = (float(value[0]) for value in values)
-    interval = "no interval" if np.isnan(lower) else f"95 % interval {lower:.5f} to {upper:.5f}"
+    interval = f"95 % interval {lower:.5f} to {upper:.5f}"
+    if np.isnan(lower):
+        interval = "no interval, because too few curves were tested (fit.min_curves_to_resample)"
     lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {interval}"]
     lines += [f"mu and its interval are those where it was tested: {each}" for each in where]
-    at = dict(at) | dict(zip(fit.law.conditions, fit.on_line(conditions)[0], strict=True))
+    at = dict(at) | line
     box = dict(zip((*fit.law.conditions, "slide_roll_ratio"), fit.coefficients.box, strict=True))
     for name, value in at.items():
         low, high = box[name]

@@ -15,7 +15,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.curation.doubts import warning
 from oilfilm.curation.gate import Columns, Finding, Limits, Run
-from oilfilm.curation.hypotheses import DOUBTFUL
+from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import Measured, measure
 from oilfilm.curation.refusals import quarantine_rows, refusal, run_gates
 from oilfilm.curation.repeats import repeated
@@ -138,7 +138,7 @@ def _explanation(
         kind: The kind of rig.
     """
     run_id, rig, limits = run["run_id"], run["rig"], kind.limits(settings)
-    best, explanation = 0, None
+    passing: list[tuple[int, Hypothesis]] = []
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
     for hypothesis in kind.hypotheses(rig, settings):
@@ -154,11 +154,15 @@ def _explanation(
         points = _table_of_plateaus({run_id: measured.plateaus}, runs, settings, kind)
         points, failed = with_gates(points, kind, limits)
         accepted = int(points["accepted"].sum())
-        most = accepted > max(best, levels / 2)
-        if most and not not_usable(points, failed, kind, limits):
-            best, sentence = accepted, f"{hypothesis.sentence}; as it is, {run['reason']}"
-            explanation = refusal(hypothesis.rule, Finding(sentence), kind, run_id)
-    return explanation
+        if accepted > levels / 2 and not not_usable(points, failed, kind, limits):
+            passing.append((accepted, hypothesis))
+    if not passing:
+        return None
+    _, best = max(passing, key=lambda each: each[0])
+    # of several units that would do, the data do not tell which it is
+    alike = [each.sentence for _, each in passing if each.rule == best.rule == "force_scale"]
+    sentence = "; or ".join(alike or [best.sentence])
+    return refusal(best.rule, Finding(f"{sentence}; as it is, {run['reason']}"), kind, run_id)
 
 
 def collect(

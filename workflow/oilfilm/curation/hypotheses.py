@@ -48,9 +48,10 @@ _BY_SPEED = frozenset({"speed_off_nominal"})
 # Refusals that a mistake of another kind may cause.
 DOUBTFUL = _BY_TIME | _BY_FORCE | _BY_SLIP | _BY_SPEED
 
-_IF_RIGHT = "If it is right as it is, remedy what is said after 'as it is'."
+_IF_RIGHT = "If it is right as it is, mend what is said after 'as it is'."
 ADVICE = {
-    "force_scale": f"Correct the unit of the traction force where it is written. {_IF_RIGHT}",
+    "force_scale": "Find out which unit the logger wrote, and correct that of the traction force "
+    f"where it is written. {_IF_RIGHT}",
     "time_unit": f"Correct the unit of the time where it is written. {_IF_RIGHT}",
     "speed_unit": f"Correct the unit of the speeds where it is written. {_IF_RIGHT}",
     "speed_sign": "Log the speeds of both bodies as positive where they move the oil in one "

@@ -38,6 +38,8 @@ SET_POINT_UNITS = {
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
 # Letters that a slip of the pen changes in a key, at most.
 _MOST_CHANGED = 2
+# Shorter names are near to too many words.
+_SHORTEST_NAME = 6
 # Keys under which logs name their oil, beside words such as `name` and `type`.
 _OIL_KEYS = frozenset(
     "oil lubricant lube fluid grease öl oel prüföl schmierstoff huile lubrifiant aceite lubricante "
@@ -147,20 +149,25 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
 def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """A key that nearly is that of a set point which neither the log nor the campaign has."""
     given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    own = {
+        name: [plain_key(each) for each in listed or ()]
+        for name, listed in settings.campaign.header
+    }
     for name, (quantity, *_) in SET_POINT_UNITS.items():
         # the load has one set point, as force or as pressure
         if given & (LOADS if name in LOADS else {name}):
             continue
         for key, text in keys.items():
-            if _is_slip_of_the_pen(key, name):
-                return _unknown_key(key, f"did you mean {name!r}?")
+            for meant in (name, quantity, *own.get(name, ())):
+                if _is_slip_of_the_pen(apart(key)[0], meant):
+                    return _unknown_key(key, f"did you mean {meant!r}?")
             if key == quantity and _number_and_unit(text)[0]:
                 return _unknown_key(key, f"it has no unit; did you mean {name!r}?")
     return None
 
 
 def _is_slip_of_the_pen(written: str, meant: str) -> bool:
-    """As many words, two letters changed at most, and one of four in no word.
+    """As many words, two letters changed at most, and one of four in no word; no short name.
 
     Examples:
         >>> _is_slip_of_the_pen("entrainement_speed_m_s", "entrainment_speed_m_s")
@@ -169,7 +176,9 @@ def _is_slip_of_the_pen(written: str, meant: str) -> bool:
         False
     """
     words = written.split("_"), meant.split("_")
-    if len(words[0]) != len(words[1]) or abs(len(written) - len(meant)) > _MOST_CHANGED:
+    if written == meant or len(meant) < _SHORTEST_NAME or len(words[0]) != len(words[1]):
+        return False
+    if abs(len(written) - len(meant)) > _MOST_CHANGED:
         return False
     changed = [(_changes(*pair), len(pair[1])) for pair in zip(*words, strict=True)]
     few = all(letters <= length // 4 for letters, length in changed)
