@@ -301,6 +301,16 @@ def test_misspelt_key_of_a_set_point_is_named(key: str, near: str) -> None:
         assert repr(key) in refusal.reason and repr(near) in refusal.reason
 
 
+@pytest.mark.parametrize(
+    "key", ["geschwindigkit", "geschwindigkei_[m/s]", "schmierstof", "entrainement_speed_[mm/s]"]
+)
+def test_misspelt_word_of_the_laboratory_is_named(key: str) -> None:
+    names = {"oil": ["Schmierstoff"], "entrainment_speed_m_s": ["Geschwindigkeit"]}
+    refusal = misspelt_key({key: "30"}, with_campaign(header=names))
+    assert refusal is not None
+    assert repr(key) in refusal.reason
+
+
 @pytest.mark.parametrize("key", ["load", "max_herz_pressure_gpa"])
 def test_misspelt_key_is_let_be_where_the_set_point_is_known(key: str) -> None:
     other = "max_hertz_pressure_gpa" if key == "load" else "load_n"

@@ -56,7 +56,7 @@ def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
 
 @gate(
     TRACTION,
-    advice="Check the load's unit and calibration and the set point in the header.",
+    advice="Check the load's unit and calibration, and its set point.",
     needs="nominal_load_n",
 )
 def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
@@ -64,7 +64,7 @@ def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     load_n, nominal_n = points["load_n"].mean(), points["nominal_load_n"].median()
     allowed = limits.gates.load_tolerance
     hints = [
-        f"; {load_n / nominal_n:.4f} is the ratio of {unit} to N, so the load may be in {unit}"
+        f"; {load_n / nominal_n:.4g} is near the ratio of {unit} to N: the load may be in {unit}"
         for unit in _LOAD_UNITS
         if abs(load_n / nominal_n * conversion(unit, ("N",)).scale - 1) < 2 * allowed
     ]

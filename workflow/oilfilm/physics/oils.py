@@ -55,7 +55,7 @@ class Oil(ABC):
     Attributes:
         id: Short name, as in config/oils.
         name: Full name.
-        display_name: Name in figures and tables.
+        display_name: Full name; figures and tables show the id.
         nominal_kinematic_viscosity_100c_cst: Grade of the oil, in cSt (mm2/s) at 100 degC.
         stand_in: True where the properties are those of a similar oil.
         note: A remark on the source of the properties.

@@ -1,5 +1,6 @@
 """What the header lines of a log mean, in whatever language their keys are."""
 
+import itertools
 import re
 from collections.abc import Iterable, Mapping
 
@@ -153,6 +154,9 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
         name: [plain_key(each) for each in listed or ()]
         for name, listed in settings.campaign.header
     }
+    for key, meant in itertools.product(keys, own.get("oil", ())):
+        if _is_slip_of_the_pen(apart(key)[0], meant):
+            return _unknown_key(key, f"did you mean {meant!r}?")
     for name, (quantity, *_) in SET_POINT_UNITS.items():
         # the load has one set point, as force or as pressure
         if given & (LOADS if name in LOADS else {name}):

@@ -366,6 +366,8 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
         name = settings.oil_ids.get(plain_key(text), text) if column.key == "oil" else text
         known = names[column.key]
         expected = f"{column.key} of the campaign {settings.campaign.name}: {', '.join(known)}"
+        if column.key == "oil":
+            expected += " (other names: `oil_aliases` of the campaign file)"
         return (name if name in known else None), expected
     least, most = set_point_range(column.key)
     expected = f"a number above {least:g}, below {most:g} {column.to.unit}"

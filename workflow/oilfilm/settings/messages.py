@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from oilfilm.errors import OilfilmError
+from oilfilm.settings.base import NAME_PATTERN
 from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
 T = TypeVar("T")
@@ -175,6 +176,11 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
         allowed = node.get("enum", [node.get("const")])
         return f"one of {_listed(allowed)}" if len(allowed) > 1 else repr(allowed[0])
     if kind == "string_pattern_mismatch":
+        if context["pattern"] == NAME_PATTERN:
+            return (
+                "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other "
+                "names of an oil go under `aliases`"
+            )
         return f"text of the form {context['pattern']}"
     if kind == "string_too_short":
         return "text that is not empty"

@@ -89,7 +89,7 @@ class OilKeys(Group):
 
     id: Name = key("The file's name without .yaml, in quotes.")
     name: Text = key("Full name.")
-    display_name: Text = key("Name in figures and tables, in quotes.")
+    display_name: Text = key("Full name, in quotes. Figures and tables show the id.")
     aliases: list[Text] = key("Other names that logs give the oil.", default=[])
     nominal_kinematic_viscosity_100c_cst: float = key(
         "Grade: kinematic viscosity at 100 degC.", unit="cSt", gt=0.5, le=2000
