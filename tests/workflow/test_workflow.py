@@ -294,6 +294,7 @@ def test_changed_row_of_the_run_sheet_redoes_only_its_own_share(project: Path, o
     assert runs.index[runs["rule"] == "excluded"].tolist() == [log.name]
 
 
+@pytest.mark.nightly
 def test_measured_curves_that_ship_go_through(project: Path) -> None:
     shutil.copytree(ETM, project / "data/raw/etm-slim")
     campaign = read_campaign(project, "etm-slim")
