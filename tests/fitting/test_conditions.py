@@ -135,9 +135,12 @@ def test_line_is_the_one_that_was_planted(
     followed = followed_conditions(CONDITIONS, conditions, quick)
     assert followed.tolist() == [True, True, False]
     (fixed,) = fixed_conditions(CONDITIONS, conditions, followed, quick)
+    if not fixed.in_step:  # it varied too little to be called varied
+        assert np.ptp(temperature) < quick.min_relative_range * temperature.max()
+        return
     line = fixed.on_line(dict(zip(CONDITIONS, conditions.T, strict=True)))
-    np.testing.assert_allclose(line, temperature, rtol=2.1 * quick.level_tolerance)
     # an exponent that moves the line by less than the tolerance is left out of it
+    np.testing.assert_allclose(line, temperature, rtol=2.1 * quick.level_tolerance)
     assert fixed.within <= 3.1 * quick.level_tolerance
 
 
