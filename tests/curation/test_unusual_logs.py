@@ -259,6 +259,15 @@ def test_unit_or_sign_that_is_wrong_is_named(
     assert words in curated.quarantine["reason"].iloc[0]
 
 
+def test_every_unit_that_would_do_is_named() -> None:
+    # three times the traction of the sound run, in gf: a thousandth of it is a usual traction too
+    values = good(SWEEP)
+    (reason,) = judged(
+        {**values, "traction_force": 3 * values["traction_force"] / 9.80665e-3}
+    ).quarantine["reason"]
+    assert "as gf labelled N" in reason and "as mN labelled N" in reason
+
+
 @pytest.mark.parametrize(
     ("in_unit", "unit"), [(lambda t: t + 273.15, "K"), (lambda t: 1.8 * t + 32, "degF")]
 )

@@ -34,5 +34,5 @@ def test_curve_of_another_oil_is_named_with_that_oil(config: Settings) -> None:
     unknown, _ = with_likely_oils(CampaignTables.in_memory(**joined), points)
     assert unknown["likely_oil"].eq("").all()
     named = quality.set_index("oil")["pulling_curves"]
-    assert "the fit of 4102 is much nearer: is its label right?" in named["4010"]
+    assert "the fit of 4102 is much nearer: is the label of the run right?" in named["4010"]
     assert named["4102"] == ""

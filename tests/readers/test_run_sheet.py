@@ -460,6 +460,10 @@ def test_check_uses_the_sheet_beside_the_logs(
     output = capsys.readouterr().out
     assert "ACCEPTED" in output
     assert "run sheet" in output
+    assert "has no row" not in output
+    (raw / "june/b.csv").write_bytes(BARE)
+    main(["check", str(raw / "june/b.csv"), *where])
+    assert "b.csv: the run sheet has no row for this log" in capsys.readouterr().out
     (raw / "runs.csv").write_text("file,exclude\na.csv,pump failed\n")
     assert main(["check", str(raw / "june/a.csv"), *where]) == 1
     assert "excluded: runs.csv excludes it: pump failed" in capsys.readouterr().out

@@ -174,12 +174,10 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
     lines = [f"{oil}, {fit.law.name}: mu = {mu:.5f}, {interval}"]
     lines += [f"mu and its interval are those where it was tested: {each}" for each in where]
     at = dict(at) | line
-    box = dict(zip((*fit.law.conditions, "slide_roll_ratio"), fit.coefficients.box, strict=True))
+    box = dict(zip((*fit.law.conditions, "slide_roll_ratio"), fit.reach, strict=True))
     for name, value in at.items():
         low, high = box[name]
-        within = fixed[name].within if name in fixed else 0.0
-        beyond = not low * (1 - within) <= abs(value) <= high * (1 + within)
-        if np.isfinite([low, value]).all() and beyond:
+        if np.isfinite([low, value]).all() and not low <= abs(value) <= high:
             unit = tables.COLUMNS[name].shown_unit
             lines.append(
                 f"OUTSIDE the tested box: {name} {value:g}, tested {low:.4g} to {high:.4g} {unit}"
@@ -193,7 +191,7 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:
 
 
 def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> None:
-    """Raise a sentence where a law is asked for conditions that are not its own."""
+    """Refuse conditions that the law does not take, and missing ones that it needs."""
     fixed = {each.condition for each in fit.coefficients.fixed}
     wanted = set(fit.law.conditions)
     for name in at:

@@ -126,7 +126,9 @@ def check_files(
             sheet = sheet_of_paths([Path(file) for file, _ in of_kind], raw, settings, each.logs)
             ingested = ingest_logs(of_kind, settings, each.logs, sheet)
             curated = curate_ingested(ingested, settings, each)
-            found |= {log.file: log for log in checked_logs(ingested, curated, settings, each)}
+            found |= {
+                log.file: log for log in checked_logs(ingested, curated, settings, each, sheet)
+            }
     return [found[file] for file, _ in logs]
 
 

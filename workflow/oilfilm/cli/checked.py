@@ -14,6 +14,7 @@ from oilfilm.curation.refusals import advice_for, plateau_gates, run_gates
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.readers.base import LOADS, SET_POINTS
 from oilfilm.readers.ingest import Ingested, ReadLog
+from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.readers.understood import NOTHING_UNDERSTOOD
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.resolved import Settings
@@ -152,12 +153,15 @@ class CheckedLog(Group):
     decimal_mark: str = key("Decimal mark of a text log: point or comma; else empty.")
     rows: int = key("Rows of data, good and bad.")
     refused_rows: int = key("Rows kept out of the samples.")
+    run_sheet_rows: int | None = key(
+        "Rows of the run sheet about the log; null where its folder has no run sheet."
+    )
     refusals: list[Refused] = key("What was refused.")
     runs: list[CheckedRun] = key("Runs of the log.")
 
 
 def checked_logs(
-    ingested: Ingested, curated: Curated, settings: Settings, kind: RigKind
+    ingested: Ingested, curated: Curated, settings: Settings, kind: RigKind, sheet: RunSheet
 ) -> Iterator[CheckedLog]:
     """What was found in each log, in the order in which they were read.
 
@@ -166,6 +170,7 @@ def checked_logs(
         curated: What curation made of them.
         settings: Settings of the campaign.
         kind: The kind of rig.
+        sheet: The run sheet as `sheet_of_paths` gives it.
     """
     for log in ingested.logs:
         runs = curated.runs[curated.runs["file"] == log.file]
@@ -180,6 +185,7 @@ def checked_logs(
             **asdict(log.form),
             rows=log.rows,
             refused_rows=int(refused["refused_rows"].sum()),
+            run_sheet_rows=len(sheet.rows[log.file]) if log.file in sheet.rows else None,
             refusals=[_refused(row) for row in tables.rows(refused)],
             runs=[_checked_run(row, log, curated, settings, kind) for row in tables.rows(runs)],
         )

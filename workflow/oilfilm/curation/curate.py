@@ -159,9 +159,8 @@ def _explanation(
     if not passing:
         return None
     _, best = max(passing, key=lambda each: each[0])
-    # of several units that would do, the data do not tell which it is
-    alike = [each.sentence for _, each in passing if each.rule == best.rule == "force_scale"]
-    sentence = "; or ".join(alike or [best.sentence])
+    # where several units would do, the data do not tell which one it is
+    sentence = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
     return refusal(best.rule, Finding(f"{sentence}; as it is, {run['reason']}"), kind, run_id)
 
 

@@ -48,7 +48,7 @@ _BY_SPEED = frozenset({"speed_off_nominal"})
 # Refusals that a mistake of another kind may cause.
 DOUBTFUL = _BY_TIME | _BY_FORCE | _BY_SLIP | _BY_SPEED
 
-_IF_RIGHT = "If it is right as it is, mend what is said after 'as it is'."
+_IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
 ADVICE = {
     "force_scale": "Find out which unit the logger wrote, and correct that of the traction force "
     f"where it is written. {_IF_RIGHT}",

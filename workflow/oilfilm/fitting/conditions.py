@@ -238,7 +238,7 @@ def _line(
 
 
 def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
-    """Where a condition is asked for away from its tested level or line; NaN asks for the line.
+    """True where a condition lies away from its tested level or line; NaN stands for the line.
 
     Args:
         fixed: The condition.

@@ -207,6 +207,19 @@ class FittedLaw:
         lines = {fixed.condition: fixed.on_line(levels) for fixed in self.coefficients.fixed}
         return np.column_stack(list((levels | lines).values()))
 
+    @property
+    def reach(self) -> FloatArray:
+        """The tested box, wider by `within` for conditions that the fit does not follow.
+
+        Shape (conditions + 1, 2), as `Coefficients.box`.
+        """
+        beyond = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
+        names = (*self.law.conditions, "slide_roll_ratio")
+        within = np.array([[beyond.get(name, 0.0)] for name in names])
+        least = np.array([[LEAST_SIZE.get(name, 0.0)] for name in names])
+        box = self.coefficients.box
+        return box + within * np.maximum(np.abs(box), least) * [-1.0, 1.0]
+
     def _away(self, conditions: FloatArray) -> npt.NDArray[np.bool_]:
         levels, coefficients = self._by_name(conditions), self.coefficients
         fixed = () if np.isnan(coefficients.constants).any() else coefficients.fixed
@@ -234,15 +247,8 @@ class FittedLaw:
         return mu, np.linalg.norm(along, axis=1)
 
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
-        low, high = self.coefficients.box.T
+        low, high = self.reach.T
         at = np.column_stack([conditions, np.abs(slip)])
-        # a level or line is known that much beyond what was tested
-        reach = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
-        names = (*self.law.conditions, "slide_roll_ratio")
-        within = np.array([reach.get(name, 0.0) for name in names])
-        least = np.array([LEAST_SIZE.get(name, 0.0) for name in names])
-        low = low - within * np.maximum(np.abs(low), least)
-        high = high + within * np.maximum(np.abs(high), least)
         beyond = np.maximum(np.maximum(low - at, at - high), 0.0)
         # rounding of the conditions themselves is not outside
         beyond[beyond <= 1e-9 * np.abs(at)] = 0.0

@@ -36,7 +36,7 @@ def _difference(row: Mapping[str, Any]) -> str:
 
 
 def _likely(oil: str) -> str:
-    return f"; the fit of {oil} is much nearer: is its label right?" if oil else ""
+    return f"; the fit of {oil} is much nearer: is the label of the run right?" if oil else ""
 
 
 def with_likely_oils(
