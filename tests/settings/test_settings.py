@@ -7,6 +7,7 @@ import pytest
 from campaigns import ROOT, without
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.campaign import Semantics
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.schemas import generated_files
 
@@ -59,3 +60,12 @@ def test_changed_settings_are_checked_and_leave_the_others_alone(config: Setting
 def test_settings_cannot_be_changed_in_place(config: Settings) -> None:
     with pytest.raises(ValueError, match="frozen"):
         config.gates.lambda_limit = 1.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("campaign", "law"), [("demo", True), ("thermal", False), ("etm-slim", False)]
+)
+def test_only_the_demonstration_is_made_by_the_papers_law(campaign: str, law: bool) -> None:
+    settings = resolve(ROOT / "config", {"campaign": campaign})
+    part = Settings.of(settings.part(campaign=["twin"]))
+    assert part.campaign.truth_is_law is law

@@ -241,10 +241,10 @@ def _signs_by_fit(results: CampaignTables, campaign: Campaign) -> list[str]:
     for label, chosen in (("the other sign of", known & ~same), ("not sure of", ~known)):
         if chosen.any():
             line += f"; {label} {', '.join(names[chosen])}"
-    if campaign.twin is not None and campaign.twin.thermal_ehl is not None:
-        line += "; the points were SIMULATED by other physics, which says nothing of printed signs"
-    elif campaign.twin is not None:
+    if campaign.truth_is_law:
         line += "; CIRCULAR: the points were simulated with these very signs"
+    elif campaign.twin is not None:
+        line += "; the points were SIMULATED by other physics, which says nothing of printed signs"
     elif campaign.data == "simulated":
         line += "; the points were SIMULATED, which says nothing of the real oils"
     return [line]

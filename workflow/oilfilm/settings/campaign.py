@@ -414,6 +414,14 @@ class CampaignKeys(Group):
         """What simulated the logs; empty where that is not stated."""
         return "rig twin" if self.twin is not None else self.simulated_by or ""
 
+    @property
+    def truth_is_law(self) -> bool:
+        """Whether the paper's law (Eq. 7) with its printed constants made the traction logs.
+
+        Then a fit of this law, or of one that contains it, returns what was put in.
+        """
+        return self.twin is not None and self.twin.thermal_ehl is None
+
     def semantics_for(self, rig: str) -> Semantics:
         """How the logs of one rig are meant: `semantics`, with what differs for it."""
         special = self.semantics_of_rig.get(rig)
