@@ -51,7 +51,7 @@ def any_bearing(ball: float, room: float, angle: float, inner: float, outer: flo
 def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:
     law = LAWS["deng2026"]
     fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
-    return LawInBearing(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
+    return LawInBearing.of(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
 
 
 def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -> Lubrication:

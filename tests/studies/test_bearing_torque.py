@@ -96,6 +96,21 @@ def plateaus(
     return tables.from_rows(rows, "torque_runs")
 
 
+def test_each_operating_point_may_have_constants_of_its_own(oils):
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    constants = np.array([printed()["4050"], printed()["4010"], printed()["4050"]])
+    point = (shipped("mainshaft-167"), 10000.0, SPEED_RPM, 100.0)
+    for load_variable in LOAD_VARIABLES:
+        together = oil.with_constants(constants).run(*point, load_variable)["torque_n_m"]
+        alone = [
+            oil.with_constants(row).run(*point[:2], speed, 100.0, load_variable)["torque_n_m"][0]
+            for row, speed in zip(constants, SPEED_RPM, strict=True)
+        ]
+        np.testing.assert_allclose(together, alone, rtol=1e-8)
+        own = oil.run(*point, load_variable)["torque_n_m"]
+        assert list(np.isclose(together, own, rtol=1e-8)) == [True, False, True]
+
+
 def test_inversion_finds_the_traction_that_was_planted(config, oils):
     law = printed_law("4050")
     truth = torque_terms(
@@ -383,7 +398,7 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
         return np.broadcast_to(values, (2,))[:, np.newaxis].astype(float)
 
     at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
-    in_bearing = LawInBearing(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
+    in_bearing = LawInBearing.of(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
     mu = in_bearing(at, np.full((2, 1), 0.02))
     eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
     groups = (

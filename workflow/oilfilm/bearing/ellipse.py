@@ -7,13 +7,14 @@ traction coefficient; Hertz's pressure gives the weight of each quadrature node.
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.special import roots_gegenbauer
 
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion
+from oilfilm.bearing.solver import IntArray
 from oilfilm.units import PA_PER_GPA, FloatArray
 
 
@@ -43,6 +44,15 @@ class TractionLaw(Protocol):
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """mu, of the shape of `slide_roll_ratio` (0 or more), whose last axis `at` has as 1."""
+        ...
+
+
+@runtime_checkable
+class LawOfPoints(TractionLaw, Protocol):
+    """A traction law that may have other constants at each operating point."""
+
+    def at_points(self, which: IntArray) -> TractionLaw:
+        """The law of some of the operating points, by their indices."""
         ...
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from oilfilm.bearing.ellipse import (
     Conditions,
     Grid,
+    LawOfPoints,
     Sliding,
     Traction,
     TractionLaw,
@@ -367,13 +368,14 @@ class _Problem:
     ) -> Balance:
         """All that acts on the balls of the points `which`."""
         groove = inner_groove(self.bearing, shared[..., 1:], self.azimuth)
+        law = self.law.at_points(which) if isinstance(self.law, LawOfPoints) else self.law
         return balance(
             self.bearing,
             contacts_at(self.bearing, own[..., :2], groove),
             Motion(np.broadcast_to(shared[..., :1], own.shape[:-1]), own[..., 2:]),
             self.ring_speed_rad_s[which],
             self.lubrication.at(which),
-            self.law,
+            law,
             self.rule,
             share,
         )

@@ -8,7 +8,6 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
-from oilfilm.bearing.ellipse import Conditions, TractionLaw
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
@@ -49,9 +48,19 @@ class OilInBearing:
 
     name: str
     oil: Oil
-    laws: Mapping[str, TractionLaw]
+    laws: Mapping[str, LawInBearing]
     tested: Mapping[str, tuple[float, float]]
     settings: BearingSettings
+
+    def with_constants(self, constants: FloatArray) -> "OilInBearing":
+        """The oil with other constants of the campaign's law, with each of `LOAD_VARIABLES`.
+
+        Args:
+            constants: In the law's order, shape (constants,); or one row for each operating point
+                of the next `run`, shape (points, constants).
+        """
+        laws = {name: self.laws[name].with_constants(constants) for name in LOAD_VARIABLES}
+        return replace(self, laws=laws)
 
     def run(
         self,
@@ -75,11 +84,6 @@ class OilInBearing:
         load, speed, temperature = np.broadcast_arrays(
             np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c
         )
-        law = self.laws[load_variable]
-
-        def scaled(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-            return traction_factor * law(at, slide_roll_ratio)
-
         lubrication = Lubrication.of(
             self.oil,
             temperature,
@@ -87,7 +91,8 @@ class OilInBearing:
             self.settings.oil_volume_fraction,
         )
         points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
-        terms = torque_terms(bearing, points, lubrication, scaled, self.tested)
+        law = replace(self.laws[load_variable], factor=traction_factor)
+        terms = torque_terms(bearing, points, lubrication, law, self.tested)
         return _without_failures(terms).assign(
             oil=self.name,
             bearing=bearing.name,
@@ -124,10 +129,12 @@ def oils_in_bearings(
         )
         if rig is None or oil is None or not _holds_anywhere(fitted):
             continue
-        laws = {variable: LawInBearing(fitted, variable, rig, floor) for variable in LOAD_VARIABLES}
+        laws = {
+            variable: LawInBearing.of(fitted, variable, rig, floor) for variable in LOAD_VARIABLES
+        }
         if other_fits is not None:
             for law, other in _load_laws(name, *other_fits, settings).items():
-                laws[law] = LawInBearing(other, law, rig, floor)
+                laws[law] = LawInBearing.of(other, law, rig, floor)
         row = quality[(quality["oil"] == name) & (quality["law"] == fitted.law.name)].iloc[0]
         tested = {
             level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))

@@ -1,11 +1,12 @@
 """Traction laws in a bearing: evaluated with contact pressure, load or dimensionless load."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from oilfilm.bearing.ellipse import Conditions
+from oilfilm.bearing.solver import IntArray
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import FloatArray, to_internal
@@ -29,16 +30,36 @@ class LawInBearing:
         rig: Contact of the traction rig on which the law was fitted.
         floor: Smallest level of each condition that the power laws are given; they have no value
             at zero.
+        constants: Those of the law in its order, shape (constants,), or one row for each operating
+            point of the bearing, shape (points, constants).
+        factor: On all traction.
     """
 
     fitted: FittedLaw
     load_variable: str
     rig: Contact
     floor: Mapping[str, float]
+    constants: FloatArray
+    factor: float = 1.0
+
+    @classmethod
+    def of(
+        cls, fitted: FittedLaw, load_variable: str, rig: Contact, floor: Mapping[str, float]
+    ) -> "LawInBearing":
+        """A fitted law with the constants of its fit."""
+        return cls(fitted, load_variable, rig, floor, fitted.coefficients.constants)
+
+    def with_constants(self, constants: FloatArray) -> "LawInBearing":
+        """The same law with other constants: one row, or one row for each operating point."""
+        return replace(self, constants=np.asarray(constants, dtype=float))
+
+    def at_points(self, which: IntArray) -> "LawInBearing":
+        """See `LawOfPoints`."""
+        return self if self.constants.ndim == 1 else self.with_constants(self.constants[which])
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
-        law, coefficients = self.fitted.law, self.fitted.coefficients
+        law = self.fitted.law
         levels = {
             "max_hertz_pressure_gpa": self._stress_gpa(at),
             "load_n": at.load_n,
@@ -51,9 +72,17 @@ class LawInBearing:
             axis=-1,
         )
         law = law.in_contacts(at.radius_x_m.ravel(), at.reduced_modulus_pa)
-        design = law.design(conditions.reshape(-1, conditions.shape[-1]), coefficients.known)
-        sizes = law.sizes(to_internal(law, coefficients.constants), design)
-        return law.value(sizes.reshape(-1, *conditions.shape[:-1]), slide_roll_ratio)
+        rows = conditions.reshape(-1, conditions.shape[-1])
+        design = law.design(rows, self.fitted.coefficients.known)
+        internal = to_internal(law, self.constants)
+        if internal.ndim == 1:
+            sizes = law.sizes(internal, design).reshape(-1, *conditions.shape[:-1])
+        else:
+            # the points are the fourth axis from the end, before balls, contacts and nodes
+            blocks = internal.reshape(len(internal), 1, 1, 1, len(law.coefficients), -1)
+            design = design.reshape(*conditions.shape[:-1], -1)
+            sizes = np.exp(np.einsum("...d,...ld->l...", design, blocks))
+        return self.factor * law.value(sizes, slide_roll_ratio)
 
     def _stress_gpa(self, at: Conditions) -> FloatArray:
         """Stress of the rig's contact where its load variable is that of the bearing's contact."""
