@@ -102,6 +102,8 @@ class Sliding:
         across_m_s: Speed across the rolling direction at each node.
         along_m_s: Speed along t at each node.
         entrainment_speed_m_s: Mean surface speed in the contact's middle.
+        middle_slide_roll_ratio: Sliding along t there over that mean, positive where the race is
+            the faster one.
         middle_m: From the ball's centre to the contact's middle, along the normal.
         height_m: The same to each node.
         across_m: From the normal to each node, across the rolling direction.
@@ -112,6 +114,7 @@ class Sliding:
     across_m_s: FloatArray
     along_m_s: FloatArray
     entrainment_speed_m_s: FloatArray
+    middle_slide_roll_ratio: FloatArray
     middle_m: FloatArray
     height_m: FloatArray
     across_m: FloatArray
@@ -159,10 +162,12 @@ def sliding(
     ball_along = w_n[..., np.newaxis] * across_m - w_y[..., np.newaxis] * height
     spin = (w_n - relative * n_x)[..., np.newaxis]
     race_speed, ball_speed = relative * (orbit + n_r * middle), -w_y * middle
+    mean = (race_speed + ball_speed) / 2
     return Sliding(
         spin * along_m - w_t[..., np.newaxis] * height,
         race_along - ball_along,
-        np.abs(race_speed + ball_speed) / 2,
+        np.abs(mean),
+        np.divide(race_speed - ball_speed, mean, out=np.zeros_like(mean), where=mean != 0),
         middle,
         height,
         across_m,

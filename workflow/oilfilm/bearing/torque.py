@@ -68,6 +68,7 @@ def torque_terms(
         "converged": solution.converged,
         "widest_contact": widest_contact(bearing, balance.contacts),
         "cage_slip": slip.mean(axis=1),
+        "inner_slide_roll_ratio": balance.sliding.middle_slide_roll_ratio[..., 0].mean(axis=1),
         "inner_contact_angle_deg": angle[..., 0].mean(axis=1),
         "outer_contact_angle_deg": angle[..., 1].mean(axis=1),
         "inner_max_hertz_pressure_gpa": pressure[..., 0, 0].max(axis=1),

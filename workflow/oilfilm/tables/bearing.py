@@ -7,9 +7,10 @@ _FRICTION = """
     converged why residual energy_error quadrature_error torque_n_m outer_ring_torque_n_m
     traction_torque_n_m rolling_torque_n_m hysteresis_torque_n_m drag_torque_n_m pocket_torque_n_m
     land_torque_n_m gross_torque_n_m spin_torque_n_m differential_torque_n_m gyroscopic_torque_n_m
-    cage_slip inner_contact_angle_deg outer_contact_angle_deg inner_max_hertz_pressure_gpa
-    outer_max_hertz_pressure_gpa entrainment_speed_m_s lambda_ratio largest_slide_roll_ratio
-    mean_traction_coefficient share_beyond_slip share_beyond_pressure share_beyond_speed
+    cage_slip inner_slide_roll_ratio inner_contact_angle_deg outer_contact_angle_deg
+    inner_max_hertz_pressure_gpa outer_max_hertz_pressure_gpa entrainment_speed_m_s lambda_ratio
+    largest_slide_roll_ratio mean_traction_coefficient share_beyond_slip share_beyond_pressure
+    share_beyond_speed
 """
 _FRICTION_USES = (
     use("torque_n_m", "calculated: sum of the six terms"),

@@ -532,6 +532,8 @@ _BEARING = (
         "random part only: calibration is not included", at_least=0),
     number("relative_error", "1", "calculated over measured torque, minus 1"),
     number("cage_slip", "1", "relative lag of the cage behind balls that roll on both races"),
+    number("inner_slide_roll_ratio", "1", "slide-roll ratio in the middle of the contact with the "
+        "inner race, mean over the balls; positive where the race is the faster one"),
     *(
         number(f"{race}_{name}", unit, f"{quantity} at the {race} race")
         for name, unit, quantity in (

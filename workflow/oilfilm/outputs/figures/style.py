@@ -14,6 +14,7 @@ from matplotlib.font_manager import findfont, get_font
 from matplotlib.lines import Line2D
 
 from oilfilm.atomic_write import atomic_file
+from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.outputs import colours
 from oilfilm.outputs.captions import provenance
 from oilfilm.settings.campaign import Campaign
@@ -122,6 +123,13 @@ def title_panel(axis: Axes, number: int, title: str = "", **look: Any) -> str:
 def level_phrases(levels: Mapping[str, float]) -> str:
     """Levels of conditions in words, as `P = 1.5 GPa, S = 0.1`."""
     return ", ".join(LEVEL_PHRASES[name].format(level) for name, level in levels.items())
+
+
+def bearing_speed_phrase(entrainment_speed_m_s: float) -> str:
+    """An entrainment speed with the dmN (mm rpm) of a bearing: `U = 200 m/s (dmN 7.6e6)`."""
+    mantissa, exponent = f"{pitch_speed_mm_rpm(entrainment_speed_m_s):.1e}".split("e")
+    speed = LEVEL_PHRASES["entrainment_speed_m_s"].format(entrainment_speed_m_s)
+    return f"{speed} (dmN {mantissa}e{int(exponent)})"
 
 
 def say_in_panel(axis: Axes, sentence: str, **look: Any) -> None:

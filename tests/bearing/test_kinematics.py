@@ -1,0 +1,105 @@
+"""Speeds and slips from geometry alone, against rigid-body motion and the friction equilibrium."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bearings import RPM, any_bearing, lubrication, printed_law, shipped
+from oilfilm.bearing.ellipse import grid, sliding
+from oilfilm.bearing.kinematics import (
+    cage_slip,
+    entrainment_speed_m_s,
+    inner_slide_roll_ratio,
+    pitch_speed_mm_rpm,
+    surface_speed_m_s,
+)
+from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control
+from oilfilm.bearing.torque import torque_terms
+from oilfilm.units import RAD_S_PER_RPM, FloatArray
+
+TESTED = dict.fromkeys(
+    ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (0.0, 10.0)
+)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.05, 0.118, 0.3])
+def test_speed_and_slip_are_those_of_bodies_that_turn_without_slip_at_the_outer_race(
+    gamma: float,
+) -> None:
+    # two discs of radius dm/2 (1 -+ gamma) with a ball of radius gamma dm/2 between, alpha = 0,
+    # seen from the cage; dm 2 m, so that the pitch circle has the radius 1
+    inner, outer, ball = 1 - gamma, 1 + gamma, gamma or 1e-9
+    omega, slip = 10.0, np.array([0.0, 0.083, 0.15, 0.5, 1.0])
+    cage = (1 - slip) * omega * inner / (inner + outer)
+    spin = cage * outer / ball  # no sliding at the outer race
+    race, surface = (omega - cage) * inner, spin * ball
+    pitch_speed = 2e3 * omega / RAD_S_PER_RPM
+    np.testing.assert_allclose(
+        inner_slide_roll_ratio(slip, gamma), 2 * (race - surface) / (race + surface), rtol=1e-12
+    )
+    speed = entrainment_speed_m_s(pitch_speed, gamma)
+    assert speed == pytest.approx((race + surface)[0] / 2, rel=1e-12)
+    assert surface_speed_m_s(pitch_speed, gamma) == pytest.approx(omega * inner, rel=1e-12)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.118])
+def test_slip_and_speed_are_found_back(gamma: float) -> None:
+    slip = np.linspace(0, 1, 11)
+    np.testing.assert_allclose(cage_slip(inner_slide_roll_ratio(slip, gamma), gamma), slip)
+    assert pitch_speed_mm_rpm(entrainment_speed_m_s(3e6, gamma), gamma) == pytest.approx(3e6)
+
+
+def test_stated_bearing_speed_is_half_the_stated_rolling_speed() -> None:
+    # docs/physics.md, kinematics: dmN 4e6 mm rpm is an entrainment speed of about 105 m/s, and
+    # 200 m/s is the surface speed of a ring
+    assert entrainment_speed_m_s(4e6) == pytest.approx(105, rel=0.005)
+    assert surface_speed_m_s(4e6) == pytest.approx(2 * 104.7, rel=0.005)
+
+
+def test_contact_of_a_real_groove_slides_as_the_closed_form_has_it() -> None:
+    # both angles equal at rest; a small load, so that the contact's middle lies on the ball
+    bearing = replace(any_bearing(0.02, 7.0, 30.0, 0.52, 0.52), pitch_diameter_m=0.14)
+    contacts = raceway_control(bearing, OperatingPoints.axial(1.0, 0.0)).contacts
+    radius = contacts.orbit_radius_m[0, 0]
+    normal, omega, slip = contacts.normal[0, 0, :, 1], 100.0, 0.2
+    gamma = bearing.ball_diameter_m * normal[1] / (2 * radius)
+    cage = (1 - slip) * omega * (1 - gamma) / 2
+    spin = cage * (1 + gamma) * radius / (bearing.ball_diameter_m / 2)
+    # about an axis along the tangent across the rolling direction of both contacts
+    turning = spin * np.array([-normal[1], normal[0], 0.0])
+    motion = Motion(np.full((1, 1), cage), turning[np.newaxis, np.newaxis])
+    rings = np.array([[[omega, 0.0]]])
+    middle = sliding(bearing, contacts, motion, rings, grid(2, 2)).middle_slide_roll_ratio[0, 0]
+    assert middle[0] == pytest.approx(float(inner_slide_roll_ratio(slip, gamma)), rel=1e-4)
+    assert abs(middle[1]) < 1e-4
+
+
+@pytest.fixture(scope="module")
+def equilibria() -> dict[str, FloatArray]:
+    """Cage slip and S of 4050 with its printed law at dmN 4e6, 100 degC, with much oil about."""
+    bearing = shipped("mainshaft-167")
+    load = np.array([20_000.0, 14_500.0, 12_000.0, 8_000.0])
+    points = OperatingPoints.axial(load, 4e6 / (bearing.pitch_diameter_m * 1e3) * RPM)
+    oil = lubrication("4050", 100.0, len(load), oil_volume_fraction=0.02)
+    return torque_terms(bearing, points, oil, printed_law("4050"), TESTED)
+
+
+def test_slide_roll_ratio_of_the_equilibrium_is_nearly_twice_the_cage_slip(
+    equilibria: dict[str, FloatArray],
+) -> None:
+    # docs/physics.md, kinematics: S at the inner race by cage slip
+    known = np.array([[0.083, 0.144, 0.215, 0.383], [0.155, 0.277, 0.423, 0.758]])
+    expected = np.interp(equilibria["cage_slip"], *known)
+    np.testing.assert_allclose(equilibria["inner_slide_roll_ratio"], expected, rtol=0.01)
+
+
+def test_closed_form_encloses_the_equilibrium_between_no_and_the_unloaded_gamma(
+    equilibria: dict[str, FloatArray],
+) -> None:
+    bearing = shipped("mainshaft-167")
+    size = bearing.ball_diameter_m / bearing.pitch_diameter_m
+    unloaded = size * np.cos(bearing.contact_angle_rad)
+    slip, ratio = equilibria["cage_slip"], equilibria["inner_slide_roll_ratio"]
+    assert (inner_slide_roll_ratio(slip, unloaded) < ratio).all()
+    assert (ratio < inner_slide_roll_ratio(slip)).all()

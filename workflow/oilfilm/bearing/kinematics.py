@@ -1,0 +1,88 @@
+"""Speeds and slips of a ball bearing from geometry alone: balls that roll on the outer race.
+
+The outer ring is at rest, the inner ring turns with omega, and both contact angles are equal:
+gamma = D cos(alpha)/dm. Balls that roll on both races travel with Omega_0 = omega (1 - gamma)/2.
+"""
+
+from oilfilm.physics.contact import Floats
+from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
+
+
+def surface_speed_m_s(pitch_speed_mm_rpm: Floats, gamma: Floats = 0.0) -> FloatArray:
+    """Surface speed of the inner race, about that of the whole ring: omega dm (1 - gamma)/2.
+
+    Args:
+        pitch_speed_mm_rpm: dmN, pitch diameter times speed of the inner ring.
+        gamma: D cos(alpha)/dm; 0 for the speed at the pitch circle.
+
+    Examples:
+        >>> print(f"{surface_speed_m_s(4e6):.1f}")
+        209.4
+    """
+    turning: FloatArray = pitch_speed_mm_rpm * RAD_S_PER_RPM / MM_PER_M
+    return turning * (1 - gamma) / 2
+
+
+def entrainment_speed_m_s(pitch_speed_mm_rpm: Floats, gamma: Floats = 0.0) -> FloatArray:
+    """Entrainment speed of balls that roll on both races: U = omega dm (1 - gamma^2)/4.
+
+    In the frame of the cage ball and races move past the contact with the same speed
+    Omega_0 dm (1 + gamma)/2, which is the mean of both surface speeds as well.
+
+    Args:
+        pitch_speed_mm_rpm: dmN, pitch diameter times speed of the inner ring.
+        gamma: D cos(alpha)/dm; 0 for balls that are small against the pitch circle.
+
+    Examples:
+        >>> print(f"{entrainment_speed_m_s(4e6):.1f} {entrainment_speed_m_s(4e6, 0.12):.1f}")
+        104.7 103.2
+    """
+    return surface_speed_m_s(pitch_speed_mm_rpm, gamma) * (1 + gamma) / 2
+
+
+def pitch_speed_mm_rpm(entrainment_speed_m_s: Floats, gamma: Floats = 0.0) -> FloatArray:
+    """dmN of rolling balls with this entrainment speed: the inverse of `entrainment_speed_m_s`.
+
+    Examples:
+        >>> print(f"{pitch_speed_mm_rpm(200.0):.3g}")
+        7.64e+06
+    """
+    turning: FloatArray = 4 * entrainment_speed_m_s / (1 - gamma**2)
+    return turning * MM_PER_M / RAD_S_PER_RPM
+
+
+def inner_slide_roll_ratio(cage_slip: Floats, gamma: Floats = 0.0) -> FloatArray:
+    """Slide-roll ratio at the inner race of balls that roll on the outer one.
+
+        S = 2 s/(1 + gamma (1 - s)),   s = 1 - Omega/Omega_0
+
+    In the frame of the cage the inner race has the speed dm/2 (1 - gamma)(omega - Omega), the
+    ball's surface that of the outer race, dm/2 (1 + gamma) Omega. With omega (1 - gamma) =
+    2 Omega_0 they differ by dm Omega_0 s, and their mean is dm/2 Omega_0 (1 + gamma (1 - s)).
+
+    In an equilibrium the two contact angles differ and the balls creep on the outer race as well:
+    docs/physics.md says by how much S differs.
+
+    Args:
+        cage_slip: s, by how much the cage lags behind rolling balls, 0 to 1.
+        gamma: D cos(alpha)/dm; 0 for balls that are small against the pitch circle.
+
+    Examples:
+        >>> print(f"{inner_slide_roll_ratio(0.15):.2f} {inner_slide_roll_ratio(0.15, 0.118):.3f}")
+        0.30 0.273
+    """
+    slip: FloatArray = 2 * cage_slip / (1 + gamma * (1 - cage_slip))
+    return slip
+
+
+def cage_slip(slide_roll_ratio: Floats, gamma: Floats = 0.0) -> FloatArray:
+    """Cage slip at which balls have this slide-roll ratio at the inner race.
+
+        s = S (1 + gamma)/(2 + gamma S), the inverse of `inner_slide_roll_ratio`
+
+    Examples:
+        >>> print(f"{cage_slip(0.3):.3f} {cage_slip(0.3, 0.118):.3f}")
+        0.150 0.165
+    """
+    slip: FloatArray = slide_roll_ratio * (1 + gamma) / (2 + gamma * slide_roll_ratio)
+    return slip
