@@ -4,11 +4,14 @@ The outer ring is at rest, the inner ring turns with omega, and both contact ang
 gamma = D cos(alpha)/dm. Balls that roll on both races travel with Omega_0 = omega (1 - gamma)/2.
 """
 
-from oilfilm.physics.contact import Floats
+from typing import TypeVar
+
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
+T = TypeVar("T", float, FloatArray)
 
-def surface_speed_m_s(pitch_speed_mm_rpm: Floats, gamma: Floats = 0.0) -> FloatArray:
+
+def surface_speed_m_s(pitch_speed_mm_rpm: T, gamma: float = 0.0) -> T:
     """Surface speed of the inner race, about that of the whole ring: omega dm (1 - gamma)/2.
 
     Args:
@@ -19,11 +22,10 @@ def surface_speed_m_s(pitch_speed_mm_rpm: Floats, gamma: Floats = 0.0) -> FloatA
         >>> print(f"{surface_speed_m_s(4e6):.1f}")
         209.4
     """
-    turning: FloatArray = pitch_speed_mm_rpm * RAD_S_PER_RPM / MM_PER_M
-    return turning * (1 - gamma) / 2
+    return pitch_speed_mm_rpm * (1 - gamma) / 2 * RAD_S_PER_RPM / MM_PER_M
 
 
-def entrainment_speed_m_s(pitch_speed_mm_rpm: Floats, gamma: Floats = 0.0) -> FloatArray:
+def entrainment_speed_m_s(pitch_speed_mm_rpm: T, gamma: float = 0.0) -> T:
     """Entrainment speed of balls that roll on both races: U = omega dm (1 - gamma^2)/4.
 
     In the frame of the cage ball and races move past the contact with the same speed
@@ -40,18 +42,17 @@ def entrainment_speed_m_s(pitch_speed_mm_rpm: Floats, gamma: Floats = 0.0) -> Fl
     return surface_speed_m_s(pitch_speed_mm_rpm, gamma) * (1 + gamma) / 2
 
 
-def pitch_speed_mm_rpm(entrainment_speed_m_s: Floats, gamma: Floats = 0.0) -> FloatArray:
+def pitch_speed_mm_rpm(entrainment_speed_m_s: T, gamma: float = 0.0) -> T:
     """dmN of rolling balls with this entrainment speed: the inverse of `entrainment_speed_m_s`.
 
     Examples:
         >>> print(f"{pitch_speed_mm_rpm(200.0):.3g}")
         7.64e+06
     """
-    turning: FloatArray = 4 * entrainment_speed_m_s / (1 - gamma**2)
-    return turning * MM_PER_M / RAD_S_PER_RPM
+    return 4 * entrainment_speed_m_s / (1 - gamma**2) * MM_PER_M / RAD_S_PER_RPM
 
 
-def inner_slide_roll_ratio(cage_slip: Floats, gamma: Floats = 0.0) -> FloatArray:
+def inner_slide_roll_ratio(cage_slip: T, gamma: float = 0.0) -> T:
     """Slide-roll ratio at the inner race of balls that roll on the outer one.
 
         S = 2 s/(1 + gamma (1 - s)),   s = 1 - Omega/Omega_0
@@ -71,11 +72,10 @@ def inner_slide_roll_ratio(cage_slip: Floats, gamma: Floats = 0.0) -> FloatArray
         >>> print(f"{inner_slide_roll_ratio(0.15):.2f} {inner_slide_roll_ratio(0.15, 0.118):.3f}")
         0.30 0.273
     """
-    slip: FloatArray = 2 * cage_slip / (1 + gamma * (1 - cage_slip))
-    return slip
+    return 2 * cage_slip / (1 + gamma * (1 - cage_slip))
 
 
-def cage_slip(slide_roll_ratio: Floats, gamma: Floats = 0.0) -> FloatArray:
+def cage_slip(slide_roll_ratio: T, gamma: float = 0.0) -> T:
     """Cage slip at which balls have this slide-roll ratio at the inner race.
 
         s = S (1 + gamma)/(2 + gamma S), the inverse of `inner_slide_roll_ratio`
@@ -84,5 +84,4 @@ def cage_slip(slide_roll_ratio: Floats, gamma: Floats = 0.0) -> FloatArray:
         >>> print(f"{cage_slip(0.3):.3f} {cage_slip(0.3, 0.118):.3f}")
         0.150 0.165
     """
-    slip: FloatArray = slide_roll_ratio * (1 + gamma) / (2 + gamma * slide_roll_ratio)
-    return slip
+    return slide_roll_ratio * (1 + gamma) / (2 + gamma * slide_roll_ratio)
