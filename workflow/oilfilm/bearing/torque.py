@@ -102,7 +102,10 @@ def _traction_summary(
 def _lambda_ratio(
     bearing: Bearing, contacts: Contacts, lubrication: Lubrication, at: Conditions
 ) -> FloatArray:
-    """Minimum film, thinned by inlet heating, over combined Rq: the worst contact of each point."""
+    """Minimum film, thinned by inlet heating, over combined Rq: the worst contact of each point.
+
+    Null where the thermal reduction is negative: that is outside the formula, and no thin film.
+    """
     radius_x = at.radius_x_m[..., 0]
     film = film_thickness(
         lubrication.of_contacts,
@@ -115,7 +118,7 @@ def _lambda_ratio(
         reduced_modulus_pa=bearing.reduced_modulus_pa,
         ellipticity=ellipticity(radius_x, bearing.radius_y_m),
     )
-    return np.maximum(film, 0.0).min(axis=(1, 2)) / bearing.roughness_rq_m
+    return np.where(film < 0, np.nan, film).min(axis=(1, 2)) / bearing.roughness_rq_m
 
 
 def cage_slip(

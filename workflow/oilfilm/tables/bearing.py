@@ -15,7 +15,8 @@ _FRICTION = """
 _FRICTION_USES = (
     use("torque_n_m", "calculated: sum of the six terms"),
     use("entrainment_speed_m_s", "mean of both races"),
-    use("lambda_ratio", "minimum film, thermally reduced, over combined Rq; the worse race"),
+    use("lambda_ratio", "minimum film, thermally reduced, over combined Rq; the worse race; null "
+        "outside the range of the thermal reduction"),
 )
 TABLES = (
     table("torque_runs", "One steady plateau of a torque log: one speed of a bearing under one "
