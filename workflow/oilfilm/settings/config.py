@@ -364,7 +364,12 @@ class BearingSettings(Group):
     drag_coefficient: float = key(
         "Of a ball in its row, by its frontal area.", unit="1", ge=0, le=10
     )
-    oil_volume_fraction: Share = key("Oil's share of the space that the balls travel through.")
+    oil_volume_fraction: Share = key(
+        "Oil's share of the space that the balls travel through; the drag is proportional to it."
+    )
+    oil_volume_fraction_range: Band[Share] = key(
+        "Its uncertainty: lowest and highest share that published tests leave open."
+    )
     law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
     term_uncertainty: TermUncertaintySettings = key(
         "Relative standard uncertainty of the torque's other terms."
@@ -372,6 +377,17 @@ class BearingSettings(Group):
     palmgren: PalmgrenSettings = key("Constants of Palmgren's torque.")
     cage_slip: CageSlipSettings = key("The map of cage slip.")
     size_effect: SizeEffectSettings = key("Bearings of other sizes and grooves.")
+
+    @model_validator(mode="after")
+    def _fraction_is_in_its_range(self) -> Self:
+        low, high = self.oil_volume_fraction_range
+        if not low <= self.oil_volume_fraction <= high:
+            raise contradiction(
+                ("oil_volume_fraction",),
+                f"found {self.oil_volume_fraction:g}, outside `oil_volume_fraction_range` "
+                f"({low:g} to {high:g}); change one of the two.",
+            )
+        return self
 
 
 class OperatingPoint(Group):
