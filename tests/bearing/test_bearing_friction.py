@@ -425,9 +425,11 @@ def test_film_beyond_the_thermal_reduction_is_unknown_and_without_speed_it_is_no
     bearing = shipped("mainshaft-167")
     points = OperatingPoints.axial(20_000.0, np.array([0.0, 9000.0, 24_000.0]) * RPM)
     known = lubrication("4102", 10.0, 3)
-    ratio = torque_terms(bearing, points, known, printed_law("4102"), TESTED)["lambda_ratio"]
+    terms = torque_terms(bearing, points, known, printed_law("4102"), TESTED)
+    ratio = terms["lambda_ratio"]
     # Gupta's 1 - 13.2 (p0/E') L^0.42 is negative for L > 340 at 1.5 GPa (docs/physics.md, film);
     # cold 4102 at 105 m/s has 870
     assert ratio[0] == 0
     assert ratio[1] > 0
     assert np.isnan(ratio[2])
+    assert terms["film_in_range"].tolist() == [True, True, False]

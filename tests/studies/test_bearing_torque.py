@@ -144,9 +144,10 @@ def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(conf
             "bearing": {"term_uncertainty": exact},
         }
     )
+    # a torque that 1.3 times the law's traction gives; its slope is steady there
     first, moved = (
         torque_table(plateaus([torque], [9000.0], se), oils, alone)[1].iloc[0]
-        for torque in (7.0, 7.0 + se)
+        for torque in (5.5, 5.5 + se)
     )
     change = moved["traction_coefficient"] - first["traction_coefficient"]
     assert first["verdict"] == "determined"
@@ -168,8 +169,11 @@ def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils)
     crushed, sound = (torque[torque["first_row"] == row] for row in (0, 1))
     assert not crushed["converged"].any()
     assert crushed["torque_n_m"].isna().all()
+    assert crushed["lambda_ratio"].isna().all()
+    assert not crushed["film_in_range"].any()
     assert crushed["why"].str.contains("check the axial load and its unit").all()
     assert sound["converged"].all()
+    assert sound["film_in_range"].all()
     assert (sound["why"] == "").all()
     assert list(inversion["verdict"].iloc[:1]) == ["no solution"]
 

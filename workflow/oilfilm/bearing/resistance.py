@@ -165,6 +165,10 @@ def rolling_force_reduction(
     Gupta's phi_T was fitted to the film. Its use for the rolling force, which depends on the same
     warm inlet, is an assumption of this project. It is 0 where the fit would be negative.
 
+    The slip is left out. The force is that of the pressure flow in the inlet, before the contact
+    slides over it; published models of rolling resistance reduce it by rolling speed alone (the
+    inlet shear heating factor of SKF's catalogue). The film does take the contact's own slip.
+
     Args:
         oil: The oil, broadcasting against the contacts.
         max_hertz_pressure_pa: p0, in Pa, shape (..., points, balls, 2).

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from oilfilm.bearing.ellipse import Conditions, TractionLaw, grid, sliding, traction
+from oilfilm.bearing.ellipse import TractionLaw, grid, sliding, traction
 from oilfilm.bearing.friction import (
     HEATS,
     QUADRATURE,
@@ -15,6 +15,7 @@ from oilfilm.bearing.friction import (
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion, OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.solver import BoolArray
 from oilfilm.physics.contact import ellipticity
 from oilfilm.physics.film import film_thickness
 from oilfilm.units import FloatArray
@@ -56,6 +57,7 @@ def torque_terms(
     angle = np.degrees(balance.contacts.contact_angle_rad)
     slip = cage_slip(bearing, points, balance.contacts, balance.motion)
     pressure = balance.at.max_hertz_pressure_gpa
+    lambda_ratio, film_in_range = _film(bearing, balance, lubrication, grid(*quadrature).share)
     return {
         **terms,
         "torque_n_m": torque,
@@ -73,7 +75,8 @@ def torque_terms(
         "outer_contact_angle_deg": angle[..., 1].mean(axis=1),
         "inner_max_hertz_pressure_gpa": pressure[..., 0, 0].max(axis=1),
         "outer_max_hertz_pressure_gpa": pressure[..., 1, 0].max(axis=1),
-        "lambda_ratio": _lambda_ratio(bearing, balance.contacts, lubrication, balance.at),
+        "lambda_ratio": lambda_ratio,
+        "film_in_range": film_in_range,
         **_traction_summary(balance, tested, grid(*quadrature).share),
     }
 
@@ -99,26 +102,30 @@ def _traction_summary(
     }
 
 
-def _lambda_ratio(
-    bearing: Bearing, contacts: Contacts, lubrication: Lubrication, at: Conditions
-) -> FloatArray:
-    """Minimum film, thinned by inlet heating, over combined Rq: the worst contact of each point.
+def _film(
+    bearing: Bearing, balance: Balance, lubrication: Lubrication, share: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Minimum film over combined Rq in the worst contact, and whether the formula holds in all.
 
-    Null where the thermal reduction is negative: that is outside the formula, and no thin film.
+    The film is reduced by inlet heating at the contact's slide-roll ratio, averaged over the
+    ellipse with the load as weight. The ratio in the contact's middle would leave out spin, which
+    is sliding everywhere else. Where the reduction is negative there is no value.
     """
-    radius_x = at.radius_x_m[..., 0]
+    contacts, radius_x = balance.contacts, balance.at.radius_x_m[..., 0]
     film = film_thickness(
         lubrication.of_contacts,
         thickness="minimum",
         load_n=np.maximum(contacts.load_n, np.finfo(float).tiny),
         max_hertz_pressure_pa=contacts.max_hertz_pressure_pa,
-        entrainment_speed_m_s=at.entrainment_speed_m_s[..., 0],
-        slide_roll_ratio=0.0,
+        entrainment_speed_m_s=balance.at.entrainment_speed_m_s[..., 0],
+        slide_roll_ratio=balance.traction.slide_roll_ratio @ share,
         radius_x_m=radius_x,
         reduced_modulus_pa=bearing.reduced_modulus_pa,
         ellipticity=ellipticity(radius_x, bearing.radius_y_m),
     )
-    return np.where(film < 0, np.nan, film).min(axis=(1, 2)) / bearing.roughness_rq_m
+    thinnest = film.min(axis=(1, 2))
+    in_range = thinnest >= 0
+    return np.where(in_range, thinnest / bearing.roughness_rq_m, np.nan), in_range
 
 
 def cage_slip(

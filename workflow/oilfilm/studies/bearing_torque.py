@@ -172,6 +172,7 @@ def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     why = ["" if good else _why(*state) for good, state in zip(converged, states, strict=True)]
     return pd.DataFrame(cleared).assign(
         converged=converged,
+        film_in_range=converged & terms["film_in_range"].astype(bool),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         why=np.array(why, dtype=object),
     )

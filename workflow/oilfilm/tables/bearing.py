@@ -9,14 +9,15 @@ _FRICTION = """
     land_torque_n_m gross_torque_n_m spin_torque_n_m differential_torque_n_m gyroscopic_torque_n_m
     cage_slip inner_slide_roll_ratio inner_contact_angle_deg outer_contact_angle_deg
     inner_max_hertz_pressure_gpa outer_max_hertz_pressure_gpa entrainment_speed_m_s lambda_ratio
-    largest_slide_roll_ratio mean_traction_coefficient share_beyond_slip share_beyond_pressure
-    share_beyond_speed
+    film_in_range largest_slide_roll_ratio mean_traction_coefficient share_beyond_slip
+    share_beyond_pressure share_beyond_speed
 """
 _FRICTION_USES = (
     use("torque_n_m", "calculated: sum of the six terms"),
     use("entrainment_speed_m_s", "mean of both races"),
-    use("lambda_ratio", "minimum film, thermally reduced, over combined Rq; the worse race; null "
-        "outside the range of the thermal reduction"),
+    use("lambda_ratio", "minimum film over combined Rq; the worse race. Thermally reduced at each "
+        "contact's own slip, its mean over the ellipse weighted by load: spin slides outside the "
+        "middle alone. Null where film_in_range is false, which is no thin film", at_least=0),
 )
 TABLES = (
     table("torque_runs", "One steady plateau of a torque log: one speed of a bearing under one "

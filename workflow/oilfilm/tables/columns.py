@@ -531,6 +531,8 @@ _BEARING = (
     number("measured_torque_n_m_se", "N m", "standard error of the measured friction torque",
         "random part only: calibration is not included", at_least=0),
     number("relative_error", "1", "calculated over measured torque, minus 1"),
+    flag("film_in_range", "false where the formula of the film has no value: its thermal reduction "
+        "is negative in one of the contacts, or there is no equilibrium"),
     number("cage_slip", "1", "relative lag of the cage behind balls that roll on both races"),
     number("inner_slide_roll_ratio", "1", "slide-roll ratio in the middle of the contact with the "
         "inner race, mean over the balls; positive where the race is the faster one"),

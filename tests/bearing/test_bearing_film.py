@@ -1,0 +1,68 @@
+"""The film between balls and races: inlet heating at the contacts' own slip."""
+
+import numpy as np
+import pytest
+
+from bearings import RPM, TESTED, lubrication, printed_law, shipped
+from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.bearing.torque import torque_terms
+
+MAINSHAFT = shipped("mainshaft-167")
+# at 3.5 million mm rpm the inner contacts slide by half of their rolling speed
+SLIPPING = OperatingPoints.axial(3000.0, 20891 * RPM)
+
+
+def by_hand(slip: np.ndarray, at: dict[str, np.ndarray]) -> np.ndarray:
+    """docs/physics.md, Film: h_min of Hamrock and Dowson times phi_T of Gupta et al."""
+    # 23699-type oil at 100 degC by the table of docs/physics.md, Oils; k = 0.14868 -
+    # 2.2275e-4 (373.15 - 366.67)
+    eta, alpha, beta, k_oil = 5.01e-3, 1.103e-8, 0.0200, 0.1472
+    # E 207.5 GPa, nu 0.3 for ball and ring: E' = E/(1 - nu^2)
+    modulus = 207.5e9 / 0.91
+    u = eta * at["speed"] / (modulus * at["radius"])
+    w = at["load"] / (modulus * at["radius"] ** 2)
+    sides = 1 - np.exp(-0.68 * at["ellipticity"])
+    h_min = 3.63 * u**0.68 * (alpha * modulus) ** 0.49 * w**-0.073 * sides * at["radius"]
+    heating = eta * beta * at["speed"] ** 2 / k_oil
+    phi = (1 - 13.2 * at["pressure"] / modulus * heating**0.42) / (
+        1 + 0.213 * (1 + 2.23 * slip**0.83) * heating**0.64
+    )
+    return phi * h_min
+
+
+def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts():
+    known = lubrication("4050", 100, 1)
+    balance = friction_equilibrium(MAINSHAFT, SLIPPING, known, printed_law("4050")).balance
+    contacts, speed = balance.contacts, balance.at.entrainment_speed_m_s[0, 0, :, 0]
+    ball, ratio = 22.225e-3, 22.225 / 167.5375
+    cosine = np.abs(contacts.normal[0, 0, 1])
+    area = np.pi * contacts.semi_axis_x_m[0, 0] * contacts.semi_axis_y_m[0, 0]
+    at = {
+        "speed": speed,
+        "load": contacts.load_n[0, 0],
+        "pressure": 1.5 * contacts.load_n[0, 0] / area,
+        "radius": ball / 2 * (1 + np.array([-1, 1]) * ratio * cosine),
+        "ellipticity": contacts.semi_axis_y_m[0, 0] / contacts.semi_axis_x_m[0, 0],
+    }
+    # mean slip with the load of strips across the ellipse as weight, 1 - y^2, on a plain fine
+    # grid; along the rolling direction the slip hardly changes
+    nodes = balance.traction.slide_roll_ratio[0, 0].reshape(2, 16, 4).mean(axis=-1)
+    across = balance.sliding.across_m[0, 0].reshape(2, 16, 4)[:, :, 0]
+    width = contacts.semi_axis_y_m[0, 0]
+    fine = np.linspace(-1, 1, 2001)
+    slip = np.array(
+        [
+            np.average(np.interp(fine * b, y[order], s[order]), weights=1 - fine**2)
+            for b, y, s, order in zip(width, across, nodes, np.argsort(across), strict=True)
+        ]
+    )
+    assert slip.max() > 0.4
+    thinnest_m = by_hand(slip, at).min()
+    # Ra 0.014 and 0.05 um, Rq = 1.25 Ra
+    expected = thinnest_m / (1.25 * np.hypot(0.014e-6, 0.05e-6))
+    # the oil's properties have three digits on that page
+    terms = torque_terms(MAINSHAFT, SLIPPING, known, printed_law("4050"), TESTED)
+    assert terms["lambda_ratio"][0] == pytest.approx(expected, rel=5e-3)
+    # without slip it would be far too thick there
+    assert by_hand(0 * slip, at).min() > 1.2 * thinnest_m
