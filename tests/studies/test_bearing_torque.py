@@ -36,18 +36,18 @@ from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
 from oilfilm.settings.campaign import Matrix
 from oilfilm.settings.messages import load as load_settings
-from oilfilm.settings.reference import PublishedPowerLoss
+from oilfilm.settings.reference import PublishedBearingTests
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.bearing_torque import (
     OilInBearing,
     cage_slip_table,
     oils_in_bearings,
-    power_loss_table,
     size_effect_table,
     torque_table,
 )
 from oilfilm.studies.load_variables import LOAD_VARIABLES, LawInBearing
+from oilfilm.studies.published_tests import published_tests_table
 from oilfilm.studies.slip_advice import advise
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
@@ -55,6 +55,7 @@ from oilfilm.traction.law import Observations, to_constants, to_internal
 from pictures import draw, nothing_is_cut_off
 
 SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
+PUBLISHED = load_settings(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
 
 
 @pytest.fixture(scope="module")
@@ -295,14 +296,13 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])
 def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, oils, name):
     runs = plateaus([5.0, 6.5], [6000.0, 9000.0])
-    published = load_settings(ROOT / "data/reference/power_loss.yaml", PublishedPowerLoss)
     slip = cage_slip_table(oils, config)
     results = CampaignTables.in_memory(
         torque=torque_table(runs, oils, config)[0],
         cage_slip=slip,
         slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
         size_effect=size_effect_table(oils, config),
-        power_loss=power_loss_table(published, oils, config),
+        published_tests=published_tests_table(PUBLISHED, oils, config),
     )
     figure, drawn = draw(name, results, config)
     tables.conform(drawn, load_figure(name).table, name)
@@ -312,15 +312,14 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, oil
 
 
 def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config, oils):
-    published = load_settings(ROOT / "data/reference/power_loss.yaml", PublishedPowerLoss)
-    table = power_loss_table(published, oils, config)
-    figure, _ = draw("power-loss", CampaignTables.in_memory(power_loss=table), config)
+    table = published_tests_table(PUBLISHED, oils, config)
+    figure, drawn = draw("power-loss", CampaignTables.in_memory(published_tests=table), config)
     (axis,) = figure.axes
-    (points,) = axis.lines
+    *_, points = axis.lines
     np.testing.assert_array_equal(points.get_ydata(), [350, 700, 1100, 1400])  # NASA TP-2275
     assert points.get_color() not in {style.oil_colour(oil, [*printed()]) for oil in printed()}
     top = max(float(area.get_paths()[0].vertices[:, 1].max()) for area in axis.collections)
-    assert top == pytest.approx(table["power_w"].iloc[-1], rel=1e-6)
+    assert top == pytest.approx(drawn["power_w"].iloc[-1], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])

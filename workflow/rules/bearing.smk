@@ -63,15 +63,15 @@ rule torque:
 
 
 rule bearing_maps:
-    "Cage slip over speed and load and the oil that holds it, the size effect, a published loss."
+    "Cage slip over speed and load and the oil that holds it, the size effect, published tests."
     input:
         **finished(*FITTED),
-        published="data/reference/power_loss.yaml",
+        published="data/reference/bearing_tests.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",
         slip_advice="<tables>/slip_advice.parquet",
         size_effect="<tables>/size_effect.parquet",
-        power_loss="<tables>/power_loss.parquet",
+        published_tests="<tables>/published_tests.parquet",
     log:
         "<logs>/bearing-maps.log",
     params:

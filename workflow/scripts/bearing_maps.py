@@ -1,22 +1,22 @@
-"""Calculate cage slip, the size effect and a published power loss."""
+"""Calculate cage slip, the size effect and published tests."""
 
 from pathlib import Path
 
 from oilfilm.run.job import job
 from oilfilm.settings.messages import load
-from oilfilm.settings.reference import PublishedPowerLoss
+from oilfilm.settings.reference import PublishedBearingTests
 from oilfilm.studies.bearing_torque import (
     cage_slip_table,
     oils_in_bearings,
-    power_loss_table,
     size_effect_table,
 )
+from oilfilm.studies.published_tests import published_tests_table
 from oilfilm.studies.slip_advice import advise
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
-    published = load(Path(snakemake.input.published), PublishedPowerLoss)
+    published = load(Path(snakemake.input.published), PublishedBearingTests)
     other_fits = results.law_coefficients, results.law_fit_quality
     oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, other_fits)
     cage_slip = cage_slip_table(oils, settings)
@@ -24,6 +24,6 @@ with job(snakemake) as (settings, provenance):
         "cage_slip": cage_slip,
         "slip_advice": advise(cage_slip, settings.selection, settings.gates.lambda_limit),
         "size_effect": size_effect_table(oils, settings),
-        "power_loss": power_loss_table(published, oils, settings),
+        "published_tests": published_tests_table(published, oils, settings),
     }
     write_tables(frames, snakemake.output, provenance)

@@ -4,13 +4,14 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, model_validator
 
 from oilfilm.settings.base import (
     Group,
     Levels,
     LoadN,
     Name,
+    Share,
     SpeedRpm,
     TemperatureC,
     Text,
@@ -21,6 +22,7 @@ from oilfilm.settings.messages import load
 from oilfilm.traction.law import Law
 from oilfilm.units import FloatArray
 
+PowerW = Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
 
 
@@ -87,29 +89,46 @@ class Claims(Group):
     claims: Annotated[list[Claim], Field(min_length=1)] = key("Claims in the paper's order.")
 
 
-class PublishedPowerLoss(Group):
-    """data/reference/power_loss.yaml: power loss of a bearing as published."""
+class PublishedRow(Group):
+    """What a published test found at one operating point."""
+
+    inner_speed_rpm: SpeedRpm = key("Speed of the inner ring.")
+    axial_load_n: LoadN = key("Axial load.")
+    power_w: PowerW | None = key("Power loss.", default=None)
+    largest_cage_slip: Share | None = key("Largest cage slip of the whole test.", default=None)
+
+    @model_validator(mode="after")
+    def _has_one_finding(self) -> Self:
+        if (self.power_w is None) == (self.largest_cage_slip is None):
+            raise contradiction(
+                ("power_w",),
+                "a row has either `power_w` or `largest_cage_slip`; found "
+                f"{self.power_w} and {self.largest_cage_slip}.",
+            )
+        return self
+
+
+class PublishedBearingTest(Group):
+    """A published test of one bearing."""
 
     bearing: Name = key("A file of config/bearings.")
     oil: Name = key("An oil of config/oils.")
-    axial_load_n: LoadN = key("Axial load.")
     inlet_temperature_c: TemperatureC = key("Oil temperature.")
     source: Text = key("Source of the values.")
-    rows: Annotated[
-        list[
-            Annotated[
-                tuple[SpeedRpm, Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]],
-                Strict(False),
-            ]
-        ],
-        Field(min_length=1),
-    ] = key("Rows of [speed in rpm, power loss in W].")
+    assumed: Text = key("What the source does not give.")
+    rows: Annotated[list[PublishedRow], Field(min_length=1)] = key("Operating points.")
+
+
+class PublishedBearingTests(Group):
+    """data/reference/bearing_tests.yaml: published tests of bearings."""
+
+    tests: Annotated[list[PublishedBearingTest], Field(min_length=1)] = key("The tests.")
 
 
 _MODELS: dict[str, type[Group]] = {
+    "bearing_tests": PublishedBearingTests,
     "claims": Claims,
     "paper_tables": PaperTables,
-    "power_loss": PublishedPowerLoss,
     "printed_coefficients": PrintedCoefficients,
 }
 

@@ -17,7 +17,6 @@ from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
-from oilfilm.settings.reference import PublishedPowerLoss
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.studies.load_variables import LOAD_VARIABLES, LawInBearing
@@ -369,29 +368,6 @@ def _scaled(bearing: Bearing, factor: float) -> Bearing:
             land_clearance_m=factor * cage.land_clearance_m,
         ),
     )
-
-
-def power_loss_table(
-    published: PublishedPowerLoss, oils: Sequence[OilInBearing], settings: Settings
-) -> pd.DataFrame:
-    """Published power loss of a bearing beside the calculated one.
-
-    Args:
-        published: Content of data/reference/power_loss.yaml.
-        oils: Oils with their laws.
-        settings: The settings.
-    """
-    name = published.bearing
-    speed, power = np.array(published.rows).T
-    frames = []
-    for oil in oils:
-        if oil.name == published.oil and name in settings.bearings:
-            bearing = settings.bearings[name].bearing(name)
-            point = published.axial_load_n, speed, published.inlet_temperature_c
-            terms = oil.run(bearing, *point)
-            calculated = terms["torque_n_m"] * speed * RAD_S_PER_RPM
-            frames.append(terms.assign(published_power_w=power, power_w=calculated))
-    return _table(frames, "power_loss")
 
 
 def _table(parts: Iterable[pd.DataFrame], table: str) -> pd.DataFrame:

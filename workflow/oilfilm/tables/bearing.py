@@ -116,18 +116,19 @@ TABLES = (
         ),
         key=("oil", "varied", "ball_diameter_mm", "groove_curvature", "load_variable"),
     ),
-    table("power_loss", "Published power loss of a bearing and the calculated one, for "
-        "plausibility.",
+    table("published_tests", "Published tests of bearings and the calculated values, on which the "
+        "drag is calibrated: power loss of one, cage slip of another.",
         columns=_FRICTION + """
             bearing oil inner_speed_rpm axial_load_n inlet_temperature_c published_power_w
-            power_w""",
+            published_cage_slip power_w power_low_w power_high_w cage_slip_low cage_slip_high
+            fitted_oil_volume_fraction oil_volume_fraction_alone source assumed""",
         uses=(
             *_FRICTION_USES,
             use("oil", "its traction was used"),
             use("inlet_temperature_c", required=True),
         ),
-        key=("inner_speed_rpm",),
-        caveats= "It is never a gate.",
+        key=("bearing", "inner_speed_rpm", "axial_load_n"),
+        caveats="It is never a gate.",
     ),
     table("torque_truth", "What the rig twin planted at one speed of a simulated torque log.",
         columns="""

@@ -569,7 +569,22 @@ _BEARING = (
     number("relative_to_stress", "1", "traction torque over that of the load variable stress, "
         "minus 1"),
     number("power_w", "W", "calculated friction torque times speed"),
-    number("published_power_w", "W", "published power loss", "second-hand figure", required=True),
+    *(
+        number(f"{name}_{end}{unit}", unit.removeprefix("_").upper() or "1", f"{quantity} with the "
+            f"{end}est share of oil in bearing.oil_volume_fraction_range")
+        for name, unit, quantity in (("power", "_w", "calculated power loss"),
+            ("cage_slip", "", "calculated cage slip"))
+        for end in ("low", "high")
+    ),
+    number("published_power_w", "W", "published power loss; null where none was",
+        "second-hand figure"),
+    number("published_cage_slip", "1", "largest published cage slip of the test, whatever the "
+        "load; null where none was", "from an abstract"),
+    share("fitted_oil_volume_fraction", "share of oil that gives the test's published power losses "
+        "best: least squares of the relative errors, with the campaign's law"),
+    share("oil_volume_fraction_alone", "share of oil that gives this published value exactly; null "
+        "where none from 0 to 0.1 does"),
+    text("assumed", "inputs that the source does not give"),
 )
 
 _PANEL_UNIT = "unit: that of the panel's axis"

@@ -304,17 +304,18 @@ def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
     name="power-loss",
     title="Published power loss",
     caption="Calculated power loss (W) by term, and published power loss, against speed of the "
-    "inner ring: a plausibility check only. Published: NASA TP-2275, from a transcription by a "
-    "third party.",
+    "inner ring. The oil's share of the volume, and with it the drag, is fitted to the points; "
+    "dashed: ends of its range. Published: NASA TP-2275, from a transcription by a third party.",
     category="Bearing",
     family="bearing",
-    tables=("power_loss",),
+    tables=("published_tests",),
+    settings=("bearing",),
     requires="torque",
-    draws="power_loss",
+    draws="published_tests",
 )
 def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
-    """Calculated power loss term by term beside a published one: plausibility alone."""
-    table = results.power_loss
+    """Calculated power loss term by term beside a published one, to which the drag is fitted."""
+    table = results.published_tests.dropna(subset="published_power_w")
     figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)
     axis.set_xlabel("Speed of the inner ring (1000 rpm)")
     axis.set_ylabel("Power loss (W)")
@@ -328,13 +329,26 @@ def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
     speed = table["inner_speed_rpm"] / 1e3
     shades = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
     axis.stackplot(speed, watts, labels=HEATS, colors=shades, edgecolor="white", linewidth=0.3)
+    low, high = settings.bearing.oil_volume_fraction_range
+    axis.plot(
+        speed,
+        table[["power_low_w", "power_high_w"]],
+        linestyle="--",
+        color="black",
+        label=[f"oil {low:.2%} and {high:.2%}", None],
+    )
     # not in the colour of an oil; the rim shows it on dark areas
     rim: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4}
     axis.plot(speed, table["published_power_w"], "o", color="black", label="published", **rim)
     axis.set_axisbelow(True)
     # from the top, in the order of the areas
     axis.legend(loc="upper left", reverse=True)
-    style.say_key(figure, "Points: NASA TP-2275, second-hand. Areas: calculated.")
+    share = settings.bearing.oil_volume_fraction
+    style.say_key(
+        figure,
+        "Points: NASA TP-2275, second-hand.\n"
+        f"Areas: calculated, oil {share:.2%} of the volume (fitted to the points).",
+    )
     bearing, oil, load, temperature = table.loc[
         table.index[0], ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
