@@ -285,6 +285,8 @@ def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_n
 def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
     table = cage_slip_table(oils, config)
     assert table["converged"].all()
+    assert not table["bistable"].any()
+    assert table[["other_cage_slip", "other_torque_n_m"]].isna().all(axis=None)
     for _, of_oil in table.groupby("oil"):
         grid = of_oil.pivot(
             index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip"

@@ -57,6 +57,28 @@ class LawOfPoints(TractionLaw, Protocol):
 
 
 @dataclass(frozen=True)
+class ScaledLaw:
+    """A law times a factor, shape (points,), at each operating point."""
+
+    law: TractionLaw
+    factor: FloatArray
+
+    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        """See `TractionLaw`; the points are the fourth axis from the end."""
+        factor = self.factor[:, np.newaxis, np.newaxis, np.newaxis]
+        return np.asarray(factor * self.law(at, slide_roll_ratio))
+
+    def at_points(self, which: IntArray) -> "ScaledLaw":
+        """See `LawOfPoints`."""
+        return ScaledLaw(law_at(self.law, which), self.factor[which])
+
+
+def law_at(law: TractionLaw, which: IntArray) -> TractionLaw:
+    """The law of some of the operating points; most laws are the same at all of them."""
+    return law.at_points(which) if isinstance(law, LawOfPoints) else law
+
+
+@dataclass(frozen=True)
 class Grid:
     """Quadrature nodes of the unit ellipse and their shares of the load; shapes (nodes,).
 

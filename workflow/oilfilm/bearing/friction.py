@@ -16,12 +16,12 @@ import numpy as np
 from oilfilm.bearing.ellipse import (
     Conditions,
     Grid,
-    LawOfPoints,
     Sliding,
     Traction,
     TractionLaw,
     conditions,
     grid,
+    law_at,
     sliding,
     traction,
 )
@@ -42,6 +42,7 @@ from oilfilm.bearing.quasistatic import (
     tangent,
 )
 from oilfilm.bearing.resistance import (
+    TERMS,
     Lubrication,
     drag_force_n,
     hysteresis_moment_n_m,
@@ -112,7 +113,7 @@ class Balance:
     ring_moment_n_m: FloatArray
 
 
-HEATS = ("traction", "rolling", "hysteresis", "drag", "pocket", "land")
+HEATS = ("traction", *TERMS)
 
 
 def balance(
@@ -145,12 +146,13 @@ def balance(
     radius = bearing.ball_diameter_m / 2
     race_radius = orbit[..., np.newaxis] + normal[..., 1, :] * radius
     speed = orbit * motion.orbit_speed_rad_s
-    mist = share * lubrication.mist_density_kg_m3[:, np.newaxis]
+    mist = share * lubrication.factor("drag") * lubrication.mist_density_kg_m3[:, np.newaxis]
     drag = drag_force_n(bearing.ball_diameter_m, mist, lubrication.drag_coefficient, speed)
     # shear on the ball's surface and, by the pressure, on its centre (see `_resistance`)
     pushed = roll.force_n * (2 * race_radius / orbit[..., np.newaxis] - 1)
     pocket = drag - film.force_n[..., 1, :].sum(axis=-1) - pushed.sum(axis=-1)
-    rub_force, rub_moment = _pocket_friction(bearing, motion, share * pocket)
+    rub = share * lubrication.factor("pocket") * pocket
+    rub_force, rub_moment = _pocket_friction(bearing, motion, rub)
     on_ball = (
         film.force_n[..., 0, np.newaxis, :] * tangent(normal)
         - contacts.load_n[..., np.newaxis, :] * normal
@@ -243,7 +245,8 @@ def _resistance(
         contacts.load_n, bearing.ball_diameter_m, radius_x, bearing.radius_y_m
     )
     way = share * np.sign(rolling)
-    force, moment = way * (reduction * force), way * flexing
+    force = way * (reduction * force) * lubrication.factor("rolling")[..., np.newaxis]
+    moment = way * flexing * lubrication.factor("hysteresis")[..., np.newaxis]
     return Resistance(force, moment, force * rolling, -moment * (w_y + relative * n_r))
 
 
@@ -257,7 +260,8 @@ def _land_friction(
     """Index of the ring that guides the cage, the land's moment for each ball, and its heat."""
     guide = 1 if bearing.cage.guided_by_outer else 0
     speed = ring_speed_rad_s[:, guide, np.newaxis] - motion.orbit_speed_rad_s
-    damping = share * land_damping_n_m_s(bearing, lubrication)[:, np.newaxis] / bearing.ball_count
+    damping = share * lubrication.factor("land") / bearing.ball_count
+    damping = damping * land_damping_n_m_s(bearing, lubrication)[:, np.newaxis]
     moment = damping * speed
     return guide, moment, moment * speed
 
@@ -302,6 +306,7 @@ def friction_equilibrium(
     lubrication: Lubrication,
     law: TractionLaw,
     quadrature: tuple[int, int] = QUADRATURE,
+    start: Solution | None = None,
 ) -> FrictionEquilibrium:
     """Where balls, cage and inner ring travel steadily under all forces.
 
@@ -311,12 +316,14 @@ def friction_equilibrium(
         lubrication: The oil at each point.
         law: The traction law.
         quadrature: Nodes of the ellipse, across and along the rolling direction.
+        start: Equilibria of other constants near which these are looked for; raceway control
+            without it.
 
     Returns:
         The motion; not converged as well where a contact would be as wide as the ball.
     """
-    problem = _Problem(bearing, points, lubrication, law, grid(*quadrature))
-    own, shared = problem.start()
+    problem = FrictionProblem(bearing, points, lubrication, law, grid(*quadrature))
+    own, shared = problem.start() if start is None else (start.own, start.shared)
     own_scale, shared_scale = problem.unknown_scales()
     solution = follow(
         problem.equations,
@@ -335,7 +342,7 @@ def friction_equilibrium(
 
 
 @dataclass(frozen=True)
-class _Problem:
+class FrictionProblem:
     """Equations of a bearing's friction equilibrium for `solver.follow`.
 
     Unknowns of a ball: its centre (x, r) in m and its spin (x, r, t) in rad/s. Shared unknowns:
@@ -368,14 +375,13 @@ class _Problem:
     ) -> Balance:
         """All that acts on the balls of the points `which`."""
         groove = inner_groove(self.bearing, shared[..., 1:], self.azimuth)
-        law = self.law.at_points(which) if isinstance(self.law, LawOfPoints) else self.law
         return balance(
             self.bearing,
             contacts_at(self.bearing, own[..., :2], groove),
             Motion(np.broadcast_to(shared[..., :1], own.shape[:-1]), own[..., 2:]),
             self.ring_speed_rad_s[which],
             self.lubrication.at(which),
-            law,
+            law_at(self.law, which),
             self.rule,
             share,
         )

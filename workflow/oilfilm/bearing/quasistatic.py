@@ -9,7 +9,7 @@ its tangent across the rolling direction is t x n = (-n_r, n_x).
 Last axes: two contacts, inner and outer; before them, where both stand, two components, x and r.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,10 @@ class OperatingPoints:
         )
         none = np.zeros((len(load), 2))
         return cls(load, speed.astype(float), np.zeros(len(load)), none, none)
+
+    def at(self, which: IntArray) -> "OperatingPoints":
+        """Some of the points."""
+        return replace(self, **{name: values[which] for name, values in vars(self).items()})
 
     @property
     def only_axial(self) -> bool:

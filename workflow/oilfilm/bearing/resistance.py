@@ -14,6 +14,9 @@ from oilfilm.physics.film import InletOil, thermal_reduction_factor
 from oilfilm.physics.oils import Oil
 from oilfilm.units import FloatArray
 
+# What resists beside traction, in the order of arrays of factors.
+TERMS = ("rolling", "hysteresis", "drag", "pocket", "land")
+
 
 @dataclass(frozen=True)
 class Lubrication:
@@ -25,6 +28,7 @@ class Lubrication:
         density_kg_m3: rho, in kg/m3.
         drag_coefficient: c_D of a ball in the row, for its frontal area.
         oil_volume_fraction: Share of oil in the volume between the rings.
+        factors: On each of `TERMS`, by which a term may be off: shape (points, terms).
     """
 
     inlet_temperature_c: FloatArray
@@ -32,6 +36,7 @@ class Lubrication:
     density_kg_m3: FloatArray
     drag_coefficient: float
     oil_volume_fraction: float
+    factors: FloatArray
 
     @classmethod
     def of(
@@ -48,6 +53,7 @@ class Lubrication:
             oil.density_kg_m3(inlet_temperature_c),
             drag_coefficient,
             oil_volume_fraction,
+            np.ones((len(inlet_temperature_c), len(TERMS))),
         )
 
     def at(self, which: IntArray) -> "Lubrication":
@@ -57,7 +63,12 @@ class Lubrication:
             inlet_temperature_c=self.inlet_temperature_c[which],
             oil=self.oil[which],
             density_kg_m3=self.density_kg_m3[which],
+            factors=self.factors[which],
         )
+
+    def factor(self, term: str) -> FloatArray:
+        """The factor on one of `TERMS`, with an axis for balls: shape (points, 1)."""
+        return self.factors[:, TERMS.index(term), np.newaxis]
 
     @property
     def of_contacts(self) -> InletOil:

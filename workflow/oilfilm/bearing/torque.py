@@ -49,7 +49,7 @@ def torque_terms(
     heats = {name: balance.heat_w[..., part] for part, name in enumerate(HEATS)}
     heats |= _heat_by_sliding(balance, _ring_speeds(points))
     terms = {f"{name}_torque_n_m": balls * heat.sum(axis=1) / speed for name, heat in heats.items()}
-    torque = -balls * balance.ring_moment_n_m[..., 0].sum(axis=1)
+    torque = inner_ring_torque_n_m(balance, balls)
     solution = equilibrium.solution
     rule = grid(2 * quadrature[0], 2 * quadrature[1])
     finer_slip = sliding(bearing, balance.contacts, balance.motion, _ring_speeds(points), rule)
@@ -79,6 +79,11 @@ def torque_terms(
         "film_in_range": film_in_range,
         **_traction_summary(balance, tested, grid(*quadrature).share),
     }
+
+
+def inner_ring_torque_n_m(balance: Balance, balls_per_row: float) -> FloatArray:
+    """Moment that turns the inner ring, shape (points,); see `FrictionEquilibrium` for the rows."""
+    return np.asarray(-balls_per_row * balance.ring_moment_n_m[..., 0].sum(axis=1))
 
 
 def _traction_summary(

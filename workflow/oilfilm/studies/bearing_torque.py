@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.bearing.branches import other_equilibrium
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
+from oilfilm.bearing.ellipse import ScaledLaw
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
@@ -68,7 +70,7 @@ class OilInBearing:
         inner_speed_rpm: Floats,
         inlet_temperature_c: Floats,
         load_variable: str = "stress",
-        traction_factor: float = 1.0,
+        traction_factor: Floats = 1.0,
     ) -> pd.DataFrame:
         """Friction at operating points, one row per point, with the columns of `torque_terms`.
 
@@ -80,18 +82,12 @@ class OilInBearing:
             load_variable: Key of `laws`.
             traction_factor: Factor on all traction.
         """
-        load, speed, temperature = np.broadcast_arrays(
-            np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c
+        load, speed, temperature, factor = np.broadcast_arrays(
+            np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
         )
-        lubrication = Lubrication.of(
-            self.oil,
-            temperature,
-            self.settings.drag_coefficient,
-            self.settings.oil_volume_fraction,
-        )
+        law = ScaledLaw(self.laws[load_variable], factor)
         points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
-        law = replace(self.laws[load_variable], factor=traction_factor)
-        terms = torque_terms(bearing, points, lubrication, law, self.tested)
+        terms = torque_terms(bearing, points, self.lubrication(temperature), law, self.tested)
         return _without_failures(terms).assign(
             oil=self.name,
             bearing=bearing.name,
@@ -99,6 +95,41 @@ class OilInBearing:
             axial_load_n=load,
             inner_speed_rpm=speed,
             inlet_temperature_c=temperature,
+        )
+
+    def lubrication(self, inlet_temperature_c: FloatArray) -> Lubrication:
+        """The oil at the temperature of each point, in a bearing with the settings' drag."""
+        return Lubrication.of(
+            self.oil,
+            inlet_temperature_c,
+            self.settings.drag_coefficient,
+            self.settings.oil_volume_fraction,
+        )
+
+    def with_branches(self, bearing: Bearing, calculated: pd.DataFrame) -> pd.DataFrame:
+        """What `run` calculated with one load variable, and the other equilibrium of each point.
+
+        Args:
+            bearing: The bearing.
+            calculated: Of `run` without a factor on traction.
+
+        Returns:
+            The same with the columns `bistable`, `other_cage_slip` and `other_torque_n_m`.
+        """
+        other = other_equilibrium(
+            bearing,
+            OperatingPoints.axial(
+                calculated["axial_load_n"].to_numpy(),
+                calculated["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM,
+            ),
+            self.lubrication(calculated["inlet_temperature_c"].to_numpy()),
+            self.laws[calculated["load_variable"].iloc[0]],
+            calculated["cage_slip"].to_numpy(),
+        )
+        return calculated.assign(
+            bistable=~np.isnan(other.cage_slip),
+            other_cage_slip=other.cage_slip,
+            other_torque_n_m=other.torque_n_m,
         )
 
 
@@ -220,7 +251,7 @@ def _run(
     plateaus: pd.DataFrame,
     oil: OilInBearing,
     load_variable: str,
-    traction_factor: float = 1.0,
+    traction_factor: Floats = 1.0,
 ) -> pd.DataFrame:
     """Calculated friction of each plateau."""
     columns = ["axial_load_n", "inner_speed_rpm", "oil_temperature_c"]
@@ -231,7 +262,7 @@ def _run(
 def _torque(
     bearing: Bearing, plateaus: pd.DataFrame, oil: OilInBearing, load_variable: str
 ) -> pd.DataFrame:
-    terms = _run(bearing, plateaus, oil, load_variable)
+    terms = oil.with_branches(bearing, _run(bearing, plateaus, oil, load_variable))
     load, speed = plateaus["axial_load_n"].to_numpy(), plateaus["inner_speed_rpm"].to_numpy()
     viscosity = oil.oil.kinematic_viscosity_m2_s(plateaus["oil_temperature_c"].to_numpy())
     return terms.assign(
@@ -266,9 +297,12 @@ def _inversion(
     between the two neighbouring factors whose torques enclose the measured one; of several such
     pairs the one nearest to the law's own factor 1 is taken.
     """
-    calculated = [_run(bearing, plateaus, oil, "stress", factor) for factor in _FACTORS]
-    torque = np.stack([terms["torque_n_m"] for terms in calculated])
-    coefficient = np.stack([terms["mean_traction_coefficient"] for terms in calculated])
+    every = plateaus.loc[np.tile(plateaus.index, len(_FACTORS))]
+    calculated = _run(bearing, every, oil, "stress", np.repeat(_FACTORS, len(plateaus)))
+    torque, coefficient = (
+        calculated[name].to_numpy().reshape(len(_FACTORS), -1)
+        for name in ("torque_n_m", "mean_traction_coefficient")
+    )
     above = torque - plateaus["torque_n_m"].to_numpy()
     encloses = above[:-1] * above[1:] <= 0
     distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
@@ -314,12 +348,11 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     grid = np.meshgrid(cage_slip.pitch_speed_mm_rpm, cage_slip.axial_load_n, indexing="ij")
     pitch_speed, load = (levels.ravel() for levels in grid)
     speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
+    maps = (oil.run(bearing, load, speed, cage_slip.inlet_temperature_c) for oil in oils)
     return _table(
         (
-            oil.run(bearing, load, speed, cage_slip.inlet_temperature_c).assign(
-                pitch_speed_mm_rpm=pitch_speed
-            )
-            for oil in oils
+            oil.with_branches(bearing, calculated).assign(pitch_speed_mm_rpm=pitch_speed)
+            for oil, calculated in zip(oils, maps, strict=True)
         ),
         "cage_slip",
     )

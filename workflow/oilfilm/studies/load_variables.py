@@ -32,7 +32,6 @@ class LawInBearing:
             at zero.
         constants: Those of the law in its order, shape (constants,), or one row for each operating
             point of the bearing, shape (points, constants).
-        factor: On all traction.
     """
 
     fitted: FittedLaw
@@ -40,7 +39,6 @@ class LawInBearing:
     rig: Contact
     floor: Mapping[str, float]
     constants: FloatArray
-    factor: float = 1.0
 
     @classmethod
     def of(
@@ -82,7 +80,7 @@ class LawInBearing:
             blocks = internal.reshape(len(internal), 1, 1, 1, len(law.coefficients), -1)
             design = design.reshape(*conditions.shape[:-1], -1)
             sizes = np.exp(np.einsum("...d,...ld->l...", design, blocks))
-        return self.factor * law.value(sizes, slide_roll_ratio)
+        return law.value(sizes, slide_roll_ratio)
 
     def _stress_gpa(self, at: Conditions) -> FloatArray:
         """Stress of the rig's contact where its load variable is that of the bearing's contact."""

@@ -12,6 +12,7 @@ _FRICTION = """
     film_in_range largest_slide_roll_ratio mean_traction_coefficient share_beyond_slip
     share_beyond_pressure share_beyond_speed
 """
+_BRANCHES = " bistable other_cage_slip other_torque_n_m "
 _FRICTION_USES = (
     use("torque_n_m", "calculated: sum of the six terms"),
     use("entrainment_speed_m_s", "mean of both races"),
@@ -44,7 +45,7 @@ TABLES = (
     ),
     table("torque", "One plateau of a torque log: measured torque and the torque by one load "
         "variable of the law.",
-        columns=_FRICTION + """
+        columns=_FRICTION + _BRANCHES + """
             run_id first_row oil bearing load_variable inner_speed_rpm axial_load_n
             inlet_temperature_c measured_torque_n_m measured_torque_n_m_se relative_error
             palmgren_torque_n_m skf_torque_n_m""",
@@ -76,7 +77,7 @@ TABLES = (
     ),
     table("cage_slip", "Cage slip of one oil at one speed and axial load, from the friction "
         "equilibrium.",
-        columns=_FRICTION + """
+        columns=_FRICTION + _BRANCHES + """
             oil bearing pitch_speed_mm_rpm inner_speed_rpm axial_load_n inlet_temperature_c""",
         uses=(
             *_FRICTION_USES,

@@ -534,6 +534,11 @@ _BEARING = (
     flag("film_in_range", "false where the formula of the film has no value: its thermal reduction "
         "is negative in one of the contacts, or there is no equilibrium"),
     number("cage_slip", "1", "relative lag of the cage behind balls that roll on both races"),
+    flag("bistable", "true where another equilibrium was found: the cage may roll or skid, as its "
+        "past decides; numbers of the row are those of the one that a rolling start leads to"),
+    number("other_cage_slip", "1", "cage slip in the other equilibrium; null where none was found"),
+    number("other_torque_n_m", "N m", "friction torque in the other equilibrium; null where none "
+        "was found"),
     number("inner_slide_roll_ratio", "1", "slide-roll ratio in the middle of the contact with the "
         "inner race, mean over the balls; positive where the race is the faster one"),
     *(
