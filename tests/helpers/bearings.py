@@ -54,7 +54,9 @@ def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:
     return LawInBearing.of(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
 
 
-def lubrication(oil: str, temperature_c: float, points: int, **changed: float) -> Lubrication:
+def lubrication(
+    oil: str, temperature_c: float | np.ndarray, points: int, **changed: float
+) -> Lubrication:
     settings = SETTINGS.model_copy(update=changed)
     return Lubrication.of(
         oil_of(oil),

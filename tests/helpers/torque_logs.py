@@ -1,7 +1,14 @@
-"""A torque log of known torque, for the tests of curation."""
+"""Torque logs of known torque: one for the tests of curation, and those of the twin."""
 
 import numpy as np
 import pandas as pd
+
+from campaigns import printed
+from oilfilm import tables
+from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.rig_twin.torque_logs import simulate_torque
+from oilfilm.settings.resolved import Settings
 
 RATE_HZ = 20
 BEARING = "mainshaft-167"
@@ -52,3 +59,11 @@ def by_quantity(frame: pd.DataFrame) -> dict[str, np.ndarray]:
 
 def text(frame: pd.DataFrame, header: str = "# oil: 4050\n") -> bytes:
     return header.encode() + frame.to_csv(index=False, lineterminator="\n").encode()
+
+
+def curated_logs(settings: Settings) -> tuple[dict[str, str], Curated, pd.DataFrame]:
+    """Planted defect of each simulated log, the curated logs, and the table of the truth."""
+    logs = list(simulate_torque(settings, printed()))
+    curated = check_logs([(plan.name, content) for plan, content, _ in logs], settings, TORQUE_RIG)
+    truth = tables.from_rows([row for *_, rows in logs for row in rows], "torque_truth")
+    return {plan.name: plan.defect for plan, *_ in logs}, curated, truth

@@ -19,6 +19,7 @@ from oilfilm.physics.thermal_traction import (
     flash_temperature_rise,
     limited_stress,
     limiting_stress,
+    sliding_film,
     thermal_ehl_traction,
 )
 
@@ -43,7 +44,8 @@ stresses = st.floats(1e3, 1e9)
 rates = st.floats(1e2, 1e9)
 
 
-def film(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
+def mu(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
+    """Of the rig's contact."""
     return thermal_ehl_traction(
         OILS[oil],
         ThermalEhl(**CONSTANTS | changed),
@@ -52,6 +54,24 @@ def film(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **chang
         inlet_temperature_c=inlet,
         slide_roll_ratio=slip,
         radius_m=RADIUS_M,
+        reduced_modulus_pa=MODULUS_PA,
+    )
+
+
+def film(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
+    """Where the pressure of that contact is its mean."""
+    load = load_for_max_hertz_pressure(pressure_gpa * 1e9, RADIUS_M, MODULUS_PA)
+    return sliding_film(
+        OILS[oil],
+        ThermalEhl(**CONSTANTS | changed),
+        pressure_pa=2 / 3 * pressure_gpa * 1e9,
+        load_n=load,
+        entrainment_speed_m_s=speed,
+        inlet_temperature_c=inlet,
+        slide_roll_ratio=slip,
+        radius_x_m=RADIUS_M,
+        semi_axis_x_m=contact_radius(load, RADIUS_M, MODULUS_PA),
+        ellipticity=1.0,
         reduced_modulus_pa=MODULUS_PA,
     )
 
@@ -68,16 +88,30 @@ def test_film_is_newtonian_at_tiny_slip(oil: str) -> None:
     viscosity = OILS[oil].dynamic_viscosity_pa_s(inlet) * np.exp(
         OILS[oil].pressure_viscosity_coefficient_1_pa(inlet) * mean_pressure
     )
-    slope = viscosity * speed / (state.film_thickness_m * mean_pressure)
-    assert state.traction_coefficient / slip == pytest.approx(slope, rel=1e-4)
+    slope = viscosity * speed / state.film_thickness_m
+    assert state.shear_stress_pa / slip == pytest.approx(slope, rel=1e-4)
     assert state.film_temperature_c == pytest.approx(inlet, abs=1e-6)
+
+
+@pytest.mark.parametrize("oil", sorted(OILS))
+def test_traction_is_the_mean_over_hertzs_pressure(oil: str) -> None:
+    # newtonian: tau = k e^(b s) at p = p0 s, its mean over the circle 2 k int_0^1 s e^(b s) ds, and
+    # the mean pressure 2/3 p0
+    peak, slip, speed, inlet = 1.25e9, 1e-9, 30.0, 70.0
+    b = OILS[oil].pressure_viscosity_coefficient_1_pa(inlet) * peak
+    state = film(oil, 1.25, speed, inlet, slip)
+    stress = OILS[oil].dynamic_viscosity_pa_s(inlet) * state.shear_rate_1_s
+    mean = 2 * stress * (np.exp(b) * (b - 1) + 1) / b**2
+    assert mu(oil, 1.25, speed, inlet, slip) == pytest.approx(mean / (2 / 3 * peak), rel=1e-4)
 
 
 def test_stiff_film_reaches_its_limiting_stress() -> None:
     # slow, bodies that stay cold, no thinning before the limit: mu = Lambda exp(-b (T - Tr))
     cold = {"solid_conductivity_w_mk": 1e9, "eyring_stress_pa": 1e12}
-    state = film("4102", 2.0, 1e-3, 60.0, 0.3, **cold)
-    assert state.traction_coefficient == pytest.approx(0.08 * np.exp(-0.003 * 20), rel=1e-4)
+    limit = 0.08 * np.exp(-0.003 * 20)
+    assert film("4102", 2.0, 1e-3, 60.0, 0.3, **cold).shear_stress_pa == pytest.approx(
+        limit * 2 / 3 * 2e9, rel=1e-4
+    )
 
 
 @given(names, pressures, speeds, inlets, slips)
@@ -114,7 +148,6 @@ def test_stress_and_temperatures_found_belong_together(
     bearable = limited_stress(eyring_stress(viscosity, state.shear_rate_1_s, 5e6), limit)
     assert state.shear_stress_pa == pytest.approx(bearable, rel=1e-7)
     assert 0 < state.shear_stress_pa < limit
-    assert state.traction_coefficient * mean_pressure == pytest.approx(state.shear_stress_pa)
 
 
 @given(names, pressures, speeds, inlets, slips)
@@ -134,40 +167,40 @@ def test_heat_only_lowers_traction(
         film(oil, pressure, speed, inlet, slip, solid_conductivity_w_mk=conductivity)
         for conductivity in (5.0, 500.0)
     )
-    assert poorer.traction_coefficient <= better.traction_coefficient * (1 + 1e-12)
+    assert poorer.shear_stress_pa <= better.shear_stress_pa * (1 + 1e-12)
     assert better.film_temperature_c <= poorer.film_temperature_c
 
 
 def test_traction_rises_with_pressure_and_falls_when_hotter_in_the_test_box() -> None:
     pressure, inlet = np.meshgrid(np.linspace(1.0, 1.5, 6), np.linspace(25, 120, 20))
     for oil in OILS:
-        mu = film(oil, pressure, 30.0, inlet, 0.05).traction_coefficient
-        assert np.all(np.diff(mu, axis=1) > 0)
-        assert np.all(np.diff(mu, axis=0) < 0)
+        traction = mu(oil, pressure, 30.0, inlet, 0.05)
+        assert np.all(np.diff(traction, axis=1) > 0)
+        assert np.all(np.diff(traction, axis=0) < 0)
 
 
 def test_pure_rolling_has_no_traction_and_a_missing_slip_spares_its_neighbours() -> None:
-    state = film("4050", 1.25, 30.0, 70.0, np.array([0.0, np.nan, 0.1]))
-    assert state.traction_coefficient[0] == 0
-    assert np.isnan(state.traction_coefficient).tolist() == [False, True, False]
+    traction = mu("4050", 1.25, 30.0, 70.0, np.array([0.0, np.nan, 0.1]))
+    assert traction[0] == 0
+    assert np.isnan(traction).tolist() == [False, True, False]
 
 
 def test_film_is_found_at_every_slip_however_small() -> None:
     # as a rig's slip control leaves them behind: heat then vanishes in the rounding
     slip = np.logspace(-16, -2, 3000)
     for oil in OILS:
-        mu = film(oil, 1.0, 30.0, 85.0, slip).traction_coefficient
-        assert np.all(np.diff(mu) > 0)
-        np.testing.assert_allclose(mu[:1000] / slip[:1000], mu[0] / slip[0], rtol=1e-5)
+        traction = mu(oil, 1.0, 30.0, 85.0, slip)
+        assert np.all(np.diff(traction) > 0)
+        np.testing.assert_allclose(traction[:1000] / slip[:1000], traction[0] / slip[0], rtol=1e-5)
 
 
 @given(names, pressures, speeds, inlets, slips)
 def test_array_of_conditions_gives_what_each_alone_gives(
     oil: str, pressure: float, speed: float, inlet: float, slip: float
 ) -> None:
-    alone = film(oil, pressure, speed, inlet, slip).traction_coefficient
-    several = film(oil, [1.0, pressure], [25.0, speed], [50.0, inlet], [0.01, slip])
-    assert several.traction_coefficient[1] == pytest.approx(alone, rel=1e-9)
+    alone = mu(oil, pressure, speed, inlet, slip)
+    several = mu(oil, [1.0, pressure], [25.0, speed], [50.0, inlet], [0.01, slip])
+    assert several[1] == pytest.approx(alone, rel=1e-9)
 
 
 def test_flash_temperature_is_the_mean_of_jaegers_band_over_the_chords_of_a_circle() -> None:
@@ -233,12 +266,10 @@ def test_peaks_lie_where_they_were_found_before() -> None:
     # Held against the middle of the box; towards its hot, light corner the peak of ours moves past
     # S 0.3 and down to 0.008 for the 3 cSt oil.
     slip = np.linspace(0, 0.3, 301)
-    five, three = (
-        film(oil, 1.25, 30.0, 70.0, slip).traction_coefficient for oil in ("4050", "4010")
-    )
+    five, three = (mu(oil, 1.25, 30.0, 70.0, slip) for oil in ("4050", "4010"))
     assert 0.02 < five.max() < 0.04
     assert 0.03 <= slip[five.argmax()] <= 0.1
     assert np.all(five[1:] > three[1:])
-    fast = film("4050", 1.5, 200.0, 70.0, slip).traction_coefficient
+    fast = mu("4050", 1.5, 200.0, 70.0, slip)
     assert 0.005 <= slip[fast.argmax()] <= 0.02
     assert fast[-1] < 0.75 * fast.max()

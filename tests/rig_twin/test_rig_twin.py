@@ -1,16 +1,18 @@
 """The simulated campaign: the same bytes each time, and honest about what it is."""
 
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from campaigns import ROOT, Campaign, printed
+from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import planned_runs
 from oilfilm.rig_twin.simulate import simulate_campaign, slip_programme
-from oilfilm.rig_twin.truth import true_tractions, truth_grid
+from oilfilm.rig_twin.truth import Truth, misfit, true_tractions, truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -105,6 +107,28 @@ def test_printed_truth_is_the_printed_law(config: Settings) -> None:
     # reference condition of the law, S = 0.05: (A0 + B0 S) exp(-C0 S) - A0 by hand
     at = (np.array(part) for part in (1.0, 20.0, 20.0, 0.05))
     assert true_tractions(config, printed())["4102"](*at) == pytest.approx(0.020412, abs=5e-7)
+
+
+@pytest.mark.parametrize(
+    # a law of p_max and slip alone is its own mean; a mean of a film by two quadratures
+    ("campaign", "largest"),
+    [("demo", 0.0), ("thermal", 0.001)],
+)
+def test_one_truth_is_behind_both_rigs(campaign: str, largest: float) -> None:
+    config = resolve(ROOT / "config", {"campaign": campaign})
+    for oil, truth in true_tractions(config, printed()).items():
+        assert misfit(truth, config) <= largest, oil
+
+
+def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
+    truth = true_tractions(config, printed())["4050"]
+    law = truth.at_points
+
+    def more(*contact: Any) -> TractionLaw:
+        return lambda at, slip: 1.07 * law(*contact)(at, slip)
+
+    planted = Mock(spec=Truth, side_effect=truth, at_points=more)
+    assert misfit(planted, config) == pytest.approx(0.07, abs=1e-6)
 
 
 @pytest.mark.parametrize("campaign", ["demo", "thermal"])

@@ -26,13 +26,10 @@ from oilfilm.bearing.ellipse import Conditions
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
-from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.bearing_sentences import bearing_lines
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import load_figure
-from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.rig_twin.truth import true_tractions
 from oilfilm.settings.campaign import Matrix
 from oilfilm.settings.messages import load as load_settings
@@ -53,6 +50,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import Observations, to_constants, to_internal
 from pictures import draw, nothing_is_cut_off
+from torque_logs import curated_logs
 
 SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
 PUBLISHED = load_settings(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
@@ -223,16 +221,8 @@ def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray
     return to_constants(law, fit.x)
 
 
-def curated_logs(settings: Settings) -> tuple[dict[str, str], Curated, pd.DataFrame]:
-    """Planted defect of each simulated log, the curated logs, and the table of the truth."""
-    logs = list(simulate_torque(settings, printed()))
-    curated = check_logs([(plan.name, content) for plan, content, _ in logs], settings, TORQUE_RIG)
-    truth = tables.from_rows([row for *_, rows in logs for row in rows], "torque_truth")
-    return {plan.name: plan.defect for plan, *_ in logs}, curated, truth
-
-
 def test_torque_of_local_physics_is_met_nearest_by_the_law_on_pressure():
-    # truth: thermal EHL at every point of the ellipse; law: fitted to that film on the traction rig
+    # truth: thermal EHL at every point of both rigs' contacts; law: fitted to the traction rig's
     matrix = {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
     campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
     config = resolve(ROOT / "config", {"campaign": "thermal"}).with_changes({"campaign": campaign})

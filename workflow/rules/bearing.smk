@@ -13,7 +13,12 @@ if TORQUE_SIMULATED:
         params:
             code=code("torque_twin.py"),
             config=part(
-                "rigs", "oils", "bearings", "bearing", "seed", campaign=("oils", "torque", "twin")
+                "rigs",
+                "oils",
+                "bearings",
+                "bearing",
+                "seed",
+                campaign=("oils", "matrix", "torque", "twin"),
             ),
         script:
             "../scripts/torque_twin.py"

@@ -20,7 +20,7 @@ from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import GATES, PlannedRun, planned_runs
-from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
+from oilfilm.rig_twin.truth import Truth, known_contact, true_tractions
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.resolved import Settings
@@ -106,7 +106,7 @@ def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
 
 def _true_run(
     run: PlannedRun,
-    traction: Traction,
+    traction: Truth,
     twin: Twin,
     contact: Contact,
     random: np.random.Generator,

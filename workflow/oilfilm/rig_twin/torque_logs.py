@@ -1,4 +1,4 @@
-"""Simulated logs of the torque rig: local physics in a bearing, with the rig's own troubles."""
+"""Simulated logs of the torque rig: the campaign's truth in a bearing, with the rig's troubles."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -12,12 +12,10 @@ from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.errors import OilfilmError
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.local_traction import LocalTraction, calibrated, misfit
 from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
 from oilfilm.rig_twin.simulate import cut, log_content
-from oilfilm.rig_twin.truth import Traction, known_contact, true_tractions
+from oilfilm.rig_twin.truth import Truth, misfit, true_tractions
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
@@ -32,9 +30,7 @@ def simulate_torque(
 ) -> Iterator[tuple[PlannedTorqueRun, bytes, list[dict[str, Any]]]]:
     """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
 
-    The truth behind an oil is `LocalTraction`, with the constants of the campaign's own thermal
-    truth. Where its traction logs are made from a law instead, they are sought so that the traction
-    rig would show that law as nearly as such physics can. Drag and rolling resistance are those of
+    The truth behind an oil is that of its traction logs. Drag and rolling resistance are those of
     `settings.bearing`: the comparison is about traction.
 
     Args:
@@ -42,12 +38,12 @@ def simulate_torque(
         constants: The printed constants of each oil.
     """
     bearing, twin = settings.tested_bearing(), _torque_twin(settings)
-    rig, laws = known_contact(settings), true_tractions(settings, constants)
+    tractions = true_tractions(settings, constants)
     plans = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(plan.oil for plan in plans):
         of_oil = [plan for plan in plans if plan.oil == oil]
         properties = settings.known_oil(oil)
-        truths = _truth(bearing, of_oil, properties, laws[oil], rig, settings)
+        truths = _truth(bearing, of_oil, properties, tractions[oil], settings)
         for plan, truth in zip(of_oil, truths, strict=True):
             random = generator(settings.seed, "torque twin", plan.name)
             yield plan, _log(plan, truth, twin, random), truth
@@ -62,8 +58,7 @@ def _truth(
     bearing: Bearing,
     plans: list[PlannedTorqueRun],
     oil: Oil,
-    law: Traction,
-    rig: Contact,
+    traction: Truth,
     settings: Settings,
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
@@ -80,9 +75,6 @@ def _truth(
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
     loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
 
-    thermal = present(settings.campaign.twin, "twin", "the campaign").thermal_ehl
-    constants = calibrated(oil, law, rig) if thermal is None else thermal.constants()
-    film = LocalTraction(oil, constants, grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis])
     motion = friction_equilibrium(
         bearing,
         OperatingPoints.axial(loads, speed * RAD_S_PER_RPM),
@@ -92,7 +84,7 @@ def _truth(
             settings.bearing.drag_coefficient,
             settings.bearing.oil_volume_fraction,
         ),
-        film,
+        traction.at_points(grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis]),
         _QUADRATURE,
     )
     if not motion.solution.converged.all():
@@ -100,7 +92,7 @@ def _truth(
             f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
             "simulated bearing comes to no steady motion. Ask for more load or less speed."
         )
-    left = misfit(oil, constants, law, rig)
+    left = misfit(traction, settings)
     torque = -motion.balls_per_row * motion.balance.ring_moment_n_m[..., 0].sum(axis=1)
     heat = motion.balls_per_row * motion.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
     rows = [

@@ -1,27 +1,159 @@
-"""What is true in a simulated campaign: the traction of each oil, free of every rig's trouble."""
+"""What is true in a simulated campaign: the traction of each oil, free of every rig's trouble.
+
+One truth stands behind both rigs. On the traction rig it gives mu of the whole contact, in a
+bearing mu at every point of its contacts.
+"""
 
 import itertools
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.bearing.ellipse import Conditions, Grid, TractionLaw, grid
 from oilfilm.errors import OilfilmError
+from oilfilm.physics.contact import elliptical_contact
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.physics.thermal_traction import ThermalEhl, thermal_ehl_traction
+from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import PA_PER_GPA, FloatArray
 
-# P in GPa, U in m/s, T in degC and S, 0 or more -> mu
-Traction = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+# A contact that carries nothing has no traction; the solver of a bearing passes such states.
+_LEAST_LOAD_N, _LEAST_PRESSURE_GPA, _LEAST_SPEED_M_S = 1e-3, 1e-3, 1e-3
+# Nodes across and along the ellipse, and slips, over which the two rigs are compared.
+_COMPARED_NODES, _COMPARED_SLIPS = (12, 8), 8
 
 
-def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> dict[str, Traction]:
+class Truth(Protocol):
+    """The traction of one oil."""
+
+    def __call__(
+        self,
+        max_hertz_pressure_gpa: FloatArray,
+        entrainment_speed_m_s: FloatArray,
+        inlet_temperature_c: FloatArray,
+        slide_roll_ratio: FloatArray,
+    ) -> FloatArray:
+        """mu of the traction rig's contact; S is 0 or more."""
+        ...
+
+    def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
+        """mu at the points of other contacts.
+
+        Args:
+            rule: The points.
+            radius_y_m: Reduced radius of the contacts across the rolling direction, broadcasting
+                against them.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class LawTruth:
+    """The paper's law: mu of a contact by its p_max, at every point with the slip there.
+
+    Attributes:
+        constants: The twelve constants of Eqs 7-9.
+    """
+
+    constants: FloatArray
+
+    def __call__(
+        self,
+        max_hertz_pressure_gpa: FloatArray,
+        entrainment_speed_m_s: FloatArray,
+        inlet_temperature_c: FloatArray,
+        slide_roll_ratio: FloatArray,
+    ) -> FloatArray:
+        """See `Truth`."""
+        return traction_coefficient(
+            self.constants,
+            max_hertz_pressure_gpa,
+            entrainment_speed_m_s,
+            inlet_temperature_c,
+            slide_roll_ratio,
+        )
+
+    def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
+        """See `Truth`."""
+
+        def law(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+            return self(
+                np.fmax(at.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA),
+                np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S),
+                at.inlet_temperature_c,
+                slide_roll_ratio,
+            )
+
+        return law
+
+
+@dataclass(frozen=True)
+class FilmTruth:
+    """A thermal, shear-thinning film: mu at every point by that point's own pressure and slip.
+
+    Attributes:
+        oil: The oil's properties.
+        constants: Stresses and thermal properties of the bodies.
+        rig: The traction rig's contact, which shows the mean over its points.
+    """
+
+    oil: Oil
+    constants: ThermalEhl
+    rig: Contact
+
+    def __call__(
+        self,
+        max_hertz_pressure_gpa: FloatArray,
+        entrainment_speed_m_s: FloatArray,
+        inlet_temperature_c: FloatArray,
+        slide_roll_ratio: FloatArray,
+    ) -> FloatArray:
+        """See `Truth`."""
+        return thermal_ehl_traction(
+            self.oil,
+            self.constants,
+            max_hertz_pressure_pa=np.asarray(max_hertz_pressure_gpa) * PA_PER_GPA,
+            entrainment_speed_m_s=entrainment_speed_m_s,
+            inlet_temperature_c=inlet_temperature_c,
+            slide_roll_ratio=slide_roll_ratio,
+            radius_m=self.rig.radius_m,
+            reduced_modulus_pa=self.rig.reduced_modulus_pa,
+        )
+
+    def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
+        """See `Truth`."""
+
+        def law(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+            load = np.fmax(at.load_n, _LEAST_LOAD_N)
+            contact = elliptical_contact(load, at.radius_x_m, radius_y_m, at.reduced_modulus_pa)
+            peak = np.fmax(at.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA) * PA_PER_GPA
+            pressure = peak * np.sqrt(1 - rule.along**2 - rule.across**2)
+            film = sliding_film(
+                self.oil,
+                self.constants,
+                pressure_pa=pressure,
+                load_n=load,
+                entrainment_speed_m_s=np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S),
+                inlet_temperature_c=at.inlet_temperature_c,
+                slide_roll_ratio=slide_roll_ratio,
+                radius_x_m=at.radius_x_m,
+                semi_axis_x_m=contact.semi_axis_x_m,
+                ellipticity=contact.ellipticity,
+                reduced_modulus_pa=at.reduced_modulus_pa,
+            )
+            return film.shear_stress_pa / pressure
+
+        return law
+
+
+def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> dict[str, Truth]:
     """The traction that is true for each oil of a campaign.
 
     Args:
@@ -35,17 +167,14 @@ def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> d
     thermal = present(campaign.twin, "twin", "the campaign").thermal_ehl
     if thermal is not None:
         known, contact = thermal.constants(), known_contact(settings)
-        return {
-            oil: partial(_thermal_ehl, settings.known_oil(oil), known, contact)
-            for oil in campaign.oils
-        }
+        return {oil: FilmTruth(settings.known_oil(oil), known, contact) for oil in campaign.oils}
     for oil in campaign.oils:
         if oil not in constants:
             raise OilfilmError(
                 f"campaign {campaign.name!r}: no constants are printed for the oil {oil!r}; "
                 f"the rig twin knows {', '.join(constants)}."
             )
-    return {oil: partial(traction_coefficient, constants[oil]) for oil in campaign.oils}
+    return {oil: LawTruth(constants[oil]) for oil in campaign.oils}
 
 
 def known_contact(settings: Settings) -> Contact:
@@ -63,6 +192,40 @@ def known_contact(settings: Settings) -> Contact:
     return contact
 
 
+def misfit(truth: Truth, settings: Settings) -> float:
+    """How far the truth at the points of a contact lies from that of the traction rig.
+
+    Args:
+        truth: Of one oil.
+        settings: `campaign` (its `matrix` and `twin`) and `rigs`.
+
+    Returns:
+        Root-mean-square difference over the campaign's matrix and slips, between mu at the points,
+        averaged over the traction rig's contact, and mu of that rig; relative to the latter.
+    """
+    campaign, rig = settings.campaign, known_contact(settings)
+    levels = present(campaign.matrix, "matrix", "the campaign").model_dump().values()
+    slip = np.linspace(0, present(campaign.twin, "twin", "the campaign").slip_max, _COMPARED_SLIPS)
+    pressure, speed, temperature = (
+        level.reshape(-1, 1, 1) for level in np.meshgrid(*levels, indexing="ij")
+    )
+    shape = np.broadcast_shapes(pressure.shape, (len(slip), 1))
+    at = Conditions(
+        load_n=np.broadcast_to(rig.load_n(pressure), shape),
+        max_hertz_pressure_gpa=np.broadcast_to(pressure, shape),
+        entrainment_speed_m_s=np.broadcast_to(speed, shape),
+        inlet_temperature_c=np.broadcast_to(temperature, shape),
+        radius_x_m=np.full(shape, rig.radius_m),
+        reduced_modulus_pa=rig.reduced_modulus_pa,
+    )
+    rule = grid(*_COMPARED_NODES)
+    local = truth.at_points(rule, np.asarray(rig.radius_m))
+    mean = (local(at, slip[:, np.newaxis]) * rule.share).sum(axis=-1)
+    shown = truth(pressure, speed, temperature, slip[:, np.newaxis])[..., 0]
+    # what is left of equal ones is rounding
+    return round(float(np.sqrt(np.mean((mean - shown) ** 2) / np.mean(shown**2))), 6)
+
+
 def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
     """The true traction at the conditions of `extrapolation` in config, as table `truth_grid`.
 
@@ -74,31 +237,10 @@ def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.Da
     for oil, traction in true_tractions(settings, constants).items():
         for figure, conditions in settings.extrapolation.items():
             levels = conditions.model_dump()
-            grid = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
-            mu = traction(*(grid[name].to_numpy(dtype=float) for name in levels))
-            load_n = contact.load_n(grid["max_hertz_pressure_gpa"].to_numpy())
+            frame = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
+            mu = traction(*(frame[name].to_numpy(dtype=float) for name in levels))
+            load_n = contact.load_n(frame["max_hertz_pressure_gpa"].to_numpy())
             grids.append(
-                grid.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
+                frame.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
             )
     return tables.conform(pd.concat(grids, ignore_index=True), "truth_grid", "truth of the twin")
-
-
-def _thermal_ehl(
-    oil: Oil,
-    constants: ThermalEhl,
-    contact: Contact,
-    max_hertz_pressure_gpa: FloatArray,
-    entrainment_speed_m_s: FloatArray,
-    inlet_temperature_c: FloatArray,
-    slide_roll_ratio: FloatArray,
-) -> FloatArray:
-    return thermal_ehl_traction(
-        oil,
-        constants,
-        max_hertz_pressure_pa=np.asarray(max_hertz_pressure_gpa) * PA_PER_GPA,
-        entrainment_speed_m_s=entrainment_speed_m_s,
-        inlet_temperature_c=inlet_temperature_c,
-        slide_roll_ratio=slide_roll_ratio,
-        radius_m=contact.radius_m,
-        reduced_modulus_pa=contact.reduced_modulus_pa,
-    ).traction_coefficient
