@@ -24,10 +24,11 @@ from oilfilm.studies.audit.audit import (
     read_claims,
     refit_evidence,
 )
-from oilfilm.studies.audit.checks import CHECKS
+from oilfilm.studies.audit.checks import CHECKS, _any_constants, _of_equation
 from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError
 from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from reports import rows as rows_of
 
@@ -198,6 +199,29 @@ def test_negative_traction_is_seen(judge: Judge, monkeypatch: pytest.MonkeyPatch
     assert judge("zero-slip", same()).share == 0.0
 
 
+@pytest.mark.parametrize(
+    # 0 at S = 0, and nowhere below 0: (A + B S) exp(-C S) - A, tanh, but not with a free D
+    ("law", "given"),
+    [("deng2026", True), ("tanh", True), ("wang-deng-load", False)],
+)
+def test_what_an_equation_makes_true_is_no_evidence(
+    judge: Judge, config: Settings, law: str, given: bool
+) -> None:
+    evidence = evidence_of(printed(), config)
+    laws = {oil: replace(fit, law=LAWS[law]) for oil, fit in evidence.laws.items()}
+    fitted = replace(evidence, laws=laws)
+    assert bool(_of_equation(fitted, lambda law: _any_constants(law, np.zeros(1)) == 0)) is given
+    slip = np.linspace(0, 0.3, 31)
+    assert bool(_of_equation(fitted, lambda law: _any_constants(law, slip) >= 0)) is given
+
+
+def test_verdict_names_what_holds_by_construction(config: Settings) -> None:
+    table = audit(read_claims(CLAIMS), [evidence_of(printed(), config)], config)
+    given = table[table["verdict"] == "by construction"]
+    assert list(given["claim"]) == ["zero-slip", "non-negative"]
+    assert given["finding"].str.startswith("By construction: the equation of deng2026").all()
+
+
 # ---------------------------------------------------------------- the printed constants
 
 
@@ -254,7 +278,7 @@ def torque_table(load_error: float, stress_error: float) -> pd.DataFrame:
         for basis, error in (("stress", stress_error), ("load", load_error))
     ]
     columns = ["run_id", "first_row", "oil", "load_variable", "relative_error"]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=columns).assign(bistable=False)
 
 
 def test_wang_deng_claims_follow_the_comparison(judge: Judge, config: Settings) -> None:
@@ -263,6 +287,10 @@ def test_wang_deng_claims_follow_the_comparison(judge: Judge, config: Settings) 
         for comparison, share in ((COMPARISON, 1.0), (tame, 0.0)):
             evidence = evidence_of(printed(), config, comparison=comparison)
             assert judge(claim, evidence, "tested").share == share
+    # the paper's law made the points: with D = -A the other one is the same
+    tie = evidence_of(printed(), config, comparison=COMPARISON, truth_is_law=True)
+    with pytest.raises(NotCheckableError, match="tie by construction"):
+        judge(claim, tie, "tested")
     # errors grow by 3.0 and by 1.1
     evidence = evidence_of(printed(), config, comparison=COMPARISON)
     overfit = judge("wang-deng-overfit", evidence, "tested")

@@ -1,7 +1,7 @@
 rule audit:
     "The paper's claims and its advice on oils, checked with the campaign and the printed constants."
     input:
-        **finished("points", "runs", "coefficients", "comparison", "torque"),
+        **finished("points", "runs", "coefficients", "comparison", "torque", "torque_control"),
         printed="data/reference/printed_coefficients.yaml",
         claims="data/reference/claims.yaml",
     output:
@@ -19,7 +19,7 @@ rule audit:
             "rigs",
             "same_set_point",
             "selection",
-            campaign=("matrix",),
+            campaign=("matrix", "twin"),
         ),
     script:
         "../scripts/audit.py"

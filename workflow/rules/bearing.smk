@@ -67,6 +67,22 @@ rule torque:
         "../scripts/torque.py"
 
 
+rule torque_control:
+    "What the comparison with simulated torque can show; no row where the torque was measured."
+    input:
+        **finished("torque", "coefficients"),
+        torque_truth=rules.torque_twin.output.truth if TORQUE_SIMULATED else [],
+    output:
+        torque_control="<tables>/torque_control.parquet",
+    log:
+        "<logs>/torque-control.log",
+    params:
+        code=code("torque_control.py"),
+        config=part("audit", campaign=("twin",)),
+    script:
+        "../scripts/torque_control.py"
+
+
 rule bearing_maps:
     "Cage slip over speed and load and the oil that holds it, the size effect, published tests."
     input:

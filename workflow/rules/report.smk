@@ -19,6 +19,7 @@ rule report:
             "torque_runs",
             "torque_quarantine",
             "torque",
+            "torque_control",
             "torque_inversion",
             "slip_advice",
         ),

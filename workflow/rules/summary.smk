@@ -16,6 +16,7 @@ rule summary:
             "torque_runs",
             "torque_quarantine",
             "torque",
+            "torque_control",
             "torque_inversion",
             "slip_advice",
         ),

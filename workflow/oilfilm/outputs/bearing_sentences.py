@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.outputs.facts import refused_files
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -16,6 +17,7 @@ def bearing_lines(results: CampaignTables) -> list[str]:
         *_logs(results),
         *_not_compared(results),
         *(_errors(calculated) if len(calculated) else []),
+        *(f"  {line}" for line in control_sentences(results.torque_control)),
         *(_soundness(results.torque) if len(results.torque) else []),
         *(_beyond(calculated) if len(calculated) else []),
         *_inverted(results.torque_inversion),
@@ -70,6 +72,34 @@ def _errors(calculated: pd.DataFrame) -> list[str]:
         for basis, median, largest in size.agg(["median", "max"]).itertuples()
     ]
     return [f"  error of the calculated torque, median and largest, by basis: {'; '.join(errors)}"]
+
+
+def control_sentences(control: pd.DataFrame) -> list[str]:
+    """What the comparison with SIMULATED torque shows, one sentence per verdict.
+
+    Args:
+        control: Table `torque_control`; empty where the torque was measured.
+    """
+    sentences = []
+    for verdict, rows in control.groupby("verdict", sort=False):
+        apart = f"{rows['law_misfit'].max():.1%} of mu"
+        sentence = {
+            "positive control": "positive control: the fitted law itself made the SIMULATED logs "
+            "of both rigs, so that this checks the code and says nothing of the paper's claim",
+            "one truth": "one simulated truth, which is no fitted law, is behind the logs of both "
+            f"rigs (their tractions are {apart} apart): this says nothing of real oils",
+            "two truths": "NOT COMPARABLE: the simulated truths behind the two rigs' logs are "
+            f"{apart} apart (audit.twin_misfit_max)",
+        }[str(verdict)]
+        known = rows.dropna(subset=["median_torque_error"])
+        errors = [
+            f"{row['oil']} {row['median_torque_error']:.1%}, {row['largest_torque_error']:.1%}"
+            for row in tables.rows(known)
+        ]
+        if errors:
+            sentence += f"; error by stress, median and largest: {'; '.join(errors)}"
+        sentences.append(sentence)
+    return sentences
 
 
 def _soundness(torque: pd.DataFrame) -> list[str]:

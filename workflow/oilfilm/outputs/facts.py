@@ -6,7 +6,9 @@ import pandas as pd
 
 from oilfilm.curation.coverage import planned_states
 from oilfilm.readers.run_sheet import REMARKS
+from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.oil import OilFile
+from oilfilm.studies.law_comparison import TIE
 from oilfilm.tables.campaign_tables import CampaignTables
 
 
@@ -19,6 +21,18 @@ def accepted_runs(results: CampaignTables) -> str:
 def accepted_points(results: CampaignTables) -> str:
     """Accepted of all points."""
     return f"{results.points['accepted'].sum()} of {len(results.points)}"
+
+
+def circular(campaign: Campaign) -> str:
+    """What verdicts on the claims are worth where the points were simulated; empty elsewhere."""
+    if campaign.truth_is_law:
+        return (
+            "CIRCULAR on the refit: the points were SIMULATED with the printed constants, so that "
+            f"verdicts are about those, not about the oils. Wang-Deng: {TIE}."
+        )
+    if campaign.data == "simulated":
+        return "The points were SIMULATED: verdicts on the refit say nothing of the real oils."
+    return ""
 
 
 def condition_counts(results: CampaignTables) -> dict[str, int]:

@@ -14,6 +14,7 @@ from oilfilm.outputs.enough import shortfalls
 from oilfilm.outputs.facts import (
     accepted_points,
     accepted_runs,
+    circular,
     condition_counts,
     counted,
     film_unjudged_oils,
@@ -66,7 +67,7 @@ def summarise(results: CampaignTables, settings: Settings) -> str:
         *_extrapolated(results.extrapolation),
         "",
         *_printed(results, campaign),
-        *_claimed(results.claims),
+        *_claimed(results.claims, campaign),
         *(bearing_lines(results) if has_torque_logs else []),
         f"Report:  results/{name}/report.html (open it in a browser; it needs no network)",
         f"Tables:  results/{name}/tables (start with quarantine.csv)",
@@ -192,13 +193,18 @@ def _fits(results: CampaignTables) -> list[str]:
     return lines
 
 
-def _claimed(claims: pd.DataFrame) -> list[str]:
-    """How many of the paper's claims hold, by basis, and which fail."""
+def _claimed(claims: pd.DataFrame, campaign: Campaign) -> list[str]:
+    """How many of the paper's claims hold, by basis, which fail, and what that is worth."""
     lines = ["Claims of the paper (claims.parquet has definitions, shares and worst cases):"]
     for basis, of_basis in claims.groupby("basis", sort=False):
         counts = listed(of_basis["verdict"].value_counts(), "{1} {0}")
         failing = of_basis.loc[of_basis["verdict"] == "fails", "claim"]
         lines.append(f"  {basis}: {counts}; failing: {', '.join(failing) or 'none'}")
+    given = claims.loc[claims["verdict"] == "by construction", "claim"].unique()
+    if len(given):
+        lines.append(f"  by construction, the law's equation makes it so: {', '.join(given)}")
+    if circular(campaign):
+        lines.append(f"  {circular(campaign)}")
     return [*lines, ""]
 
 

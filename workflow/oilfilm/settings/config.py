@@ -471,6 +471,10 @@ class AuditSettings(Group):
     overfit_min: Factor = key("Growth of the error on curves left out, over that of stress_law.")
     torque_stress_error: Factor = key("Largest relative torque error of the stress law (paper).")
     torque_load_error: Factor = key("Largest relative torque error of the load law (paper).")
+    twin_misfit_max: Tolerance = key(
+        "Relative difference between the traction behind simulated torque logs and the one behind "
+        "the traction logs, above which no claim on torque is checked."
+    )
 
 
 class SelectionLimits(Group):

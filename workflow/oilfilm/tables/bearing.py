@@ -57,6 +57,19 @@ TABLES = (
         key=("run_id", "first_row", "load_variable"),
         references={"torque_runs": ("run_id", "first_row")},
     ),
+    table("torque_control", "What the comparison with SIMULATED torque can show for one oil.",
+        columns="""
+            oil verdict law_misfit n_plateaus median_torque_error largest_torque_error""",
+        uses=(
+            use("verdict", "positive control: the fitted law itself made the logs of both rigs, so "
+                "that the comparison checks the code and nothing else; one truth: other physics "
+                "made the logs of both; two truths: law_misfit is above audit.twin_misfit_max, so "
+                "that the comparison shows nothing",
+                allowed=("positive control", "one truth", "two truths")),
+        ),
+        key=("oil",),
+        caveats="No row where the torque was measured.",
+    ),
     table("torque_inversion", "Traction at the raceways inferred from the measured torque, with "
         "the other terms as calculated.",
         columns="""
@@ -140,6 +153,6 @@ TABLES = (
             use("traction_torque_n_m", "true", required=True),
         ),
         key=("run_id", "inner_speed_rpm"),
-        caveats= "Only the twin and the tests read it.",
+        caveats= "The analysis reads law_misfit alone.",
     ),
 )

@@ -109,9 +109,11 @@ _CURATION = (
         "that fail gates of their own, else the whole run; empty where there is no page",
         allowed=("rows", "plateaus", "whole run", "")),
     text("defect", "defect planted by the rig twin; empty for a clean log"),
-    number("law_misfit", "1", "root-mean-square difference of the twin's local traction from the "
-        "law behind the traction rig's logs, averaged over the rig's contact, relative to the "
-        "law's root-mean-square", required=True),
+    number("law_misfit", "1", "root-mean-square difference between the traction behind the torque "
+        "logs, averaged over the traction rig's contact, and the one behind the traction logs, "
+        "over the campaign's matrix and slips, relative to the latter; 0 where a law is behind "
+        "both",
+        required=True),
 )
 
 _CONDITIONS = (
@@ -533,6 +535,10 @@ _BEARING = (
     number("relative_error", "1", "calculated over measured torque, minus 1"),
     flag("film_in_range", "false where the formula of the film has no value: its thermal reduction "
         "is negative in one of the contacts, or there is no equilibrium"),
+    count("n_plateaus", "plateaus compared, without those that are bistable"),
+    number("median_torque_error", "1", "median of the errors' sizes by the law on pressure, over "
+        "these plateaus"),
+    number("largest_torque_error", "1", "largest of them"),
     number("cage_slip", "1", "relative lag of the cage behind balls that roll on both races"),
     flag("bistable", "true where another equilibrium was found: the cage may roll or skid, as its "
         "past decides; numbers of the row are those of the one that a rolling start leads to"),

@@ -93,7 +93,7 @@ def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
         for verdict, colour in style.VERDICT_COLOURS.items()
     ]
     tick = style.symbol_handle("in the box that the paper tested", "|", color="black", markersize=6)
-    figure.legend(handles=[*handles, tick], loc="outside lower left", ncols=5)
+    figure.legend(handles=[*handles, tick], loc="outside lower left", ncols=3)
     return figure, [drawn]
 
 
@@ -124,6 +124,8 @@ def _printed(text: str) -> str:
 def _worst_case(row: Mapping[str, Any]) -> str:
     if row["verdict"] == "cannot be checked":
         return str(row["finding"]).removeprefix("cannot be checked: ")
+    if row["verdict"] == "by construction":
+        return "the equation makes it so for any constants"
     if row["share"] == 1:
         return ""
     known = [

@@ -54,11 +54,18 @@ STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#55555
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
 VERDICT_COLOURS = {
     "holds": "#0072B2",
+    "by construction": "#56B4E9",
     "holds in part": "#E69F00",
     "fails": "#D55E00",
     "cannot be checked": "#777777",
 }
-VERDICT_MARKERS = {"holds": "o", "holds in part": "D", "fails": "X", "cannot be checked": "_"}
+VERDICT_MARKERS = {
+    "holds": "o",
+    "by construction": "s",
+    "holds in part": "D",
+    "fails": "X",
+    "cannot be checked": "_",
+}
 
 _SETTINGS: Any = {
     "font.size": 8,

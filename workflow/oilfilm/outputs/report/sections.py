@@ -194,6 +194,24 @@ def torque(results: CampaignTables) -> Shown:
     )
 
 
+def torque_control(results: CampaignTables) -> Shown:
+    """What a comparison with simulated torque shows, by oil."""
+    form = percent(2)
+    return show(
+        results.torque_control,
+        "torque_control",
+        "Controls: what the comparison with SIMULATED torque shows",
+        [
+            Column("oil", "Oil"),
+            Column("verdict", "Shows"),
+            Column("law_misfit", "Difference of the two rigs' traction, of mu", form, ""),
+            Column("n_plateaus", "Plateaus"),
+            Column("median_torque_error", "Median error", form, ""),
+            Column("largest_torque_error", "Largest error", form, ""),
+        ],
+    )
+
+
 def bearing(results: CampaignTables) -> list[str]:
     """Findings on the bearing, one sentence per line; none without torque logs."""
     if results.torque_runs.empty:

@@ -3,11 +3,13 @@
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.outputs.bearing_sentences import control_sentences
 from oilfilm.outputs.captions import credit
 from oilfilm.outputs.enough import shortfalls
 from oilfilm.outputs.facts import (
     accepted_points,
     accepted_runs,
+    circular,
     condition_counts,
     counted,
     film_unjudged_oils,
@@ -31,7 +33,7 @@ def verdict(
         ("Fit", _fit(results.fit_quality)),
         ("Error", _error(results.coefficients, sure)),
         ("Trouble", _trouble(results, settings)),
-        ("Paper", _paper(results)),
+        ("Paper", _paper(results, settings)),
     ]
 
 
@@ -123,7 +125,7 @@ def _trouble(results: CampaignTables, settings: Settings) -> str:
     return f"{sentence[0].upper()}{sentence[1:]}."
 
 
-def _paper(results: CampaignTables) -> str:
+def _paper(results: CampaignTables, settings: Settings) -> str:
     refit = results.claims[results.claims["basis"] == "refit"]
     if refit.empty:
         return "No claim of the paper was checked."
@@ -133,15 +135,19 @@ def _paper(results: CampaignTables) -> str:
         return f"No claim of the paper is judged on this campaign's fits: {findings[0]}."
     verdicts = [
         f"{counts[verdict]} {verdict}"
-        for verdict in ("holds", "holds in part", "fails", "cannot be checked")
+        for verdict in ("holds", "by construction", "holds in part", "fails", "cannot be checked")
         if verdict in counts
     ]
     sentence = f"Of {len(refit)} claims on this campaign's fits: {', '.join(verdicts)}."
+    about = [sentence, *filter(None, [circular(settings.campaign)])]
+    if len(results.torque_control):
+        control = control_sentences(results.torque_control)
+        return " ".join([*about, *(f"Bearing torque, {sentence}." for sentence in control)])
     by_stress = results.torque[results.torque["load_variable"] == "stress"]
     error = by_stress["relative_error"].dropna().abs()
-    if error.empty:
-        return sentence
-    return (
-        f"{sentence} Bearing torque by stress is off by {percent(1)(error.median())} in the "
-        f"median, {percent(1)(error.max())} at worst."
-    )
+    if len(error):
+        about.append(
+            f"Bearing torque by stress is off by {percent(1)(error.median())} in the median, "
+            f"{percent(1)(error.max())} at worst."
+        )
+    return " ".join(about)

@@ -54,11 +54,12 @@ def audit_campaign(
     """Tables `claims` and `selection`: the refit and the printed constants against the paper.
 
     Args:
-        results: Tables `coefficients`, `points`, `runs`, `comparison` and `torque`.
+        results: Tables `coefficients`, `points`, `runs`, `comparison`, `torque` and
+            `torque_control`.
         printed: File of the printed constants.
         claims: File of the paper's claims.
         settings: `audit`, `film`, `gates`, `oils`, `printed`, `rigs`, `same_set_point`,
-            `selection` and the campaign's matrix.
+            `selection` and the campaign's `matrix` and `twin`.
 
     Raises:
         OilfilmError: A reference file has a mistake, or a rule of the selection is missing.
@@ -91,6 +92,8 @@ def refit_evidence(
         _of_matrix(results.points, of_matrix(results.runs, settings)),
         results.comparison,
         results.torque,
+        results.torque_control,
+        settings.campaign.truth_is_law,
     )
 
 
@@ -179,7 +182,7 @@ def _judge(
             "finding": f"cannot be checked: {box} has no condition that the claim is about"
         }
     if finding.share >= settings.audit.holds_share and finding.complete:
-        verdict = "holds"
+        verdict = "by construction" if finding.by_construction else "holds"
     else:
         verdict = "fails" if finding.share < settings.audit.fails_share else "holds in part"
     row |= {
@@ -201,11 +204,12 @@ def _judge(
 def _sentence(finding: Finding, evidence: Evidence) -> str:
     """Shares, parts, worst case and remarks, in plain words."""
     by_oil = finding.cases.groupby("oil", sort=False)["holds"].mean()
+    why = f"By construction: {finding.by_construction}" if finding.by_construction else ""
     first = f"Holds in {percent(finding.share)} of {len(finding.cases)} cases"
     if len(by_oil) > 1:
         first += f" ({', '.join(f'{oil} {percent(value)}' for oil, value in by_oil.items())})"
     parts = ", ".join(f"{part} {percent(share(holds))}" for part, holds in finding.parts.items())
-    sentences = [f"{text}." for text in (first, parts, _worst(finding)) if text]
+    sentences = [f"{text}." for text in (why, first, parts, _worst(finding)) if text]
     left_out = [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
     return " ".join([*sentences, *finding.remarks, *left_out])
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.evidence import (
     BoolArray,
@@ -20,10 +21,15 @@ from oilfilm.studies.audit.evidence import (
     cases,
     share,
 )
+from oilfilm.studies.law_comparison import TIE
 from oilfilm.studies.operating_grid import Grid
+from oilfilm.traction.law import Law
 from oilfilm.units import FloatArray
 
 _P, _U, _T, _S = 1, 2, 3, 4  # axes of the arrays
+# Sizes of each coefficient that stand for all that a law allows.
+_SIZES = 6
+_ROUNDING = 1e-15
 Judge = Callable[[Evidence, Grid, Settings], Finding | None]
 
 
@@ -61,7 +67,13 @@ def _zero_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     still = grid.at(slide_roll_ratio=[0.0])
     mu = np.abs(evidence.traction(still))
     judged = cases(still, evidence.oils, mu <= settings.audit.zero_traction_max, mu)
-    return Finding(judged, "|mu| at no slip", ".3g", worst="largest")
+    return Finding(
+        judged,
+        "|mu| at no slip",
+        ".3g",
+        worst="largest",
+        by_construction=_of_equation(evidence, lambda law: _any_constants(law, np.zeros(1)) == 0),
+    )
 
 
 @_check(
@@ -72,7 +84,14 @@ def _non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
     curve = grid.at(slide_roll_ratio=_curve(settings)[1:])
     mu = evidence.traction(curve).min(axis=_S, keepdims=True)
     judged = cases(curve, evidence.oils, mu >= 0, mu)
-    return Finding(judged, "smallest mu of a curve beyond no slip", ".2g", worst="smallest")
+    slip = _curve(settings)
+    return Finding(
+        judged,
+        "smallest mu of a curve beyond no slip",
+        ".2g",
+        worst="smallest",
+        by_construction=_of_equation(evidence, lambda law: _any_constants(law, slip) >= 0),
+    )
 
 
 @_check(
@@ -385,7 +404,10 @@ def _torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Findin
         "relative error of the torque",
         ".1%",
         worst="largest",
-        remarks=[f"The largest error is {error.max():.1%}; the paper has {limit:.2%}."],
+        remarks=[
+            f"The largest error is {error.max():.1%}; the paper has {limit:.2%}.",
+            *_bistable(evidence, "stress"),
+        ],
     )
 
 
@@ -410,7 +432,10 @@ def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
         "relative error by the load less that by the stress",
         ".1%",
         worst="smallest",
-        remarks=[f"The largest load-based error is {largest:.1%}; the paper has {limit:.0%}."],
+        remarks=[
+            f"The largest load-based error is {largest:.1%}; the paper has {limit:.0%}.",
+            *_bistable(evidence, "load", "stress"),
+        ],
         complete=bool(largest >= limit),
     )
 
@@ -494,6 +519,26 @@ def _heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
     )
 
 
+def _of_equation(evidence: Evidence, holds: Callable[[Law], BoolArray]) -> str:
+    """Why something is true of every law, whatever its constants; empty where it need not be."""
+    laws = {name.law.name: name.law for name in evidence.laws.values()}
+    if not all(holds(law).all() for law in laws.values()):
+        return ""
+    return f"the equation of {', '.join(laws)} makes it so for any constants that it allows"
+
+
+def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
+    """mu at slips by coefficients over all their bounds, each size with each; rounding is 0."""
+    levels = [
+        np.geomspace(coefficient.smallest, coefficient.largest, _SIZES)
+        for coefficient in law.coefficients
+    ]
+    sizes = np.stack([size.ravel() for size in np.meshgrid(*levels)])[..., np.newaxis]
+    with np.errstate(over="ignore", invalid="ignore"):
+        mu = law.value(sizes, slip)
+    return np.where(np.abs(mu) <= _ROUNDING * sizes.max(axis=0), 0.0, mu)
+
+
 def _curve(settings: Settings) -> FloatArray:
     """Slips of a whole curve."""
     end = settings.printed.boxes.tested.slide_roll_ratio[1]
@@ -575,6 +620,8 @@ def _wang_deng(evidence: Evidence) -> pd.DataFrame:
             if evidence.basis == "printed"
             else "no laws have been compared for an oil of the paper"
         )
+    if evidence.truth_is_law:
+        raise NotCheckableError(TIE)
     is_wang_deng = evidence.comparison["law"].str.startswith("wang")
     fits = evidence.comparison[is_wang_deng].dropna(subset="rmse")
     if fits.empty:
@@ -589,8 +636,31 @@ def _torque(evidence: Evidence, basis: str) -> pd.DataFrame:
             if evidence.basis == "printed"
             else "there are no torque tests of an oil of the paper"
         )
+    control = evidence.torque_control
+    misfit, verdicts = control["law_misfit"].max(), set(control["verdict"])
+    if "two truths" in verdicts:
+        raise NotCheckableError(
+            f"the SIMULATED rigs have two truths, {misfit:.0%} of mu apart (audit.twin_misfit_max)"
+        )
+    if "positive control" in verdicts:
+        raise NotCheckableError(
+            "the fitted law itself made the SIMULATED logs of both rigs: a positive control of the "
+            f"code (error {control['largest_torque_error'].max():.1%} at most)"
+        )
     of_basis = evidence.torque[evidence.torque["load_variable"] == basis]
-    rows = of_basis.dropna(subset=["relative_error"])
+    rows = of_basis[~of_basis["bistable"]].dropna(subset=["relative_error"])
     if rows.empty:
         raise NotCheckableError(f"no torque was calculated from the {basis}-based law")
     return rows
+
+
+def _bistable(evidence: Evidence, *bases: str) -> list[str]:
+    """The points that are left out, because the cage may roll or skid there."""
+    torque = evidence.torque[evidence.torque["load_variable"].isin(bases)]
+    skids = torque[torque["bistable"]].drop_duplicates(["run_id", "first_row"])
+    points = [
+        f"{row['oil']} at {row['inner_speed_rpm']:.0f} rpm, {row['axial_load_n']:.0f} N, "
+        f"{row['inlet_temperature_c']:.0f} degC"
+        for row in tables.rows(skids)
+    ]
+    return [f"Left out, because the cage may roll or skid: {'; '.join(points)}."] if points else []

@@ -36,6 +36,8 @@ class Evidence:
         points: Measured points with lambda; None where the basis has none.
         comparison: Table of the laws compared; empty where it was not made.
         torque: Table of bearing torque; empty where the basis has none.
+        torque_control: Table of what simulated torque can show; empty where it was measured.
+        truth_is_law: Whether the points were simulated with the paper's law.
         obstacle: Why no claim can be checked on this basis, as the end of a sentence; empty where
             some may be.
     """
@@ -49,6 +51,8 @@ class Evidence:
     points: pd.DataFrame | None = None
     comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "comparison"))
     torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
+    torque_control: pd.DataFrame = field(default_factory=partial(tables.empty, "torque_control"))
+    truth_is_law: bool = False
     obstacle: str = ""
 
     def of_paper(self) -> "Evidence":
@@ -67,6 +71,7 @@ class Evidence:
             points=None if self.points is None else kept(self.points),
             comparison=kept(self.comparison),
             torque=kept(self.torque),
+            torque_control=kept(self.torque_control),
             obstacle=f"the campaign has none of the oils that the paper tested ({', '.join(paper)})"
             if known and len(own) == len(known)
             else "",
@@ -139,6 +144,7 @@ class Finding:
         worst: Which value is the worst.
         parts: Where each part of the claim holds.
         remarks: Further figures, a sentence each.
+        by_construction: Why the claim is true whatever the oils are; empty where it need not be.
         complete: False where something beside the cases fails, so that the claim holds in part
             at most.
     """
@@ -149,6 +155,7 @@ class Finding:
     worst: Literal["largest", "smallest"] = field(kw_only=True)
     parts: Mapping[str, BoolArray] = field(default_factory=dict, kw_only=True)
     remarks: Sequence[str] = field(default=(), kw_only=True)
+    by_construction: str = field(default="", kw_only=True)
     complete: bool = field(default=True, kw_only=True)
 
     @property

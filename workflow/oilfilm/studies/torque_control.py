@@ -1,0 +1,42 @@
+"""What a comparison with SIMULATED torque can show: table `torque_control`."""
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import PAPER_LAW
+
+
+def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
+    """One row per oil with simulated torque logs; none where the torque was measured.
+
+    Args:
+        results: Tables `torque`, `torque_truth` and `coefficients`.
+        settings: `audit` and the campaign's `twin`.
+    """
+    fitted = results.coefficients.drop_duplicates("oil").set_index("oil")["law"]
+    of_stress = results.torque[results.torque["load_variable"] == "stress"]
+    torque = of_stress[~of_stress["bistable"]]
+    rows = []
+    for oil, misfit in (
+        results.torque_truth.groupby("oil", sort=False)["law_misfit"].first().items()
+    ):
+        verdict = "one truth"
+        if settings.campaign.truth_is_law and fitted.get(oil) == PAPER_LAW.name:
+            verdict = "positive control"
+        if misfit > settings.audit.twin_misfit_max:
+            verdict = "two truths"
+        error = torque.loc[torque["oil"] == oil, "relative_error"].dropna().abs()
+        rows.append(
+            {
+                "oil": oil,
+                "verdict": verdict,
+                "law_misfit": misfit,
+                "n_plateaus": len(error),
+                "median_torque_error": error.median() if len(error) else np.nan,
+                "largest_torque_error": error.max() if len(error) else np.nan,
+            }
+        )
+    return tables.from_rows(rows, "torque_control")
