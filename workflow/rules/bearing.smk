@@ -102,3 +102,20 @@ rule bearing_maps:
         ),
     script:
         "../scripts/bearing_maps.py"
+
+
+rule heat_balance:
+    "How hot the oil leaves the bearing, and what its heating changes."
+    input:
+        **finished("cage_slip", "torque", "coefficients", "fit_quality"),
+    output:
+        heat_balance="<tables>/heat_balance.parquet",
+    log:
+        "<logs>/heat-balance.log",
+    params:
+        code=code("heat_balance.py"),
+        config=part(
+            "rigs", "oils", "bearings", "bearing", "gates", "selection", campaign=("torque",)
+        ),
+    script:
+        "../scripts/heat_balance.py"

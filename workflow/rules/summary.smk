@@ -19,6 +19,7 @@ rule summary:
             "torque_control",
             "torque_inversion",
             "slip_advice",
+            "heat_balance",
         ),
     output:
         "<results>/summary.txt",

@@ -10,7 +10,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 
 def bearing_lines(results: CampaignTables) -> list[str]:
-    """Logs and plateaus, errors of each basis, soundness, what traction decides, cage slip."""
+    """Logs and plateaus, errors, soundness, what traction decides, cage slip, heat."""
     calculated = results.torque[results.torque["converged"]]
     return [
         "Bearing torque (torque.parquet and the tables beside it):",
@@ -22,6 +22,7 @@ def bearing_lines(results: CampaignTables) -> list[str]:
         *(_beyond(calculated) if len(calculated) else []),
         *_inverted(results.torque_inversion),
         *_advice(results.slip_advice),
+        *_heat(results.heat_balance),
         "",
     ]
 
@@ -156,6 +157,27 @@ def _advice(advice: pd.DataFrame) -> list[str]:
             f"best by slip: {listed(others['best_oil'].value_counts(), '{} at {}')}"
         )
     return [f"{line} (slip_advice.parquet)"]
+
+
+def _heat(balance: pd.DataFrame) -> list[str]:
+    """What the oil's own heating changes on the map of cage slip."""
+    on_map = balance[balance["run_id"] == ""]
+    hot = on_map[on_map["balanced"]]
+    if hot.empty:
+        return []
+    outlet = hot["outlet_temperature_c"]
+    change = hot["heated_torque_n_m"] / hot["torque_n_m"] - 1
+    points = on_map.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
+    other = (points["best_oil"] != points["heated_best_oil"]).sum()
+    lost = len(on_map) - len(hot)
+    return [
+        f"  heat: on the map of cage slip the oil leaves at {outlet.min():.0f} to "
+        f"{outlet.max():.0f} degC (median {outlet.median():.0f}); with heated oil the torque "
+        f"changes by {change.min():+.0%} to {change.max():+.0%}, the best oil at {other} of "
+        f"{len(points)} operating points"
+        + (f"; no steady temperature at {lost} of {len(on_map)}" if lost else "")
+        + " (heat_balance.parquet)"
+    ]
 
 
 def listed(counts: "pd.Series[int]", form: str = "{} {}") -> str:

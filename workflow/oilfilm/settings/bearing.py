@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from oilfilm.bearing.geometry import Bearing, Cage
+from oilfilm.bearing.heat_balance import OilSupply
 from oilfilm.physics.contact import reduced_modulus
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.settings.base import (
@@ -15,6 +16,7 @@ from oilfilm.settings.base import (
     Group,
     LengthM,
     RoughnessUm,
+    Share,
     SolidDensityKgM3,
     Text,
     Unique,
@@ -23,6 +25,8 @@ from oilfilm.settings.base import (
 )
 from oilfilm.settings.rig import Elasticity
 from oilfilm.units import M_PER_UM
+
+_M3_S_PER_L_MIN = 1e-3 / 60
 
 
 class BallMaterial(Elasticity):
@@ -43,6 +47,23 @@ class CageKeys(Group):
     )
 
 
+class OilSupplyKeys(Group):
+    """The oil that cools the bearing."""
+
+    flow_l_min: float = key("Flow at the inlet temperature.", unit="L/min", gt=0, le=1000)
+    heat_share: Share = key(
+        "Share of the friction heat that the oil carries away; shaft and housing take the rest."
+    )
+    outlet_weight: Share = key(
+        "Where the oil of the contacts lies between inlet (0) and outlet (1) temperature.",
+        default=0.5,
+    )
+
+    def supply(self) -> OilSupply:
+        """The oil for the heat balance."""
+        return OilSupply(self.flow_l_min * _M3_S_PER_L_MIN, self.heat_share, self.outlet_weight)
+
+
 class BearingFile(Group):
     """A single-row ball bearing."""
 
@@ -61,6 +82,7 @@ class BearingFile(Group):
             "ball_roughness_ra_um",
             "race_roughness_ra_um",
             "cage",
+            "oil_supply",
         ]
     ] = key("Keys whose values the source does not give.", default=[])
     ball_diameter_m: LengthM = key("Diameter of a ball.")
@@ -74,6 +96,9 @@ class BearingFile(Group):
     ball_roughness_ra_um: RoughnessUm = key("Ra of the balls.")
     race_roughness_ra_um: RoughnessUm = key("Ra of the races.")
     cage: CageKeys = key("Cage and its lands.")
+    oil_supply: OilSupplyKeys | None = key(
+        "The oil that cools the bearing; without it there is no heat balance.", default=None
+    )
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:

@@ -119,6 +119,26 @@ TABLES = (
         ),
         key=("pitch_speed_mm_rpm", "axial_load_n"),
     ),
+    table("heat_balance", "One oil at one point of the map of cage slip, or at one measured "
+        "plateau: oil of the contacts at its inlet temperature, and as warm as friction makes it.",
+        columns="""
+            run_id first_row oil bearing inner_speed_rpm axial_load_n inlet_temperature_c balanced
+            heat_w outlet_temperature_c contact_temperature_c torque_n_m heated_torque_n_m cage_slip
+            heated_cage_slip lambda_ratio heated_lambda_ratio best_oil heated_best_oil""",
+        uses=(
+            use("run_id", "empty on the map"),
+            use("first_row", "first row of its plateau; 0 on the map"),
+            use("inlet_temperature_c", required=True),
+            use("torque_n_m", "calculated, with oil at its inlet temperature"),
+            use("cage_slip", "with oil at its inlet temperature"),
+            use("lambda_ratio", "as in cage_slip, with oil at its inlet temperature", at_least=0),
+            use("best_oil", "of this point of the map, as in slip_advice; empty at plateaus"),
+            use("heated_best_oil", "empty at plateaus"),
+        ),
+        key=("run_id", "first_row", "oil", "inner_speed_rpm", "axial_load_n"),
+        caveats="A lumped balance with one temperature for all contacts. Empty where the bearing's "
+        "file has no oil_supply.",
+    ),
     table("size_effect", "Torque by one load variable of the law for balls of another size or "
         "closer grooves.",
         columns=_FRICTION + """

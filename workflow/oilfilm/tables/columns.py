@@ -580,6 +580,17 @@ _BEARING = (
     number("relative_to_stress", "1", "traction torque over that of the load variable stress, "
         "minus 1"),
     number("power_w", "W", "calculated friction torque times speed"),
+    flag("balanced", "false where no steady temperature was found: the heat jumps where the motion "
+        "changes, or the oil would leave at more than 400 degC"),
+    number("heat_w", "W", "friction heat of the bearing with heated oil"),
+    number("outlet_temperature_c", "degC", "temperature of the oil that leaves the bearing"),
+    number("contact_temperature_c", "degC", "temperature of the oil in the contacts, between inlet "
+        "and outlet temperature"),
+    number("heated_torque_n_m", "N m", "calculated friction torque with heated oil"),
+    number("heated_cage_slip", "1", "cage slip with heated oil"),
+    number("heated_lambda_ratio", "1", "film thickness over combined roughness with heated oil; as "
+        "lambda_ratio", at_least=0),
+    text("heated_best_oil", "best oil with heated oils; empty where no oil has enough film"),
     *(
         number(f"{name}_{end}{unit}", unit.removeprefix("_").upper() or "1", f"{quantity} with the "
             f"{end}est share of oil in bearing.oil_volume_fraction_range")
