@@ -11,9 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import ROOT
+from campaigns import ROOT, without
 from oilfilm.fitting.fit import fit_oil
+from oilfilm.outputs.bearing_sentences import bearing_lines
 from oilfilm.outputs.report import sections
+from oilfilm.outputs.report.contents import percent
 from oilfilm.outputs.report.explorer import Axis, explorer
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
@@ -216,6 +218,45 @@ def test_verdict_says_why_no_claim_is_judged(results: CampaignTables, config: Se
         "No claim of the paper is judged on this campaign's fits: "
         "the campaign has none of the oils."
     )
+
+
+def test_report_says_what_simulated_torque_and_ties_are_worth(
+    write: Write, results: CampaignTables, config: Settings
+) -> None:
+    control = rows(
+        "torque_control",
+        {"oil": "4102", "verdict": "positive control", "law_misfit": 0.0, "n_plateaus": 2}
+        | {"median_torque_error": 0.003, "largest_torque_error": 0.018},
+    )
+    page = write(torque_control=control)
+    assert "Controls: what the comparison with SIMULATED torque shows" in page
+    assert "Wang-Deng here: a tie by construction" in page
+    changed = results.replace(torque_control=control)
+    line = dict(verdict(changed, sections.certainty(results), config))["Paper"]
+    assert "CIRCULAR on the refit" in line
+    assert "positive control: the fitted law itself made the SIMULATED logs" in line
+    assert "4102 0.3%, 1.8%" in line
+    # as if it had been measured
+    measured = without(config, "twin", "torque").with_changes({"campaign": {"data": "measured"}})
+    line = dict(verdict(results, sections.certainty(results), measured))["Paper"]
+    assert "CIRCULAR" not in line
+    assert re.search(r"by stress is off by 20.0\s% in the median, 30.0\s% at worst\.$", line)
+
+
+def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
+    results: CampaignTables,
+) -> None:
+    at = {"inner_speed_rpm": 12000.0, "axial_load_n": 5000.0, "inlet_temperature_c": 100.0}
+    torque = results.torque.assign(
+        **at, converged=True, run_id=["a", "b"], bistable=[False, True], energy_error=0.0
+    )
+    changed = results.replace(torque=torque)
+    lines = bearing_lines(changed)
+    assert any(line.endswith("by basis: stress 10.0%, 10.0%") for line in lines)
+    assert "    left out, the cage may roll or skid: 4102 at 12000 rpm, 5000 N, 100 degC" in lines
+    ((*about, median, largest, _),) = sections.torque(changed).rows
+    assert about == ["4102", "stress", "1"]
+    assert median == largest == percent(1)(0.1)
 
 
 def test_constants_show_the_interval_that_decides_on_their_sign(write: Write) -> None:

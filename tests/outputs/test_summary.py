@@ -65,6 +65,9 @@ def test_summary_of_the_demonstration(demo: Campaign) -> None:
     # of nine exponents; the fit of 20 refits is not sure of those near zero
     assert re.search(r"the fits have [5-9] of 9 signs in use(; not sure of 4010 .*)?; CIRC", text)
     assert "other sign" not in text
+    assert "the law's equation makes it so: zero-slip, non-negative\n" in text
+    assert "CIRCULAR on the refit" in text
+    assert "Wang-Deng: a tie by construction" in text
 
 
 def test_sign_that_is_not_known_stands_beside_the_interval_that_holds_zero(demo: Campaign) -> None:

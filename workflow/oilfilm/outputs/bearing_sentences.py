@@ -5,6 +5,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.outputs.facts import refused_files
+from oilfilm.studies.torque_control import bistable_points
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -67,12 +68,15 @@ def _not_compared(results: CampaignTables) -> list[str]:
 
 
 def _errors(calculated: pd.DataFrame) -> list[str]:
-    size = calculated["relative_error"].abs().groupby(calculated["load_variable"], sort=False)
+    sure = calculated[~calculated["bistable"]]
+    size = sure["relative_error"].abs().groupby(sure["load_variable"], sort=False)
     errors = [
         f"{basis} {median:.1%}, {largest:.1%}"
         for basis, median, largest in size.agg(["median", "max"]).itertuples()
     ]
-    return [f"  error of the calculated torque, median and largest, by basis: {'; '.join(errors)}"]
+    lines = [f"  error of the calculated torque, median and largest, by basis: {'; '.join(errors)}"]
+    points = bistable_points(calculated)
+    return [*lines, *([f"    left out, the cage may roll or skid: {points}"] if points else [])]
 
 
 def control_sentences(control: pd.DataFrame) -> list[str]:

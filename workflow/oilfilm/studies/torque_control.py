@@ -40,3 +40,12 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
             }
         )
     return tables.from_rows(rows, "torque_control")
+
+
+def bistable_points(torque: pd.DataFrame) -> str:
+    """Operating points of the table `torque` at which the cage may roll or skid, by name."""
+    return "; ".join(
+        f"{row['oil']} at {row['inner_speed_rpm']:.0f} rpm, {row['axial_load_n']:.0f} N, "
+        f"{row['inlet_temperature_c']:.0f} degC"
+        for row in tables.rows(torque[torque["bistable"]].drop_duplicates(["run_id", "first_row"]))
+    )

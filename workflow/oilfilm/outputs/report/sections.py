@@ -166,7 +166,8 @@ def comparison(results: CampaignTables) -> Shown:
 
 def torque(results: CampaignTables) -> Shown:
     """How far the calculated torque lies from the measured one, by oil and load variable."""
-    known = results.torque.dropna(subset=["relative_error"])
+    sure = results.torque[~results.torque["bistable"]]
+    known = sure.dropna(subset=["relative_error"])
     known = known.assign(
         size=known["relative_error"].abs(),
         share=known["traction_torque_n_m"] / known["torque_n_m"],
@@ -182,7 +183,8 @@ def torque(results: CampaignTables) -> Shown:
     return show(
         errors,
         "torque",
-        "Calculated against measured friction torque; nothing is fitted to torque",
+        "Calculated against measured friction torque, without points where the cage may roll or "
+        "skid; nothing is fitted to torque",
         [
             Column("oil", "Oil", meaning=""),
             Column("load_variable", "Load variable", meaning=""),

@@ -143,7 +143,8 @@ def _paper(results: CampaignTables, settings: Settings) -> str:
     if len(results.torque_control):
         control = control_sentences(results.torque_control)
         return " ".join([*about, *(f"Bearing torque, {sentence}." for sentence in control)])
-    by_stress = results.torque[results.torque["load_variable"] == "stress"]
+    of_stress = results.torque[results.torque["load_variable"] == "stress"]
+    by_stress = of_stress[~of_stress["bistable"]]
     error = by_stress["relative_error"].dropna().abs()
     if len(error):
         about.append(

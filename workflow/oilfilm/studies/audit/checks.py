@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from oilfilm import tables
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.evidence import (
     BoolArray,
@@ -23,6 +22,7 @@ from oilfilm.studies.audit.evidence import (
 )
 from oilfilm.studies.law_comparison import TIE
 from oilfilm.studies.operating_grid import Grid
+from oilfilm.studies.torque_control import bistable_points
 from oilfilm.traction.law import Law
 from oilfilm.units import FloatArray
 
@@ -657,10 +657,5 @@ def _torque(evidence: Evidence, basis: str) -> pd.DataFrame:
 def _bistable(evidence: Evidence, *bases: str) -> list[str]:
     """The points that are left out, because the cage may roll or skid there."""
     torque = evidence.torque[evidence.torque["load_variable"].isin(bases)]
-    skids = torque[torque["bistable"]].drop_duplicates(["run_id", "first_row"])
-    points = [
-        f"{row['oil']} at {row['inner_speed_rpm']:.0f} rpm, {row['axial_load_n']:.0f} N, "
-        f"{row['inlet_temperature_c']:.0f} degC"
-        for row in tables.rows(skids)
-    ]
-    return [f"Left out, because the cage may roll or skid: {'; '.join(points)}."] if points else []
+    points = bistable_points(torque)
+    return [f"Left out, because the cage may roll or skid: {points}."] if points else []
