@@ -220,5 +220,7 @@ def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
     assert drawn["panel"].nunique() == panels
     symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
     assert symbols == (drawn["judgement"] != "agree").sum()
+    labels = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert "outside the film formula" in labels
     assert "STAND-IN" in text_around(figure)
     assert nothing_is_cut_off(figure)

@@ -104,7 +104,7 @@ def test_peak_lies_at_one_over_c_plus_a_over_b(
     still = {f"{letter}{number}": 0.0 for letter in "ABC" for number in (1, 2, 3)}
     finding = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
     peak, end = 1 / rate + 0.02 / slope, config.printed.boxes.tested.slide_roll_ratio[1]
-    assert (finding.parts["a peak"] == (peak < end)).all()
+    assert (finding.parts["mu has a peak"] == (peak < end)).all()
     if peak < end:
         of_peak, of_end = (
             (slope * slip - 0.02) * np.exp(-rate * slip) + 0.02 for slip in (peak, end)
@@ -237,7 +237,7 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(judge: Judge) -> 
     remarks = " ".join(finding.remarks)
     low, high = map(float, re.findall(r"is ([\d.]+) at 0.8 GPa and ([\d.]+) at 2.5", remarks)[0])
     assert (low, high) == (pytest.approx(0.41, abs=0.07), pytest.approx(1.9, abs=0.1))
-    turn = float(re.findall(r"below ([\d.]+) GPa", remarks)[0])
+    turn = float(re.findall(r"Below ([\d.]+) GPa", remarks)[0])
     assert turn == pytest.approx(1.4, abs=0.15)
 
 
@@ -247,7 +247,7 @@ def test_printed_constants_contradict_the_text_as_known(judge: Judge) -> None:
     cold, hot = map(float, re.findall(r"([\d.]+) at \d+ degC", spread))
     assert (cold, hot) == (pytest.approx(0.71, abs=0.03), pytest.approx(0.63, abs=0.02))
     rise = judge("rises-with-stress", printed())
-    (of_4010,) = re.findall(r"is ([\d.]+) in the median for 4010", " ".join(rise.remarks))
+    (of_4010,) = re.findall(r"median R2 of 4010 is ([\d.]+\d)", " ".join(rise.remarks))
     assert float(of_4010) == pytest.approx(0.92, abs=0.015)  # both are rounded to two digits
     plateau = " ".join(judge("earlier-plateau", printed(), "tested").remarks)
     cold, hot = map(float, re.findall(r"S ([\d.]+) at \d+ degC", plateau)[:2])
@@ -255,6 +255,37 @@ def test_printed_constants_contradict_the_text_as_known(judge: Judge) -> None:
     decline = judge("peak-decline", printed(), "tested")
     cold_4010 = decline.cases.query("oil == '4010' and inlet_temperature_c == 25")["value"]
     assert 0.49 <= cold_4010.max() <= 0.65
+
+
+# ---------------------------------------------------------------- kinematics
+
+
+def test_stated_rolling_speed_is_about_twice_that_of_equation_1(judge: Judge) -> None:
+    # docs/physics.md, kinematics: about 105 m/s; 200 m/s is the surface speed of a ring
+    finding = judge("rolling-speed", printed())
+    assert finding.share == 0.0
+    assert finding.cases["value"].max() == pytest.approx(105, rel=0.005)
+    assert "209 m/s is the surface speed" in finding.remarks[0]
+    assert "200 m/s is dmN 7.6e+06" in finding.remarks[0]
+
+
+def test_slide_roll_ratio_is_nearly_twice_the_cage_slip(judge: Judge) -> None:
+    # docs/physics.md, kinematics: S over cage slip is 1.87, 1.92, 1.97, 1.98 in the equilibrium
+    finding = judge("slip-is-cage-slip", printed())
+    assert finding.share == 0.0
+    assert finding.cases["value"].max() == pytest.approx(2.0)
+    assert finding.cases["value"].min() > 1.5
+    assert "A cage slip of 15% is S = 0.29" in finding.remarks[0]
+
+
+def test_worst_film_is_named_with_its_limit(judge: Judge, config: Settings) -> None:
+    basis = printed_evidence(printed(), OILS, config)
+    claims = [listed for listed in read_claims(CLAIMS) if listed.id == "full-film"]
+    (row,) = tables.rows(audit(claims, [basis], config))
+    ratio, film = re.findall(
+        r"smallest ratio to its limit ([\d.]+) \(film ([\d.]+) um, limit 0.1 um\)", row["finding"]
+    )[0]
+    assert float(ratio) == pytest.approx(float(film) / 0.1, abs=0.006)
 
 
 # ---------------------------------------------------------------- tables of other rooms
@@ -332,7 +363,10 @@ def table(demo: Campaign) -> pd.DataFrame:
 
 
 def test_table_has_every_claim_on_both_bases_in_whole_sentences(table: pd.DataFrame) -> None:
-    assert len(table) == 2 * len(CHECKS)
+    # claims on speeds alone need no fit
+    once = {name for name, check in CHECKS.items() if check.where == "formula"}
+    assert once == {"rolling-speed", "slip-is-cage-slip"}
+    assert len(table) == 2 * len(CHECKS) - len(once)
     assert table["finding"].str.len().min() > 20
     assert not table["definition"].str.contains("[{}]").any()
     unchecked = table["verdict"] == "cannot be checked"
@@ -345,7 +379,7 @@ def test_table_has_every_claim_on_both_bases_in_whole_sentences(table: pd.DataFr
 
 def test_refit_of_simulated_logs_gets_the_verdicts_of_its_truth(table: pd.DataFrame) -> None:
     # the twin's truth is the printed constants
-    verdicts = table.pivot(index="claim", columns="basis", values="verdict")
+    verdicts = table.pivot(index="claim", columns="basis", values="verdict").dropna()
     assert (verdicts["refit"] == verdicts["printed"]).all()
     shares = table.pivot(index="claim", columns="basis", values="share").dropna()
     np.testing.assert_allclose(shares["refit"], shares["printed"], atol=0.05)

@@ -438,7 +438,7 @@ def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
     assert "; load " in text
     assert "of 24 equilibria none not found" in text
     assert "pressure " in text
-    assert "the paper's rules advise" in text
+    assert "the paper's advice agrees with the best oil at" in text
     nothing = bearing_lines(CampaignTables.in_memory())
     assert nothing[1].startswith("  torque logs 0 read of 0, 0 with runs that were not refused")
 

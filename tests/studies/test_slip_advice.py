@@ -79,6 +79,18 @@ CASES: dict[str, tuple[list[dict[str, Any]], tuple[str, str, str, str]]] = {
         operating_point(1, (0.01, 0.02, 0.0), film=(9.0, 8.0, 2.9)),
         ("little slip", "4050", "4050", "agree"),
     ),
+    "of one oil the film is not known, and it would be chosen": (
+        operating_point(1, (0.01, 0.02, 0.01), film=(9.0, 8.0, np.nan)),
+        ("little slip", "4050", "4050", "outside the film formula"),
+    ),
+    "of one oil the film is not known, and it would not be chosen": (
+        operating_point(1, (0.01, 0.02, 0.01), film=(np.nan, 8.0, 7.0)),
+        ("little slip", "4010", "4010", "agree"),
+    ),
+    "no film is known": (
+        operating_point(1, (0.01, 0.02, 0.01), film=(np.nan, np.nan, np.nan)),
+        ("little slip", "", "", "outside the film formula"),
+    ),
     "no oil has film": (
         operating_point(1, (0.01, 0.02, 0.0), film=(2.0, 2.0, 2.0)),
         ("little slip", "", "", "no film"),
@@ -101,6 +113,34 @@ def test_slip_decides_as_an_engineer_would(config: Settings, name: str) -> None:
         row["best_oil"],
         row["judgement"],
     ) == expected
+
+
+@pytest.mark.parametrize(
+    ("reading", "million_mm_rpm", "rule"),
+    [
+        ("kinematic", 1.9, "little slip"),
+        ("kinematic", 2.0, "hot and fast"),  # half of dmN 4e6
+        ("paper", 3.8, "little slip"),  # 99 m/s
+        ("paper", 3.9, "hot and fast"),  # 102 m/s
+    ],
+)
+def test_speed_of_the_bearing_is_fast_by_the_reading(
+    config: Settings, reading: str, million_mm_rpm: float, rule: str
+) -> None:
+    rows = pd.DataFrame(operating_point(1, (0.01, 0.01, 0.01)))
+    rows = rows.assign(pitch_speed_mm_rpm=million_mm_rpm * 1e6, inlet_temperature_c=120.0)
+    chosen = config.with_changes({"selection": {"reading": reading}}).selection
+    assert advise(rows, chosen, 3.0)["selection_rule"].tolist() == [rule]
+
+
+@pytest.mark.parametrize("reading", ["kinematic", "paper"])
+@pytest.mark.parametrize(("slip", "rule"), [(0.15, "little slip"), (0.151, "slipping")])
+def test_limit_of_cage_slip_is_the_same_in_both_readings(
+    config: Settings, reading: str, slip: float, rule: str
+) -> None:
+    rows = pd.DataFrame(operating_point(1, (0.01, 0.01, slip)))
+    chosen = config.with_changes({"selection": {"reading": reading}}).selection
+    assert advise(rows, chosen, 3.0)["selection_rule"].tolist() == [rule]
 
 
 def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:

@@ -86,11 +86,12 @@ rule torque_control:
 rule bearing_maps:
     "Cage slip over speed and load and the oil that holds it, the size effect, published tests."
     input:
-        **finished(*FITTED),
+        **finished(*FITTED, "refits"),
         published="data/reference/bearing_tests.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",
         slip_advice="<tables>/slip_advice.parquet",
+        advice_band="<tables>/advice_band.parquet",
         size_effect="<tables>/size_effect.parquet",
         published_tests="<tables>/published_tests.parquet",
     log:

@@ -112,7 +112,7 @@ wildcard_constraints:
 # Tables that a campaign without torque logs lacks, and those that one without a twin lacks.
 TORQUE_TABLES = (
     *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
-    *("cage_slip", "slip_advice", "heat_balance", "size_effect", "published_tests"),
+    *("cage_slip", "slip_advice", "advice_band", "heat_balance", "size_effect", "published_tests"),
 )
 EXTRAPOLATION_TABLES = ("extrapolation", "extrapolation_errors")
 

@@ -22,6 +22,7 @@ rule report:
             "torque_control",
             "torque_inversion",
             "slip_advice",
+            "advice_band",
             "heat_balance",
         ),
         refused_pages=rules.refused.output.pages,

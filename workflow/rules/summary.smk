@@ -19,6 +19,7 @@ rule summary:
             "torque_control",
             "torque_inversion",
             "slip_advice",
+            "advice_band",
             "heat_balance",
         ),
     output:

@@ -5,13 +5,13 @@ from pathlib import Path
 from oilfilm.run.job import job
 from oilfilm.settings.messages import load
 from oilfilm.settings.reference import PublishedBearingTests
+from oilfilm.studies.advice_band import advice_in_band
 from oilfilm.studies.bearing_torque import (
     cage_slip_table,
     oils_in_bearings,
     size_effect_table,
 )
 from oilfilm.studies.published_tests import published_tests_table
-from oilfilm.studies.slip_advice import advise
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
@@ -20,9 +20,12 @@ with job(snakemake) as (settings, provenance):
     other_fits = results.law_coefficients, results.law_fit_quality
     oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, other_fits)
     cage_slip = cage_slip_table(oils, settings)
+    fits = results.coefficients, results.refits
+    advice, band = advice_in_band(oils, *fits, cage_slip, settings)
     frames = {
         "cage_slip": cage_slip,
-        "slip_advice": advise(cage_slip, settings.selection, settings.gates.lambda_limit),
+        "slip_advice": advice,
+        "advice_band": band,
         "size_effect": size_effect_table(oils, settings),
         "published_tests": published_tests_table(published, oils, settings),
     }

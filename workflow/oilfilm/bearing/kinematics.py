@@ -8,10 +8,10 @@ from typing import TypeVar
 
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
-T = TypeVar("T", float, FloatArray)
+AnyFloats = TypeVar("AnyFloats", float, FloatArray)
 
 
-def surface_speed_m_s(pitch_speed_mm_rpm: T, gamma: float = 0.0) -> T:
+def surface_speed_m_s(pitch_speed_mm_rpm: AnyFloats, gamma: float = 0.0) -> AnyFloats:
     """Surface speed of the inner race, about that of the whole ring: omega dm (1 - gamma)/2.
 
     Args:
@@ -25,7 +25,7 @@ def surface_speed_m_s(pitch_speed_mm_rpm: T, gamma: float = 0.0) -> T:
     return pitch_speed_mm_rpm * (1 - gamma) / 2 * RAD_S_PER_RPM / MM_PER_M
 
 
-def entrainment_speed_m_s(pitch_speed_mm_rpm: T, gamma: float = 0.0) -> T:
+def entrainment_speed_m_s(pitch_speed_mm_rpm: AnyFloats, gamma: float = 0.0) -> AnyFloats:
     """Entrainment speed of balls that roll on both races: U = omega dm (1 - gamma^2)/4.
 
     In the frame of the cage ball and races move past the contact with the same speed
@@ -42,7 +42,7 @@ def entrainment_speed_m_s(pitch_speed_mm_rpm: T, gamma: float = 0.0) -> T:
     return surface_speed_m_s(pitch_speed_mm_rpm, gamma) * (1 + gamma) / 2
 
 
-def pitch_speed_mm_rpm(entrainment_speed_m_s: T, gamma: float = 0.0) -> T:
+def pitch_speed_mm_rpm(entrainment_speed_m_s: AnyFloats, gamma: float = 0.0) -> AnyFloats:
     """dmN of rolling balls with this entrainment speed: the inverse of `entrainment_speed_m_s`.
 
     Examples:
@@ -52,7 +52,7 @@ def pitch_speed_mm_rpm(entrainment_speed_m_s: T, gamma: float = 0.0) -> T:
     return 4 * entrainment_speed_m_s / (1 - gamma**2) * MM_PER_M / RAD_S_PER_RPM
 
 
-def inner_slide_roll_ratio(cage_slip: T, gamma: float = 0.0) -> T:
+def inner_slide_roll_ratio(cage_slip: AnyFloats, gamma: float = 0.0) -> AnyFloats:
     """Slide-roll ratio at the inner race of balls that roll on the outer one.
 
         S = 2 s/(1 + gamma (1 - s)),   s = 1 - Omega/Omega_0
@@ -75,7 +75,7 @@ def inner_slide_roll_ratio(cage_slip: T, gamma: float = 0.0) -> T:
     return 2 * cage_slip / (1 + gamma * (1 - cage_slip))
 
 
-def cage_slip(slide_roll_ratio: T, gamma: float = 0.0) -> T:
+def cage_slip(slide_roll_ratio: AnyFloats, gamma: float = 0.0) -> AnyFloats:
     """Cage slip at which balls have this slide-roll ratio at the inner race.
 
         s = S (1 + gamma)/(2 + gamma S), the inverse of `inner_slide_roll_ratio`

@@ -17,7 +17,7 @@ from oilfilm.bearing.quasistatic import Contacts, Motion, OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.bearing.solver import BoolArray
 from oilfilm.physics.contact import ellipticity
-from oilfilm.physics.film import film_thickness
+from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.units import FloatArray
 
 
@@ -114,23 +114,28 @@ def _film(
 
     The film is reduced by inlet heating at the contact's slide-roll ratio, averaged over the
     ellipse with the load as weight. The ratio in the contact's middle would leave out spin, which
-    is sliding everywhere else. Where the reduction is negative there is no value.
+    is sliding everywhere else. Beyond the range of the reduction there is no value.
     """
     contacts, radius_x = balance.contacts, balance.at.radius_x_m[..., 0]
+    speed = balance.at.entrainment_speed_m_s[..., 0]
     film = film_thickness(
         lubrication.of_contacts,
         thickness="minimum",
         load_n=np.maximum(contacts.load_n, np.finfo(float).tiny),
         max_hertz_pressure_pa=contacts.max_hertz_pressure_pa,
-        entrainment_speed_m_s=balance.at.entrainment_speed_m_s[..., 0],
+        entrainment_speed_m_s=speed,
         slide_roll_ratio=balance.traction.slide_roll_ratio @ share,
         radius_x_m=radius_x,
         reduced_modulus_pa=bearing.reduced_modulus_pa,
         ellipticity=ellipticity(radius_x, bearing.radius_y_m),
     )
-    thinnest = film.min(axis=(1, 2))
-    in_range = thinnest >= 0
-    return np.where(in_range, thinnest / bearing.roughness_rq_m, np.nan), in_range
+    within = within_thermal_reduction(
+        max_hertz_pressure_pa=contacts.max_hertz_pressure_pa,
+        reduced_modulus_pa=bearing.reduced_modulus_pa,
+        thermal_loading=lubrication.of_contacts.thermal_loading(speed),
+    )
+    in_range = np.asarray(within.all(axis=(1, 2)))
+    return np.where(in_range, film.min(axis=(1, 2)) / bearing.roughness_rq_m, np.nan), in_range
 
 
 def cage_slip(

@@ -5,6 +5,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.outputs.facts import refused_files
+from oilfilm.studies.selection import OUTSIDE
 from oilfilm.studies.torque_control import bistable_points
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -22,7 +23,7 @@ def bearing_lines(results: CampaignTables) -> list[str]:
         *(_soundness(results.torque) if len(results.torque) else []),
         *(_beyond(calculated) if len(calculated) else []),
         *_inverted(results.torque_inversion),
-        *_advice(results.slip_advice),
+        *_advice(results.slip_advice, results.advice_band),
         *_heat(results.heat_balance),
         "",
     ]
@@ -145,22 +146,37 @@ def _inverted(inversion: pd.DataFrame) -> list[str]:
     ]
 
 
-def _advice(advice: pd.DataFrame) -> list[str]:
-    with_film = advice[advice["judgement"] != "no film"]
+def _advice(advice: pd.DataFrame, band: pd.DataFrame) -> list[str]:
+    with_film = advice[~advice["judgement"].isin(["no film", OUTSIDE])]
     if with_film.empty:
         return []
     others = with_film[with_film["judgement"] != "agree"]
     line = (
-        "  cage slip: the oil that the paper's rules advise holds the cage with the least torque, "
-        f"or slips least, at {len(with_film) - len(others)} of {len(with_film)} operating points "
-        "with enough film"
+        "  choice of oil by cage slip: the paper's advice agrees with the best oil at "
+        f"{len(with_film) - len(others)} of {len(with_film)} operating points ({_band(band)})"
     )
     if len(others):
         line += (
             f"; elsewhere it {listed(others['judgement'].value_counts(), '{} ({})')}; "
-            f"best by slip: {listed(others['best_oil'].value_counts(), '{} at {}')}"
+            f"best there: {listed(others['best_oil'].value_counts(), '{} at {}')}"
         )
-    return [f"{line} (slip_advice.parquet)"]
+    certain = (with_film["best_oil_share"] == 1).sum()
+    return [
+        line,
+        f"    the best oil is certain at {certain} of them: as good as any in every scenario "
+        "(slip_advice.parquet, advice_band.parquet)",
+    ]
+
+
+def _band(band: pd.DataFrame) -> str:
+    """The numbers of agreeing points over the scenarios."""
+    if band.empty:
+        return "drag and law not varied"
+    agreeing, fraction = band["agreeing_points"], band["oil_volume_fraction"]
+    return (
+        f"{agreeing.min()} to {agreeing.max()} over drag and law: oil volume fraction "
+        f"{fraction.min():.2g} to {fraction.max():.2g}, {band['refit'].max()} refits"
+    )
 
 
 def _heat(balance: pd.DataFrame) -> list[str]:

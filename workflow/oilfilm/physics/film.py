@@ -15,7 +15,7 @@ import numpy as np
 from oilfilm.physics.contact import Floats, max_hertz_pressure
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.units import FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 # Outside this range no oil is a liquid lubricant, and the formulas of its properties overflow.
 _OIL_TEMPERATURES_C = (-100.0, 500.0)
@@ -99,6 +99,7 @@ class ThermalReductionFit:
     shear_power: float = 0.64
     slip_factor: float = 2.23
     slip_power: float = 0.83
+    least_numerator: float = 0.1  # assumed: nearer to zero the fit is beyond its range
 
 
 THERMAL_REDUCTION_FIT = ThermalReductionFit()
@@ -125,7 +126,7 @@ def thermal_reduction_factor(
         phi_T, 1 where L = 0.
 
     Validity: an empirical fit, not clipped here. Its numerator turns negative at L above about
-        300 at 1.5 GPa on steel. Values near or below zero lie outside the fit.
+        300 at 1.5 GPa on steel; `within_thermal_reduction` tells where it is used beyond its range.
 
     Reference: P. K. Gupta, H. S. Cheng, D. Zhu, N. H. Forster and J. B. Schrand, Viscoelastic
         effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
@@ -140,11 +141,36 @@ def thermal_reduction_factor(
         array([0.835, 0.766])
     """
     fit = THERMAL_REDUCTION_FIT
-    relative_pressure = max_hertz_pressure_pa / reduced_modulus_pa
-    heating = fit.pressure_factor * relative_pressure * thermal_loading**fit.pressure_power
+    numerator = _numerator(max_hertz_pressure_pa, reduced_modulus_pa, thermal_loading)
     slip = 1 + fit.slip_factor * np.abs(slide_roll_ratio) ** fit.slip_power
     shear = fit.shear_factor * slip * thermal_loading**fit.shear_power
-    return np.asarray((1 - heating) / (1 + shear))
+    return np.asarray(numerator / (1 + shear))
+
+
+def within_thermal_reduction(
+    *, max_hertz_pressure_pa: Floats, reduced_modulus_pa: Floats, thermal_loading: Floats
+) -> BoolArray:
+    """Whether phi_T is used within its range: its numerator is not near or below zero.
+
+    Beyond, a small or negative film is that of the formula, and says nothing about the contact.
+
+    Args:
+        max_hertz_pressure_pa: As in `thermal_reduction_factor`.
+        reduced_modulus_pa: As there.
+        thermal_loading: As there.
+    """
+    numerator = _numerator(max_hertz_pressure_pa, reduced_modulus_pa, thermal_loading)
+    return np.asarray(numerator >= THERMAL_REDUCTION_FIT.least_numerator)
+
+
+def _numerator(
+    max_hertz_pressure_pa: Floats, reduced_modulus_pa: Floats, thermal_loading: Floats
+) -> FloatArray:
+    """1 - 13.2 (p0/E') L^0.42."""
+    fit = THERMAL_REDUCTION_FIT
+    relative_pressure = max_hertz_pressure_pa / reduced_modulus_pa
+    heating = fit.pressure_factor * relative_pressure * thermal_loading**fit.pressure_power
+    return np.asarray(1 - heating)
 
 
 @dataclass(frozen=True)
@@ -292,19 +318,24 @@ def contact_film(
     low, high = _OIL_TEMPERATURES_C
     speed = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
     is_liquid = (inlet_temperature_c >= low) & (inlet_temperature_c <= high)
+    inlet_oil = InletOil.of(oil, np.where(is_liquid, inlet_temperature_c, np.nan))
+    pressure = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
     thickness_m = film_thickness(
-        InletOil.of(oil, np.where(is_liquid, inlet_temperature_c, np.nan)),
+        inlet_oil,
         thickness=thickness,
         thermal_reduction=thermal_reduction,
         load_n=load_n,
-        max_hertz_pressure_pa=max_hertz_pressure(
-            load_n, contact.radius_m, contact.reduced_modulus_pa
-        ),
+        max_hertz_pressure_pa=pressure,
         entrainment_speed_m_s=speed,
         slide_roll_ratio=slide_roll_ratio,
         radius_x_m=contact.radius_m,
         reduced_modulus_pa=contact.reduced_modulus_pa,
     )
-    is_film = np.isfinite(thickness_m) & (thickness_m > 0)
+    within = within_thermal_reduction(
+        max_hertz_pressure_pa=pressure,
+        reduced_modulus_pa=contact.reduced_modulus_pa,
+        thermal_loading=inlet_oil.thermal_loading(speed),
+    )
+    is_film = np.isfinite(thickness_m) & (within | (not thermal_reduction))
     thickness_m = np.where(is_film, thickness_m, np.nan)
     return thickness_m, thickness_m / contact.roughness_m(roughness)

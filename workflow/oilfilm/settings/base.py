@@ -126,6 +126,7 @@ GrooveCurvature = Annotated[float, Field(gt=0.5, le=1, **_unit("1"))]
 PressureGpa = Annotated[float, Field(gt=0, le=10, **_unit("GPa"))]
 LoadN = Annotated[float, Field(gt=0, le=1e7, **_unit("N"))]
 SpeedMs = Annotated[float, Field(gt=0, le=500, **_unit("m/s"))]
+PitchSpeedMmRpm = Annotated[float, Field(gt=0, le=1e8, **_unit("mm rpm"))]  # dmN
 SpeedRpm = Annotated[float, Field(gt=0, le=1e6, **_unit("rpm"))]
 # of an oil; above 0 because laws take powers of it, below what a temperature in K would be
 TemperatureC = Annotated[float, Field(gt=0, le=250, **_unit("degC"))]

@@ -6,6 +6,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from oilfilm.bearing.kinematics import (
+    AnyFloats,
+    cage_slip,
+    entrainment_speed_m_s,
+    inner_slide_roll_ratio,
+)
 from oilfilm.settings.base import (
     Band,
     DurationOrZeroS,
@@ -17,6 +23,7 @@ from oilfilm.settings.base import (
     Levels,
     LoadN,
     Name,
+    PitchSpeedMmRpm,
     PressureGpa,
     RelativeError,
     Rising,
@@ -338,10 +345,9 @@ class PalmgrenSettings(Group):
 class CageSlipSettings(Group):
     """The map of cage slip."""
 
-    pitch_speed_mm_rpm: Annotated[
-        Levels[Annotated[float, Field(gt=0, le=1e8, json_schema_extra={"unit": "mm rpm"})]],
-        Field(min_length=2),
-    ] = key("Pitch diameter times speed.")
+    pitch_speed_mm_rpm: Annotated[Levels[PitchSpeedMmRpm], Field(min_length=2)] = key(
+        "Pitch diameter times speed."
+    )
     axial_load_n: Annotated[Levels[LoadN], Field(min_length=2)] = key("Axial loads.")
     inlet_temperature_c: TemperatureC = key("Oil temperature.")
 
@@ -469,6 +475,9 @@ class AuditSettings(Group):
     film_min_um: float = key("Film thickness that the paper states.", unit="um", gt=0, le=100)
     stress_law: LawOfConditions = key("Law that others are compared with.")
     overfit_min: Factor = key("Growth of the error on curves left out, over that of stress_law.")
+    kinematic_tolerance: Tolerance = key(
+        "What 'nearly' and 'approximately' allow in statements on speed and slip, relative."
+    )
     torque_stress_error: Factor = key("Largest relative torque error of the stress law (paper).")
     torque_load_error: Factor = key("Largest relative torque error of the load law (paper).")
     twin_misfit_max: Tolerance = key(
@@ -480,11 +489,18 @@ class AuditSettings(Group):
 class SelectionLimits(Group):
     """Limits between the states of a contact."""
 
-    slip_limit: SlideRollRatio = key("Slide-roll ratio from which on a contact slips.")
+    slip_limit: Tolerance = key("Cage slip from which on a bearing slips.")
     light_below_gpa: PressureGpa = key("Pressure below which the load is light.")
     heavy_from_gpa: PressureGpa = key("Pressure from which on the load is heavy.")
     hot_from_c: TemperatureC = key("Temperature from which on it is hot.")
-    fast_from_m_s: SpeedMs = key("Speed from which on it is fast.")
+    fast_from_mm_rpm: PitchSpeedMmRpm = key("Pitch diameter times speed from which on it is fast.")
+
+
+class StatedSpeed(Group):
+    """A bearing's speed and the entrainment speed that the paper takes it for."""
+
+    pitch_speed_mm_rpm: PitchSpeedMmRpm = key("Pitch diameter times speed.")
+    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
 
 
 class SelectionRule(Group):
@@ -509,15 +525,58 @@ class SelectionMap(Group):
     )
 
 
+class AdviceBandSettings(Group):
+    """Scenarios in which the advice on oils is worked out again."""
+
+    oil_volume_fractions: int = key(
+        "Levels of bearing.oil_volume_fraction over its range, beside its value.", ge=2, le=100
+    )
+    refits: int = key("Refits of each law, beside the fit.", ge=0, le=1000)
+
+
 class SelectionSettings(Group):
     """The paper's advice on which oil to choose."""
 
+    reading: Literal["kinematic", "paper"] = key(
+        "How cage slip and bearing speed become slide-roll ratio and entrainment speed: by "
+        "kinematics, or as the paper takes them for one another."
+    )
+    gamma: float = key(
+        "D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)); effective.", unit="1", gt=-1, lt=1
+    )
+    stated: StatedSpeed = key("Speeds that the paper takes for one another.")
     limits: SelectionLimits = key("Limits between the states of a contact.")
     rules: Annotated[list[SelectionRule], Field(min_length=1)] = key(
         "Rules; the first that applies decides."
     )
     indifference: RelativeError = key("Oils that differ by less are equally good, relative.")
     map: SelectionMap = key("The map of advised oils.")
+    band: AdviceBandSettings = key("Scenarios of drag and law for the advice by cage slip.")
+
+    def slide_roll_ratio(self, cage_slip: AnyFloats) -> AnyFloats:
+        """Slide-roll ratio at the inner race by the reading."""
+        if self.reading == "paper":
+            return cage_slip
+        return inner_slide_roll_ratio(cage_slip, self.gamma)
+
+    def cage_slip(self, slide_roll_ratio: AnyFloats) -> AnyFloats:
+        """Cage slip by the reading, the inverse of `slide_roll_ratio`."""
+        if self.reading == "paper":
+            return slide_roll_ratio
+        return cage_slip(slide_roll_ratio, self.gamma)
+
+    @property
+    def slide_roll_ratio_limit(self) -> float:
+        """Slide-roll ratio at the limit of cage slip, by the reading."""
+        return self.slide_roll_ratio(self.limits.slip_limit)
+
+    @property
+    def fast_from_m_s(self) -> float:
+        """Entrainment speed from which on a contact is fast, by the reading."""
+        if self.reading == "paper":
+            share = self.limits.fast_from_mm_rpm / self.stated.pitch_speed_mm_rpm
+            return share * self.stated.entrainment_speed_m_s
+        return entrainment_speed_m_s(self.limits.fast_from_mm_rpm)
 
 
 class Fig02Settings(Group):

@@ -4,6 +4,9 @@ The rules (`selection` of the settings) are the paper's sentences in an order of
 first whose conditions are met decides. Of the oils that it prefers the first one with enough film
 is taken. The best oil is the one that meets the rule's aim best, most traction or least heat (mu
 at the same load, speed and slip), among the oils with enough film.
+
+The rules speak of cage slip and of bearing speed: `selection.reading` says which slide-roll ratio
+and which entrainment speed these are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,13 +18,14 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.config import SelectionLimits, SelectionSettings
+from oilfilm.settings.config import SelectionSettings
 from oilfilm.studies.audit.evidence import Evidence
 from oilfilm.studies.operating_grid import Grid, traction
-from oilfilm.units import FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
-BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
+# The judgement where the choice depends on a film beyond the range of the thermal reduction.
+OUTSIDE = "outside the film formula"
 
 
 def select(
@@ -60,22 +64,25 @@ def _map(
     mu = np.stack([traction(evidence.laws[oil], grid).ravel() for oil in oils])
     film = np.stack([evidence.films[oil].over(grid)[1].ravel() for oil in oils])
     points = grid.operating_points()
-    enough = film > evidence.lambda_limit
+    enough, perhaps = enough_film(film, evidence.lambda_limit)
     rule, advised, contradicting = decide(points, settings, oils, enough)
     most = np.array([rule.aim == "most traction" for rule in settings.rules])[rule]
-    merit = np.where(enough, np.where(most, mu, -mu), -np.inf)
-    best = np.where(enough.any(axis=0), merit.argmax(axis=0), -1)
+    merit = np.where(most, mu, -mu)
+    best = _best(merit, enough)
+    outside = decide(points, settings, oils, perhaps).oil != advised
+    outside |= _best(merit, perhaps) != best
     # by how much the advised oil misses the aim
     ratio = of_oil(mu, advised) / of_oil(mu, best)
     loss = np.where(most, 1 - ratio, ratio - 1)
     names = np.array([*oils, ""])
     judgement = np.select(
-        [(advised < 0) & (best < 0), advised < 0, loss <= settings.indifference],
-        ["no film", "rule has none", "agree"],
+        [outside, (advised < 0) & (best < 0), advised < 0, loss <= settings.indifference],
+        [OUTSIDE, "no film", "rule has none", "agree"],
         "disagree",
     )
     frame = points.assign(
         basis=evidence.basis,
+        cage_slip=settings.cage_slip(points["slide_roll_ratio"].to_numpy()),
         selection_rule=np.array([rule.name for rule in settings.rules])[rule],
         aim=np.where(most, "most traction", "least heat"),
         advised_oil=names[advised],
@@ -89,6 +96,21 @@ def _map(
         best_traction_coefficient=of_oil(mu, best),
     )
     return tables.conform(frame[tables.columns("selection")], "selection", "selection")
+
+
+def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
+    """Where a film is thick enough, and where it is or may be: unknown films are null.
+
+    A choice that differs between the two depends on a film that the formula does not give.
+    """
+    enough = film > lambda_limit
+    return enough, enough | np.isnan(film)
+
+
+def _best(merit: FloatArray, enough: BoolArray) -> IntArray:
+    """Index of the oil with the largest merit of those with enough film; -1 without one."""
+    best = np.where(enough, merit, -np.inf).argmax(axis=0)
+    return np.where(enough.any(axis=0), best, -1)
 
 
 class Decisions(NamedTuple):
@@ -119,7 +141,7 @@ def decide(
     Raises:
         OilfilmError: No rule applies to one of the points.
     """
-    states = _states(points, settings.limits)
+    states = _states(points, settings)
     always = np.ones(len(points), dtype=bool)
     applies, advice = [], []
     for rule in settings.rules:
@@ -143,21 +165,22 @@ def decide(
     return Decisions(deciding, advised, contradicting)
 
 
-def _states(points: pd.DataFrame, limits: SelectionLimits) -> dict[str, BoolArray]:
+def _states(points: pd.DataFrame, settings: SelectionSettings) -> dict[str, BoolArray]:
     """The states of a contact that rules refer to, for every operating point."""
+    limits = settings.limits
     pressure = points["max_hertz_pressure_gpa"].to_numpy()
-    slipping = points["slide_roll_ratio"].to_numpy() > limits.slip_limit
+    slipping = points["slide_roll_ratio"].to_numpy() > settings.slide_roll_ratio_limit
     return {
         "slipping": slipping,
         "gripping": ~slipping,
         "light": pressure < limits.light_below_gpa,
         "heavy": pressure >= limits.heavy_from_gpa,
         "hot": points["inlet_temperature_c"].to_numpy() >= limits.hot_from_c,
-        "fast": points["entrainment_speed_m_s"].to_numpy() >= limits.fast_from_m_s,
+        "fast": points["entrainment_speed_m_s"].to_numpy() >= settings.fast_from_m_s,
     }
 
 
-def of_oil(values: FloatArray, oil: IntArray) -> FloatArray:
+def of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
     """Value of the chosen oil at each operating point, null where there is none.
 
     Args:

@@ -14,9 +14,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.settings.config import SelectionSettings
-from oilfilm.studies.selection import BoolArray, IntArray, decide, of_oil
-from oilfilm.units import FloatArray
+from oilfilm.studies.selection import OUTSIDE, IntArray, decide, enough_film, of_oil
+from oilfilm.units import BoolArray, FloatArray
 
 _OPERATING_POINT = [
     "bearing",
@@ -30,7 +31,7 @@ _OPERATING_POINT = [
 def advise(
     cage_slip: pd.DataFrame, settings: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
-    """Table of advice: one row per operating point of the map of cage slip.
+    """The advice, one row per operating point of the map of cage slip.
 
     Args:
         cage_slip: Table of cage slip.
@@ -38,7 +39,8 @@ def advise(
         lambda_limit: Full film above.
 
     Returns:
-        The table; empty where an oil that the rules name was not calculated.
+        Columns of the table `slip_advice` but for its shares of scenarios (`advice_band`); empty
+        where an oil that the rules name was not calculated.
 
     Raises:
         OilfilmError: No rule applies to an operating point.
@@ -59,22 +61,26 @@ def advise(
         max_hertz_pressure_gpa=np.fmax.reduce(
             [*of("inner_max_hertz_pressure_gpa"), *of("outer_max_hertz_pressure_gpa")]
         ),
-        entrainment_speed_m_s=np.fmax.reduce(of("entrainment_speed_m_s")),
+        # whether it is fast depends on the bearing, not on how much its cage slips
+        entrainment_speed_m_s=entrainment_speed_m_s(points["pitch_speed_mm_rpm"].to_numpy()),
     )
     limit = settings.limits.slip_limit
-    enough = film > lambda_limit
+    enough, perhaps = enough_film(film, lambda_limit)
+    # without equilibrium an oil is no choice, whatever its film
+    perhaps &= np.isfinite(slip)
     within = enough & (slip <= limit)
-    best = _best(slip, torque, enough, within)
+    best = _best(slip, torque, enough, limit)
     deciding, advised, start = _by_rules(contacts, oils, settings, slip, enough)
-    advised_slip, best_slip = of_oil(slip, advised), of_oil(slip, best)
-    advised_torque, best_torque = of_oil(torque, advised), of_oil(torque, best)
-    holds, could = advised_slip <= limit, best_slip <= limit
-    loss = np.where(could, advised_torque / best_torque, advised_slip / best_slip) - 1
-    indifferent = loss <= settings.indifference
+    outside = _by_rules(contacts, oils, settings, slip, perhaps)[1] != advised
+    outside |= _best(slip, torque, perhaps, limit) != best
+    best_slip, best_torque = of_oil(slip, best), of_oil(torque, best)
+    could = best_slip <= limit
+    loss = np.where(could, torque / best_torque, slip / best_slip) - 1
+    good = enough & (within | ~could) & (loss <= settings.indifference)
     judgement = np.select(
-        [best < 0, advised < 0, could & ~holds, indifferent, could],
-        ["no film", "rule has none", "slips", "agree", "heats more"],
-        "slips more",
+        [outside, best < 0, advised < 0, of_oil(good, advised) == 1, ~could],
+        [OUTSIDE, "no film", "rule has none", "agree", "slips more"],
+        np.where(of_oil(within, advised) == 1, "heats more", "slips"),
     )
     names = np.array([*oils, ""])
     frame = points.assign(
@@ -82,18 +88,20 @@ def advise(
         selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
         slip_that_decides=of_oil(slip, start),
         advised_oil=names[advised],
-        advised_cage_slip=advised_slip,
-        advised_torque_n_m=advised_torque,
+        advised_cage_slip=of_oil(slip, advised),
+        advised_torque_n_m=of_oil(torque, advised),
         best_oil=names[best],
         best_cage_slip=best_slip,
         best_torque_n_m=best_torque,
+        good_oils=["; ".join(np.compress(column, oils)) for column in good.T],
         judgement=judgement,
     )
-    return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
+    return frame
 
 
-def _best(slip: FloatArray, torque: FloatArray, enough: BoolArray, within: BoolArray) -> IntArray:
+def _best(slip: FloatArray, torque: FloatArray, enough: BoolArray, limit: float) -> IntArray:
     """Index of the oil that holds the cage at the least torque, or slips least; -1 without film."""
+    within = enough & (slip <= limit)
     least_torque = np.where(within, torque, np.inf).argmin(axis=0)
     least_slip = np.where(enough & np.isfinite(slip), slip, np.inf).argmin(axis=0)
     best = np.where(within.any(axis=0), least_torque, least_slip)
@@ -110,7 +118,8 @@ def _by_rules(
     """At each point the rule that decides, the oil it advises, and that of the rules at no slip."""
     limit, each = settings.limits.slip_limit, np.arange(len(contacts))
     start = decide(contacts.assign(slide_roll_ratio=0.0), settings, oils, enough).oil
-    slipping = contacts.assign(slide_roll_ratio=np.where(start >= 0, slip[start, each], 0.0))
+    started = np.where(start >= 0, slip[start, each], 0.0)
+    slipping = contacts.assign(slide_roll_ratio=settings.slide_roll_ratio(started))
     deciding, advised, _ = decide(slipping, settings, oils, enough)
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
     prefer = [[oils.index(oil) for oil in rule.prefer] for rule in settings.rules]

@@ -103,7 +103,8 @@ TABLES = (
         columns="""
             bearing inlet_temperature_c pitch_speed_mm_rpm inner_speed_rpm axial_load_n
             oils_within_limit selection_rule slip_that_decides advised_oil advised_cage_slip
-            advised_torque_n_m best_oil best_cage_slip best_torque_n_m judgement""",
+            advised_torque_n_m best_oil best_cage_slip best_torque_n_m good_oils judgement
+            agree_share best_oil_share best_oils""",
         uses=(
             use("inlet_temperature_c", required=True),
             use("advised_oil", "of those that it prefers the first with enough film that holds the "
@@ -114,10 +115,21 @@ TABLES = (
                 "of it; slips: beyond the limit while another oil does not; slips more: all do, "
                 "and another less; heats more: within the limit, with more torque than another; "
                 "rule has none: no oil that it prefers has enough film, another has; no film: none "
-                "has",
-                allowed=("agree", "slips", "slips more", "heats more", "rule has none", "no film")),
+                "has; outside the film formula: the choice depends on a film beyond the range of "
+                "the thermal reduction",
+                allowed=("agree", "slips", "slips more", "heats more", "rule has none", "no film",
+                    "outside the film formula")),
         ),
         key=("pitch_speed_mm_rpm", "axial_load_n"),
+        caveats= "Scenarios: those of `advice_band` in which there is a choice at this point.",
+    ),
+    table("advice_band", "One scenario of drag and law: at how many operating points of a bearing "
+        "the paper's advice agrees with the best oil by cage slip.",
+        columns="""
+            oil_volume_fraction refit bearing operating_points agreeing_points""",
+        key=("oil_volume_fraction", "refit"),
+        caveats= "Refit 0 is the fit. Beyond the tested conditions a law may be further off than "
+            "its refits show.",
     ),
     table("heat_balance", "One oil at one point of the map of cage slip, or at one measured "
         "plateau: oil of the contacts at its inlet temperature, and as warm as friction makes it.",

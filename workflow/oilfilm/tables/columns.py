@@ -440,7 +440,7 @@ _PAPER = (
     text("statement", "the claim in short"),
     text("wording", "the paper's own words"),
     text("basis", "refit: the campaign's own fits and points; printed: the paper's constants, "
-        "signs restored", allowed=("refit", "printed")),
+        "signs restored, and its Eq. 1", allowed=("refit", "printed")),
     text("definition", "what would make the claim hold"),
     text("judged_on", "conditions at which the claim was judged"),
     text("finding", "the figures in words, or why the claim cannot be checked"),
@@ -451,6 +451,7 @@ _PAPER = (
     text("worst_quantity", "what worst_value is; empty where the claim was not checked"),
     number("worst_value", BY_ROW, "value in the case that is farthest from holding",
         "unit: that of worst_quantity"),
+    text("worst_detail", "what worst_value is made of; empty where it needs no explanation"),
     text("worst_oil", "oil in the worst case; empty where oils are compared"),
     *(
         number(
@@ -484,6 +485,16 @@ _SELECTION = (
     ),
     text("oils_within_limit", "oils with enough film whose cage slip stays within "
         "selection.limits.slip_limit, joined by '; '; empty where none does"),
+    text("good_oils", "oils that are the best one or within selection.indifference of it, joined "
+        "by '; '; empty where there is none"),
+    share("agree_share", "share of the scenarios in which the advised oil is one of the good oils"),
+    share("best_oil_share", "share of the scenarios in which this best oil is one of the good oils",
+        "1: drag and law within their uncertainty do not change the choice"),
+    text("best_oils", "oils that are best in a scenario, joined by '; '"),
+    share("oil_volume_fraction", "oil's share of the space that the balls travel through",
+        required=True),
+    count("operating_points", "operating points with a choice of oils"),
+    count("agreeing_points", "operating points at which advice and best oil agree"),
     number("slip_that_decides", "1", "cage slip with the oil that the rules advise where nothing "
         "slips; null without film"),
 )
@@ -534,7 +545,7 @@ _BEARING = (
         "random part only: calibration is not included", at_least=0),
     number("relative_error", "1", "calculated over measured torque, minus 1"),
     flag("film_in_range", "false where the formula of the film has no value: its thermal reduction "
-        "is negative in one of the contacts, or there is no equilibrium"),
+        "is near or below zero in one of the contacts, or there is no equilibrium"),
     count("n_plateaus", "plateaus compared, without those that are bistable"),
     number("median_torque_error", "1", "median of the errors' sizes by the law on pressure, over "
         "these plateaus"),

@@ -54,9 +54,9 @@ TABLES = (
     table("claims", "One claim of the paper, judged on one basis.",
         columns="""
             claim section statement wording basis definition judged_on verdict finding cases share
-            share_tested_box share_extrapolated_box worst_quantity worst_value worst_oil
-            worst_max_hertz_pressure_gpa worst_entrainment_speed_m_s worst_inlet_temperature_c
-            worst_slide_roll_ratio""",
+            share_tested_box share_extrapolated_box worst_quantity worst_value worst_detail
+            worst_oil worst_max_hertz_pressure_gpa worst_entrainment_speed_m_s
+            worst_inlet_temperature_c worst_slide_roll_ratio""",
         uses=(
             use("verdict", "by the share of the cases (audit.holds_share, audit.fails_share of "
                 "config.yaml); by construction: it holds, but the law's equation makes it so "
@@ -70,19 +70,22 @@ TABLES = (
         "one by the numbers.",
         columns="""
             basis max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c slide_roll_ratio
-            selection_rule aim advised_oil contradicting_rules best_oil judgement loss_ratio
-            advised_lambda_ratio best_lambda_ratio advised_traction_coefficient
+            cage_slip selection_rule aim advised_oil contradicting_rules best_oil judgement
+            loss_ratio advised_lambda_ratio best_lambda_ratio advised_traction_coefficient
             best_traction_coefficient""",
         uses=(
             use("max_hertz_pressure_gpa", required=True),
             use("entrainment_speed_m_s", required=True, at_least=0),
             use("inlet_temperature_c", required=True),
-            use("slide_roll_ratio", "taken as the cage slip ratio", required=True),
+            use("slide_roll_ratio", required=True),
+            use("cage_slip", "that has this slide-roll ratio by selection.reading", required=True),
             use("advised_oil", "the first that it prefers with enough film"),
             use("best_oil", "it meets the aim best"),
             use("judgement", "agree: the advised oil is best, or within selection.indifference of "
                 "it; rule has none: no oil that it prefers has enough film, another has; no film: "
-                "none has", allowed=("agree", "disagree", "rule has none", "no film")),
+                "none has; outside the film formula: the choice depends on a film beyond the range "
+                "of the thermal reduction", allowed=("agree", "disagree", "rule has none",
+                "no film", "outside the film formula")),
         ),
         key=("basis", "max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c",
             "slide_roll_ratio"),

@@ -9,9 +9,15 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from oilfilm.outputs.figures import style
+from oilfilm.studies.selection import OUTSIDE
 from oilfilm.units import FloatArray
 
 _FIELD = 0.45  # share of an oil's colour in its field
+# Where there is no best oil: symbol and its meaning, by judgement.
+_NO_CHOICE = {
+    "no film": ("x", "no film thick enough"),
+    OUTSIDE: ("+", "outside the film formula"),
+}
 
 
 def draw_advice(
@@ -27,8 +33,10 @@ def draw_advice(
         y: Column along the ordinate.
         markersize: Of the symbols, in points.
     """
-    field = advice.pivot(index=y, columns=x, values="advised_oil")
-    # white: no oil is advised
+    outside = advice["judgement"] == OUTSIDE
+    shown = advice.assign(advised_oil=advice["advised_oil"].mask(outside, ""))
+    field = shown.pivot(index=y, columns=x, values="advised_oil")
+    # white: no oil is advised, or the choice depends on a film that is not known
     fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
     axis.pcolormesh(
         cell_edges(field.columns.to_numpy(), axis.get_xscale()),
@@ -40,11 +48,12 @@ def draw_advice(
         rasterized=True,
     )
     for oil in oils:
-        other = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree")]
+        other = advice[(advice["best_oil"] == oil) & (advice["judgement"] != "agree") & ~outside]
         colour, marker = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
         axis.plot(other[x], other[y], marker, color=colour, markersize=markersize)
-    no_film = advice[advice["judgement"] == "no film"]
-    axis.plot(no_film[x], no_film[y], "x", color=style.GREY, markersize=markersize)
+    for judgement, (marker, _) in _NO_CHOICE.items():
+        here = advice[advice["judgement"] == judgement]
+        axis.plot(here[x], here[y], marker, color=style.GREY, markersize=markersize)
     axis.grid(False)
 
 
@@ -59,8 +68,11 @@ def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any
                 Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
                 style.symbol_handle(label, marker, color=colour, markersize=3.5),
             ]
-    none = style.symbol_handle("no film thick enough", "x", color=style.GREY, markersize=3.5)
-    return [*handles, none]
+    return handles + [
+        style.symbol_handle(label, marker, color=style.GREY, markersize=3.5)
+        for judgement, (marker, label) in _NO_CHOICE.items()
+        if (advice["judgement"] == judgement).any()
+    ]
 
 
 def cell_edges(centres: FloatArray, scale: str) -> FloatArray:

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from oilfilm.bearing.friction import HEATS
+from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.advice_map import advice_handles, cell_edges, draw_advice
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
@@ -175,10 +176,10 @@ _CAGE_SLIP_MAP = drawn_table(
 @register(
     name="cage-slip",
     title="Cage slip and choice of oil",
-    caption="Cage slip (%) at friction equilibrium against pitch diameter times speed (million "
-    "mm rpm) and axial load (kN), one panel per oil; line: limit of the paper. Last panel: colour "
-    "of the oil that the rules of the paper advise; symbols: best oil by calculated slip, where it "
-    "is another.",
+    caption="Cage slip (%) at friction equilibrium against dmN, pitch diameter times speed "
+    "(million mm rpm; U: entrainment speed of balls that roll), and axial load (kN), one panel per "
+    "oil; line: limit of the paper. Last panel: colour of the oil that the rules of the paper "
+    "advise; symbols: best oil by calculated slip, where it is another.",
     category="Bearing",
     family="bearing",
     tables=("cage_slip", "slip_advice"),
@@ -220,7 +221,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
     bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
     for axis in axes[max(count - columns, 0) :]:
-        axis.set_xlabel("Pitch diameter times speed (million mm rpm)")
+        axis.set_xlabel(f"dmN (million mm rpm; 1 is U = {entrainment_speed_m_s(1e6):.0f} m/s)")
     figure.supylabel("Axial load (kN)", fontsize=8)
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     style.say_key(

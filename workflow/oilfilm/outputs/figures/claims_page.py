@@ -87,6 +87,8 @@ def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
         look: dict[str, Any] = {"va": "top", "linespacing": 1.1, "parse_math": False}
         axis.text(0, row + 0.36, statement, fontsize=6, **look)
         for line, basis in enumerate(_BASES):
+            if basis not in of_claim.index:
+                continue  # a claim on speeds alone, which needs no fit
             _draw_line(axis, row + 0.28 + 0.46 * line, basis, of_claim.loc[basis])
     handles = [
         style.symbol_handle(verdict, style.VERDICT_MARKERS[verdict], color=colour, markersize=4)
@@ -134,4 +136,5 @@ def _worst_case(row: Mapping[str, Any]) -> str:
         if row[name] != "" and not pd.isna(row[name])
     ]
     condition = f" at {', '.join(known)}" if known else ""
-    return f"{row['worst_quantity']}: {row['worst_value']:.3g}{condition}"
+    detail = f" ({row['worst_detail']})" if row["worst_detail"] else ""
+    return f"{row['worst_quantity']}: {row['worst_value']:.2g}{detail}{condition}"

@@ -26,11 +26,12 @@ _SELECTION_MAP = drawn_table(
     "selection_map",
     "Drawn in the map of oils: one row per cell.",
     columns="""
-        panel basis inlet_temperature_c slide_roll_ratio entrainment_speed_m_s
+        panel basis inlet_temperature_c slide_roll_ratio cage_slip entrainment_speed_m_s
         max_hertz_pressure_gpa advised_oil best_oil judgement""",
     uses=(
         use("inlet_temperature_c", "of the panel", required=True),
         use("slide_roll_ratio", "of the panel", required=True),
+        use("cage_slip", "of the panel", required=True),
         use("entrainment_speed_m_s", "abscissa", required=True, at_least=0),
         use("max_hertz_pressure_gpa", "ordinate", required=True),
         use("advised_oil", "colour of the cell; white where empty"),
@@ -45,7 +46,9 @@ _SELECTION_MAP = drawn_table(
     title="Choice of oil",
     caption="Colour of the oil that the rules of the paper advise, against entrainment speed (m/s) "
     "and maximum Hertz pressure (GPa); symbols: best oil by traction and film, where it is "
-    "another.",
+    "another. Cage slip: that of the slide-roll ratio, by selection.reading. dmN: pitch diameter "
+    "times speed (mm rpm) of a bearing with this entrainment speed. Outside the film formula: the "
+    "choice depends on a film beyond the range of the thermal reduction.",
     category="Claims",
     family="claims",
     tables=("selection",),
@@ -74,7 +77,8 @@ def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
         temperature, slip = temperatures[number // len(slips)], slips[number % len(slips)]
         of_panel = table[(table[_PANEL[0]] == temperature) & (table[_PANEL[1]] == slip)]
         levels = dict(zip(_PANEL, (temperature, slip), strict=True))
-        panel = style.title_panel(axis, number, style.level_phrases(levels), fontsize=7)
+        title = f"{style.level_phrases(levels)}, cage slip {of_panel['cage_slip'].iloc[0]:.0%}"
+        panel = style.title_panel(axis, number, title, fontsize=6.5)
         axis.set(xscale="log", yscale="log")
         draw_advice(axis, of_panel, oils, _SPEED, _PRESSURE, 2.2)
         box = settings.printed.boxes.tested
@@ -103,5 +107,6 @@ def _label(figure: Figure, axis: Axes, bottom: Sequence[Axes], table: pd.DataFra
         side.set_minor_locator(NullLocator())
         side.set_minor_formatter(NullFormatter())
     # not of the figure as a whole, which would cover the key
-    bottom[len(bottom) // 2].set_xlabel("Entrainment speed U (m/s)")
+    dmn = style.bearing_speed_phrase(100).removeprefix("U = ")
+    bottom[len(bottom) // 2].set_xlabel(f"Entrainment speed U (m/s); {dmn}")
     figure.supylabel("Maximum Hertz pressure P (GPa)", fontsize=8)

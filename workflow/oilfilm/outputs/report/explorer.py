@@ -123,7 +123,12 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
         "lacking": [{"oil": oil, "why": why} for oil, why in lacking.items() if why],
         "points": {"shown": len(chosen), "accepted": len(accepted)},
         "selection": {
-            **settings.selection.model_dump(include={"limits", "rules", "indifference"}),
+            **settings.selection.model_dump(include={"rules", "indifference", "reading"}),
+            "limits": {
+                **settings.selection.limits.model_dump(),
+                "slide_roll_ratio": settings.selection.slide_roll_ratio_limit,
+                "fast_from_m_s": settings.selection.fast_from_m_s,
+            },
             "lambda_limit": settings.gates.lambda_limit,
         },
     }

@@ -76,13 +76,13 @@ function lambdaRatio(film, [pressure, speed, temperature, slip]) {
   const heating = fit.pressure_factor * (pressure / film.modulus_gpa) * loading ** fit.pressure_power;
   const shear = fit.shear_factor * (1 + fit.slip_factor * slip ** fit.slip_power)
     * loading ** fit.shear_power;
-  const ratio = cold * (1 - heating) / (1 + shear);
-  return ratio > 0 ? ratio : NaN;
+  // nearer to zero the reduction is beyond its range
+  return 1 - heating >= fit.least_numerator ? cold * (1 - heating) / (1 + shear) : NaN;
 }
 
 function states([pressure, speed, temperature, slip]) {
   const limits = DATA.selection.limits;
-  const slipping = slip > limits.slip_limit;
+  const slipping = slip > limits.slide_roll_ratio;
   return {
     slipping,
     gripping: !slipping,
@@ -103,18 +103,23 @@ function advise(point) {
     return { lacking: [...named].filter((name) => !known.includes(name)) };
   }
   const enough = choices.filter((oil) => oil.lambda > limit);
-  const preferred = (rule) => rule.prefer.map((name) => enough.find((oil) => oil.name === name)).find(Boolean);
+  const perhaps = choices.filter((oil) => !(oil.lambda <= limit));
+  const preferred = (rule, oils = enough) => (
+    rule.prefer.map((name) => oils.find((oil) => oil.name === name)).find(Boolean));
   const now = states(point);
   const applying = rules.filter((rule) => rule.when.every((name) => now[name]));
   if (!applying.length) return { lacking: [], rule: null };
   const rule = applying[0];
   const most = rule.aim === "most traction";
   const merit = (oil) => (most ? oil.mu : -oil.mu);
-  const best = enough.reduce((leader, oil) => (leader && !(merit(oil) > merit(leader)) ? leader : oil), undefined);
+  const bestOf = (oils) => (
+    oils.reduce((leader, oil) => (leader && !(merit(oil) > merit(leader)) ? leader : oil), undefined));
+  const best = bestOf(enough);
   const advised = preferred(rule);
+  const outside = preferred(rule, perhaps) !== advised || bestOf(perhaps) !== best;
   const ratio = advised ? advised.mu / best.mu : NaN;
   const loss = most ? 1 - ratio : ratio - 1;
-  const judgement = !advised ? (best ? "rule has none" : "no film")
+  const judgement = outside ? "outside the film formula" : !advised ? (best ? "rule has none" : "no film")
     : loss <= indifference ? "agree" : "disagree";
   const contradicting = applying.filter((other) => preferred(other) !== advised);
   return { lacking: [], rule, advised, best, loss, judgement, contradicting };
@@ -134,6 +139,9 @@ function adviceSentences(point) {
   const limit = DATA.selection.lambda_limit;
   const sentences = [`Rule "${rule.name}" (section ${rule.section} of the paper) decides. Aim: ${
     rule.aim}. Order of preference: ${rule.prefer.join(", ")}.`];
+  if (judgement === "outside the film formula") {
+    return `${sentences[0]} The choice depends on a film beyond the range of the thermal reduction: no advice.`;
+  }
   if (judgement === "no film") return `${sentences[0]} No oil has enough film here (lambda above ${limit}).`;
   sentences.push(advised ? `Advised: ${advised.name}, the first with enough film (${film(advised)}; limit ${limit}).`
     : `None of them has enough film (lambda above ${limit}).`);

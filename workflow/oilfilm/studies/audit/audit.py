@@ -27,6 +27,7 @@ _JUDGED_ON = {
     "tested": "the box tested by the paper",
     "extrapolated": "the box of figs 7 to 10",
     "data": "the campaign's data",
+    "formula": "the paper's Eq. 1",
 }
 _CONDITION_FORMS = ("P {:.3g} GPa", "U {:.3g} m/s", "T {:.3g} degC", "S {:.3g}")
 
@@ -133,6 +134,8 @@ def audit(
 ) -> pd.DataFrame:
     """Table of claims: one row per claim and basis, in the paper's order.
 
+    Claims on speeds alone need no fit: they are judged once, with what the paper prints.
+
     Args:
         claims: The paper's claims.
         evidence: The bases.
@@ -152,6 +155,7 @@ def audit(
         }
         for claim in claims
         for basis in evidence
+        if CHECKS[claim.id].where != "formula" or basis.basis == "printed"
     ]
     return tables.from_rows(rows, "claims")
 
@@ -159,7 +163,7 @@ def audit(
 def _judge(
     check: Check, evidence: Evidence, boxes: Mapping[str, Grid], settings: Settings
 ) -> dict[str, Any]:
-    grids = boxes if check.where != "data" else {"data": boxes["tested"]}
+    grids = boxes if check.where in boxes else {check.where: boxes["tested"]}
     row: dict[str, Any] = {
         "judged_on": _JUDGED_ON[check.where],
         "verdict": "cannot be checked",
@@ -167,6 +171,7 @@ def _judge(
         **dict.fromkeys(("share", "share_tested_box", "share_extrapolated_box"), np.nan),
         "worst_quantity": "",
         "worst_oil": "",
+        "worst_detail": "",
         **dict.fromkeys((f"worst_{name}" for name in (*AXES, "value")), np.nan),
     }
     try:
@@ -188,7 +193,7 @@ def _judge(
     row |= {
         f"share_{name}_box": other.share
         for name, other in findings.items()
-        if name != "data" and other is not None
+        if name in boxes and other is not None
     }
     worst = finding.worst_case
     return row | {
@@ -208,7 +213,7 @@ def _sentence(finding: Finding, evidence: Evidence) -> str:
     first = f"Holds in {percent(finding.share)} of {len(finding.cases)} cases"
     if len(by_oil) > 1:
         first += f" ({', '.join(f'{oil} {percent(value)}' for oil, value in by_oil.items())})"
-    parts = ", ".join(f"{part} {percent(share(holds))}" for part, holds in finding.parts.items())
+    parts = "; ".join(f"{part}: {percent(share(holds))}" for part, holds in finding.parts.items())
     sentences = [f"{text}." for text in (why, first, parts, _worst(finding)) if text]
     left_out = [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
     return " ".join([*sentences, *finding.remarks, *left_out])
@@ -223,9 +228,10 @@ def _worst(finding: Finding) -> str:
         for name, form in zip(AXES, _CONDITION_FORMS, strict=True)
         if not np.isnan(worst[name])
     ]
-    head = "Worst" if finding.share < 1 else "Nearest to failing"
-    sentence = f"{head}: {finding.quantity} is {worst['value']:{finding.form}}"
-    return f"{sentence} at {', '.join(conditions)}" if conditions else sentence
+    head = "Worst case" if finding.share < 1 else "Case nearest to failing"
+    where = f" ({', '.join(conditions)})" if conditions else ""
+    detail = f" ({worst['detail']})" if worst["detail"] else ""
+    return f"{head}{where}: {finding.quantity} {worst['value']:{finding.form}}{detail}"
 
 
 def percent(share: float) -> str:

@@ -11,9 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from oilfilm.bearing.kinematics import (
+    cage_slip,
+    entrainment_speed_m_s,
+    inner_slide_roll_ratio,
+    pitch_speed_mm_rpm,
+    surface_speed_m_s,
+)
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.evidence import (
-    BoolArray,
     Evidence,
     Finding,
     NotCheckableError,
@@ -24,9 +30,10 @@ from oilfilm.studies.law_comparison import TIE
 from oilfilm.studies.operating_grid import Grid
 from oilfilm.studies.torque_control import bistable_points
 from oilfilm.traction.law import Law
-from oilfilm.units import FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 _P, _U, _T, _S = 1, 2, 3, 4  # axes of the arrays
+_GAMMAS = (0.0, 0.1, 0.2, 0.3)  # D cos(alpha)/dm of ball bearings
 # Sizes of each coefficient that stand for all that a law allows.
 _SIZES = 6
 _ROUNDING = 1e-15
@@ -40,8 +47,8 @@ class Check:
     Attributes:
         judge: Finds the cases; None where the box has none for the claim.
         definition: What would make the claim hold, with keys of the configuration in braces.
-        where: Box on which the verdict rests, `tested` or `extrapolated`, or `data` where the check
-            looks at tables and no box.
+        where: Box on which the verdict rests, `tested` or `extrapolated`; `data` where the check
+            looks at tables, `formula` where it looks at the paper's Eq. 1, and at no box.
     """
 
     judge: Judge
@@ -69,7 +76,7 @@ def _zero_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     judged = cases(still, evidence.oils, mu <= settings.audit.zero_traction_max, mu)
     return Finding(
         judged,
-        "|mu| at no slip",
+        "|mu| at S = 0",
         ".3g",
         worst="largest",
         by_construction=_of_equation(evidence, lambda law: _any_constants(law, np.zeros(1)) == 0),
@@ -87,7 +94,7 @@ def _non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
     slip = _curve(settings)
     return Finding(
         judged,
-        "smallest mu of a curve beyond no slip",
+        "smallest mu of a curve beyond S = 0",
         ".2g",
         worst="smallest",
         by_construction=_of_equation(evidence, lambda law: _any_constants(law, slip) >= 0),
@@ -103,8 +110,8 @@ def _non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
 def _linear_start(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     end = _linear_range(evidence, grid, settings)
     judged = cases(grid, evidence.oils, end >= settings.audit.linear_to_slip, end)
-    remark = f"It ends at S {_range(end)}."
-    quantity = "end of the linear range, S"
+    remark = f"The linear range ends at S {_range(end)}."
+    quantity = "S at the end of the linear range"
     return Finding(judged, quantity, ".3g", worst="smallest", remarks=[remark])
 
 
@@ -122,13 +129,12 @@ def _peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
     slight = decline <= settings.printed.signs.decline_max
     return Finding(
         cases(grid, evidence.oils, peaks & slight, decline),
-        f"loss between the peak and S {slip[-1]:g}",
+        f"loss of mu between the peak and S {slip[-1]:g}",
         ".0%",
         worst="largest",
-        parts={"a peak": peaks, "a slight decline or none": slight},
+        parts={"mu has a peak": peaks, "it loses little or nothing behind it": slight},
         remarks=[
-            f"At {grid.inlet_temperature_c[0]:g} degC the loss is "
-            f"{_range(of_oil[:, :, 0], '.0%')} for {oil}."
+            f"At {grid.inlet_temperature_c[0]:g} degC {oil} loses {_range(of_oil[:, :, 0], '.0%')}."
             for oil, of_oil in zip(evidence.oils, decline, strict=True)
         ],
     )
@@ -136,8 +142,9 @@ def _peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
 
 @_check(
     "falls-with-temperature",
-    "mu falls from each level of T to the next, and by more a degree at {audit.cold_band_c[0]:g}-"
-    "{audit.cold_band_c[1]:g} degC than at {audit.hot_band_c[0]:g}-{audit.hot_band_c[1]:g} degC.",
+    "mu falls from each level of T to the next, and by more per degree at "
+    "{audit.cold_band_c[0]:g}-{audit.cold_band_c[1]:g} degC than at {audit.hot_band_c[0]:g}-"
+    "{audit.hot_band_c[1]:g} degC.",
 )
 def _falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     mu = evidence.traction(grid)
@@ -151,16 +158,19 @@ def _falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) 
     cold, hot = (f"{band[0]:g}-{band[1]:g}" for band in bands)
     return Finding(
         cases(grid, evidence.oils, always & steeper, _last_over_first(mu, _T)),
-        f"mu at {high:g} degC over mu at {low:g} degC",
+        f"ratio of mu at {high:g} degC to mu at {low:g} degC",
         worst="largest",
-        parts={"mu falls at every step": always, f"steeper at {cold} than at {hot} degC": steeper},
+        parts={
+            "mu falls at every step": always,
+            f"it falls more steeply at {cold} than at {hot} degC": steeper,
+        },
     )
 
 
 @_check(
     "falls-with-speed",
-    "mu falls from each level of U to the next, and over the last third of the speeds changes by "
-    "less than it falls over the first.",
+    "mu falls from each level of U to the next, and changes less over the last third of the speeds "
+    "than it falls over the first third.",
 )
 def _falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     mu = evidence.traction(grid)
@@ -170,7 +180,7 @@ def _falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Fin
     always, levels_off = _falls(mu, _U), np.abs(fall[:, :, 2:]) < fall[:, :, :1]
     return Finding(
         cases(grid, evidence.oils, always & levels_off, _last_over_first(mu, _U)),
-        f"mu at {high:g} m/s over mu at {low:g} m/s",
+        f"ratio of mu at {high:g} m/s to mu at {low:g} m/s",
         worst="largest",
         parts={"mu falls at every step": always, "it levels off": levels_off},
     )
@@ -192,9 +202,9 @@ def _rises_with_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
         cases(grid, evidence.oils, always & straight, r2),
         "R2 of the straight line mu(P)",
         worst="smallest",
-        parts={"mu rises at every step": always, "straight enough": straight},
+        parts={"mu rises at every step": always, "the line is straight enough": straight},
         remarks=[
-            f"R2 is {np.nanmedian(of_oil):.2f} in the median for {oil}."
+            f"The median R2 of {oil} is {np.nanmedian(of_oil):.2f}."
             for oil, of_oil in zip(evidence.oils, r2, strict=True)
         ],
     )
@@ -215,11 +225,11 @@ def _earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     begin = slip[np.argmax(reached, axis=_S)]
     return Finding(
         cases(grid, evidence.oils, _falls(end, _P), _last_over_first(end, _P)),
-        f"end of the linear range at {high:g} GPa over that at {low:g} GPa",
+        f"ratio of the linear range's end at {high:g} GPa to that at {low:g} GPa",
         worst="largest",
         remarks=[
-            f"{plateau_share:.0%} of the peak is reached at S {np.median(of_oil[:, :, 0]):.2g} at "
-            f"{cold:g} degC and at S {np.median(of_oil[:, :, 1]):.2g} at {hot:g} degC for {oil}."
+            f"{oil} reaches {plateau_share:.0%} of its peak at S {np.median(of_oil[:, :, 0]):.2g} "
+            f"at {cold:g} degC and at S {np.median(of_oil[:, :, 1]):.2g} at {hot:g} degC."
             for oil, of_oil in zip(evidence.oils, begin, strict=True)
         ],
     )
@@ -241,18 +251,19 @@ def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     ends = np.exp(np.log(mu[-1] / mu[0]).mean(axis=(1, 2, 3)))[[0, -1]]
     remarks = [
         f"The commonest order is {commonest} ({counts.max() / len(orders):.0%}).",
-        f"{oils[-1]}/{oils[0]} is {ends[0]:.2f} at {pressure[0]:g} GPa and {ends[1]:.2f} at "
-        f"{pressure[-1]:g} GPa in the mean.",
+        f"The mean ratio of mu of {oils[-1]} to mu of {oils[0]} is {ends[0]:.2f} at "
+        f"{pressure[0]:g} GPa and {ends[1]:.2f} at {pressure[-1]:g} GPa.",
     ]
     first = (ratios[0] > 1).mean(axis=(1, 2, 3))
     if first[0] < 0.5 < first[-1] and (np.diff(first) >= 0).all():
         turn = np.interp(0.5, first, pressure)
         remarks.append(
-            f"{oils[1]} is above {oils[0]} at most operating points below {turn:.1f} GPa."
+            f"Below {turn:.1f} GPa {oils[1]} has more traction than {oils[0]} at most operating "
+            "points."
         )
     return Finding(
         cases(grid, [""], smallest > 1, smallest),
-        "smallest ratio of an oil's mu to that of the next thinner oil",
+        "smallest ratio of an oil's mu to that of the next less viscous oil",
         worst="smallest",
         parts={
             f"{thick} > {thin}": pair > 1
@@ -264,8 +275,8 @@ def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Find
 
 @_check(
     "hot-convergence",
-    "The oils' spread of mu over their mean is at the hottest level {audit.convergence_max:.0%} of "
-    "that at the coldest, or less.",
+    "The oils' relative spread of mu (largest less smallest, over the mean) at the hottest level "
+    "is at most {audit.convergence_max:.0%} of that at the coldest level.",
 )
 def _hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     ends = grid.inlet_temperature_c[[0, -1]]
@@ -276,13 +287,13 @@ def _hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     cold, hot = relative.mean(axis=(0, 1, 2, 4))
     return Finding(
         cases(grid, [""], ratio <= settings.audit.convergence_max, ratio),
-        "relative spread hot over cold",
+        f"relative spread at {ends[1]:g} degC over that at {ends[0]:g} degC",
         worst="largest",
-        parts={"any decrease at all": ratio < 1},
+        parts={"the relative spread decreases at all": ratio < 1},
         remarks=[
-            f"The spread over the mean is {cold:.2f} at {ends[0]:g} degC and {hot:.2f} at "
-            f"{ends[1]:g} degC on average; the plain difference of mu shrinks at "
-            f"{_falls(spread, _T).mean():.0%} of the operating points, as mu itself does."
+            f"The average relative spread is {cold:.2f} at {ends[0]:g} degC and {hot:.2f} at "
+            f"{ends[1]:g} degC. The difference of mu itself decreases at "
+            f"{_falls(spread, _T).mean():.0%} of the operating points, because mu decreases."
         ],
     )
 
@@ -301,18 +312,19 @@ def _speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings)
     milder = _falls(drop / mu[:, :, :, :1], _U).mean()
     return Finding(
         cases(grid, evidence.oils, ratio < 1, ratio),
-        f"fall of mu at {speeds[1]:g} m/s over that at {speeds[0]:g} m/s",
+        f"ratio of the fall of mu at {speeds[1]:g} m/s to that at {speeds[0]:g} m/s",
         worst="largest",
         remarks=[
-            f"Relative to mu itself the fall is milder at {milder:.0%} of the operating points."
+            f"Relative to mu itself the fall is smaller at {milder:.0%} of the operating points."
         ],
     )
 
 
 @_check(
     "full-film",
-    "lambda lies above gates.lambda_limit and the film above {audit.film_min_um:g} um; the refit "
-    "is judged at the campaign's own points, the printed basis in the box tested by the paper.",
+    "lambda is above gates.lambda_limit and the film is thicker than {audit.film_min_um:g} um; the "
+    "refit is judged at the campaign's own points, the printed basis in the box tested by the "
+    "paper.",
     where="tested",
 )
 def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
@@ -336,9 +348,16 @@ def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
         judged = cases(curve, evidence.falling_viscosity, holds, margin)
     else:
         judged = points.assign(holds=holds, value=margin)
+    judged = judged.assign(
+        detail=np.where(
+            (ratio / limit < thickness / film_min).ravel(),
+            [f"lambda {value:.2g}, limit {limit:g}" for value in ratio.ravel()],
+            [f"film {value:.2g} um, limit {film_min:g} um" for value in thickness.ravel()],
+        )
+    )
     return Finding(
         judged,
-        "the smaller of lambda and film, each over its limit",
+        "smallest ratio to its limit",
         worst="smallest",
         parts={f"lambda > {limit:g}": full, f"film > {film_min:g} um": thick},
         remarks=[f"Calculated for {origin}; the thinnest film is {np.nanmin(thickness):.3f} um."],
@@ -355,7 +374,7 @@ def _wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
     mu = fits["zero_slip_traction"].abs()
     return Finding(
         _of_rows(fits, mu > settings.audit.zero_traction_max, mu),
-        "|mu| at no slip",
+        "|mu| at S = 0",
         ".3g",
         worst="smallest",
         remarks=[
@@ -380,10 +399,10 @@ def _wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
     relative = growth / fits["oil"].map(own["left_out_rmse"] / own["rmse"])
     return Finding(
         _of_rows(fits, relative > settings.audit.overfit_min, relative),
-        "growth of the error on curves left out, over that of the paper's law",
+        "growth of the error on curves left out, relative to the paper's law",
         worst="smallest",
         remarks=[
-            f"{row['oil']} by {row['law']}: error {row['rmse']:.2g} on its own curves, "
+            f"{row['oil']} by {row['law']}: error {row['rmse']:.2g} on fitted curves, "
             f"{row['left_out_rmse']:.2g} on curves left out."
             for row in fits.to_dict("records")
         ],
@@ -441,27 +460,83 @@ def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
 
 
 @_check(
+    "rolling-speed",
+    "U = (U1 + U2)/2 (Eq. 1) of balls that roll on both races at dmN "
+    "{selection.stated.pitch_speed_mm_rpm:.1e} mm rpm is "
+    "{selection.stated.entrainment_speed_m_s:g} m/s within {audit.kinematic_tolerance:.0%}, for "
+    "D cos(alpha)/dm from 0 to 0.3.",
+    where="formula",
+)
+def _rolling_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+    stated = settings.selection.stated
+    pitch_speed, speed = stated.pitch_speed_mm_rpm, stated.entrainment_speed_m_s
+    rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
+    near = np.abs(rolling / speed - 1) <= settings.audit.kinematic_tolerance
+    return Finding(
+        pd.DataFrame({"oil": "", "holds": near, "value": rolling}),
+        "entrainment speed (m/s)",
+        ".0f",
+        worst="smallest",
+        remarks=[
+            f"U is {_range(rolling, '.0f')} m/s at dmN {pitch_speed:.1e} mm rpm; "
+            f"{surface_speed_m_s(pitch_speed):.0f} m/s is the surface speed of the ring at the "
+            f"pitch diameter. U = {speed:g} m/s is dmN {pitch_speed_mm_rpm(speed):.1e} mm rpm."
+        ],
+    )
+
+
+@_check(
+    "slip-is-cage-slip",
+    "S = dU/U (Eq. 1) at the inner race of balls that roll on the outer one is the cage slip "
+    "within {audit.kinematic_tolerance:.0%}, for a cage slip of 5 to 40 % and D cos(alpha)/dm from "
+    "0 to 0.3.",
+    where="formula",
+)
+def _slip_is_cage_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+    choice, slip = settings.selection, np.linspace(0.05, 0.4, 8)
+    ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
+    limit = choice.limits.slip_limit
+    at_limit = inner_slide_roll_ratio(limit, choice.gamma)
+    return Finding(
+        pd.DataFrame(
+            {
+                "oil": "",
+                "holds": np.abs(ratio - 1) <= settings.audit.kinematic_tolerance,
+                "value": ratio,
+            }
+        ),
+        "ratio of S to the cage slip",
+        worst="largest",
+        remarks=[
+            f"The ratio is {_range(ratio)}: S = 2 s/(1 + gamma (1 - s)). A cage slip of "
+            f"{limit:.0%} is S = {at_limit:.2g} (gamma {choice.gamma:g}), and S = {limit:g} is a "
+            f"cage slip of {cage_slip(limit, choice.gamma):.1%}."
+        ],
+    )
+
+
+@_check(
     "light-load-4102",
     "Below {selection.limits.light_below_gpa:g} GPa the most viscous oil has the largest mu.",
 )
 def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
-    limits = settings.selection.limits
-    light = _within(grid, above=-np.inf, below=limits.light_below_gpa)
+    limits, slip_limit = settings.selection.limits, settings.selection.slide_roll_ratio_limit
+    light = _within(_to_the_end(grid, settings), above=-np.inf, below=limits.light_below_gpa)
     if light is None:
         return None
     mu = evidence.traction_by_viscosity(light)
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
     hot = light.inlet_temperature_c >= limits.hot_from_c
-    fast = light.entrainment_speed_m_s >= limits.fast_from_m_s
-    slipping = light.slide_roll_ratio > limits.slip_limit
+    fast = light.entrainment_speed_m_s >= settings.selection.fast_from_m_s
+    slipping = light.slide_roll_ratio > slip_limit
     corner = ratio[:, :, fast][:, :, :, hot][..., slipping]
     remark = (
-        f"Fast, hot and slipping by more than {limits.slip_limit:.0%} (conclusion 4) it has the "
-        f"most at {share(corner > 1):.0%} of the operating points."
+        f"Fast, hot and with a cage slip above {limits.slip_limit:.0%} (S above {slip_limit:.2g}; "
+        f"conclusion 4) it has the most at {share(corner > 1):.0%} of the operating points."
     )
     return Finding(
         cases(light, [""], ratio > 1, ratio),
-        f"mu of {evidence.falling_viscosity[0]} over the largest of the others",
+        f"ratio of mu of {evidence.falling_viscosity[0]} to the largest of the others",
         worst="smallest",
         remarks=[remark] if corner.size else [],
     )
@@ -469,11 +544,13 @@ def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
 
 @_check(
     "slip-15",
-    "Up to S {selection.limits.slip_limit:g} the least viscous oil, where its film is thick "
-    "enough, has the smallest mu; beyond, mu rises with viscosity.",
+    "Up to S {selection.slide_roll_ratio_limit:.2g}, which is a cage slip of "
+    "{selection.limits.slip_limit:.0%} (selection.reading: {selection.reading}), the least viscous "
+    "oil, where its film is thick enough, has the smallest mu; beyond, mu rises with viscosity.",
 )
 def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
-    mu, slip_limit = evidence.traction_by_viscosity(grid), settings.selection.limits.slip_limit
+    grid = _to_the_end(grid, settings)
+    mu, slip_limit = evidence.traction_by_viscosity(grid), settings.selection.slide_roll_ratio_limit
     oil, adequate = _thinnest(evidence, grid)
     slipping = grid.slide_roll_ratio > slip_limit
     least = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
@@ -485,11 +562,11 @@ def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
     below, above = value[..., ~slipping][adequate[..., ~slipping]], value[..., slipping]
     return Finding(
         cases(grid, [""], value < 1, value)[checked.ravel()],
-        "mu over that of the oil that should have more",
+        "ratio of an oil's mu to that of the oil that should have more",
         worst="largest",
         parts={
-            f"{oil} heats least up to {slip_limit:.0%} slip": below < 1,
-            "traction rises with viscosity beyond": above < 1,
+            f"{oil} heats least up to S {slip_limit:.2g}": below < 1,
+            "beyond, traction rises with viscosity": above < 1,
         },
         remarks=[
             f"The film of {oil} is thick enough at {adequate.mean():.0%} of the operating points."
@@ -513,7 +590,7 @@ def _heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     return Finding(
         cases(heavy, [""], ratio < 1, ratio)[adequate.ravel()],
-        f"mu of {oil} over the smallest of the others",
+        f"ratio of mu of {oil} to the smallest of the others",
         worst="largest",
         remarks=[f"Its film is thick enough at {adequate.mean():.0%} of the operating points."],
     )
@@ -543,6 +620,12 @@ def _curve(settings: Settings) -> FloatArray:
     """Slips of a whole curve."""
     end = settings.printed.boxes.tested.slide_roll_ratio[1]
     return np.linspace(0.0, end, settings.audit.curve_points)
+
+
+def _to_the_end(grid: Grid, settings: Settings) -> Grid:
+    """The grid with the largest tested slip as well, where the limit of cage slip lies."""
+    end = settings.printed.boxes.tested.slide_roll_ratio[1]
+    return grid.at(slide_roll_ratio=np.union1d(grid.slide_roll_ratio, end))
 
 
 def _linear_range(evidence: Evidence, grid: Grid, settings: Settings) -> FloatArray:

@@ -6,16 +6,13 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.studies.operating_grid import AXES, Film, Grid, traction
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
-from oilfilm.units import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
+from oilfilm.units import BoolArray, FloatArray
 
 
 class NotCheckableError(Exception):
@@ -138,7 +135,8 @@ class Finding:
     """Every case in which a claim was checked, and how it fared.
 
     Attributes:
-        cases: Columns oil, holds, value and the grid's axes (null where a case spans an axis).
+        cases: Columns oil, holds, value, the grid's axes (null where a case spans an axis), and
+            `detail` where more is to be said of a case.
         quantity: What `value` is, for a sentence.
         form: How to print it.
         worst: Which value is the worst.
@@ -170,7 +168,8 @@ class Finding:
         among = self.cases if failing.empty else failing
         values = among["value"].to_numpy()
         index = (values if self.worst == "largest" else -values).argmax()
-        return among.iloc[int(index)].reindex(["oil", *AXES, "value"])
+        worst = among.iloc[int(index)].reindex(["oil", *AXES, "value", "detail"])
+        return worst.fillna({"detail": ""})
 
 
 def share(holds: BoolArray) -> float:
