@@ -39,7 +39,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup test lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-fit bench-coverage lock schemas licences upgrade clean help
+	bench-ingest bench-fit bench-coverage bench-plan lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -106,6 +106,9 @@ $(LOCKED): requirements.lock
 $(READY): $(LOCKED) pyproject.toml
 	@$(INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
+
+bench-plan: $(READY) ## planned tests against random ones, on simulated campaigns (a minute)
+	$(BIN)/python benchmarks/plan.py
 
 bench-ingest: $(READY) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py

@@ -1,5 +1,6 @@
 """The command: a verdict with reason and advice, a prediction with interval, in sentences."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,8 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     about = {"campaign": "demo", "data": "simulated", "rule": "fits"}
     for name, table in demo.fit("4102", searches=2, bootstrap=50).tables.items():
         tables.write(table, name, folder / "demo" / "tables" / f"{name}.parquet", about)
+    path = folder / "demo" / "tables" / "points.parquet"
+    tables.write(demo.curated.points, "points", path, about)
     return folder
 
 
@@ -143,3 +146,60 @@ def test_bare_number_is_in_the_unit_asked_for() -> None:
     assert quantity("-4e1 degF", "degC", "--temperature") == pytest.approx(-40)
     with pytest.raises(OilfilmError, match="--speed"):
         quantity("1.2.3", "m/s", "--speed")
+
+
+def plan(results: Path, *options: str) -> int:
+    return main(["plan", "--results", str(results), "--oil", "4102", *CONFIG, *options])
+
+
+def test_plan_names_conditions_in_their_order_and_what_it_trusts(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert plan(results, "--count", "3") == 0
+    text = capsys.readouterr().out
+    assert "4102 in mainshaft-167: standard uncertainty of the friction torque" in text
+    assert "over 24 operating points" in text  # of torque.matrix
+    assert "The plan trusts the law's form" in text
+    assert "from campaign demo, simulated data" in text
+    assert plan(results, "--count", "3", "--json") == 0
+    stated = json.loads(capsys.readouterr().out)
+    tests = stated["tests"]
+    assert [test["test_order"] for test in tests] == [1, 2, 3]
+    rows = text.split("uncertainty then\n")[1].splitlines()
+    for test, row in zip(tests, rows[:3], strict=True):
+        number, pressure, speed, temperature, *_ = row.split()
+        assert int(number) == test["test_order"]
+        assert float(pressure) == test["max_hertz_pressure_gpa"]
+        assert float(speed) == test["entrainment_speed_m_s"]
+        assert float(temperature) == test["inlet_temperature_c"]
+    promised = [stated["uncertainty_now"], *(test["uncertainty_with_plan"] for test in tests)]
+    assert promised == sorted(promised, reverse=True)
+    assert stated["uncertainty_now_without_calibration"] < stated["uncertainty_now"]
+
+
+def test_plan_for_another_bearing_and_duty_point(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    duty = ["--bearing", "harris-218", "--duty", "20kN,5000rpm,100degC"]
+    assert plan(results, *duty, "--for", "cage-slip", "--json") == 0
+    stated = json.loads(capsys.readouterr().out)
+    assert (stated["bearing"], stated["target"]) == ("harris-218", "cage_slip")
+    assert [point["at"] for point in stated["operating_points"]] == ["20000 N, 5000 rpm, 100 degC"]
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--bearing", "nothing"], "--bearing: there is no"),
+        (["--duty", "20kN,5000rpm"], "expected axial load, speed and oil temperature"),
+        (["--duty", "20kN,5000rpm,100bar"], "--duty: found '100bar'"),
+        (["--duty=-20kN,5000rpm,100degC"], "three numbers above 0"),
+        (["--count", "0"], "--count: found 0; expected 1 to 50"),
+        (["--oil", "water"], "no fit of oil 'water'"),
+    ],
+)
+def test_mistakes_in_a_plan_are_told(
+    results: Path, capsys: pytest.CaptureFixture[str], options: list[str], sentence: str
+) -> None:
+    assert plan(results, *options) == 2
+    assert sentence in capsys.readouterr().err

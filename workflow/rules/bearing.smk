@@ -120,3 +120,20 @@ rule heat_balance:
         ),
     script:
         "../scripts/heat_balance.py"
+
+
+rule test_plan:
+    "Rig conditions to test next: those that most reduce the uncertainty of torque or cage slip."
+    input:
+        **finished("coefficients", "fit_quality", "refits", "points"),
+    output:
+        test_plan="<tables>/test_plan.parquet",
+    log:
+        "<logs>/test-plan.log",
+    params:
+        code=code("test_plan.py"),
+        config=part(
+            "rigs", "oils", "bearings", "bearing", "film", "gates", "plan", campaign=("torque",)
+        ),
+    script:
+        "../scripts/test_plan.py"

@@ -113,6 +113,7 @@ wildcard_constraints:
 TORQUE_TABLES = (
     *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
     *("cage_slip", "slip_advice", "advice_band", "heat_balance", "size_effect", "published_tests"),
+    "test_plan",
 )
 EXTRAPOLATION_TABLES = ("extrapolation", "extrapolation_errors")
 

@@ -1,4 +1,4 @@
-"""The command `oilfilm`: check logs, predict traction, verify and compare releases.
+"""The command `oilfilm`: check logs, predict traction, plan tests, verify and compare releases.
 
 Everything else is a target of snakemake.
 """
@@ -6,22 +6,20 @@ Everything else is a target of snakemake.
 import argparse
 import io
 import os
-import re
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
 from oilfilm import tables
-from oilfilm.cli import check
+from oilfilm.cli import check, plan
+from oilfilm.cli.arguments import add_results, campaign_folder
+from oilfilm.cli.arguments import quantity as quantity
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, read_fit
-from oilfilm.readers.base import LARGEST_READING
 from oilfilm.releases.commands import add_commands
 from oilfilm.releases.manifest import printable
 from oilfilm.traction.law import QUANTITIES
-from oilfilm.units import conversion
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -68,15 +66,9 @@ def _parser() -> argparse.ArgumentParser:
         meaning = f"{QUANTITIES[name].meaning}, as {example}"
         predict.add_argument(option, metavar=example, help=meaning)
     predict.add_argument("--slip", required=True, help="slide-roll ratio, as 0.05 or 5%%")
-    predict.add_argument(
-        "--results",
-        type=Path,
-        default=Path("results"),
-        help="folder of a campaign's results, as results/demo, or folder of all campaigns "
-        "(default: results)",
-    )
-    predict.add_argument("--campaign", help="campaign in the folder of all (default: demo)")
+    add_results(predict)
     predict.set_defaults(run=_predict)
+    plan.add_command(commands)
     add_commands(commands)
     return parser
 
@@ -87,51 +79,11 @@ def _predict(options: argparse.Namespace) -> int:
         typed = getattr(options, option.removeprefix("--"))
         if typed is not None:
             at[name] = quantity(typed, QUANTITIES[name].unit, option)
-    folder = _campaign_folder(options.results, options.campaign)
+    folder, about = campaign_folder(options.results, options.campaign)
     fit = read_fit(folder, options.oil)
-    footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
-    campaign, data = footer.get("campaign"), footer.get("data")
-    if options.campaign not in (None, campaign):
-        raise OilfilmError(
-            f"{folder}: has results of the campaign {campaign!r}; expected {options.campaign!r}. "
-            "Leave out --campaign or correct --results."
-        )
     print(prediction(fit, options.oil, at))
-    print(f"from campaign {campaign}, {data} data")
+    print(f"from campaign {about['campaign']}, {about['data']} data")
     return 0
-
-
-def _campaign_folder(results: Path, campaign: str | None) -> Path:
-    """The folder of a campaign's results: `results` itself, or the campaign's folder in it."""
-    inside = results / (campaign or "demo")
-    folder = results if (results / "tables").is_dir() else inside
-    if not (folder / "tables").is_dir():
-        raise OilfilmError(
-            f"{results}: has no results of a campaign: there is neither {results / 'tables'} nor "
-            f"{inside / 'tables'}. Run snakemake, or correct --results or --campaign."
-        )
-    return folder
-
-
-def quantity(text: str, unit: str, option: str) -> float:
-    """Convert a typed number with its unit to `unit`; a bare number is in `unit` already.
-
-    Raises:
-        OilfilmError: It is no number, or its unit measures something else.
-    """
-    number = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
-    expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
-    if "," in text:
-        expected += ", with a decimal point and no comma"
-    if number is None:
-        raise OilfilmError(f"{option}: found {text!r}; {expected}.")
-    try:
-        value = float(number[1])
-        if abs(value) >= LARGEST_READING:
-            raise ValueError(f"no quantity is {LARGEST_READING:g} or more")
-        return float(conversion(number[2] or unit, (unit,)).of(np.array(value)))
-    except ValueError as error:
-        raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None
 
 
 def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> str:

@@ -404,6 +404,43 @@ class OperatingPoint(Group):
     inlet_temperature_c: TemperatureC = key("Inlet temperature.")
 
 
+class PointOfTraction(OperatingPoint):
+    """An operating point of a law with its slip."""
+
+    slide_roll_ratio: SlideRollRatio = key("Slide-roll ratio.")
+
+
+class DutyPoint(Group):
+    """An operating point of a bearing."""
+
+    axial_load_n: LoadN = key("Axial load.")
+    inner_speed_rpm: SpeedRpm = key("Speed of the inner ring.")
+    oil_temperature_c: TemperatureC = key("Oil temperature.")
+
+
+class PlanLevels(Group):
+    """Levels of the tests to choose from, each with each."""
+
+    max_hertz_pressure_gpa: Rising[PressureGpa] = key("Maximum Hertz pressures, rising.")
+    entrainment_speed_m_s: Rising[SpeedMs] = key("Entrainment speeds, rising.")
+    inlet_temperature_c: Rising[TemperatureC] = key("Inlet temperatures, rising.")
+
+
+class PlanSettings(Group):
+    """Which tests to run next."""
+
+    tests: int = key("Tests of a plan, chosen one after the other.", ge=1, le=50)
+    levels: PlanLevels = key("Levels of the tests to choose from.")
+    duty_points: list[DutyPoint] = key(
+        "Operating points of the bearing; those of `torque.matrix` if not given, else those of "
+        "`bearing.cage_slip`.",
+        default=[],
+    )
+    traction_at: Levels[PointOfTraction] = key(
+        "Points whose mu is planned for where there is no bearing."
+    )
+
+
 class ExportSettings(Group):
     """Laws for other programs."""
 
@@ -689,6 +726,7 @@ class ConfigKeys(Group):
     torque_logs: TorqueLogSettings = key("Logs of a bearing's friction torque.")
     compare: CompareSettings = key("Laws compared on the same points.")
     bearing: BearingSettings = key("What a bearing's torque is calculated with, beside the law.")
+    plan: PlanSettings = key("Which tests to run next.")
     exports: ExportSettings = key("Laws for other programs.")
     printed: PrintedSettings = key("How the printed constants are judged.")
     audit: AuditSettings = key("How the paper's claims are judged.")

@@ -12,9 +12,12 @@ from oilfilm.settings.base import (
     Group,
     LoadN,
     PoissonRatio,
+    PressureGpa,
     RelativeError,
     RoughnessUm,
+    SlideRollRatio,
     SpeedMs,
+    TemperatureC,
     TemperatureErrorC,
     Text,
     TrackRadiusM,
@@ -50,6 +53,16 @@ class Calibration(Group):
     temperature_c: TemperatureErrorC = key("Of the inlet temperature.")
 
 
+class RigLimits(Group):
+    """Highest levels at which the rig can run a test."""
+
+    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
+    slide_roll_ratio: SlideRollRatio = key("Slide-roll ratio.")
+    smallest_load_n: LoadN | None = key("Smallest load that the rig controls.", default=None)
+
+
 class Rig(Group):
     """A ball-on-disc rig."""
 
@@ -75,6 +88,9 @@ class Rig(Group):
     full_scale: FullScale | None = key("Full scale of the sensors.", default=None)
     calibration: Calibration | None = key(
         "Standard uncertainties of the sensors' calibration.", default=None
+    )
+    limits: RigLimits | None = key(
+        "Highest levels at which the rig can run a test; `oilfilm plan` needs them.", default=None
     )
 
     @model_validator(mode="after")

@@ -152,7 +152,8 @@ def oils_in_bearings(
     rig = settings.common_contact()
     floor = settings.bearing.law_floor.model_dump()
     oils = []
-    for name in settings.oils:
+    fitted_oils = set(coefficients["oil"])
+    for name in [oil for oil in settings.oils if oil in fitted_oils]:
         oil, fitted = (
             settings.properties_of(name),
             FittedLaw.of(coefficients, name, quality=quality),

@@ -1,6 +1,7 @@
 """Tables of the bearing: measured torque, torque by model, cage slip, size effect."""
 
 from oilfilm.tables.columns import table, use
+from oilfilm.units import ABSOLUTE_ZERO_C
 
 # fmt: off
 _FRICTION = """
@@ -175,6 +176,28 @@ TABLES = (
         ),
         key=("bearing", "inner_speed_rpm", "axial_load_n"),
         caveats="It is never a gate.",
+    ),
+    table("test_plan", "One test that the rig can run, with what it does to the uncertainty of "
+        "torque or cage slip; the tests to run next are numbered.",
+        columns="""
+            oil target bearing max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c
+            load_n slide_roll_ratio lambda_ratio test_order uncertainty_now uncertainty_with_test
+            uncertainty_with_plan""",
+        uses=(
+            use("bearing", "empty where the target is traction"),
+            use("max_hertz_pressure_gpa", required=True),
+            use("entrainment_speed_m_s", required=True, at_least=0),
+            use("inlet_temperature_c", required=True, at_least=ABSOLUTE_ZERO_C),
+            use("load_n", "gives the pressure on the rig", required=True, at_least=0),
+            use("slide_roll_ratio", "largest of the test", required=True, at_least=0),
+            use("lambda_ratio", "at the largest slip", required=True),
+            use("uncertainty_now", required=True),
+            use("uncertainty_with_test", required=True),
+        ),
+        key=("oil", "target", "max_hertz_pressure_gpa", "entrainment_speed_m_s",
+            "inlet_temperature_c"),
+        caveats="It trusts the law's form: what the law misses beyond the tested box is not "
+            "covered.",
     ),
     table("torque_truth", "What the rig twin planted at one speed of a simulated torque log.",
         columns="""

@@ -618,6 +618,21 @@ _BEARING = (
     share("oil_volume_fraction_alone", "share of oil that gives this published value exactly; null "
         "where none from 0 to 0.1 does"),
     text("assumed", "inputs that the source does not give"),
+    text("target", "quantity whose uncertainty the tests shall reduce. torque: relative; "
+        "cage_slip: absolute; traction: mu, relative", allowed=("torque", "cage_slip", "traction")),
+    count("test_order", "position of the test in the plan, from 1; 0 where it was not chosen"),
+    *(
+        number(f"uncertainty_{when}", "1", "root mean square over the wanted operating points of "
+            f"the target's standard uncertainty from the law's constants, {meaning}",
+            "as far as the law's form is right; other terms of the torque are not included",
+            at_least=0)
+        for when, meaning in (
+            ("now", "with the curves measured so far"),
+            ("with_test", "with this one test added"),
+            ("with_plan", "with all tests of the plan up to this one; null where it was not "
+                "chosen"),
+        )
+    ),
 )
 
 _PANEL_UNIT = "unit: that of the panel's axis"

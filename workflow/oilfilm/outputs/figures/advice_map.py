@@ -78,6 +78,9 @@ def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any
 def cell_edges(centres: FloatArray, scale: str) -> FloatArray:
     """Edges of cells around rising centres, half way along a linear or logarithmic scale."""
     levels = np.log(centres) if scale == "log" else centres
+    if len(levels) == 1:
+        edges = levels[0] + np.array([-0.5, 0.5])
+        return np.exp(edges) if scale == "log" else edges
     middles = (levels[1:] + levels[:-1]) / 2
     first, last = 2 * levels[0] - middles[0], 2 * levels[-1] - middles[-1]
     edges = np.concatenate([[first], middles, [last]])

@@ -1,0 +1,72 @@
+"""What several commands read from the command line: quantities and folders of results."""
+
+import argparse
+import re
+from pathlib import Path
+
+import numpy as np
+
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
+from oilfilm.readers.base import LARGEST_READING
+from oilfilm.units import conversion
+
+
+def add_results(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name a campaign's results."""
+    parser.add_argument(
+        "--results",
+        type=Path,
+        default=Path("results"),
+        help="folder of a campaign's results, as results/demo, or folder of all campaigns "
+        "(default: results)",
+    )
+    parser.add_argument("--campaign", help="campaign in the folder of all (default: demo)")
+
+
+def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str, str]]:
+    """The folder of a campaign's results, and the campaign and kind of its data.
+
+    Args:
+        results: That folder, or the folder that it is in.
+        campaign: The campaign that it must be of.
+
+    Raises:
+        OilfilmError: There are no such results.
+    """
+    inside = results / (campaign or "demo")
+    folder = results if (results / "tables").is_dir() else inside
+    if not (folder / "tables").is_dir():
+        raise OilfilmError(
+            f"{results}: has no results of a campaign: there is neither {results / 'tables'} nor "
+            f"{inside / 'tables'}. Run snakemake, or correct --results or --campaign."
+        )
+    footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
+    about = {name: str(footer.get(name)) for name in ("campaign", "data")}
+    if campaign not in (None, about["campaign"]):
+        raise OilfilmError(
+            f"{folder}: has results of the campaign {about['campaign']!r}; expected {campaign!r}. "
+            "Leave out --campaign or correct --results."
+        )
+    return folder, about
+
+
+def quantity(text: str, unit: str, option: str) -> float:
+    """Convert a typed number with its unit to `unit`; a bare number is in `unit` already.
+
+    Raises:
+        OilfilmError: It is no number, or its unit measures something else.
+    """
+    number = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
+    expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
+    if "," in text:
+        expected += ", with a decimal point and no comma"
+    if number is None:
+        raise OilfilmError(f"{option}: found {text!r}; {expected}.")
+    try:
+        value = float(number[1])
+        if abs(value) >= LARGEST_READING:
+            raise ValueError(f"no quantity is {LARGEST_READING:g} or more")
+        return float(conversion(number[2] or unit, (unit,)).of(np.array(value)))
+    except ValueError as error:
+        raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None

@@ -1,0 +1,211 @@
+"""The command `oilfilm plan`: the rig conditions to test next."""
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from oilfilm import tables
+from oilfilm.bearing.geometry import Bearing
+from oilfilm.cli.arguments import add_results, campaign_folder, quantity
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.bearing import BearingFile
+from oilfilm.settings.messages import load
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.studies.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
+from oilfilm.tables.campaign_tables import CampaignTables
+
+_DUTY_UNITS = ("N", "rpm", "degC")
+_DUTY_EXAMPLE = "10000N,12000rpm,100degC"
+# How each target's uncertainty is printed: name, factor, unit.
+_SHOWN = {
+    "torque": ("friction torque", 100.0, " %"),
+    "cage_slip": ("cage slip", 1.0, ""),
+    "traction": ("mu", 100.0, " %"),
+}
+ASSUMPTION = (
+    "The plan trusts the law's form: what the law misses beyond the measured conditions is not "
+    "covered. Only the uncertainty from the law's constants is planned for; the other terms of the "
+    "torque have their own (bearing.term_uncertainty)."
+)
+
+
+def add_command(commands: Any) -> None:
+    """Add the command to those of a parser."""
+    parser = commands.add_parser(
+        "plan",
+        help="rig conditions to test next",
+        description="Name the rig conditions whose measurement most reduces the uncertainty of a "
+        "bearing's friction torque or cage slip, or of mu where there is no bearing.",
+    )
+    add_results(parser)
+    parser.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
+    parser.add_argument("--oil", help="oil to plan for (default: every oil of the campaign)")
+    parser.add_argument("--count", type=int, help="number of tests (default: plan.tests)")
+    parser.add_argument("--bearing", help="file of config/bearings (default: the campaign's)")
+    parser.add_argument(
+        "--duty",
+        action="append",
+        metavar=_DUTY_EXAMPLE,
+        help="operating point of the bearing: axial load, speed, oil temperature; may be repeated "
+        "(default: plan.duty_points, else those of the campaign)",
+    )
+    parser.add_argument(
+        "--for",
+        dest="target",
+        choices=tuple(name.replace("_", "-") for name in _SHOWN),
+        help="what shall become more certain (default: torque, or traction without a bearing)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object per oil")
+    parser.set_defaults(run=_plan)
+
+
+def _plan(options: argparse.Namespace) -> int:
+    folder, about = campaign_folder(options.results, options.campaign)
+    settings = resolve(options.config, {"campaign": about["campaign"]})
+    results = CampaignTables.in_folder(folder)
+    fitted = [oil for oil in settings.oils if oil in set(results.coefficients["oil"])]
+    oils = fitted if options.oil is None else [options.oil]
+    if not set(oils) <= set(fitted):
+        raise OilfilmError(
+            f"{folder}: no fit of oil {options.oil!r}; there are fits of "
+            f"{', '.join(fitted) or 'none'}."
+        )
+    request = _request(options, settings)
+    plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
+    if options.json:
+        print("\n".join(json.dumps(as_json(plan) | about) for plan in plans))
+    else:
+        print("\n\n".join(as_text(plan) for plan in plans))
+        print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
+    return 0
+
+
+def _request(options: argparse.Namespace, settings: Settings) -> Request:
+    """What is asked for: the options over the settings."""
+    request = request_of(settings, _bearing(options.bearing, options.config))
+    if options.duty:
+        request = replace(request, duty=np.array([_duty(text) for text in options.duty]))
+    if options.count is not None:
+        if not 1 <= options.count <= 50:
+            raise OilfilmError(f"--count: found {options.count}; expected 1 to 50.")
+        request = replace(request, count=options.count)
+    target = (options.target or request.targets[0]).replace("-", "_")
+    if request.bearing is None and (target in BEARING_TARGETS or options.duty):
+        option = "--duty" if options.duty else f"--for {options.target}"
+        raise OilfilmError(
+            f"{option}: needs a bearing, and the campaign has none. Name one of config/bearings "
+            "with --bearing, or plan --for traction."
+        )
+    return replace(request, targets=(target,))
+
+
+def _bearing(name: str | None, config: Path) -> Bearing | None:
+    """The bearing that is named, from its file."""
+    if name is None:
+        return None
+    files = {path.stem: path for path in sorted((config / "bearings").glob("*.yaml"))}
+    if name not in files:
+        raise OilfilmError(
+            f"--bearing: there is no {config / 'bearings' / name}.yaml. Known: {', '.join(files)}."
+        )
+    return load(files[name], BearingFile).bearing(name)
+
+
+def _duty(text: str) -> list[float]:
+    parts = text.split(",")
+    if len(parts) != len(_DUTY_UNITS):
+        raise OilfilmError(
+            f"--duty: found {text!r}; expected axial load, speed and oil temperature, as "
+            f"{_DUTY_EXAMPLE}."
+        )
+    values = [quantity(part, unit, "--duty") for part, unit in zip(parts, _DUTY_UNITS, strict=True)]
+    if min(values) <= 0:
+        raise OilfilmError(f"--duty: found {text!r}; expected three numbers above 0.")
+    return values
+
+
+def as_json(plan: NextTests) -> dict[str, Any]:
+    """A plan as plain values: what is known, the tests in their order, what they bring."""
+    chosen = _chosen(plan)
+    start = plan.known.information
+    return {
+        "oil": plan.oil,
+        "target": plan.wanted.target,
+        "bearing": plan.where,
+        "uncertainty_now": plan.design.before,
+        "uncertainty_now_without_calibration": float(
+            start.without_calibration().uncertainty(plan.wanted.gradients)
+        ),
+        "tests": [
+            {name: row[name] for name in tables.columns("test_plan") if name in row}
+            for row in chosen
+        ],
+        "operating_points": [
+            {"at": label, "value": value, "uncertainty_now": now, "uncertainty_with_plan": then}
+            for label, value, now, then in zip(*_points(plan), strict=True)
+        ],
+        "left_out": plan.wanted.left_out,
+        "conditions_left_out": plan.candidates.left_out,
+        "calibration_known": bool(plan.known.calibration.any()),
+        "assumption": ASSUMPTION,
+    }
+
+
+def _chosen(plan: NextTests) -> list[dict[str, Any]]:
+    table = plan.table()
+    return tables.rows(table[table["test_order"] > 0].sort_values("test_order"))
+
+
+def _points(plan: NextTests) -> tuple[Sequence[str], list[float], list[float], list[float]]:
+    """Operating points with their value and its uncertainty before and after the plan."""
+    wanted = plan.wanted
+    now = plan.known.information.uncertainties(wanted.gradients)
+    then = plan.design.end.uncertainties(wanted.gradients)
+    return wanted.labels, wanted.values.tolist(), now.tolist(), then.tolist()
+
+
+def as_text(plan: NextTests) -> str:
+    """A plan in sentences and a table."""
+    name, factor, unit = _SHOWN[plan.wanted.target]
+
+    def shown(uncertainty: float) -> str:
+        return f"{factor * uncertainty:.3g}{unit}"
+
+    labels, _, now, then = _points(plan)
+    worst = int(np.argmax(now))
+    where = f" in {plan.where}" if plan.where else ""
+    exact = plan.known.information.without_calibration().uncertainty(plan.wanted.gradients)
+    lines = [
+        f"{plan.oil}{where}: standard uncertainty of the {name} from the law's constants, root "
+        f"mean square over {len(labels)} operating points: {shown(plan.design.before)}; largest "
+        f"{shown(now[worst])} at {labels[worst]}.",
+    ]
+    if plan.known.calibration.any():
+        lines.append(
+            f"With exact sensors it would be {shown(float(exact))}: the rest is their "
+            "calibration, which all tests on this rig share."
+        )
+    else:
+        lines.append("The calibration of the rig's sensors is not stated, so it is not included.")
+    lines += [f"left out: {reason}" for reason in plan.wanted.left_out]
+    reasons = [f"{reason} ({count})" for reason, count in plan.candidates.left_out.items() if count]
+    lines.append(
+        f"{len(plan.candidates.tests)} conditions of plan.levels can be run"
+        + (f"; the others are beyond {', '.join(reasons)}." if reasons else ".")
+    )
+    lines.append("no.  P GPa  U m/s  T degC    W N  S up to  lambda  uncertainty then")
+    for row in _chosen(plan):
+        lines.append(
+            f"{row['test_order']:>3}  {row['max_hertz_pressure_gpa']:>5g}  "
+            f"{row['entrainment_speed_m_s']:>5g}  {row['inlet_temperature_c']:>6g}  "
+            f"{row['load_n']:>5.1f}  {row['slide_roll_ratio']:>7.2f}  {row['lambda_ratio']:>6.1f}  "
+            f"{shown(row['uncertainty_with_plan'])}"
+        )
+    lines.append(f"Largest after the plan: {shown(max(then))} at {labels[int(np.argmax(then))]}.")
+    return "\n".join(lines)
