@@ -283,7 +283,7 @@ def test_worst_film_is_named_with_its_limit(judge: Judge, config: Settings) -> N
     claims = [listed for listed in read_claims(CLAIMS) if listed.id == "full-film"]
     (row,) = tables.rows(audit(claims, [basis], config))
     ratio, film = re.findall(
-        r"smallest ratio to its limit ([\d.]+) \(film ([\d.]+) um, limit 0.1 um\)", row["finding"]
+        r"smallest ratio to its limit: ([\d.]+) \(film ([\d.]+) um, limit 0.1 um\)", row["finding"]
     )[0]
     assert float(ratio) == pytest.approx(float(film) / 0.1, abs=0.006)
 

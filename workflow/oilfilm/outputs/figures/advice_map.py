@@ -53,7 +53,8 @@ def draw_advice(
         axis.plot(other[x], other[y], marker, color=colour, markersize=markersize)
     for judgement, (marker, _) in _NO_CHOICE.items():
         here = advice[advice["judgement"] == judgement]
-        axis.plot(here[x], here[y], marker, color=style.GREY, markersize=markersize)
+        # a cross of thin lines needs more room than a filled symbol
+        axis.plot(here[x], here[y], marker, color=style.GREY, markersize=1.5 * markersize)
     axis.grid(False)
 
 

@@ -107,6 +107,6 @@ def _label(figure: Figure, axis: Axes, bottom: Sequence[Axes], table: pd.DataFra
         side.set_minor_locator(NullLocator())
         side.set_minor_formatter(NullFormatter())
     # not of the figure as a whole, which would cover the key
-    dmn = style.bearing_speed_phrase(100).removeprefix("U = ")
-    bottom[len(bottom) // 2].set_xlabel(f"Entrainment speed U (m/s); {dmn}")
+    label = f"Entrainment speed U (m/s); {style.bearing_speed_phrase(100)}"
+    bottom[len(bottom) // 2].set_xlabel(label)
     figure.supylabel("Maximum Hertz pressure P (GPa)", fontsize=8)

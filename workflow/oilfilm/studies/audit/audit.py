@@ -231,7 +231,7 @@ def _worst(finding: Finding) -> str:
     head = "Worst case" if finding.share < 1 else "Case nearest to failing"
     where = f" ({', '.join(conditions)})" if conditions else ""
     detail = f" ({worst['detail']})" if worst["detail"] else ""
-    return f"{head}{where}: {finding.quantity} {worst['value']:{finding.form}}{detail}"
+    return f"{head}{where}, {finding.quantity}: {worst['value']:{finding.form}}{detail}"
 
 
 def percent(share: float) -> str:

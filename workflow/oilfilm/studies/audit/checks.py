@@ -473,7 +473,7 @@ def _rolling_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Findin
     rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
     near = np.abs(rolling / speed - 1) <= settings.audit.kinematic_tolerance
     return Finding(
-        pd.DataFrame({"oil": "", "holds": near, "value": rolling}),
+        pd.DataFrame({"oil": "", "holds": near, "value": rolling, "detail": f"stated: {speed:g}"}),
         "entrainment speed (m/s)",
         ".0f",
         worst="smallest",
@@ -503,6 +503,7 @@ def _slip_is_cage_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
                 "oil": "",
                 "holds": np.abs(ratio - 1) <= settings.audit.kinematic_tolerance,
                 "value": ratio,
+                "detail": "stated: 1",
             }
         ),
         "ratio of S to the cage slip",
