@@ -78,7 +78,7 @@ rule torque_control:
         "<logs>/torque-control.log",
     params:
         code=code("torque_control.py"),
-        config=part("audit", campaign=("twin",)),
+        config=part("audit", campaign=("oils", "twin")),
     script:
         "../scripts/torque_control.py"
 

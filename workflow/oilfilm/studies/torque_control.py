@@ -14,16 +14,17 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
 
     Args:
         results: Tables `torque`, `torque_truth` and `coefficients`.
-        settings: `audit` and the campaign's `twin`.
+        settings: `audit` and the campaign's `oils` and `twin`.
     """
     fitted = results.coefficients.drop_duplicates("oil").set_index("oil")["law"]
     of_stress = results.torque[results.torque["load_variable"] == "stress"]
     torque = of_stress[~of_stress["bistable"]]
     rows = []
-    for oil, misfit in (
-        results.torque_truth.groupby("oil", sort=False)["law_misfit"].first().items()
-    ):
-        verdict = "one truth"
+    planted = results.torque_truth.groupby("oil")["law_misfit"].first()
+    for oil in settings.campaign.oils:
+        if oil not in planted.index:
+            continue
+        verdict, misfit = "one truth", planted[oil]
         if settings.campaign.truth_is_law and fitted.get(oil) == PAPER_LAW.name:
             verdict = "positive control"
         if misfit > settings.audit.twin_misfit_max:
