@@ -15,11 +15,10 @@ from oilfilm.fitting.fitted import FittedLaw, predict
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.curve_errors import ErrorSizes, effects, information
+from oilfilm.studies.feasible_tests import candidates
+from oilfilm.studies.measured_curves import Known, known_of
 from oilfilm.studies.next_tests import (
-    Known,
     Request,
-    candidates,
-    known_of,
     plan_oil,
     plan_table,
     request_of,
@@ -181,6 +180,43 @@ def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(known: K
     np.testing.assert_allclose(
         wanted.gradients, expected, atol=0.02 * np.abs(wanted.gradients).max()
     )
+
+
+def test_operating_points_without_equilibrium_are_left_out_and_named(known: Known) -> None:
+    crushed = np.array([[1e7, 12000.0, 100.0]])
+    bearing = SETTINGS.tested_bearing()
+    duty = np.concatenate([DUTY[:1], crushed])
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, known)["torque"]
+    assert wanted.labels == ["10000 N, 9000 rpm, 100 degC"]
+    assert wanted.left_out == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
+    with pytest.raises(OilfilmError, match="no duty point has a steady motion"):
+        wanted_in_bearing(oil_in_bearing(), bearing, crushed, known)
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """Stands for an oil in a bearing: torque 2 + ln|A0/A0'|, at 1 N with a jump at the truth."""
+
+    name: str = "stepping"
+    constants: FloatArray | None = None
+
+    def with_constants(self, constants: FloatArray) -> "Stepping":
+        return replace(self, constants=constants)
+
+    def run(self, bearing: object, load: FloatArray, *_: FloatArray) -> pd.DataFrame:
+        assert self.constants is not None
+        moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
+        torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
+        return pd.DataFrame({"converged": True, "torque_n_m": torque, "cage_slip": 0.1 * torque})
+
+
+def test_operating_points_where_the_motion_jumps_are_left_out_and_named(known: Known) -> None:
+    duty = np.array([[1.0, 100, 100], [2.0, 100, 100]])
+    wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, known)
+    assert wanted["torque"].left_out == ["1 N, 100 rpm, 100 degC: it jumps with the constants"]
+    # d ln(2 + x)/dx = 1/2 and d 0.1 (2 + x)/dx = 0.1, at x = ln|A0/A0'| = 0
+    for target, slope in (("torque", 0.5), ("cage_slip", 0.1)):
+        np.testing.assert_allclose(wanted[target].gradients, [[slope] + 11 * [0]], atol=1e-6)
 
 
 def test_without_a_bearing_mu_is_planned_for(known: Known) -> None:

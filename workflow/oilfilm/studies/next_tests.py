@@ -4,7 +4,6 @@ Everything rests on the law's form: the fitted law is taken as true at every con
 misses beyond the tested box is no part of these uncertainties.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import compress
 
@@ -15,22 +14,17 @@ from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.fitting.problem import curve_data
-from oilfilm.settings.config import PlanLevels, PlanSettings, PointOfTraction
+from oilfilm.settings.config import PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.rig import Calibration, Rig
+from oilfilm.settings.rig import Rig
 from oilfilm.studies.bearing_torque import OilInBearing, oils_in_bearings
-from oilfilm.studies.curve_errors import (
-    Curves,
-    ErrorSizes,
-    effects,
-    error_sizes,
-    information,
-)
-from oilfilm.studies.operating_grid import Film, Grid
-from oilfilm.studies.optimal_design import Design, Information, choose
+from oilfilm.studies.curve_errors import Curves
+from oilfilm.studies.feasible_tests import Candidates, candidates
+from oilfilm.studies.measured_curves import Known, known_of
+from oilfilm.studies.operating_grid import Film
+from oilfilm.studies.optimal_design import Design, choose
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.law import CONDITIONS, BoolArray, FloatArray, Law, to_constants, to_internal
+from oilfilm.traction.law import BoolArray, FloatArray, to_constants
 from oilfilm.units import MM_PER_M
 
 DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
@@ -39,229 +33,6 @@ BEARING_TARGETS = ("torque", "cage_slip")
 _STEP = 1e-3
 # Second over first difference of a smooth quantity is of the size of the step; of a jump it is 1.
 _LARGEST_BEND = 0.5
-# As many as a curve has coefficients at least.
-_FEWEST_SLIPS = 3
-
-
-@dataclass(frozen=True)
-class Known:
-    """What the measured curves tell about the constants that are not fixed.
-
-    Attributes:
-        law: The fitted law.
-        internal: All its internal constants.
-        free: Which of them the data decide.
-        information: Of all measured curves.
-        sizes: Variances of what is wrong in a curve, from the residuals of the fit.
-        calibration: Standard uncertainty of each sensor's calibration.
-        slip: Slide-roll ratios of the curve with the most points.
-    """
-
-    law: Law
-    internal: FloatArray
-    free: BoolArray
-    information: Information
-    sizes: ErrorSizes
-    calibration: FloatArray
-    slip: FloatArray
-
-    def of_curves(self, curves: Curves) -> Information:
-        """What each of some curves would tell."""
-        jacobian = self.law.jacobian(self.internal, curves.at(self.law))[:, self.free]
-        effect = effects(self.law, self.internal, curves)
-        return information(jacobian, effect, self.sizes, self.calibration, curves.curve)
-
-
-def known_of(
-    fitted: FittedLaw, points: pd.DataFrame, oil: str, calibration: Calibration | None
-) -> Known:
-    """What the measured curves of an oil tell about the constants of its law.
-
-    Args:
-        fitted: The law with its refits.
-        points: Table of points; those of the oil are used.
-        oil: Name of the oil.
-        calibration: Of the rig's sensors; without it they are taken as exact.
-
-    Raises:
-        OilfilmError: The fit has no constants, no refits, or does not follow a condition; or the
-            points do not tell its constants apart.
-    """
-    coefficients = fitted.coefficients
-    if np.isnan(coefficients.constants).any():
-        raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    if coefficients.fixed or not coefficients.known.all():
-        where = "; ".join(each.sentence() for each in coefficients.fixed)
-        raise OilfilmError(
-            f"{oil}: a plan needs a law that follows every condition ({where or 'it does not'}). "
-            "First test at two or more levels of each condition, varied one at a time."
-        )
-    if len(coefficients.spread) < 2:
-        raise OilfilmError(
-            f"{oil}: the uncertainty of the constants is not known, because too few curves were "
-            "tested (fit.min_curves_to_resample of config/config.yaml). Test more conditions first."
-        )
-    law = fitted.law
-    internal = to_internal(law, coefficients.constants)
-    spread = to_internal(law, coefficients.spread)
-    # constants that the law gives, or that ended at a bound, are the same in every refit
-    free = np.ptp(spread, axis=0) > 0
-    curves, mu = _measured_curves(points[points["oil"] == oil], law)
-    jacobian = law.jacobian(internal, curves.at(law))[:, free]
-    if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
-        raise OilfilmError(
-            f"{oil}: the accepted points do not tell the law's constants apart. Test at two or "
-            "more levels of each condition, or fit again if points and fit are of different runs."
-        )
-    residual = mu - law.traction(internal, curves.at(law))
-    effect = effects(law, internal, curves)
-    sizes = error_sizes(jacobian, effect, residual, curves.curve)
-    sensors = _sensor_errors(calibration)
-    each = information(jacobian, effect, sizes, sensors, curves.curve)
-    hessian = each.hessian.sum(axis=0)
-    covariance = np.atleast_2d(np.cov(spread[:, free], rowvar=False))
-    # the scatter that gives the constants the covariance of the bootstrap
-    scatter = hessian @ covariance @ hessian
-    now = Information(hessian, scatter, each.shared.sum(axis=0))
-    longest = np.argmax(np.bincount(curves.curve))
-    slip = np.sort(curves.slip[curves.curve == longest])
-    return Known(law, internal, free, now, sizes, sensors, slip)
-
-
-def _measured_curves(points: pd.DataFrame, law: Law) -> tuple[Curves, FloatArray]:
-    """Accepted curves whose conditions are all known, and mu of their points."""
-    accepted = points[points["accepted"]].dropna(subset=[*law.conditions, "load_n"])
-    data = curve_data(accepted, law.conditions)
-    load = accepted.groupby("run_id", sort=True)["load_n"].mean().to_numpy(dtype=float)
-    return Curves(data.conditions, load, data.curve, data.slip), data.mu
-
-
-def _sensor_errors(calibration: Calibration | None) -> FloatArray:
-    """Standard uncertainties in the order of `systematic.SENSORS`; 0 where they are not stated."""
-    if calibration is None:
-        return np.zeros(4)
-    return np.array(
-        [
-            calibration.load_relative,
-            calibration.traction_force_relative,
-            calibration.speed_relative,
-            calibration.temperature_c,
-        ]
-    )
-
-
-@dataclass(frozen=True)
-class Candidates:
-    """Tests that a rig can run.
-
-    Attributes:
-        tests: One row per test: P, U, T, load, largest slip, lambda there.
-        curves: Their points.
-        left_out: Number of conditions left out, by the reason.
-    """
-
-    tests: pd.DataFrame
-    curves: Curves
-    left_out: dict[str, int]
-
-
-def candidates(
-    levels: PlanLevels, rig: Rig, name: str, film: Film, lambda_limit: float, known: Known
-) -> Candidates:
-    """The tests among the levels of a plan that a rig can run with a full film.
-
-    A test has the slips of the measured curves, as far as the rig and its speed sensor reach.
-
-    Raises:
-        OilfilmError: The rig's limits are not known, or no test is left.
-    """
-    limits, scale = rig.limits, rig.full_scale
-    if limits is None:
-        raise OilfilmError(
-            f"config/rigs/{name}.yaml: lacks the key `limits`, which a plan needs. Write the "
-            "highest max_hertz_pressure_gpa, entrainment_speed_m_s, inlet_temperature_c and "
-            "slide_roll_ratio at which the rig can run."
-        )
-    pressures, speeds, temperatures = (
-        np.array(getattr(levels, each), dtype=float) for each in CONDITIONS
-    )
-    grid = Grid(pressures, speeds, temperatures, known.slip)
-    points = grid.operating_points()
-    pressure, speed, temperature, slip = points.to_numpy(dtype=float).T
-    load = film.contact.load_n(pressure)
-    lambda_ratio = film.over(grid)[1].ravel()
-    shape = (-1, len(known.slip))
-    tests = points.drop_duplicates(list(CONDITIONS))[list(CONDITIONS)].reset_index(drop=True)
-    tests = tests.assign(load_n=load.reshape(shape)[:, 0])
-    every = Curves(
-        tests[list(known.law.conditions)].to_numpy(dtype=float),
-        tests["load_n"].to_numpy(dtype=float),
-        np.repeat(np.arange(len(tests)), len(known.slip)),
-        slip,
-    )
-    force = load * known.law.traction(known.internal, every.at(known.law))
-    reached = slip <= limits.slide_roll_ratio * (1 + 1e-6)
-    largest: dict[str, tuple[FloatArray, float | None]] = {
-        "the rig's largest pressure": (pressure, limits.max_hertz_pressure_gpa),
-        "the rig's largest speed": (speed, limits.entrainment_speed_m_s),
-        "the rig's highest temperature": (temperature, limits.inlet_temperature_c),
-    }
-    if scale is not None:
-        reached &= speed * (1 + slip / 2) <= scale.surface_speed_m_s
-        largest |= {
-            "the load sensor's full scale": (load, scale.load_n),
-            "the force sensor's full scale": (force, scale.traction_force_n),
-            "the temperature sensor's full scale": (temperature, scale.temperature_c),
-        }
-    beyond: dict[str, BoolArray] = {
-        reason: np.asarray((values > limit).reshape(shape).any(axis=1))
-        for reason, (values, limit) in largest.items()
-        if limit is not None
-    }
-    if limits.smallest_load_n is not None:
-        beyond["the rig's smallest load"] = (load < limits.smallest_load_n).reshape(shape)[:, 0]
-    few = reached.reshape(shape).sum(axis=1) < _FEWEST_SLIPS
-    beyond["slips that the rig reaches at this speed"] = few
-    thin = reached & ~(lambda_ratio > lambda_limit)
-    beyond[f"a full film (lambda > {lambda_limit:g})"] = np.asarray(thin.reshape(shape).any(axis=1))
-    reached, lambda_ratio = reached.reshape(shape), lambda_ratio.reshape(shape)
-    return _feasible(tests, every, reached, lambda_ratio, beyond, name)
-
-
-def _feasible(
-    tests: pd.DataFrame,
-    every: Curves,
-    reached: BoolArray,
-    lambda_ratio: FloatArray,
-    beyond: Mapping[str, BoolArray],
-    rig: str,
-) -> Candidates:
-    """The tests that are beyond nothing, and for how many others each reason is the first."""
-    left = np.ones(len(reached), dtype=bool)
-    left_out = {}
-    for reason, is_beyond in beyond.items():
-        left_out[reason] = int((left & is_beyond).sum())
-        left &= ~is_beyond
-    if not left.any():
-        counts = ", ".join(f"{reason} ({count})" for reason, count in left_out.items() if count)
-        raise OilfilmError(
-            f"config/rigs/{rig}.yaml, plan.levels: none of {len(left)} conditions can be run; "
-            f"they are beyond {counts}. Change plan.levels, or correct the rig's limits."
-        )
-    # points that are reached, of curves that are left
-    point = (reached & left[:, np.newaxis]).ravel()
-    number = np.cumsum(left) - 1
-    last = reached.shape[1] - 1 - np.argmax(reached[:, ::-1], axis=1)
-    row = np.arange(len(reached))
-    slip = every.slip.reshape(reached.shape)
-    tests = tests.assign(
-        slide_roll_ratio=slip[row, last],
-        lambda_ratio=lambda_ratio[row, last],
-    )
-    curves = Curves(
-        every.conditions[left], every.load_n[left], number[every.curve[point]], every.slip[point]
-    )
-    return Candidates(tests[left].reset_index(drop=True), curves, left_out)
 
 
 @dataclass(frozen=True)
