@@ -160,6 +160,8 @@ def _advice(advice: pd.DataFrame, band: pd.DataFrame) -> list[str]:
             f"; elsewhere it {listed(others['judgement'].value_counts(), '{} ({})')}; "
             f"best there: {listed(others['best_oil'].value_counts(), '{} at {}')}"
         )
+    if band.empty:
+        return [f"{line} (slip_advice.parquet)"]
     certain = (with_film["best_oil_share"] == 1).sum()
     return [
         line,

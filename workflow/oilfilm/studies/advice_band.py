@@ -20,6 +20,7 @@ from oilfilm.units import FloatArray
 
 _POINT = ["pitch_speed_mm_rpm", "axial_load_n"]
 _SCENARIO = ["oil_volume_fraction", "refit"]
+_SHARES = ["agree_share", "best_oil_share", "best_oils"]
 # Without a choice there is nothing that scenarios could disagree about.
 _NO_CHOICE = ("no film", OUTSIDE)
 
@@ -112,8 +113,8 @@ def _with_shares(nominal: pd.DataFrame, advice: pd.DataFrame) -> pd.DataFrame:
         shares["agree_share"] = by_point["agree"].mean()
         shares["best_oil_share"] = by_point["good"].mean().where(best != "")
         shares["best_oils"] = by_point["best_oil"].agg(lambda oils: "; ".join(sorted(set(oils))))
-    shares = shares.reindex(columns=["agree_share", "best_oil_share", "best_oils"])
-    frame = nominal.join(shares.fillna({"best_oils": ""}), on=_POINT)
+    shares = shares.reindex(columns=_SHARES).fillna({"best_oils": ""})
+    frame = nominal.drop(columns=_SHARES).join(shares, on=_POINT)
     return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
 
 

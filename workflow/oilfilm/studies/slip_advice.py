@@ -31,7 +31,7 @@ _OPERATING_POINT = [
 def advise(
     cage_slip: pd.DataFrame, settings: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
-    """The advice, one row per operating point of the map of cage slip.
+    """Table of advice: one row per operating point of the map of cage slip.
 
     Args:
         cage_slip: Table of cage slip.
@@ -39,8 +39,8 @@ def advise(
         lambda_limit: Full film above.
 
     Returns:
-        Columns of the table `slip_advice` but for its shares of scenarios (`advice_band`); empty
-        where an oil that the rules name was not calculated.
+        The table, whose shares of scenarios are null (`advice_band` has them); empty where an oil
+        that the rules name was not calculated.
 
     Raises:
         OilfilmError: No rule applies to an operating point.
@@ -95,8 +95,11 @@ def advise(
         best_torque_n_m=best_torque,
         good_oils=["; ".join(np.compress(column, oils)) for column in good.T],
         judgement=judgement,
+        agree_share=np.nan,
+        best_oil_share=np.nan,
+        best_oils="",
     )
-    return frame
+    return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
 
 
 def _best(slip: FloatArray, torque: FloatArray, enough: BoolArray, limit: float) -> IntArray:
