@@ -251,9 +251,25 @@ def test_schematics_draw_each_mark_of_their_table_and_no_other(drawing: Draw, na
         (x, y, to_x - x) for x, y, to_x in expected[["x", "y", "to_x"]].to_numpy().tolist()
     ]
     radii = [patch.get_radius() for patch in patches if isinstance(patch, Circle)]
-    assert radii == drawn.loc[drawn["mark"] == "circle", "to_x"].tolist()
+    assert radii == drawn.loc[drawn["mark"].isin(["circle", "ring"]), "to_x"].tolist()
     labels = drawn.loc[drawn["mark"] == "words", "words"].str.replace("\n", " ")
     assert sorted(texts_in(figure)) == sorted(labels)
+
+
+def test_traction_presses_the_cradle_against_its_force_sensor(drawing: Draw) -> None:
+    _, drawn = drawing("fig01")
+    above = drawn[drawn["panel"] == "b"]
+    boxes = above[above["mark"] == "box"].set_index("kind")[["x", "y", "to_x", "to_y"]]
+    sensor = boxes.loc["sensor"]
+    cradle = boxes.loc["fixed"].iloc[-1]
+    force = above[above["mark"] == "arrow"].iloc[0]
+    ball, axis = above[above["mark"] == "circle"].iloc[[0, 1]].to_dict("records")
+    # the ball's axis is along x: it rolls, and the film drags it, along y
+    assert (force["x"], force["y"], force["to_x"]) == (ball["x"], ball["y"], ball["x"])
+    turn = (ball["x"] - axis["x"]) * (force["to_y"] - force["y"])  # about the vertical
+    moves = turn * (sensor[["x", "to_x"]].mean() - axis["x"])  # along y, at the sensor
+    assert sensor["to_y" if moves < 0 else "y"] == cradle["y" if moves < 0 else "to_y"]
+    assert sensor[["x", "to_x"]].between(*cradle[["x", "to_x"]]).all()
 
 
 @pytest.mark.parametrize("name", ["fig01", "fig05"])

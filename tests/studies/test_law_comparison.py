@@ -13,12 +13,14 @@ from oilfilm.fitting import engine
 from oilfilm.fitting.cross_validation import leave_curves_out, leave_ends_out, level_of
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
+from oilfilm.outputs.captions import caption
+from oilfilm.outputs.figures import style
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import compare_laws, curve_shapes, information_criteria, laws_of
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import Law, Observations
+from oilfilm.traction.law import FloatArray, Law, Observations
 from pictures import draw
 
 NOISE = 2e-4
@@ -130,28 +132,142 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
     for name, table in frames.items():
         tables.conform(table, name, name)
     results = CampaignTables.in_memory(points=refused, **frames)
-    figure, drawn = draw("fig04", results, quick)
-    assert drawn.empty
-    assert "no law could be fitted" in figure.axes[0].texts[0].get_text()
+    for name, words in (("fig04", "no Wang-Deng law could"), ("law-errors", "no law could")):
+        figure, drawn = draw(name, results, quick)
+        assert drawn.empty
+        assert words in figure.axes[0].texts[0].get_text()
 
 
-def test_fig04_draws_what_the_table_says(quick: Settings) -> None:
-    truth = LAWS["wang-deng-load"]
-    config = quick.with_changes({"compare": {"laws": ["deng2026", truth.name]}})
-    points = points_of(truth, NOISE)
-    frames = compare_laws(points, "4050", config)
-    results = CampaignTables.in_memory(points=points, **frames)
-    figure, drawn = draw("fig04", results, config)
+@pytest.fixture(scope="module")
+def starting(quick: Settings) -> tuple[Settings, CampaignTables]:
+    """Points of a Wang-Deng law with traction at no slip; every other curve slips backwards."""
+    config = quick.with_changes({"compare": {"laws": ["deng2026", STARTS.name]}})
+    points = points_of(STARTS, NOISE)
+    back = points["run_id"].isin(sorted(points["run_id"].unique())[::2])
+    both = ["slide_roll_ratio", "traction_coefficient"]
+    # at no slip there is no direction
+    points.loc[back & (points["slide_roll_ratio"] > 0), both] *= -1
+    return config, CampaignTables.in_memory(points=points, **compare_laws(points, "4050", config))
+
+
+STARTS = LAWS["wang-deng-load"]
+
+
+def planted_starts() -> FloatArray:
+    """mu(0) = D - |A| of each condition."""
+    levels = MATRIX[list(STARTS.conditions)].to_numpy()
+    sizes = STARTS.sizes(internal_of(STARTS), STARTS.design(levels))
+    return np.asarray(sizes[3] - sizes[0])
+
+
+def test_figure_of_errors_draws_what_the_table_says(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    figure, drawn = draw("law-errors", results, config)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     starts = drawn[drawn["kind"] == "zero slip"]
-    assert set(starts["law"]) == {truth.name}
-    # planted: mu(0) = D - |A|
-    sizes = truth.sizes(internal_of(truth), truth.design(MATRIX[list(truth.conditions)].to_numpy()))
-    expected = np.sort(sizes[3] - sizes[0])
-    np.testing.assert_allclose(np.sort(starts["y"]), expected, atol=3 * NOISE)
+    assert set(starts["law"]) == {STARTS.name}
+    np.testing.assert_allclose(np.sort(starts["y"]), np.sort(planted_starts()), atol=3 * NOISE)
     errors = drawn[(drawn["law"] == "deng2026") & (drawn["kind"] == "fitted curves")]
-    row = frames["comparison"].set_index("law").loc["deng2026"]
+    row = results.comparison.set_index("law").loc["deng2026"]
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
+
+
+def test_fig04_shows_the_curve_with_the_largest_planted_traction_at_no_slip(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    _, drawn = draw("fig04", results, config)
+    planted = planted_starts()
+    start = drawn[drawn["series"] == "zero slip"].iloc[0]
+    largest = f"run{np.argmax(np.abs(planted)):03d}"
+    assert (start["run_id"], start["law"], start["slide_roll_ratio"]) == (largest, STARTS.name, 0)
+    assert start["traction_coefficient"] == pytest.approx(np.abs(planted).max(), abs=3 * NOISE)
+    measured = drawn[(drawn["panel"] == "a") & (drawn["series"] == "measured")]
+    curve = results.points[results.points["run_id"] == largest]
+    np.testing.assert_array_equal(
+        np.sort(measured["traction_coefficient"]),
+        np.sort(
+            curve["traction_coefficient"].where(curve["slide_roll_ratio"] >= 0, lambda mu: -mu)
+        ),
+    )
+
+
+def test_fig04_shows_the_curve_whose_error_grows_most_by_brute_force(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    _, drawn = draw("fig04", results, config)
+    task, best = fitted(STARTS, results.points)
+    seen = task.residual(best.values)
+    growth = []
+    for curve in range(task.curves):
+        mine = task.at.curve == curve
+        rows = np.delete(np.arange(task.curves), curve)
+        kept = task.at.curve[~mine]
+        at = Observations(task.at.design[rows], kept - (kept > curve), task.at.slip[~mine])
+        end = engine.polish(replace(task, at=at, mu=task.mu[~mine]), best.values)
+        unseen = task.residual(end.values)[mine]
+        growth.append(np.sqrt(np.mean(unseen**2)) - np.sqrt(np.mean(seen[mine] ** 2)))
+    worst = int(np.argmax(growth))
+    assert set(drawn.loc[drawn["panel"] == "b", "run_id"]) == {f"run{worst:03d}"}
+
+
+def test_points_beside_a_law_keep_the_direction_of_their_slip(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    _, results = starting
+    both = results.law_points.merge(results.points, on=["run_id", "first_row"], suffixes=("", "_m"))
+    assert len(both) == 2 * len(results.points)
+    true = both[both["law"] == STARTS.name]
+    for column in ("traction_coefficient", "left_out_traction_coefficient"):
+        np.testing.assert_allclose(true[column], true["traction_coefficient_m"], atol=6 * NOISE)
+
+
+def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    for certified, face in ((False, "white"), (True, style.oil_colour("4050", ["4050"]))):
+        bounds = "" if certified else "C3"
+        table = results.comparison.assign(certified=certified, active_bounds=bounds)
+        one_oil = Settings.of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
+        figure, drawn = draw("fig04", results.replace(comparison=table), one_oil)
+        handles, labels = figure.axes[2].get_legend_handles_labels()
+        assert handles[0].get_markerfacecolor() == face
+        assert ("(not certified, at bounds: C3)" in labels[0]) != certified
+        assert set(drawn["certified"]) == {certified}
+        figure, _ = draw("law-errors", results.replace(comparison=table), one_oil)
+        symbols = [line for line in figure.axes[1].get_lines() if line.get_linestyle() == "None"]
+        assert {symbol.get_markerfacecolor() for symbol in symbols} == {face}
+        ticks = [label.get_text() for label in figure.axes[1].get_yticklabels()]
+        assert ("deng2026\n(at bounds: C3)" in ticks) != certified
+
+
+def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:
+    config = quick.with_changes({"compare": {"laws": ["tanh", "eyring", "carreau"]}})
+    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
+    constants = frames["law_coefficients"]
+    held = constants[constants["verdict"] == "at a bound"].groupby("law")["constant"].apply(set)
+    for row in tables.rows(frames["comparison"]):
+        names = set(filter(None, row["active_bounds"].split(", ")))
+        assert names == held.get(row["law"], set())
+        assert not (names and row["certified"])
+    assert len(held)
+
+
+@pytest.mark.parametrize("name", ["fig04", "law-errors"])
+def test_tie_by_construction_is_said_where_the_papers_law_made_the_logs(
+    starting: tuple[Settings, CampaignTables], name: str
+) -> None:
+    config, results = starting
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"})
+    for settings, said in ((config, True), (thermal, False)):
+        figure, _ = draw(name, results, settings)
+        words = " ".join(" ".join(text.get_text() for text in figure.texts).split())
+        assert ("their tie is by construction" in words) == said
+        assert ("tie is by construction" in caption(name, settings.campaign, [])) == said
 
 
 def test_comparison_of_the_project_names_every_oil_and_rig() -> None:

@@ -32,6 +32,7 @@ class FigureDeclaration:
         paper: Its counterpart in the paper, as "Fig. 2"; empty where the paper has none.
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
+        compares_laws: True where laws are shown side by side.
         module: Module of its function.
     """
 
@@ -46,6 +47,7 @@ class FigureDeclaration:
     paper: str = ""
     shows_data: bool = True
     requires: str = ""
+    compares_laws: bool = False
     module: str = ""
 
     @property

@@ -1,6 +1,12 @@
 # The comparison fits laws of its own: another `fit.law` must not repeat it.
 COMPARED = SETTINGS.with_changes({"fit": {"law": PAPER_LAW.name}})
-COMPARE_TABLES = ("comparison", "law_coefficients", "law_fit_quality", "law_refits")
+COMPARE_TABLES = (
+    "comparison",
+    "law_coefficients",
+    "law_fit_quality",
+    "law_refits",
+    "law_points",
+)
 
 
 rule compare:

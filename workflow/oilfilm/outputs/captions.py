@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 from oilfilm.figure_catalogue import figures
 from oilfilm.settings.campaign import Campaign
+from oilfilm.studies.law_comparison import TIE
 
 _PAPER = "Deng et al., Lubricants 14 (2026) 33"
 
@@ -29,6 +30,15 @@ def credit(campaign: Campaign) -> str:
     return f" ({campaign.credit})" if campaign.credit else ""
 
 
+def tie(campaign: Campaign) -> str:
+    """What must be said wherever the laws of a campaign are compared; mostly empty.
+
+    Args:
+        campaign: At least `twin`.
+    """
+    return f"Wang-Deng here: {TIE}." if campaign.truth_is_law else ""
+
+
 def caption(name: str, campaign: Campaign, unjudged: Collection[str]) -> str:
     """The caption of a figure of a campaign: content, counterpart in the paper, provenance.
 
@@ -43,4 +53,6 @@ def caption(name: str, campaign: Campaign, unjudged: Collection[str]) -> str:
         parts.append(f"Made after {figure.paper} of {_PAPER}.")
     if figure.shows_data:
         parts.append(f"{provenance(campaign, unjudged)}.")
+    if figure.compares_laws and (sentence := tie(campaign)):
+        parts.append(sentence)
     return " ".join(parts)

@@ -54,10 +54,12 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> dict[str
         for name in compare.laws
         if name in laws
     }
+    unseen = {name: _unseen_errors(fit) for name, fit in fits.items()}
     rows = [
-        _row(fits[name], of_oil, settings) if name in fits else _no_row(oil, name)
+        _row(fits[name], unseen[name], of_oil, settings) if name in fits else _no_row(oil, name)
         for name in compare.laws
     ]
+    beside = [_law_points(oil, fits[name], unseen[name], of_oil) for name in fits]
 
     def all_laws(table: str) -> pd.DataFrame:
         filled = [fit.tables[table] for fit in fits.values() if len(fit.tables[table])]
@@ -68,6 +70,11 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> dict[str
         "law_coefficients": all_laws("coefficients"),
         "law_fit_quality": all_laws("fit_quality"),
         "law_refits": all_laws("refits"),
+        "law_points": tables.conform(
+            pd.concat([tables.empty("law_points"), *beside], ignore_index=True),
+            "law_points",
+            "comparison",
+        ),
     }
 
 
@@ -146,6 +153,7 @@ _COPIED = (
     "relative_rms",
     "max_error",
     "condition_number",
+    "active_bounds",
     "certified",
     "certificate",
 )
@@ -166,22 +174,50 @@ def _no_row(oil: str, law: str) -> dict[str, Any]:
     counts = dict.fromkeys(("n_points", "n_curves", "n_constants"), 0)
     reason = "not fitted: the law needs the oil's properties and one known contact (config)"
     none = dict.fromkeys((*_COPIED, *_COMPUTED), np.nan)
-    return {**none, **counts, "oil": oil, "law": law, "certified": False, "certificate": reason}
+    words = {"oil": oil, "law": law, "active_bounds": "", "certificate": reason}
+    return {**none, **counts, **words, "certified": False}
 
 
-def _row(fit: OilFit, points: pd.DataFrame, settings: Settings) -> dict[str, Any]:
+def _unseen_errors(fit: OilFit) -> FloatArray:
+    """Error of each point in the fit that has not seen its curve; none without a fit."""
+    if fit.solution is None:
+        return np.empty(0)
+    return leave_curves_out(fit.solution.problem, fit.solution.best)
+
+
+def _law_points(oil: str, fit: OilFit, unseen: FloatArray, points: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the table `law_points` of one law."""
+    if fit.solution is None:
+        return tables.empty("law_points")
+    problem, best, data = fit.solution.problem, fit.solution.best, fit.solution.data
+    used = points["accepted"] & points["run_id"].isin(data.runs)
+    # the order of `curve_data`, whose traction is that of positive slip
+    at = points[used].sort_values(["run_id", "first_row"])
+    side = np.where(at["slide_roll_ratio"] < 0, -1.0, 1.0)
+    return at[["run_id", "first_row", "slide_roll_ratio"]].assign(
+        oil=oil,
+        law=problem.law.name,
+        traction_coefficient=side * (data.mu + problem.residual(best.values)),
+        left_out_traction_coefficient=side * (data.mu + unseen),
+    )
+
+
+def _row(
+    fit: OilFit, unseen: FloatArray, points: pd.DataFrame, settings: Settings
+) -> dict[str, Any]:
     quality = tables.rows(fit.fit_quality)[0]
     copied = {name: quality[name] for name in _COPIED}
     if fit.solution is None:
         return {**copied, **dict.fromkeys(_COMPUTED, np.nan), "n_constants": 0}
-    return {**copied, **_judged(fit.solution, points, settings)}
+    return {**copied, **_judged(fit.solution, unseen, points, settings)}
 
 
-def _judged(solution: Solution, points: pd.DataFrame, settings: Settings) -> dict[str, Any]:
+def _judged(
+    solution: Solution, unseen: FloatArray, points: pd.DataFrame, settings: Settings
+) -> dict[str, Any]:
     problem, best, mu = solution.problem, solution.best, solution.data.mu
     constants = len(best.values) + len(problem.at_bounds)
     values = information_criteria(best.sse, len(mu), constants)
-    left_out = leave_curves_out(problem, best)
     # not the law's own conditions: every law is evaluated at the same levels
     conditions = curve_data(points).conditions
     # the scatter of one level has no ends
@@ -194,7 +230,7 @@ def _judged(solution: Solution, points: pd.DataFrame, settings: Settings) -> dic
     starts = on_grid[:, 0]
     numbers = (
         *values,
-        float(np.sqrt(np.mean(left_out**2))),
+        float(np.sqrt(np.mean(unseen**2))),
         *(relative_rms(errors, mu) for errors in ends_out),
         float(starts[np.argmax(np.abs(starts))]),
         *curve_shapes(on_grid),

@@ -228,6 +228,8 @@ _FITS = (
     number("relative_rms", "1", "rmse over the root-mean-square of mu compared with", at_least=0),
     number("max_error", "1", "largest absolute error of mu", at_least=0),
     number("mean_error", "1", "mean of fitted minus true mu"),
+    number("left_out_traction_coefficient", "1", "mu by a fit to all curves but the point's own; "
+        "null where the other curves leave a constant open"),
     number("weighted_difference", "1", "root-mean-square difference of mu between the weighted fit "
         "and this one, relative to mu; null where no point has a standard error", at_least=0),
     number("robust_difference", "1", "root-mean-square difference of mu between the robust fit and "
@@ -641,8 +643,9 @@ _FIGURES = (
     text("panel", "panel of the figure: its letter, or its number in reading order"),
     text("series", "series of the legend"),
     text("kind", "kind of what is drawn"),
-    text("mark", "box: from corner to corner; circle: to_x is its radius; words: joined to their "
-        "end by a line", allowed=("box", "circle", "line", "film", "arrow", "turn", "words")),
+    text("mark", "box: from corner to corner; circle, ring: to_x is its radius; words: joined to "
+        "their end by a line; turn, turn left: curved arrow", allowed=("box", "circle", "ring",
+        "line", "film", "arrow", "turn", "turn left", "words")),
     number("x", BY_ROW, "abscissa", _PANEL_UNIT),
     number("y", BY_ROW, "ordinate", _PANEL_UNIT),
     number("to_x", BY_ROW, "abscissa of the mark's end", _PANEL_UNIT, required=True),

@@ -83,8 +83,21 @@ _FITS = (
             oil law n_points n_curves n_constants sse rmse relative_rms max_error aic bic
             left_out_rmse pressure_end_out_relative_rms speed_end_out_relative_rms
             temperature_end_out_relative_rms zero_slip_traction negative_share second_rise_share
-            condition_number certified certificate""",
+            condition_number active_bounds certified certificate""",
         key=("oil", "law"),
+    ),
+    table("law_points", "One accepted point beside mu of one law, by the fit to all curves and by "
+        "the fit that has not seen the point's own curve.",
+        columns="""
+            oil law run_id first_row slide_roll_ratio traction_coefficient
+            left_out_traction_coefficient""",
+        uses=(
+            use("first_row", "as in points"),
+            use("slide_roll_ratio", "as in points", required=True),
+            use("traction_coefficient", "of the fit to all curves", required=True),
+        ),
+        key=("oil", "law", "run_id", "first_row"),
+        references={"comparison": ("oil", "law"), "runs": ("run_id",)},
     ),
     table("extrapolation", "One condition of a simulated campaign: mu of a fitted law beside the "
         "true mu.",

@@ -218,7 +218,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
         figure.legend(handles=handles, loc="outside lower left", ncols=4)
     for axis in axes[count:]:
         axis.set_axis_off()
-    bar = figure.colorbar(filled, ax=axes, label="Cage slip (1)", ticks=_SLIP_LEVELS[1:])
+    bar = figure.colorbar(filled, ax=axes, label="Cage slip", ticks=_SLIP_LEVELS[1:])
     bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
     for axis in axes[max(count - columns, 0) :]:
         axis.set_xlabel(f"dmN (million mm rpm; 1 is U = {entrainment_speed_m_s(1e6):.0f} m/s)")
@@ -269,7 +269,7 @@ def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
     table = results.size_effect[of_load].reset_index(drop=True)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     axes = figure.subplots(1, 2, sharey=True)
-    curvature = "Groove radius over ball diameter (1)"
+    curvature = "Groove radius over ball diameter"
     panels = (
         ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "stress and surface speed"),
         ("conformity", "groove_curvature", curvature, "load and speed"),

@@ -70,7 +70,7 @@ def extrapolation(results: CampaignTables, settings: Settings) -> Drawing:
         axis.set_xlabel(style.CONDITION_LABELS[abscissa])
         drawn += _draw_cut(axis, panel, cut.sort_values(abscissa), abscissa, colour, laws)
         if number % 2 == 0:
-            axis.set_ylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)")
+            axis.set_ylabel(style.TRACTION_LABEL)
     true = of_oil["true_traction_coefficient"]
     if first is not None and len(true):
         # a law that runs away leaves the panel, instead of pressing the others flat

@@ -68,9 +68,9 @@ def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
             pairs.assign(panel=style.title_panel(above, column, title), oil=oil),
             profiles.assign(panel=style.title_panel(below, column + len(oils), oil), oil=oil),
         ]
-    figure.colorbar(image, ax=list(axes[0]), label="Correlation (1)", shrink=0.9)
-    axes[1, 0].set_ylabel("Signed root of the rise\nof the squared error (1)")
-    axes[1, len(oils) // 2].set_xlabel("Distance from the fit in naive standard errors (1)")
+    figure.colorbar(image, ax=list(axes[0]), label="Correlation", shrink=0.9)
+    axes[1, 0].set_ylabel("Signed root of the rise\nof the squared error")
+    axes[1, len(oils) // 2].set_xlabel("Distance from the fit in naive standard errors")
     key = "Below: one line per constant, those that bend most are named"
     lost = [oil for oil in settings.oils if oil not in fitted]
     style.say_key(figure, key + (f"\nno fit: {', '.join(lost)}" if lost else ""))

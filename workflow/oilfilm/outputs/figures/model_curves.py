@@ -156,7 +156,7 @@ def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) ->
         # not of the figure as a whole, which would cover the key
         axis.set_xlabel(style.CONDITION_LABELS[abscissa])
         axis.tick_params(labelbottom=True)
-    figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
+    figure.supylabel(style.TRACTION_LABEL, fontsize=8)
     if drawn:
         symbols = [style.LEVEL_PHRASES[by].format(level) for level in getattr(levels, by)]
         _draw_legend(figure, symbols, laws, oils)

@@ -20,7 +20,7 @@ _LABELS = {
     "max_hertz_pressure_gpa": "P (GPa)",
     "entrainment_speed_m_s": "U (m/s)",
     "inlet_temperature_c": "T (\N{DEGREE SIGN}C)",
-    "slide_roll_ratio": "|S| (1)",
+    "slide_roll_ratio": "|S|",
 }
 _DELTA = "\N{GREEK CAPITAL LETTER DELTA}\N{GREEK SMALL LETTER MU}"
 _GROUPS = 15  # of equally many points, where no set points tell levels apart

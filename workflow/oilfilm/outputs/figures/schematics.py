@@ -61,8 +61,10 @@ _SCHEMATIC = drawn_table(
     name="fig01",
     paper="Fig. 1",
     title="Traction rig",
-    caption="(a) Ball-on-disc rig with drives and sensors. (b) Contact of ball and disc with the "
-    "measured speeds, load and force. Schematic after the description in the text, not to scale; "
+    caption="(a) Ball-on-disc rig with drives and sensors. (b) The cradle yaws about the vertical "
+    "axis of the air spindle and presses against the force sensor, which measures along the "
+    "rolling direction. (c) Contact of ball and disc with the measured speeds, load and force. "
+    "Schematic after the description in the text, not to scale; "
     "dimensions as configured (mm).",
     family="configured",
     settings=("rigs",),
@@ -70,13 +72,16 @@ _SCHEMATIC = drawn_table(
     draws=_SCHEMATIC,
 )
 def fig01(results: CampaignTables, settings: Settings) -> Drawing:
-    """The traction rig from the side, and the contact seen along the ball's axis."""
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 3.9))
-    axes = figure.subplots(1, 2, width_ratios=(116, 70))
+    """The traction rig from the side and from above, and the contact along the ball's axis."""
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.5))
+    axes = figure.subplot_mosaic(
+        [["a", "b"], ["a", "c"]], width_ratios=(1.15, 1), height_ratios=(1, 1.25)
+    )
     rig = next(iter(settings.rigs.values()))
-    style.title_panel(axes[0], 0, "Rig from the side")
-    style.title_panel(axes[1], 1, "Contact, along the ball's axis")
-    return figure, [_draw(figure, [*_RIG, *_contact(rig)])]
+    style.title_panel(axes["a"], 0, "Rig from the side")
+    style.title_panel(axes["b"], 1, "Cradle from above")
+    style.title_panel(axes["c"], 2, "Contact, along the ball's axis")
+    return figure, [_draw(figure, [*_RIG, *_CRADLE, *_contact(rig)])]
 
 
 _RIG: tuple[_Mark, ...] = (
@@ -99,9 +104,9 @@ _RIG: tuple[_Mark, ...] = (
     _box("a", "fixed", -8, 22, -5, 38),
     _box("a", "sensor", -21, 14, -7, 20),
     _box("a", "drive", -19, -3, -9, 14),
-    # traction force sensor between frame and cradle
-    _box("a", "fixed", -46, 42, -42, 45),
-    _box("a", "sensor", -42, 41, -34, 46),
+    # traction force sensor on a post of the frame, in front of the cradle
+    _box("a", "fixed", -29, -3, -25.5, 40),
+    _box("a", "sensor", -30.5, 39, -24.5, 47),
     # nozzle and its oil, Hall sensors
     ("a", "line", "oil", 46, 40, 22, 52, ""),
     _arrow("a", 22, 52, 15, 56, "oil"),
@@ -113,15 +118,38 @@ _RIG: tuple[_Mark, ...] = (
     _label("a", "spindle I", -14, 51.5),
     _label("a", "ball", 14, 36, 13, 47),
     _label("a", "cradle", -14, 43.5),
-    _label("a", "contact A", -8, 64, 11, 57.2),
+    _label("a", "contact A,\nF into the page", -14, 68, 11.5, 57.2),
     _label("a", "air spindle", 12, 29, -12, 30),
     _label("a", "load sensor, W", 14, 17, -8, 17),
     _label("a", "servo actuator", 14, 6, -10, 6),
-    _label("a", "traction\nforce\nsensor, F", -35, 31, -38, 41),
-    _label("a", "Hall sensor, n\u2082", -6, 84, 31, 67),
-    _label("a", "Hall sensor, n\u2081", -28, 72, -32, 53),
+    _label("a", "traction\nforce\nsensor, F", -37.6, 28, -29, 41),
+    _label("a", "Hall sensor, n\u2082", -8, 86, 31, 67),
+    _label("a", "Hall sensor, n\u2081", -30, 77, -32, 53),
     _label("a", "oil nozzle,\ntemperature T", 38, 33, 40, 43),
     _label("a", "frame", 40, 98.5),
+)
+
+# Abscissa as in the side view; what lies above is farther away there.
+_CRADLE: tuple[_Mark, ...] = (
+    _box("b", "fixed", -52, -20, -46, 24),
+    _box("b", "fixed", -46, -20, -25, -16),
+    _box("b", "sensor", -32, -16, -26, -7),
+    _box("b", "fixed", -34, -7, 6, 7),
+    _box("b", "drive", -30, -5, 2, 5),
+    _box("b", "turning", 2, -1.5, 6.6, 1.5),
+    ("b", "circle", "turning", 12, 0, 5.5, 0, ""),
+    ("b", "ring", "", 27, 0, 23, 0, ""),
+    ("b", "circle", "turning", -14, 0, 1.2, 0, ""),
+    ("b", "turn left", "", -3, -12, -3, 12, ""),
+    _arrow("b", 12, 0, 12, 15),
+    _label("b", "spindle I", -38, 17, -26, 3),
+    _label("b", "axis of the air spindle", -19, 24, -14, 0.5),
+    _label("b", "traction force sensor, F", -4, -26.5, -28, -12),
+    _label("b", "frame", -38, -11, -40, -17.5),
+    _label("b", "F", 15.5, 12),
+    _label("b", "ball", 24, -8, 15, -3.5),
+    _label("b", "disc\n(above)", 35, 4),
+    _label("b", "yaw", -9, 12.5),
 )
 
 
@@ -132,30 +160,30 @@ def _contact(rig: Rig) -> list[_Mark]:
         return "" if length_m is None else f" = {1e3 * length_m:.4g} mm"
 
     return [
-        _box("b", "turning", -34, 22, 34, 30),
-        ("b", "circle", "turning", 0, 0, 20, 0, ""),
-        ("b", "line", "", 0, 0, 14.1, 14.1, ""),
-        ("b", "line", "oil", -36, 12, -24, 17, ""),
-        _arrow("b", -24, 17, -12, 20.5, "oil"),
-        ("b", "film", "oil", -7, 20, 7, 22, ""),
-        ("b", "turn", "", 9, -9, -9, -9, ""),
-        _arrow("b", -30, 26, -14, 26),
-        _arrow("b", -8, 13, 6, 13),
-        _arrow("b", 10, 20.4, 27, 20.4),
-        _arrow("b", 0, -36, 0, -21),
-        _label("b", "disc, R\u2082" + size(rig.disc_track_radius_m), 15, 26),
-        _label("b", "U\u2082", -10, 26),
-        _label("b", "U\u2081", -11.5, 13),
-        _label("b", "F on the ball", 27, 15.5),
-        _label("b", "W", 4, -31),
-        _label("b", "R\u2081" + size(rig.ball_track_radius_m), 9, -2.2),
-        _label("b", "n\u2081", 0, -10.5),
-        _label("b", "ball", -10, -3),
-        _label("b", "film", -24, 8, -5, 20.8),
-        _label("b", "oil, T", -33, 4, -31, 13.5),
-        _label("b", "U = (U\u2081 + U\u2082)/2", -21, -27),
-        _label("b", "S = (U\u2082 \N{MINUS SIGN} U\u2081)/U", 23, -27),
-        _label("b", "\N{GREEK SMALL LETTER MU} = F/W", 23, -33),
+        _box("c", "turning", -34, 22, 34, 30),
+        ("c", "circle", "turning", 0, 0, 20, 0, ""),
+        ("c", "line", "", 0, 0, 14.1, 14.1, ""),
+        ("c", "line", "oil", -36, 12, -24, 17, ""),
+        _arrow("c", -24, 17, -12, 20.5, "oil"),
+        ("c", "film", "oil", -7, 20, 7, 22, ""),
+        ("c", "turn", "", 9, -9, -9, -9, ""),
+        _arrow("c", -30, 26, -14, 26),
+        _arrow("c", -8, 13, 6, 13),
+        _arrow("c", 10, 20.4, 27, 20.4),
+        _arrow("c", 0, -36, 0, -21),
+        _label("c", "disc, R\u2082" + size(rig.disc_track_radius_m), 15, 26),
+        _label("c", "U\u2082", -10, 26),
+        _label("c", "U\u2081", -11.5, 13),
+        _label("c", "F on the ball", 27, 15.5),
+        _label("c", "W", 4, -31),
+        _label("c", "R\u2081" + size(rig.ball_track_radius_m), 6.5, -3),
+        _label("c", "n\u2081", 0, -10.5),
+        _label("c", "ball", -10, -3),
+        _label("c", "film", -24, 8, -5, 20.8),
+        _label("c", "oil, T", -33, 4, -31, 13.5),
+        _label("c", "U = (U\u2081 + U\u2082)/2", -21, -27),
+        _label("c", "S = (U\u2082 \N{MINUS SIGN} U\u2081)/U", 23, -27),
+        _label("c", "\N{GREEK SMALL LETTER MU} = F/W", 23, -33),
     ]
 
 
@@ -172,7 +200,7 @@ def _contact(rig: Rig) -> list[_Mark]:
 )
 def fig05(results: CampaignTables, settings: Settings) -> Drawing:
     """The torque rig in a section along its shaft."""
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.6))
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     figure.subplots()
     return figure, [_draw(figure, _TORQUE_RIG)]
 
@@ -190,40 +218,53 @@ _TORQUE_RIG: tuple[_Mark, ...] = (
     ("a", "circle", "fixed", 70, -21.5, 2.5, 0, ""),
     # shaft and test bearing
     _box("a", "turning", 76, -4, 107, 4),
-    _box("a", "turning", 95, 4, 106, 7),
-    _box("a", "turning", 95, -7, 106, -4),
-    ("a", "circle", "turning", 100.5, 9.6, 3.1, 0, ""),
-    ("a", "circle", "turning", 100.5, -9.6, 3.1, 0, ""),
-    _box("a", "fixed", 95, 12.2, 106, 15.5),
-    _box("a", "fixed", 95, -15.5, 106, -12.2),
+    _box("a", "turning", 94, 5.5, 107, 9),
+    _box("a", "turning", 94, -9, 107, -5.5),
+    ("a", "circle", "turning", 100.5, 11.6, 3.4, 0, ""),
+    ("a", "circle", "turning", 100.5, -11.6, 3.4, 0, ""),
+    _box("a", "fixed", 94, 14.2, 107, 17.5),
+    _box("a", "fixed", 94, -17.5, 107, -14.2),
     # housing, end cap, hydrostatic spindle, torque sensor
-    _box("a", "fixed", 95, 15.5, 112, 19),
-    _box("a", "fixed", 95, -19, 112, -15.5),
-    _box("a", "fixed", 91, 11, 95, 19),
-    _box("a", "fixed", 91, -19, 95, -11),
-    _box("a", "fixed", 112, -19, 116, 19),
+    _box("a", "fixed", 94, 17.5, 112, 21),
+    _box("a", "fixed", 94, -21, 112, -17.5),
+    _box("a", "fixed", 90, 13, 94, 21),
+    _box("a", "fixed", 90, -21, 94, -13),
+    _box("a", "fixed", 112, -21, 116, 21),
     # the spindle could turn, but the sensor holds it
     _box("a", "fixed", 116, -8, 156, 8),
     _box("a", "fixed", 121, 8, 150, 14),
     _box("a", "fixed", 121, -24, 150, -8),
     _box("a", "sensor", 156, -7, 170, 7),
     _box("a", "fixed", 170, -24, 178, 10),
-    # oil to the holes of the inner ring
-    ("a", "line", "oil", 84, 26, 84, 10, ""),
-    _arrow("a", 84, 10, 94, 5.5, "oil"),
+    # oil from a pipe into the gap behind a lip of the shaft, under the race and through its holes
+    _box("a", "turning", 87, 4, 88.5, 8),
+    _box("a", "turning", 87, -8, 88.5, -4),
+    _box("a", "oil", 88.5, 4, 107, 5.5),
+    _box("a", "oil", 88.5, -5.5, 107, -4),
+    _box("a", "oil", 96, 5.5, 97, 9),
+    _box("a", "oil", 104, 5.5, 105, 9),
+    _box("a", "oil", 96, -9, 97, -5.5),
+    _box("a", "oil", 104, -9, 105, -5.5),
+    ("a", "line", "oil", 82, 28, 82, 10.5, ""),
+    ("a", "line", "oil", 81.4, 10.5, 91.8, 10.5, ""),
+    _arrow("a", 91.2, 10.5, 91.2, 5.5, "oil"),
+    _arrow("a", 96.5, 9, 96.5, 12.5, "oil"),
+    _arrow("a", 104.5, 9, 104.5, 12.5, "oil"),
+    _arrow("a", 96.5, -9, 96.5, -12.5, "oil"),
+    _arrow("a", 104.5, -9, 104.5, -12.5, "oil"),
     _arrow("a", 3, 11, 19, 11),
-    ("a", "turn", "", 85, 7, 85, -7, ""),
+    ("a", "turn", "", 79, 7, 79, -7, ""),
     _label("a", "electric\ncylinder", 11, 0),
     _label("a", "axial force\nsensor", 31, 22, 31.5, 6),
     _label("a", "drive, high and\nlow speed", 56, 0),
     _label("a", "carriage", 56, -16.5),
     _label("a", "axial load", 11, 15),
-    _label("a", "drive shaft", 85, -21.3, 81, -3),
-    _label("a", "oil supply", 71, 24, 83.5, 24),
-    _label("a", "end cap", 84, 33, 92.5, 18.5),
-    _label("a", "inner ring", 121, 31, 104, 5.5),
-    _label("a", "outer ring", 101, 33, 101, 14),
-    _label("a", "loading housing", 150, 23, 114.5, 15),
+    _label("a", "drive shaft", 82, -21.6, 85.5, -3.2),
+    _label("a", "oil supply", 69, 25, 81.5, 25),
+    _label("a", "end cap", 86, 35, 92, 20),
+    _label("a", "inner ring with oil holes,\nunder-race feed", 133, 31, 105.8, 7.2),
+    _label("a", "outer ring", 102, 35, 100.5, 16),
+    _label("a", "loading housing", 157, 21, 114.5, 17),
     _label("a", "hydrostatic spindle,\nalmost without friction", 136, 0),
     _label("a", "torque\nsensor", 163, 0),
     _label("a", "frame", 20, -26),
@@ -235,7 +276,7 @@ def _draw(figure: Figure, marks: Sequence[_Mark]) -> pd.DataFrame:
     drawn = tables.conform(
         pd.DataFrame(marks, columns=tables.columns("schematic")), "schematic", "schematic"
     )
-    axes = dict(zip("ab", figure.axes, strict=False))
+    axes = dict(zip("abc", figure.axes, strict=False))
     for row in tables.rows(drawn):
         _draw_mark(axes[row["panel"]], row)
     for axis in figure.axes:
@@ -260,17 +301,20 @@ def _draw_mark(axis: Axes, row: Mapping[str, Any]) -> None:
             axis.add_patch(Rectangle(start, width, height, facecolor=colour, linewidth=0))
         case "circle":
             axis.add_patch(Circle(start, end[0], facecolor=colour, **_EDGE))
+        case "ring":
+            axis.add_patch(Circle(start, end[0], fill=False, linewidth=0.6, linestyle="--"))
         case "line":
             thickness = 3.0 if oil else 0.6
             xy = zip(start, end, strict=True)
             axis.plot(*xy, color=colour, linewidth=thickness, solid_capstyle="butt")
-        case "arrow" | "turn":
+        case "arrow" | "turn" | "turn left":
+            bend = {"turn": -0.6, "turn left": 0.6}.get(row["mark"], 0.0)
             axis.add_patch(
                 FancyArrowPatch(
                     start,
                     end,
                     arrowstyle="-|>",
-                    connectionstyle="arc3,rad=-0.6" if row["mark"] == "turn" else "arc3",
+                    connectionstyle=f"arc3,rad={bend}",
                     mutation_scale=7,
                     shrinkA=0,
                     shrinkB=0,

@@ -40,8 +40,10 @@ CONDITION_LABELS = {
     "max_hertz_pressure_gpa": "Maximum Hertz pressure P (GPa)",
     "entrainment_speed_m_s": "Entrainment speed U (m/s)",
     "inlet_temperature_c": "Inlet temperature T (\N{DEGREE SIGN}C)",
-    "slide_roll_ratio": "Slide-roll ratio S (1)",
+    "slide_roll_ratio": "Slide-roll ratio S",
 }
+TRACTION_LABEL = "Traction coefficient \N{GREEK SMALL LETTER MU}"
+SE_DRAWN = 1.96  # error bars are 95 % intervals
 LEVEL_PHRASES = {
     "max_hertz_pressure_gpa": "P = {:g} GPa",
     "entrainment_speed_m_s": "U = {:g} m/s",
@@ -181,8 +183,8 @@ def oil_handles(oils: Sequence[str], shown: Collection[str], **look: Any) -> lis
 
 def label_traction_axes(figure: Figure) -> None:
     """Names of the two axes of mu against slip."""
-    figure.supxlabel("Slide-roll ratio S (1)", fontsize=8)
-    figure.supylabel("Traction coefficient \N{GREEK SMALL LETTER MU} (1)", fontsize=8)
+    figure.supxlabel(CONDITION_LABELS["slide_roll_ratio"], fontsize=8)
+    figure.supylabel(TRACTION_LABEL, fontsize=8)
 
 
 def say_source(figure: Figure, campaign: Campaign, unjudged: Collection[str]) -> None:
@@ -199,9 +201,8 @@ def _put_above(figure: Figure, lines: str, *, right: bool) -> None:
     """Small print above the panels, for which the figure grows; the panels keep their height."""
     line_in, margin_in = 0.12, 0.02
     wide = figure.get_figwidth() > 1.5 * SINGLE_COLUMN_IN
-    if right or not wide:
-        # 70 letters fit into the width of one column, and into half of a wide figure
-        lines = "\n".join(part for line in lines.split("\n") for part in textwrap.wrap(line, 70))
+    # 70 letters fit into the width of one column, and into half of a wide figure
+    lines = "\n".join(part for line in lines.split("\n") for part in textwrap.wrap(line, 70))
     side = "right" if right else "left"
     figure.text(1 if right else 0, 1, lines, ha=side, gid="small print", **_SMALL_PRINT)
     print_above = [text for text in figure.texts if text.get_gid() == "small print"]

@@ -23,7 +23,6 @@ from oilfilm.traction.law import CONDITIONS
 
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 _NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
-_SE_DRAWN = 1.96  # error bars are 95 % intervals
 # More conditions than this in one panel cannot be told apart by shade and symbol.
 _CONDITIONS_TOLD_APART = 6
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
@@ -272,7 +271,7 @@ def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.D
         axis.errorbar(
             measured["slide_roll_ratio"],
             measured["traction_coefficient"],
-            yerr=_SE_DRAWN * measured["traction_coefficient_se"],
+            yerr=style.SE_DRAWN * measured["traction_coefficient_se"],
             fmt=curve.marker,
             color=curve.colour,
             markerfacecolor="white",

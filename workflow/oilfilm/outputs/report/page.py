@@ -19,7 +19,7 @@ from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
-from oilfilm.outputs.captions import caption
+from oilfilm.outputs.captions import caption, tie
 from oilfilm.outputs.facts import circular, film_unjudged_oils
 from oilfilm.outputs.report import chart, sections
 from oilfilm.outputs.report.explorer import explorer
@@ -30,7 +30,6 @@ from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.studies.law_comparison import TIE
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 
@@ -164,7 +163,7 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
         "torque": sections.torque(results),
         "torque_control": sections.torque_control(results),
         "circular": circular(settings.campaign),
-        "tie": TIE if settings.campaign.truth_is_law else "",
+        "tie": tie(settings.campaign),
         "bearing": sections.bearing(results),
         "torque_quarantine": sections.refused(
             results.torque_quarantine, "torque_quarantine", "Refused torque logs", rows_max

@@ -159,6 +159,7 @@ def comparison(results: CampaignTables) -> Shown:
             Column("left_out_rmse", "Curve left out, rms", number(".2e"), ""),
             Column("zero_slip_traction", "mu at no slip", number(".1e"), ""),
             Column("bic", "BIC", number(".0f"), ""),
+            Column("active_bounds", "At bounds"),
             Column("certified", "Certified", yes_or_no, is_verdict=True),
         ],
     )
