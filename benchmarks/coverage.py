@@ -16,15 +16,16 @@ from pathlib import Path
 
 import numpy as np
 
+from oilfilm.fitting.conditions import varied
 from oilfilm.fitting.engine import polish
-from oilfilm.fitting.problem import build_problem, varied_conditions
+from oilfilm.fitting.problem import build_problem
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
 from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
-from oilfilm.traction.law import FloatArray, to_internal
+from oilfilm.traction.law import CONDITIONS, FloatArray, to_internal
 
 ROOT = Path(__file__).parents[1]
 NORMAL_95 = 1.959964
@@ -40,7 +41,7 @@ def covered(oil: str, refits: int, number: int) -> FloatArray:
     random = generator(config.seed, "coverage", oil, number)
     rig = next(iter(config.rigs.values()))
     data = simulate_curves(constants, conditions, campaign.twin, rig, random)
-    problem = build_problem(PAPER_LAW, data, varied_conditions(data.conditions, config.fit))
+    problem = build_problem(PAPER_LAW, data, varied(CONDITIONS, data.conditions, config.fit))
     best = polish(problem, truth)
     lower, upper = np.quantile(curve_bootstrap(problem, best, refits, random), [0.025, 0.975], 0)
     naive = NORMAL_95 * np.sqrt(np.diag(naive_covariance(problem, best)))

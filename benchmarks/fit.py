@@ -30,15 +30,16 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
 from oilfilm.fitting.certificate import certify
+from oilfilm.fitting.conditions import varied
 from oilfilm.fitting.engine import population_sse, search
-from oilfilm.fitting.problem import CurveData, Problem, build_problem, varied_conditions
+from oilfilm.fitting.problem import CurveData, Problem, build_problem
 from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
 from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
-from oilfilm.traction.law import FloatArray, bounds
+from oilfilm.traction.law import CONDITIONS, FloatArray, bounds
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 ROOT = Path(__file__).parents[1]
@@ -66,20 +67,22 @@ def task(oil: str, copies: int = 1) -> tuple[Problem, CurveData]:
     """The demonstration's matrix simulated `copies` times over."""
     conditions = np.array(list(itertools.product(*CONFIG.campaign.matrix.model_dump().values())))
     rig = next(iter(CONFIG.rigs.values()))
-    random = generator(CONFIG["seed"], "bench-fit", oil)
+    random = generator(CONFIG.seed, "bench-fit", oil)
     data = simulate_curves(
         PRINTED[oil], np.tile(conditions, (copies, 1)), CONFIG.campaign.twin, rig, random
     )
-    return build_problem(PAPER_LAW, data, varied_conditions(data.conditions, CONFIG.fit)), data
+    return build_problem(PAPER_LAW, data, varied(CONDITIONS, data.conditions, CONFIG.fit)), data
 
 
 def raw_sse(data: CurveData) -> Callable[[FloatArray], float]:
     """SSE of the raw constants; a candidate without a value is only very bad."""
-    levels = data.conditions[data.curve].T
+    levels = data.conditions.T[:, :, np.newaxis]
+    # every simulated curve has the same number of points
+    slip, mu = (values.reshape(len(data.runs), -1) for values in (data.slip, data.mu))
 
     def sse(constants: FloatArray) -> float:
         with np.errstate(all="ignore"):
-            error = traction_coefficient(constants, *levels, data.slip) - data.mu
+            error = traction_coefficient(constants, *levels, slip) - mu
             return float(np.nan_to_num(np.sum(error**2), nan=1e9, posinf=1e9))
 
     return sse
@@ -122,20 +125,24 @@ def lmfit_defaults(problem: Problem, data: CurveData, seed: int) -> float:
     return sse(np.array([found.params[name].value for name in names]))
 
 
-def pymoo_ga(problem: Problem, data: CurveData, seed: int) -> float:
-    """A plain genetic algorithm, 100 candidates for 300 generations."""
+def genetic(sse: Callable[[FloatArray], float], box: FloatArray, seed: int) -> FloatArray:
+    """The best candidate of pymoo's plain genetic algorithm: 100 candidates, 300 generations."""
     from pymoo.algorithms.soo.nonconvex.ga import GA
     from pymoo.core.problem import ElementwiseProblem
     from pymoo.optimize import minimize
-
-    sse = raw_sse(data)
 
     class Fit(ElementwiseProblem):
         def _evaluate(self, x: FloatArray, out: dict[str, Any], *_: Any, **__: Any) -> None:
             out["F"] = sse(x)
 
-    fit = Fit(n_var=12, n_obj=1, xl=RAW_BOX[:, 0], xu=RAW_BOX[:, 1])
-    return float(minimize(fit, GA(pop_size=100), ("n_gen", 300), seed=seed).F[0])
+    fit = Fit(n_var=12, n_obj=1, xl=box[:, 0], xu=box[:, 1])
+    return np.asarray(minimize(fit, GA(pop_size=100), ("n_gen", 300), seed=seed).X)
+
+
+def pymoo_ga(problem: Problem, data: CurveData, seed: int) -> float:
+    """A plain genetic algorithm on the raw constants."""
+    sse = raw_sse(data)
+    return sse(genetic(sse, RAW_BOX, seed))
 
 
 def fcmaes(problem: Problem, data: CurveData, seed: int) -> float:

@@ -40,8 +40,10 @@ TOLERANCE = 1.0
 def results() -> CampaignTables:
     """Points on the printed law of every oil, and refits that scatter by 1 % about it."""
     coefficients, quality = printed_fits()
+    # a tenth off: too far for its lines to be left to the table
+    off = (coefficients["oil"] == "4010") & (coefficients["constant"] == "A0")
     coefficients = coefficients.assign(
-        printed_value=coefficients["value"],
+        printed_value=coefficients["value"] * np.where(off, 1.1, 1.0),
         standard_error=0.01 * coefficients["value"].abs(),
         naive_standard_error=0.01 * coefficients["value"].abs(),
     )
@@ -98,19 +100,25 @@ def drawing(results: CampaignTables, config: Settings) -> Draw:
 
 def lines(axis: Axes) -> set[bytes]:
     """What each line of a panel holds, in bytes that can be compared exactly."""
-    return {np.ascontiguousarray(line.get_xydata(), float).tobytes() for line in axis.get_lines()}
+    return {
+        np.ascontiguousarray(line.get_xydata(), float).tobytes()
+        for line in axis.get_lines()
+        if line.get_gid() != "scale"
+    }
 
 
 def bytes_of(*columns: Any) -> bytes:
     return np.column_stack(columns).astype(float).tobytes()
 
 
-# The captions of Figs 7 to 10, as the paper prints them.
+# dmN = 4 U/pi * 60 * 1000 mm rpm, by hand: U = omega dm/4
+FAST, SLOW = "U = 200 m/s (dmN 7.6e6)", "U = 30 m/s (dmN 1.1e6)"
+# The captions of Figs 7 to 10, as the paper prints them, with dmN.
 PANELS = {
-    "fig07": [f"P = {p} GPa, U = 200 m/s" for p in ("0.8", "1.5", "2", "2.5")],
+    "fig07": [f"P = {p} GPa, {FAST}" for p in ("0.8", "1.5", "2", "2.5")],
     "fig08": [f"P = 1.5 GPa, S = {s}" for s in ("0.05", "0.1", "0.15", "0.2")],
-    "fig09": [f"U = {u} m/s, S = {s}" for u in (200, 30) for s in ("0.05", "0.2")],
-    "fig10": [f"P = {p} GPa, U = {u} m/s" for p in ("0.8", "2") for u in (200, 30)],
+    "fig09": [f"{u}, S = {s}" for u in (FAST, SLOW) for s in ("0.05", "0.2")],
+    "fig10": [f"P = {p} GPa, {u}" for p in ("0.8", "2") for u in (FAST, SLOW)],
 }
 ABSCISSA = {
     "fig07": ("slide_roll_ratio", 0, 0.3),
@@ -139,7 +147,7 @@ def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
     abscissa = ABSCISSA[name][0]
     by = "slide_roll_ratio" if name == "fig10" else "inlet_temperature_c"
     for letter, axis in zip("abcd", figure.axes, strict=True):
-        of_panel = drawn[drawn["panel"] == letter]
+        of_panel = drawn[(drawn["panel"] == letter) & drawn["drawn"]]
         curves = [rows for _, rows in of_panel.groupby(["oil", "series", by])]
         assert lines(axis) == {
             bytes_of(rows[abscissa], rows["traction_coefficient"]) for rows in curves
@@ -155,6 +163,62 @@ def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
             assert any(np.isin(bounds, edge).all() for edge in edges)
         fitted = of_panel.query("series == 'refit' and slide_roll_ratio > 0")
         assert (fitted["traction_coefficient_lower"] > 0).all()
+
+
+def test_printed_lines_that_would_hide_the_refit_are_in_the_table_only(
+    drawing: Draw, results: CampaignTables
+) -> None:
+    value, scale = results.coefficients["value"], results.coefficients["constant"] == "A0"
+    for factor, shown in ((1.04, set()), (1.06, {"printed"})):
+        # mu is proportional to A where B is, as in (A + B S) exp(-C S) - A
+        both = scale | (results.coefficients["constant"] == "B0")
+        printed_value = value * np.where(both, factor, 1.0)
+        figure, drawn = drawing(
+            "fig07", coefficients=results.coefficients.assign(printed_value=printed_value)
+        )
+        lines_printed = drawn[drawn["series"] == "printed"]
+        np.testing.assert_allclose(lines_printed["refit_difference"], factor - 1, rtol=1e-9)
+        assert set(drawn.loc[drawn["drawn"], "series"]) == {"refit"} | shown
+        # one line per oil: at the middle of the three temperatures
+        of_lines = drawn[drawn["drawn"] & (drawn["series"] == "printed")]
+        assert set(of_lines["inlet_temperature_c"]) == ({70} if shown else set())
+        for axis in figure.axes:
+            words = axis.get_legend().get_title().get_text()
+            assert words == f"printed constants: off by up to {100 * factor - 100:.1f} %"
+        assert ("printed constants" in {t.get_text() for t in figure.legends[0].get_texts()}) == (
+            bool(shown)
+        )
+
+
+@pytest.mark.parametrize("name", PANELS)
+def test_panels_share_their_scale_or_have_a_line_at_one_mu(drawing: Draw, name: str) -> None:
+    figure, _ = drawing(name)
+    marks = [
+        line.get_ydata()[0]
+        for axis in figure.axes
+        for line in axis.get_lines()
+        if line.get_gid() == "scale"
+    ]
+    tops = {axis.get_ylim()[1] for axis in figure.axes}
+    assert len(tops) == 1 or (len(marks) == 4 and len(set(marks)) == 1 and marks[0] < min(tops))
+    key = " ".join(text.get_text() for text in figure.texts)
+    assert ("scales differ" in key) == (len(tops) > 1)
+
+
+def test_interval_that_runs_away_leaves_the_panel_and_says_how_far(
+    drawing: Draw, results: CampaignTables
+) -> None:
+    random = generator(2, "refits")
+    wild = results.refits.assign(
+        value=results.refits["value"] * np.exp(0.4 * random.standard_normal(len(results.refits)))
+    )
+    figure, drawn = drawing("fig07", refits=wild)
+    for letter, axis in zip("abcd", figure.axes, strict=True):
+        of_panel = drawn[(drawn["panel"] == letter) & drawn["drawn"]]
+        # no line is cut, and none is pressed flat
+        assert 1 <= axis.get_ylim()[1] / of_panel["traction_coefficient"].max() <= 3
+    reach = drawn["traction_coefficient_upper"].max()
+    assert f"{reach:.2g}" in " ".join(text.get_text() for text in figure.texts)
 
 
 def test_shade_covers_what_no_test_reaches(drawing: Draw) -> None:

@@ -19,6 +19,7 @@ from oilfilm.outputs.report.contents import percent
 from oilfilm.outputs.report.explorer import Axis, explorer
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
@@ -355,6 +356,12 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
     assert axis.values[0] > 0 or low == 0
     assert axis.values[-1] >= high * (1 - 1e-12)
     assert len(axis.values) < 2000
+
+
+def test_comparison_of_laws_says_that_the_papers_law_made_the_logs(write: Write) -> None:
+    thermal = {"campaign": resolve(ROOT / "config", {"campaign": "thermal"}).plain()["campaign"]}
+    assert "their tie is by construction" in write()
+    assert "their tie is by construction" not in write(thermal)
 
 
 def test_measured_campaign_does_not_say_simulated(write: Write) -> None:

@@ -643,6 +643,9 @@ _FIGURES = (
     text("panel", "panel of the figure: its letter, or its number in reading order"),
     text("series", "series of the legend"),
     text("kind", "kind of what is drawn"),
+    number("refit_difference", "1", "largest distance of the line from that of the refit, over the "
+        "refit's largest mu", at_least=0),
+    flag("drawn", "false for a line so near to the refit that it is in this table only"),
     text("mark", "box: from corner to corner; circle, ring: to_x is its radius; words: joined to "
         "their end by a line; turn, turn left: curved arrow", allowed=("box", "circle", "ring",
         "line", "film", "arrow", "turn", "turn left", "words")),

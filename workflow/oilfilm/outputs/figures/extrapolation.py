@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
+from oilfilm.outputs.captions import tie
 from oilfilm.outputs.figures import style
-from oilfilm.outputs.figures.model_curves import CUTS
+from oilfilm.outputs.figures.model_curves import CUTS, panel_title
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.config import ExtrapolationFigureSettings
 from oilfilm.settings.resolved import Settings
@@ -49,6 +50,7 @@ _EXTRAPOLATION_PANELS = drawn_table(
     tables=("extrapolation",),
     settings=("oils", "figures"),
     requires="twin",
+    compares_laws=True,
     draws=_EXTRAPOLATION_PANELS,
 )
 def extrapolation(results: CampaignTables, settings: Settings) -> Drawing:
@@ -66,7 +68,7 @@ def extrapolation(results: CampaignTables, settings: Settings) -> Drawing:
         axis = figure.add_subplot(grid[number // 2, number % 2], sharey=first)
         first = first or axis
         cut, levels = _cut(of_oil[of_oil["figure"] == name], abscissa, choice)
-        panel = style.title_panel(axis, number, style.level_phrases(levels))
+        panel = style.title_panel(axis, number, panel_title(levels))
         axis.set_xlabel(style.CONDITION_LABELS[abscissa])
         drawn += _draw_cut(axis, panel, cut.sort_values(abscissa), abscissa, colour, laws)
         if number % 2 == 0:
@@ -82,7 +84,8 @@ def extrapolation(results: CampaignTables, settings: Settings) -> Drawing:
         Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
-    style.say_key(figure, "It decides nothing about the real oils.")
+    key = ("It decides nothing about the real oils.", tie(settings.campaign))
+    style.say_key(figure, " ".join(filter(None, key)))
     return figure, drawn
 
 

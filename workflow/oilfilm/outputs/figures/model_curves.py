@@ -22,13 +22,18 @@ from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
 _STEPS = 121  # along the abscissa
+_MU = "\N{GREEK SMALL LETTER MU}"
 _SYMBOLS = 4  # along a curve
-_TEMPERATURE, _SLIP = "inlet_temperature_c", "slide_roll_ratio"
+# A printed line nearer to the refit than this share of its largest mu cannot be told from it.
+_NEAR = 0.05
+_ROOM = 1.4  # largest mu of a panel over that of its lines
+_ONE_SCALE = 2.0  # panels whose largest mu differ by less than this factor share their scale
+_SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
 # Of each figure: condition along the abscissa, and condition that tells the curves of one panel
 # apart. The others tell panels apart.
 CUTS = {
     "fig07": (_SLIP, _TEMPERATURE),
-    "fig08": ("entrainment_speed_m_s", _TEMPERATURE),
+    "fig08": (_SPEED, _TEMPERATURE),
     "fig09": ("max_hertz_pressure_gpa", _TEMPERATURE),
     "fig10": (_TEMPERATURE, _SLIP),
 }
@@ -39,7 +44,7 @@ _MODEL_CURVES = drawn_table(
     columns="""
         panel oil series max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c
         slide_roll_ratio traction_coefficient traction_coefficient_lower
-        traction_coefficient_upper extrapolated""",
+        traction_coefficient_upper extrapolated refit_difference drawn""",
     uses=(
         use("oil", "colour of the line"),
         use(
@@ -54,6 +59,7 @@ _MODEL_CURVES = drawn_table(
         use("traction_coefficient", "ordinate", required=True),
         use("traction_coefficient_lower", "lower edge of the band, none where null"),
         use("traction_coefficient_upper", "upper edge of the band"),
+        use("refit_difference", "of the whole line; 0 for the refit"),
     ),
 )
 
@@ -65,7 +71,9 @@ _MODEL_CURVES = drawn_table(
     caption="Traction coefficient of all oils against slide-roll ratio, one panel per pressure and "
     "speed, at several inlet temperatures (the paper does not print its own). "
     "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored; shaded: beyond the tested conditions.",
+    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
+    "the others are in the table, and each panel has the largest of all differences. Shaded: "
+    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -84,7 +92,9 @@ def fig07(results: CampaignTables, settings: Settings) -> Drawing:
     "pressure and slide-roll ratio, at several inlet temperatures (the paper does not print its "
     "own). "
     "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored; shaded: beyond the tested conditions.",
+    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
+    "the others are in the table, and each panel has the largest of all differences. Shaded: "
+    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -102,7 +112,9 @@ def fig08(results: CampaignTables, settings: Settings) -> Drawing:
     caption="Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel per "
     "speed and slide-roll ratio, at several inlet temperatures (the paper does not print its own). "
     "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored; shaded: beyond the tested conditions.",
+    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
+    "the others are in the table, and each panel has the largest of all differences. Shaded: "
+    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -120,7 +132,9 @@ def fig09(results: CampaignTables, settings: Settings) -> Drawing:
     caption="Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), one "
     "panel per pressure and speed, at several slide-roll ratios (the paper prints none). "
     "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored; shaded: beyond the tested conditions.",
+    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
+    "the others are in the table, and each panel has the largest of all differences. Shaded: "
+    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -145,7 +159,7 @@ def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) ->
     drawn = []
     for number, cut in enumerate(cuts):
         fixed = dict(zip(apart, cut, strict=True))
-        panel = style.title_panel(axes[number], number, style.level_phrases(fixed))
+        panel = style.title_panel(axes[number], number, panel_title(fixed))
         if laws:
             curves = _curves(laws, levels, fixed, figure_name, settings.same_set_point.relative)
             _draw(axes[number], curves, figure_name, oils)
@@ -157,15 +171,56 @@ def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) ->
         axis.set_xlabel(style.CONDITION_LABELS[abscissa])
         axis.tick_params(labelbottom=True)
     figure.supylabel(style.TRACTION_LABEL, fontsize=8)
+    key = []
+    if abscissa == _SPEED:
+        fastest = style.bearing_speed_phrase(max(getattr(levels, _SPEED)))
+        key.append(f"{fastest}: pitch diameter times speed, mm rpm")
     if drawn:
+        key += _scale(axes[: len(cuts)], drawn)
         symbols = [style.LEVEL_PHRASES[by].format(level) for level in getattr(levels, by)]
-        _draw_legend(figure, symbols, laws, oils)
+        lines = pd.concat(drawn)
+        any_printed = bool((lines["drawn"] & (lines["series"] == "printed")).any())
+        _draw_legend(figure, symbols, laws, oils, any_printed)
         if lost := [oil for oil in oils if oil not in laws]:
-            style.say_key(figure, f"no fit that follows P, U and T: {', '.join(lost)}")
+            key.append(f"no fit that follows P, U and T: {', '.join(lost)}")
+        if key:
+            style.say_key(figure, "\n".join(key))
     else:
         reason = "no oil has a fitted law\nof pressure, speed and temperature"
         style.say_in_panel(axes[0], reason)
     return figure, drawn
+
+
+def panel_title(fixed: Mapping[str, float]) -> str:
+    """Levels of a panel in words, with dmN beside the speed."""
+    phrases = [
+        style.bearing_speed_phrase(level) if name == _SPEED else style.level_phrases({name: level})
+        for name, level in fixed.items()
+    ]
+    return ", ".join(phrases)
+
+
+def _scale(axes: Sequence[Axes], drawn: Sequence[pd.DataFrame]) -> list[str]:
+    """Give panels one scale, or where one would press others flat a line at the same mu in each.
+
+    An interval that runs away leaves the panel, instead of pressing the lines flat.
+    """
+    key = []
+    for axis, curves in zip(axes, drawn, strict=True):
+        line = curves.loc[curves["drawn"], "traction_coefficient"].max()
+        axis.set_ylim(0, min(axis.get_ylim()[1], _ROOM * line))
+    tops = [axis.get_ylim()[1] for axis in axes]
+    if (upper := pd.concat(drawn)["traction_coefficient_upper"].max()) > max(tops):
+        key.append(f"intervals that leave a panel reach up to {_MU} = {upper:.2g}")
+    if max(tops) < _ONE_SCALE * min(tops):
+        for axis in axes:
+            axis.set_ylim(top=max(tops))
+        return key
+    size = 10.0 ** np.floor(np.log10(min(tops)))
+    level = size * max(step for step in (0.5, 1.0, 2.0, 5.0) if step * size < 0.8 * min(tops))
+    for axis in axes:
+        axis.axhline(level, color="black", linestyle=":", linewidth=0.7, gid="scale")
+    return [f"scales differ: the dotted line is {_MU} = {level:g} in each panel", *key]
 
 
 def _laws(results: CampaignTables, oil: str) -> dict[str, FittedLaw]:
@@ -196,26 +251,31 @@ def _curves(
 ) -> pd.DataFrame:
     """Every curve of a panel, one row per vertex."""
     abscissa, by = CUTS[figure_name]
-    tested = getattr(levels, abscissa)
+    tested, every = getattr(levels, abscissa), getattr(levels, by)
     # without slip there is nothing to measure, but a curve begins there
     start = 0.0 if abscissa == _SLIP else min(tested)
     along = np.linspace(start, max(tested), _STEPS)
     parts = []
-    for (oil, series_laws), level in itertools.product(laws.items(), getattr(levels, by)):
+    for (oil, series_laws), level in itertools.product(laws.items(), every):
         at = pd.DataFrame({**fixed, by: level, abscissa: along})[[*CONDITIONS, _SLIP]]
         conditions = np.ascontiguousarray(at[list(CONDITIONS)])
         box = series_laws["refit"].coefficients.box
         beyond = is_beyond(at.to_numpy(), box, within).any(axis=1)
+        refit = series_laws["refit"].predict(conditions, at[_SLIP].to_numpy())
         for series, law in series_laws.items():
             prediction = law.predict(conditions, at[_SLIP].to_numpy())
+            mu = prediction.traction_coefficient
+            off = np.abs(mu - refit.traction_coefficient).max() / refit.traction_coefficient.max()
             parts.append(
                 at.assign(
                     oil=oil,
                     series=series,
-                    traction_coefficient=prediction.traction_coefficient,
+                    traction_coefficient=mu,
                     traction_coefficient_lower=prediction.lower,
                     traction_coefficient_upper=prediction.upper,
                     extrapolated=np.asarray(beyond),
+                    refit_difference=off,
+                    drawn=series == "refit" or (level == every[len(every) // 2] and off > _NEAR),
                 )
             )
     return pd.concat(parts, ignore_index=True)
@@ -241,14 +301,20 @@ def _draw(axis: Axes, curves: pd.DataFrame, figure_name: str, oils: Sequence[str
             markerfacecolor="white",
             markeredgewidth=0.7,
         )
-        printed = curve[curve["series"] == "printed"]
-        axis.plot(
-            printed[abscissa],
-            printed["traction_coefficient"],
-            linestyle=style.LINES["printed"],
-            color=style.shades(colour, 2)[0],
-            linewidth=0.6,
-        )
+        printed = curve[(curve["series"] == "printed") & curve["drawn"]]
+        if len(printed):
+            axis.plot(
+                printed[abscissa],
+                printed["traction_coefficient"],
+                linestyle=style.LINES["printed"],
+                color=style.shades(colour, 2)[0],
+                linewidth=0.6,
+            )
+    if (curves["series"] == "printed").any():
+        off = curves["refit_difference"].max()
+        sentence = f"printed constants: off by up to {100 * off:.{1 if off < 0.1 else 0}f} %"
+        # an empty legend finds room beside the lines
+        axis.legend(handles=[], title=sentence, title_fontproperties={"size": 6}, loc="best")
     # a level counts as tested only where every curve is
     beyond = curves.groupby(abscissa)["extrapolated"].any()
     for start, end in _stretches(beyond):
@@ -271,6 +337,7 @@ def _draw_legend(
     symbols: Sequence[str],
     laws: Mapping[str, Mapping[str, FittedLaw]],
     oils: Sequence[str],
+    any_printed: bool,
 ) -> None:
     """What colours, symbols and lines mean, below the panels."""
     look: dict[str, Any] = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
@@ -281,7 +348,7 @@ def _draw_legend(
             for label, marker in zip(symbols, itertools.cycle(style.MARKERS), strict=False)
         ),
     ]
-    if any("printed" in of_oil for of_oil in laws.values()):
+    if any_printed:
         look = {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.6}
         handles.append(style.line_handle("printed constants", **look))
     handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 % interval"))

@@ -68,9 +68,9 @@ def sign_study(results: CampaignTables, settings: Settings) -> Drawing:
     _label(axes[:, 0], axes[-1])
     style.say_key(
         figure,
-        "Printed constants against the paper's text; no data are drawn. Top: dots near-best sets, "
-        "ring set in use.\nBottom: bars with every statement, ticks without the one that counts "
-        "most (at either slips).",
+        "Printed constants against the paper's text; no data are drawn.\n"
+        "Top: dots near-best sets, ring set in use. Bottom: bars with every\n"
+        "statement, ticks without the one that counts most.",
     )
     return figure, drawn
 

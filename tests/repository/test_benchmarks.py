@@ -1,0 +1,22 @@
+"""Benchmarks run by hand and rarely: what they take from the library must still be there."""
+
+import ast
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from campaigns import ROOT
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("*.py")), ids=lambda p: p.stem)
+def test_benchmark_imports_what_the_library_has(path: Path) -> None:
+    imports = [
+        node
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("oilfilm")
+    ]
+    for node in imports:
+        module = import_module(str(node.module))
+        missing = [name.name for name in node.names if not hasattr(module, name.name)]
+        assert not missing, node.module
