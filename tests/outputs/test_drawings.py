@@ -285,6 +285,22 @@ def test_table_of_the_bearing_marks_what_is_assumed(drawing: Draw) -> None:
     assert drawn.set_index("quantity").loc["balls", "value"] == 20
 
 
+def test_table_of_a_bearing_leaves_out_what_its_file_leaves_out(
+    drawing: Draw, config: Settings
+) -> None:
+    plain = config.plain()
+    bearings = {
+        name: {
+            **{key: value for key, value in bearing.items() if key != "oil_supply"},
+            "assumed": [],
+        }
+        for name, bearing in plain["bearings"].items()
+    }
+    _, drawn = drawing("tab03", Settings.of({**plain, "bearings": bearings}))
+    assert not drawn["quantity"].str.contains("oil flow").any()
+    assert drawn["quantity"].str.contains("ball diameter").any()
+
+
 def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
     drawing: Draw, config: Settings
 ) -> None:

@@ -360,8 +360,8 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
 
 def test_comparison_of_laws_says_that_the_papers_law_made_the_logs(write: Write) -> None:
     thermal = {"campaign": resolve(ROOT / "config", {"campaign": "thermal"}).plain()["campaign"]}
-    assert "their tie is by construction" in write()
-    assert "their tie is by construction" not in write(thermal)
+    assert "Wang-Deng here: a tie by construction" in write()
+    assert "Wang-Deng here: a tie by construction" not in write(thermal)
 
 
 def test_measured_campaign_does_not_say_simulated(write: Write) -> None:

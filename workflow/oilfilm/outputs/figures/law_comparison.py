@@ -81,7 +81,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     near.set_title("    near S = 0")
     style.title_panel(unseen, 1, "Curve with the largest growth of error")
     errors.set_title("    fitted minus measured")
-    drawn = []
+    drawn: list[pd.DataFrame] = []
     for oil in settings.oils:
         of_oil = fits[fits["oil"] == oil].set_index("law", drop=False)
         drawn += _draw_zero_slip(whole, near, oil, of_oil, results, settings)
@@ -92,7 +92,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
         else:
             style.say_in_panel(above, "no Wang-Deng law could be fitted")
         below.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
-    _zoom(near, pd.concat([*drawn, pd.DataFrame({"series": []})]))
+    _zoom(near, drawn)
     whole.set_ylabel(style.TRACTION_LABEL)
     near.set_ylabel(f"{_MU} (10$^{{-3}}$)")
     errors.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{_MU} (10$^{{-3}}$)")
@@ -101,16 +101,14 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     return figure, drawn
 
 
-def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
+def _zoom(axis: Axes, parts: Sequence[pd.DataFrame]) -> None:
     """Show what is near zero slip: a few times the largest mu(0), as far as the slowest rise."""
     axis.axhline(0, color="black", linewidth=0.6)
-    starts = drawn[drawn["series"] == "zero slip"]
-    if starts.empty:
+    if not parts:
         return
-    least, top = (
-        starts["traction_coefficient"].min(),
-        4 * starts["traction_coefficient"].abs().max(),
-    )
+    drawn = pd.concat(parts)
+    mu = drawn.loc[drawn["series"] == "zero slip", "traction_coefficient"]
+    least, top = mu.min(), 4 * mu.abs().max()
     lines = drawn[(drawn["panel"] == "a") & (drawn["series"] == "fit")]
     below = lines[lines.groupby("oil")["traction_coefficient"].cummax() < top]
     axis.set_ylim(1e3 * (min(least, 0) - 0.1 * top), 1e3 * top)
@@ -132,7 +130,8 @@ def _draw_zero_slip(
     if not sum(map(len, starts)):
         return
     among = pd.concat(starts, ignore_index=True)
-    law_name, run = among.loc[among["y"].abs().idxmax(), ["law", "run_id"]]
+    largest = tables.rows(among.loc[[among["y"].abs().idxmax()]])[0]
+    law_name, run = largest["law"], largest["run_id"]
     fit, law = tables.rows(fits.loc[[law_name]])[0], laws_of(oil, settings)[law_name]
     curve = _curve(results, run)
     # close enough together for the zoom
@@ -164,12 +163,11 @@ def _draw_left_out(
 ) -> Iterator[pd.DataFrame]:
     """Of one oil: the curve whose error by a Wang-Deng law grows most when left out."""
     rms = _errors_by_curve(results, oil)
-    growth = (rms["unseen"] - rms["seen"])[
-        rms.index.get_level_values("law").isin(_wang_deng(fits["law"]))
-    ]
-    if not growth.notna().any():
+    among = rms[rms["law"].isin(_wang_deng(fits["law"]))].dropna()
+    if among.empty:
         return
-    law_name, run = growth.idxmax()
+    worst = tables.rows(among.loc[[(among["unseen"] - among["seen"]).idxmax()]])[0]
+    law_name, run = worst["law"], worst["run_id"]
     fit = tables.rows(fits.loc[[law_name]])[0]
     curve, look = _curve(results, run), _look(oil, settings, fit)
     beside = results.law_points[results.law_points["run_id"] == run]
@@ -190,9 +188,9 @@ def _draw_left_out(
             axis.plot(slip, y, color=look["color"], linestyle=dashes, linewidth=0.9)
         yield _rows(tables.rows(fits.loc[[law]])[0], series, line, about)
     errors.axhline(0, color="black", linewidth=0.6)
-    label = f"{_about(fit, curve)}\nrms error {_growth(rms.loc[law_name, run])}"
-    if PAPER_LAW.name in fits.index:
-        label += f"; Eq. 7: {_growth(rms.loc[PAPER_LAW.name, run])}"
+    label = f"{_about(fit, curve)}\nrms error {_growth(worst)}"
+    for papers in tables.rows(rms[(rms["law"] == PAPER_LAW.name) & (rms["run_id"] == run)]):
+        label += f"; Eq. 7: {_growth(papers)}"
     errors.plot([], [], **look, label=label)
 
 
@@ -217,7 +215,8 @@ def _errors_by_curve(results: CampaignTables, oil: str) -> pd.DataFrame:
         seen=(both["traction_coefficient"] - both["traction_coefficient_measured"]) ** 2,
         unseen=(both["left_out_traction_coefficient"] - both["traction_coefficient_measured"]) ** 2,
     )
-    return np.sqrt(squares.groupby(["law", "run_id"]).mean())
+    means = squares.groupby(["law", "run_id"], as_index=False).mean()
+    return means.assign(seen=np.sqrt(means["seen"]), unseen=np.sqrt(means["unseen"]))
 
 
 def _wang_deng(laws: "pd.Series[str]") -> list[str]:
@@ -267,7 +266,7 @@ def _about(fit: Mapping[str, Any], curve: pd.DataFrame) -> str:
     return f"{fit['oil']}, {fit['law']}{fault}\n{style.level_phrases(levels)}"
 
 
-def _growth(errors: "pd.Series[float]") -> str:
+def _growth(errors: Mapping[str, Any]) -> str:
     seen, unseen = _thousandths(errors["seen"]), _thousandths(errors["unseen"])
     return f"{seen} \N{RIGHTWARDS ARROW} {unseen} {_TIMES}"
 

@@ -67,6 +67,9 @@ _OF_BEARING: tuple[tuple[str, str, tuple[str, ...], float], ...] = (
     ("land width of the cage, both together", "mm", ("cage", "land_width_m"), 1e3),
     ("land clearance of the cage, radial", "mm", ("cage", "land_clearance_m"), 1e3),
     ("friction coefficient of the pockets", "", ("cage", "pocket_friction_coefficient"), 1),
+    ("oil flow", "L/min", ("oil_supply", "flow_l_min"), 1),
+    ("share of the friction heat in the oil", "", ("oil_supply", "heat_share"), 1),
+    ("weight of the outlet temperature", "", ("oil_supply", "outlet_weight"), 1),
 )
 _OF_TORQUE_TEST = (
     ("axial load", "kN", "axial_load_n", 1e-3),
@@ -177,7 +180,9 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     bearing = settings.bearings[name]
     rows = []
     for quantity, unit, keys, factor in _OF_BEARING:
-        value: Any = reduce(getattr, keys, bearing)
+        value: Any = reduce(lambda group, key: getattr(group, key, None), keys, bearing)
+        if value is None:  # the file may leave it out
+            continue
         source = "assumed" if keys[0] in bearing.assumed else bearing.source
         value = value if isinstance(value, str) else factor * value
         # every digit of the drawing, and none that it has not
