@@ -39,7 +39,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup test lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-fit bench-coverage bench-plan lock schemas licences upgrade clean help
+	bench-ingest bench-fit bench-ga bench-coverage bench-plan lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -119,15 +119,21 @@ bench-blind: $(READY) ## ten laboratories of their own, 55 faults each: detectio
 bench-coverage: $(READY) ## 200 simulated campaigns per oil: do the intervals cover the truth (10 min)
 	$(BIN)/python benchmarks/coverage.py
 
-# The rivals' packages stay out of .venv: nothing but this benchmark needs them.
+# The rivals' packages stay out of .venv: nothing but these benchmarks needs them.
 RIVALS := .venv-rivals
 
-bench-fit: ## the fit against other optimisers, 20 seeds on each oil (half an hour)
+.PHONY: rivals
+rivals:
 	@$(MAKE) --no-print-directory VENV=$(RIVALS) setup
 	@$(if $(UV),uv pip install --quiet --compile-bytecode --python $(RIVALS)/bin/python,\
 		$(RIVALS)/bin/python -m pip install --quiet --disable-pip-version-check) \
 		--require-hashes --requirement benchmarks/rivals.lock
+
+bench-fit: rivals ## the fit against other optimisers, 20 seeds on each oil (half an hour)
 	$(RIVALS)/bin/python benchmarks/fit.py
+
+bench-ga: rivals ## a genetic algorithm, as the paper used one, beside our fit: renews its table (10 min)
+	$(RIVALS)/bin/python benchmarks/genetic.py
 
 # Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
 # for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
