@@ -103,4 +103,4 @@ def main(laboratories: int, count: int, designs: int) -> None:
 
 if __name__ == "__main__":
     given = [int(word) for word in sys.argv[1:]]
-    main(*(given + [40, 5, 5][len(given) :]))
+    main(*(given + [20, 5, 5][len(given) :]))
