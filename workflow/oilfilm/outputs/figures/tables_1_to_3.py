@@ -2,7 +2,6 @@
 
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -180,7 +179,9 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     bearing = settings.bearings[name]
     rows = []
     for quantity, unit, keys, factor in _OF_BEARING:
-        value: Any = reduce(lambda group, key: getattr(group, key, None), keys, bearing)
+        value: Any = bearing
+        for key in keys:
+            value = getattr(value, key, None)
         if value is None:  # the file may leave it out
             continue
         source = "assumed" if keys[0] in bearing.assumed else bearing.source
