@@ -52,6 +52,7 @@ from oilfilm.traction.law import Observations, to_constants, to_internal
 from pictures import draw, nothing_is_cut_off
 from torque_logs import curated_logs
 
+FIGURES = ["fig06", "torque-load-variable", "cage-slip", "size-effect", "power-loss"]
 SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
 PUBLISHED = load_settings(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
 
@@ -285,7 +286,7 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
         assert (np.diff(grid, axis=0) < 0).all()
 
 
-@pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])
+@pytest.mark.parametrize("name", FIGURES)
 def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, oils, name):
     runs = plateaus([5.0, 6.5], [6000.0, 9000.0])
     slip = cage_slip_table(oils, config)
@@ -303,6 +304,13 @@ def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, oil
     assert nothing_is_cut_off(figure)
 
 
+def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(config, oils):
+    # 167.5 mm: 0.5 and 2 million mm rpm
+    torque, _ = torque_table(plateaus([2.0, 9.0], [3000.0, 12000.0]), oils, config)
+    of_stress = torque[torque["load_variable"] == "stress"]
+    assert list(of_stress["skf_valid"]) == [True, False]
+
+
 def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config, oils):
     table = published_tests_table(PUBLISHED, oils, config)
     figure, drawn = draw("power-loss", CampaignTables.in_memory(published_tests=table), config)
@@ -314,14 +322,14 @@ def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(con
     assert top == pytest.approx(drawn["power_w"].iloc[-1], rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["fig06", "cage-slip", "size-effect", "power-loss"])
+@pytest.mark.parametrize("name", FIGURES)
 def test_figures_of_nothing_say_so(config, name):
     figure, drawn = draw(name, CampaignTables.in_memory(), config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
 
-def load_law_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
+def load_law_fits() -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Constants of the law on load for 4050, as a comparison of laws would give them."""
     law = LAWS["wang-deng-load"]
     coefficients, quality = (table[table["oil"] == "4050"] for table in printed_fits())
@@ -333,6 +341,7 @@ def load_law_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
     return (
         rows.assign(law=law.name, constant=names, value=values),
         quality.assign(law=law.name),
+        tables.empty("refits"),
     )
 
 
@@ -429,13 +438,17 @@ def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
         torque_quarantine=curated.quarantine,
         torque=torque,
         torque_inversion=inversion,
-        slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
+        slip_advice=advise(slip, config.selection, config.gates.lambda_limit).assign(
+            best_oil_share=1.0
+        ),
     )
     text = "\n".join(bearing_lines(results))
     assert "torque logs 3 read of 3, 2 with runs that were not refused; their plateaus 8" in text
     refusal = "zero_drift 1: 4050_F05000_T070.csv: the zero of the torque moves"
     assert f"torque quarantine, {refusal}" in text
     assert "; load " in text
+    # the printed constants have no refits
+    assert "the calculated torque has no uncertainty" in text
     assert "of 24 equilibria none not found" in text
     assert "pressure " in text
     assert "the paper's advice agrees with the best oil at" in text

@@ -48,7 +48,10 @@ rule torque_runs:
 
 
 # What the bearing's tables are computed from: the fitted law, and the other laws of the comparison.
-FITTED = ("coefficients", "fit_quality", "law_coefficients", "law_fit_quality")
+FITTED = (
+    *("coefficients", "fit_quality", "refits"),
+    *("law_coefficients", "law_fit_quality", "law_refits"),
+)
 
 
 rule torque:
@@ -62,7 +65,7 @@ rule torque:
         "<logs>/torque.log",
     params:
         code=code("torque.py"),
-        config=part("rigs", "oils", "bearings", "bearing", campaign=("torque",)),
+        config=part("rigs", "oils", "bearings", "bearing", "seed", campaign=("torque",)),
     script:
         "../scripts/torque.py"
 
@@ -86,7 +89,7 @@ rule torque_control:
 rule bearing_maps:
     "Cage slip over speed and load and the oil that holds it, the size effect, published tests."
     input:
-        **finished(*FITTED, "refits"),
+        **finished(*FITTED),
         published="data/reference/bearing_tests.yaml",
     output:
         cage_slip="<tables>/cage_slip.parquet",
@@ -99,7 +102,8 @@ rule bearing_maps:
     params:
         code=code("bearing_maps.py"),
         config=part(
-            "rigs", "oils", "bearings", "bearing", "gates", "selection", campaign=("torque",)
+            *("rigs", "oils", "bearings", "bearing", "gates", "selection", "seed"),
+            campaign=("torque",),
         ),
     script:
         "../scripts/bearing_maps.py"

@@ -17,11 +17,11 @@ from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
     published = load(Path(snakemake.input.published), PublishedBearingTests)
-    other_fits = results.law_coefficients, results.law_fit_quality
-    oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, other_fits)
+    other_fits = results.law_coefficients, results.law_fit_quality, results.law_refits
+    coefficients, refits = results.coefficients, results.refits
+    oils = oils_in_bearings(coefficients, results.fit_quality, settings, other_fits, refits)
     cage_slip = cage_slip_table(oils, settings)
-    fits = results.coefficients, results.refits
-    advice, band = advice_in_band(oils, *fits, cage_slip, settings)
+    advice, band = advice_in_band(oils, coefficients, refits, cage_slip, settings)
     frames = {
         "cage_slip": cage_slip,
         "slip_advice": advice,

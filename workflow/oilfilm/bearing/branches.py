@@ -25,7 +25,7 @@ _FACTORS = (4.0, 2.0, 1.4, 1.15, 1.0)
 # Speed of a skidding cage at the start, over that of a rolling one.
 _SKIDDING = 0.5
 # Jacobians of one step.
-_MAX_ITERATIONS = 25
+_MAX_ITERATIONS = 12
 # Cage slips of two equilibria are further apart.
 _APART = 1e-3
 

@@ -84,6 +84,10 @@ def skf_torque_n_m(
     Returns:
         Mrr + Msl, in N m.
 
+    Validity: loads above the catalogue's minimum and speeds up to a bearing's limiting speed, about
+    0.7 million mm rpm for single-row angular-contact bearings. Sliding goes with n^(8/3): at 2
+    million mm rpm it alone is several times any measured torque.
+
     Reference: SKF, Rolling bearings, general catalogue, 2018: the SKF model for calculating the
         frictional moment, angular contact ball bearings.
 

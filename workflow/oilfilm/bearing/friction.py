@@ -50,13 +50,15 @@ from oilfilm.bearing.resistance import (
     rolling_force_n,
     rolling_force_reduction,
 )
-from oilfilm.bearing.solver import Equations, IntArray, Solution, follow
+from oilfilm.bearing.solver import Equations, IntArray, Solution, follow, of_some, solve
 from oilfilm.units import FloatArray
 
 # Nodes of the ellipse across and along the rolling direction.
 QUADRATURE = (16, 4)
 # Jacobians after which a point is given up.
 _MAX_ITERATIONS = 100
+# The same where the search starts near by.
+_MAX_NEAR = 14
 # Scale of the speeds of a bearing at rest.
 _SLOWEST_RAD_S = 1e-3
 
@@ -316,29 +318,39 @@ def friction_equilibrium(
         lubrication: The oil at each point.
         law: The traction law.
         quadrature: Nodes of the ellipse, across and along the rolling direction.
-        start: Equilibria of other constants near which these are looked for; raceway control
-            without it.
+        start: Equilibria of other constants, near which these are looked for first.
 
     Returns:
         The motion; not converged as well where a contact would be as wide as the ball.
     """
     problem = FrictionProblem(bearing, points, lubrication, law, grid(*quadrature))
-    own, shared = problem.start() if start is None else (start.own, start.shared)
-    own_scale, shared_scale = problem.unknown_scales()
-    solution = follow(
-        problem.equations,
-        own,
-        shared,
-        own_scale,
-        shared_scale,
-        _MAX_ITERATIONS,
-        neighbourhood(points),
-    )
-    every = np.arange(len(shared))
+    solution = _from_raceway_control(problem) if start is None else _near(problem, start)
+    every = np.arange(len(solution.shared))
     final = problem.balance(solution.own, solution.shared, every, share=1.0)
     # beyond the range of Hertz's solution and of the groove there is no equilibrium
     solution.converged[widest_contact(bearing, final.contacts) >= 1] = False
     return FrictionEquilibrium(final, solution, bearing.ball_count / len(problem.azimuth))
+
+
+def _from_raceway_control(problem: "FrictionProblem") -> Solution:
+    own, shared = problem.start()
+    scales = problem.unknown_scales()
+    near = neighbourhood(problem.points)
+    return follow(problem.equations, own, shared, *scales, _MAX_ITERATIONS, near)
+
+
+def _near(problem: "FrictionProblem", start: Solution) -> Solution:
+    """From known equilibria; where that leads nowhere, from a rolling cage."""
+    equations, (own_scale, shared_scale) = problem.equations(1.0), problem.unknown_scales()
+    solution = solve(equations, start.own, start.shared, own_scale, shared_scale, _MAX_NEAR)
+    lost = np.flatnonzero(~solution.converged)
+    if len(lost):
+        own, shared = (unknowns[lost] for unknowns in problem.start())
+        scales = own_scale[lost], shared_scale[lost]
+        end = solve(of_some(equations, lost), own, shared, *scales, _MAX_ITERATIONS)
+        for name, values in vars(solution).items():
+            values[lost] = getattr(end, name)
+    return solution
 
 
 @dataclass(frozen=True)

@@ -79,6 +79,10 @@ class Solution:
     residual: FloatArray
     converged: BoolArray
 
+    def at(self, which: IntArray) -> "Solution":
+        """The same at some of the points."""
+        return Solution(**{name: values[which] for name, values in vars(self).items()})
+
 
 def solve(
     equations: Equations,
@@ -151,6 +155,17 @@ def solve(
     return Solution(own, shared, residual, residual <= _TOLERANCE)
 
 
+def of_some(equations: Equations, points: IntArray) -> Equations:
+    """The equations of some of the points, which are counted anew."""
+
+    def of_points(
+        own: FloatArray, shared: FloatArray, which: IntArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return equations(own, shared, points[which])
+
+    return of_points
+
+
 def follow(
     equations: Callable[[float], Equations],
     own: FloatArray,
@@ -179,14 +194,8 @@ def follow(
     def again(
         points: IntArray, own: FloatArray, shared: FloatArray, share: float = 1.0
     ) -> tuple[FloatArray, FloatArray]:
-        part = equations(share)
-
-        def of_points(
-            own: FloatArray, shared: FloatArray, which: IntArray
-        ) -> tuple[FloatArray, FloatArray, FloatArray]:
-            return part(own, shared, points[which])
-
-        end = solve(of_points, own, shared, own_scale[points], shared_scale[points], max_iterations)
+        part = of_some(equations(share), points)
+        end = solve(part, own, shared, own_scale[points], shared_scale[points], max_iterations)
         if share == 1:
             solution.own[points], solution.shared[points] = end.own, end.shared
             solution.residual[points], solution.converged[points] = end.residual, end.converged

@@ -77,7 +77,23 @@ def _errors(calculated: pd.DataFrame) -> list[str]:
     ]
     lines = [f"  error of the calculated torque, median and largest, by basis: {'; '.join(errors)}"]
     points = bistable_points(calculated)
-    return [*lines, *([f"    left out, the cage may roll or skid: {points}"] if points else [])]
+    if points:
+        count = len(calculated[calculated["bistable"]].drop_duplicates(["run_id", "first_row"]))
+        lines.append(f"    {count} left out, the cage may roll or skid: {points}")
+    return [*lines, _compatible(sure)]
+
+
+def _compatible(sure: pd.DataFrame) -> str:
+    """At how many points calculated and measured torque agree within their uncertainty."""
+    known = sure[sure["verdict"] != "not known"]
+    if known.empty:
+        return "    the calculated torque has no uncertainty: no refits of the law (under 10 runs)"
+    agrees = (known["verdict"] == "compatible").groupby(known["load_variable"], sort=False)
+    counts = [
+        f"{basis} {agree:.0f} of {count}"
+        for basis, agree, count in agrees.agg(["sum", "count"]).itertuples()
+    ]
+    return f"    within twice the standard uncertainty of the difference: {'; '.join(counts)}"
 
 
 def control_sentences(control: pd.DataFrame) -> list[str]:

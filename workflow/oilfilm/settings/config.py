@@ -335,6 +335,12 @@ class TermUncertaintySettings(Group):
     land: RelativeError = key("Cage lands.")
 
 
+class TorqueDrawSettings(Group):
+    """Uncertainty of calculated torque, cage slip and power, by random draws."""
+
+    draws: int = key("Draws, each with an equilibrium of its own.", ge=40, le=10000)
+
+
 class PalmgrenSettings(Group):
     """Constants of Palmgren's torque."""
 
@@ -380,6 +386,13 @@ class BearingSettings(Group):
     term_uncertainty: TermUncertaintySettings = key(
         "Relative standard uncertainty of the torque's other terms."
     )
+    skf_pitch_speed_max: float = key(
+        "Pitch diameter times speed up to which the SKF formula is an opinion.",
+        unit="mm rpm",
+        gt=0,
+        le=1e8,
+    )
+    uncertainty: TorqueDrawSettings = key("Uncertainty of what is calculated.")
     palmgren: PalmgrenSettings = key("Constants of Palmgren's torque.")
     cage_slip: CageSlipSettings = key("The map of cage slip.")
     size_effect: SizeEffectSettings = key("Bearings of other sizes and grooves.")

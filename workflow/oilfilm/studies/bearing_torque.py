@@ -17,11 +17,13 @@ from oilfilm.bearing.torque import torque_terms
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
+from oilfilm.randomness import generator
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.law_comparison import laws_of
 from oilfilm.studies.load_variables import LOAD_VARIABLES, LawInBearing
+from oilfilm.studies.torque_uncertainty import with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
@@ -32,6 +34,8 @@ _LARGEST_RESIDUAL = 1e9
 _SHOULDER_DEG = 65.0
 # Factors on all traction, among which the inversion looks for that of a measured torque.
 _FACTORS = np.geomspace(1 / 8, 8, 25)
+# Largest difference in standard uncertainties between values that agree.
+_COMPATIBLE = 2
 
 
 @dataclass(frozen=True)
@@ -132,12 +136,48 @@ class OilInBearing:
             other_torque_n_m=other.torque_n_m,
         )
 
+    def with_uncertainty(
+        self, bearing: Bearing, calculated: pd.DataFrame, seed: int
+    ) -> pd.DataFrame:
+        """What `run` calculated with one load variable, and its uncertainty.
+
+        Args:
+            bearing: The bearing.
+            calculated: Of `run` without a factor on traction.
+            seed: Of the configuration; each oil and load variable has random numbers of its own.
+
+        Returns:
+            See `torque_uncertainty.with_uncertainty`.
+        """
+        load_variable = calculated["load_variable"].iloc[0]
+        return with_uncertainty(
+            bearing,
+            calculated,
+            self.lubrication(calculated["inlet_temperature_c"].to_numpy()),
+            self.laws[load_variable],
+            self.settings.term_uncertainty,
+            self.settings.uncertainty.draws,
+            generator(seed, "torque uncertainty", self.name, load_variable),
+        )
+
+    def assessed(self, bearing: Bearing, calculated: pd.DataFrame, seed: int) -> pd.DataFrame:
+        """What `run` calculated, with branches and uncertainty; `bistable` where either says so.
+
+        Args:
+            bearing: The bearing.
+            calculated: As for `with_branches`.
+            seed: As for `with_uncertainty`.
+        """
+        terms = self.with_uncertainty(bearing, self.with_branches(bearing, calculated), seed)
+        return terms.assign(bistable=terms["bistable"] | terms["draws_split"])
+
 
 def oils_in_bearings(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     settings: Settings,
-    other_fits: tuple[pd.DataFrame, pd.DataFrame] | None = None,
+    other_fits: tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame] | None = None,
+    refits: pd.DataFrame | None = None,
 ) -> list[OilInBearing]:
     """The campaign's oils whose law at any condition, properties and traction rig are known.
 
@@ -145,8 +185,9 @@ def oils_in_bearings(
         coefficients: Table of coefficients.
         quality: Table of fit quality.
         settings: The settings.
-        other_fits: Coefficients and fit quality of further laws, as the comparison of laws makes
-            them; those on load are evaluated as well.
+        other_fits: Coefficients, fit quality and refits of further laws, as the comparison of laws
+            makes them; those on load are evaluated as well.
+        refits: Table of refits; without it results have no uncertainty.
     """
     # a law on load refers to the ball of its rig: several rigs must have the same one
     rig = settings.common_contact()
@@ -156,7 +197,7 @@ def oils_in_bearings(
     for name in [oil for oil in settings.oils if oil in fitted_oils]:
         oil, fitted = (
             settings.properties_of(name),
-            FittedLaw.of(coefficients, name, quality=quality),
+            FittedLaw.of(coefficients, name, refits, quality),
         )
         if rig is None or oil is None or not _holds_anywhere(fitted):
             continue
@@ -176,13 +217,17 @@ def oils_in_bearings(
 
 
 def _load_laws(
-    oil: str, coefficients: pd.DataFrame, quality: pd.DataFrame, settings: Settings
+    oil: str,
+    coefficients: pd.DataFrame,
+    quality: pd.DataFrame,
+    refits: pd.DataFrame,
+    settings: Settings,
 ) -> dict[str, FittedLaw]:
     """The laws on load that were fitted to an oil's points as well, by name."""
     known = laws_of(oil, settings)
     fitted = set(coefficients.loc[coefficients["oil"] == oil, "law"])
     laws = {
-        name: FittedLaw.of(coefficients, oil, quality=quality, law=known[name])
+        name: FittedLaw.of(coefficients, oil, refits, quality, known[name])
         for name in BEARING_LAW_NAMES
         if name in fitted and name in known
     }
@@ -241,7 +286,10 @@ def torque_table(
     for oil in oils:
         plateaus = accepted[accepted["oil"] == oil.name].reset_index(drop=True)
         if len(plateaus):
-            by_law = {variable: _torque(bearing, plateaus, oil, variable) for variable in oil.laws}
+            by_law = {
+                variable: _torque(bearing, plateaus, oil, variable, settings)
+                for variable in oil.laws
+            }
             torque += by_law.values()
             inversion.append(_inversion(bearing, plateaus, oil, by_law["stress"], settings))
     return _table(torque, "torque"), _table(inversion, "torque_inversion")
@@ -261,17 +309,33 @@ def _run(
 
 
 def _torque(
-    bearing: Bearing, plateaus: pd.DataFrame, oil: OilInBearing, load_variable: str
+    bearing: Bearing,
+    plateaus: pd.DataFrame,
+    oil: OilInBearing,
+    load_variable: str,
+    settings: Settings,
 ) -> pd.DataFrame:
-    terms = oil.with_branches(bearing, _run(bearing, plateaus, oil, load_variable))
+    calculated = _run(bearing, plateaus, oil, load_variable)
+    terms = oil.assessed(bearing, calculated, settings.seed)
+    measured, uncertainty = plateaus["torque_n_m"].to_numpy(), _measured_n_m(plateaus, settings)
+    difference = terms["torque_n_m"].to_numpy() - measured
+    compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"].to_numpy(), uncertainty)
+    verdict = np.select(
+        [np.isnan(compatibility), np.abs(compatibility) <= _COMPATIBLE],
+        ["not known", "compatible"],
+        "not compatible",
+    )
     load, speed = plateaus["axial_load_n"].to_numpy(), plateaus["inner_speed_rpm"].to_numpy()
     viscosity = oil.oil.kinematic_viscosity_m2_s(plateaus["oil_temperature_c"].to_numpy())
     return terms.assign(
         run_id=plateaus["run_id"],
         first_row=plateaus["first_row"],
-        measured_torque_n_m=plateaus["torque_n_m"],
+        measured_torque_n_m=measured,
         measured_torque_n_m_se=plateaus["torque_n_m_se"],
-        relative_error=terms["torque_n_m"] / plateaus["torque_n_m"] - 1,
+        measured_torque_n_m_uncertainty=uncertainty,
+        relative_error=terms["torque_n_m"] / measured - 1,
+        compatibility=compatibility,
+        verdict=verdict,
         palmgren_torque_n_m=palmgren_torque_n_m(
             load,
             speed,
@@ -282,6 +346,7 @@ def _torque(
             oil.settings.palmgren.f1,
         ),
         skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, bearing.pitch_diameter_m),
+        skf_valid=speed * bearing.pitch_diameter_m * MM_PER_M <= oil.settings.skf_pitch_speed_max,
     )
 
 
@@ -331,16 +396,24 @@ def _inversion(
 
 def _systematic_n_m(plateaus: pd.DataFrame, by_law: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the traction's part in the torque, calibration and other terms."""
-    calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
-    parts = [
-        calibration.torque_n_m + 0 * plateaus["torque_n_m"],
-        calibration.torque_relative * plateaus["torque_n_m"],
-        *(
-            relative * by_law[f"{term}_torque_n_m"]
-            for term, relative in settings.bearing.term_uncertainty
-        ),
+    terms = [
+        relative * by_law[f"{term}_torque_n_m"].to_numpy()
+        for term, relative in settings.bearing.term_uncertainty
     ]
-    return np.sqrt(np.sum(np.square(np.array(parts, dtype=float)), axis=0))
+    return np.linalg.norm([*_calibration_n_m(plateaus, settings), *terms], axis=0)
+
+
+def _measured_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
+    """Standard uncertainty of the measured torque: random error and calibration."""
+    random = plateaus["torque_n_m_se"].to_numpy()
+    return np.linalg.norm([random, *_calibration_n_m(plateaus, settings)], axis=0)
+
+
+def _calibration_n_m(plateaus: pd.DataFrame, settings: Settings) -> list[FloatArray]:
+    """Standard uncertainties of the measured torque by the sensor's offset and its gain."""
+    calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
+    torque = plateaus["torque_n_m"].to_numpy()
+    return [np.full(len(torque), calibration.torque_n_m), calibration.torque_relative * torque]
 
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
@@ -352,7 +425,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     maps = (oil.run(bearing, load, speed, cage_slip.inlet_temperature_c) for oil in oils)
     return _table(
         (
-            oil.with_branches(bearing, calculated).assign(pitch_speed_mm_rpm=pitch_speed)
+            oil.assessed(bearing, calculated, settings.seed).assign(pitch_speed_mm_rpm=pitch_speed)
             for oil, calculated in zip(oils, maps, strict=True)
         ),
         "cage_slip",

@@ -14,6 +14,10 @@ _FRICTION = """
     share_beyond_pressure share_beyond_speed
 """
 _BRANCHES = " bistable other_cage_slip other_torque_n_m "
+_UNCERTAINTY = """
+    power_w torque_n_m_uncertainty torque_n_m_lower torque_n_m_upper cage_slip_uncertainty
+    cage_slip_lower cage_slip_upper power_w_uncertainty power_w_lower power_w_upper draws_split
+"""
 _FRICTION_USES = (
     use("torque_n_m", "calculated: sum of the six terms"),
     use("entrainment_speed_m_s", "mean of both races"),
@@ -46,14 +50,18 @@ TABLES = (
     ),
     table("torque", "One plateau of a torque log: measured torque and the torque by one load "
         "variable of the law.",
-        columns=_FRICTION + _BRANCHES + """
+        columns=_FRICTION + _BRANCHES + _UNCERTAINTY + """
             run_id first_row oil bearing load_variable inner_speed_rpm axial_load_n
-            inlet_temperature_c measured_torque_n_m measured_torque_n_m_se relative_error
-            palmgren_torque_n_m skf_torque_n_m""",
+            inlet_temperature_c measured_torque_n_m measured_torque_n_m_se
+            measured_torque_n_m_uncertainty relative_error compatibility verdict
+            palmgren_torque_n_m skf_torque_n_m skf_valid""",
         uses=(
             *_FRICTION_USES,
             use("first_row", "first row of its plateau"),
             use("inlet_temperature_c", required=True),
+            use("verdict", "compatible: the compatibility is 2 at most, to either side; not known: "
+                "the calculated torque has no uncertainty",
+                allowed=("compatible", "not compatible", "not known")),
         ),
         key=("run_id", "first_row", "load_variable"),
         references={"torque_runs": ("run_id", "first_row")},
@@ -91,7 +99,7 @@ TABLES = (
     ),
     table("cage_slip", "Cage slip of one oil at one speed and axial load, from the friction "
         "equilibrium.",
-        columns=_FRICTION + _BRANCHES + """
+        columns=_FRICTION + _BRANCHES + _UNCERTAINTY + """
             oil bearing pitch_speed_mm_rpm inner_speed_rpm axial_load_n inlet_temperature_c""",
         uses=(
             *_FRICTION_USES,

@@ -501,6 +501,10 @@ _SELECTION = (
         "slips; null without film"),
 )
 
+_CONDITIONAL = ("law's refits, calibration of the traction rig and the other terms' assumed "
+    "uncertainty; true as far as the law's form is, which beyond the tested box nobody has tested; "
+    "null without refits (fewer than 10 runs) or where over 5 % of the draws have no equilibrium")
+
 _BEARING = (
     number("inner_speed_rpm", "rpm", "speed of the inner ring; the outer ring rests",
         required=True),
@@ -543,6 +547,9 @@ _BEARING = (
             ("measured", "measured friction torque"),
         )
     ),
+    flag("skf_valid", "false where pitch diameter times speed is above "
+        "bearing.skf_pitch_speed_max: the SKF formula says nothing there, because its sliding term "
+        "grows with n^(8/3)"),
     number("measured_torque_n_m_se", "N m", "standard error of the measured friction torque",
         "random part only: calibration is not included", at_least=0),
     number("relative_error", "1", "calculated over measured torque, minus 1"),
@@ -553,11 +560,33 @@ _BEARING = (
         "these plateaus"),
     number("largest_torque_error", "1", "largest of them"),
     number("cage_slip", "1", "relative lag of the cage behind balls that roll on both races"),
-    flag("bistable", "true where another equilibrium was found: the cage may roll or skid, as its "
-        "past decides; numbers of the row are those of the one that a rolling start leads to"),
+    flag("bistable", "true where the cage may roll or skid: another equilibrium was found, or the "
+        "draws of the uncertainty are in two groups (draws_split); numbers of the row are those of "
+        "the equilibrium that a rolling start leads to"),
     number("other_cage_slip", "1", "cage slip in the other equilibrium; null where none was found"),
     number("other_torque_n_m", "N m", "friction torque in the other equilibrium; null where none "
         "was found"),
+    *(
+        number(f"{name}_{which}", unit, f"{meaning} of the calculated {quantity}", _CONDITIONAL,
+            at_least=at_least)
+        for name, unit, quantity in (
+            ("torque_n_m", "N m", "friction torque"),
+            ("cage_slip", "1", "cage slip"),
+            ("power_w", "W", "power loss"),
+        )
+        for which, meaning, at_least in (
+            ("uncertainty", "standard uncertainty", 0),
+            ("lower", "2.5 % quantile", -LARGEST),
+            ("upper", "97.5 % quantile", -LARGEST),
+        )
+    ),
+    flag("draws_split", "true where the random draws of the uncertainty are in two groups, rolling "
+        "and skidding cages"),
+    number("measured_torque_n_m_uncertainty", "N m", "standard uncertainty of the measured "
+        "friction torque: random error and calibration", at_least=0),
+    number("compatibility", "1", "calculated minus measured torque over the standard uncertainty "
+        "of this difference; null without refits",
+        "the law's part is that of its constants: it is as true as the law's form is"),
     number("inner_slide_roll_ratio", "1", "slide-roll ratio in the middle of the contact with the "
         "inner race, mean over the balls; positive where the race is the faster one"),
     *(

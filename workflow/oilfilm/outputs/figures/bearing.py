@@ -1,7 +1,6 @@
-"""Figures of the bearing: torque by each law, cage slip, size effect, published power loss."""
+"""Figures of the bearing: cage slip, size effect, published power loss."""
 
 import itertools
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from oilfilm.bearing.friction import HEATS
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
@@ -23,7 +23,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 from oilfilm.units import RAD_S_PER_RPM
 
-_SE_DRAWN = 1.96  # error bars are 95 % intervals
 _LOAD_VARIABLES: dict[str, tuple[str, Any, str]] = {
     "stress": ("stress", style.LINES["fit"], "o"),
     "load": ("load W", style.LINES["load"], "s"),
@@ -33,80 +32,6 @@ _LOAD_VARIABLES: dict[str, tuple[str, Any, str]] = {
         "^",
     ),
 }
-
-_TORQUE_DRAWN = drawn_table(
-    "torque_drawn",
-    "Drawn in a figure of torque against speed.",
-    columns="""
-        panel series oil axial_load_n inner_speed_rpm torque_n_m torque_n_m_se
-        relative_error""",
-    uses=(
-        use("series", "measured, or the load variable of the law"),
-        use("axial_load_n", "mean of the set of points"),
-        use("inner_speed_rpm", "abscissa"),
-        use("torque_n_m", "ordinate of the panels of torque"),
-        use("torque_n_m_se", "the bar drawn is 1.96 times as long to either side"),
-        use("relative_error", "ordinate of the panels of error"),
-    ),
-)
-
-
-@register(
-    name="fig06",
-    paper="Fig. 6",
-    title="Friction torque of the bearing",
-    caption="Top: measured torque (N m; bars: 95 %, random errors alone) and torque calculated "
-    "with the law evaluated with pressure, with load and with dimensionless load, against speed of "
-    "the inner ring. Bottom: relative errors (%).",
-    family="bearing",
-    tables=("torque",),
-    settings=("oils", "figures"),
-    requires="torque",
-    draws=_TORQUE_DRAWN,
-)
-def fig06(results: CampaignTables, settings: Settings) -> Drawing:
-    """Measured and calculated torque against speed, one column per oil; relative errors below."""
-    choice = settings.figures.fig06
-    level, within = choice.inlet_temperature_c, choice.same_within
-    near = (results.torque["inlet_temperature_c"] - level).abs() <= within * level
-    torque = results.torque[near]
-    oils = [oil for oil in settings.oils if (torque["oil"] == oil).any()]
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.4))
-    axes = figure.subplots(2, max(len(oils), 1), sharex=True, sharey="row", squeeze=False)
-    torque = torque.assign(load=_sets(torque["axial_load_n"], within))
-    loads = sorted(set(torque["load"]))
-    drawn: list[pd.DataFrame] = []
-    for column, oil in enumerate(oils):
-        of_oil = torque[torque["oil"] == oil]
-        title = f"{oil}, {level:g} \N{DEGREE SIGN}C"
-        above, below = (
-            style.title_panel(axis, number, title)
-            for axis, number in zip(axes[:, column], (column, column + len(oils)), strict=True)
-        )
-        shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
-        for load, shade in zip(loads, shades, strict=True):
-            of_load = of_oil[of_oil["load"] == load]
-            drawn += _draw_load(axes[:, column], of_load, shade, above, below)
-        axes[1, column].axhline(0, color="black", linewidth=0.6)
-    axes[0, 0].set_ylabel("Friction torque (N m)")
-    axes[1, 0].set_ylabel("Relative error (%)")
-    for axis in axes[1]:
-        axis.set_xlabel("Speed of the inner ring (1000 rpm)")
-    if not drawn:
-        style.say_in_panel(axes[0, 0], "No torque was measured at this temperature.")
-        return figure, []
-    # loads in shades of grey: each oil has its own colour
-    handles = [
-        style.symbol_handle(f"{load / 1e3:.3g} kN", "o", color=shade)
-        for load, shade in zip(loads, style.shades(style.GREY, len(loads)), strict=True)
-    ]
-    title_look: dict[str, Any] = {"title_fontsize": 7, "alignment": "left"}
-    axes[0, 0].legend(handles=handles, loc="upper left", title="axial load", **title_look)
-    figure.legend(handles=_load_variable_handles(), loc="outside lower center", ncols=3)
-    style.say_key(
-        figure, "Points above: measured; bars: 95 %, random errors alone. Lines: the law."
-    )
-    return figure, drawn
 
 
 def _load_variable_handles() -> list[Line2D]:
@@ -118,54 +43,23 @@ def _load_variable_handles() -> list[Line2D]:
     ]
 
 
-def _draw_load(
-    axes: np.ndarray[Any, Any], torque: pd.DataFrame, shade: Any, above: str, below: str
-) -> Iterator[pd.DataFrame]:
-    """Torque of one oil at one load in the panel above, relative errors below."""
-    for load_variable, (_, line, marker) in _LOAD_VARIABLES.items():
-        rows = torque[torque["load_variable"] == load_variable].sort_values("inner_speed_rpm")
-        speed = rows["inner_speed_rpm"] / 1e3
-        shown = rows[["oil", "inner_speed_rpm"]].assign(axial_load_n=rows["load"])
-        if load_variable == "stress":
-            measured, error = rows["measured_torque_n_m"], rows["measured_torque_n_m_se"]
-            axes[0].errorbar(speed, measured, _SE_DRAWN * error, fmt="o", color=shade)
-            yield shown.assign(
-                panel=above,
-                series="measured",
-                torque_n_m=measured,
-                torque_n_m_se=error,
-                relative_error=np.nan,
-            )
-        look: dict[str, Any] = {"linestyle": line, "color": shade}
-        axes[0].plot(speed, rows["torque_n_m"], linewidth=0.9, **look)
-        axes[1].plot(speed, 100 * rows["relative_error"], linewidth=0.6, marker=marker, **look)
-        yield shown.assign(
-            panel=f"{above} {below}",
-            series=load_variable,
-            torque_n_m=rows["torque_n_m"],
-            torque_n_m_se=np.nan,
-            relative_error=rows["relative_error"],
-        )
-
-
-def _sets(levels: "pd.Series[float]", within: float) -> "pd.Series[float]":
-    """For each measured level the mean of those that it belongs with."""
-    ranked = levels.sort_values()
-    apart = ranked.diff() > within * ranked.shift()
-    return levels.groupby(apart.cumsum()).transform("mean")
-
-
+_TITLE: dict[str, Any] = {"title_fontsize": 7, "alignment": "left"}
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 
 _CAGE_SLIP_MAP = drawn_table(
     "cage_slip_map",
     "Drawn in the map of cage slip: one row per cell.",
-    columns="panel oil pitch_speed_mm_rpm axial_load_n cage_slip advised_oil best_oil judgement",
+    columns="""
+        panel oil pitch_speed_mm_rpm axial_load_n cage_slip cage_slip_lower cage_slip_upper bistable
+        advised_oil best_oil judgement""",
     uses=(
         use("oil", "of the panel; empty in the last one, which shows the advice"),
         use("pitch_speed_mm_rpm", "abscissa"),
         use("axial_load_n", "ordinate"),
         use("cage_slip", "colour of the cell, and the line at the limit"),
+        use("cage_slip_lower", "one dashed line at the limit; null in the last panel"),
+        use("cage_slip_upper", "the other; cells with the limit between the two are hatched"),
+        use("bistable", "drawn as a cross"),
         use("advised_oil", "colour of the cell of the last panel"),
         use("best_oil", "symbol, drawn where the judgement is not agree"),
         use("judgement", "as in slip_advice"),
@@ -178,7 +72,9 @@ _CAGE_SLIP_MAP = drawn_table(
     title="Cage slip and choice of oil",
     caption="Cage slip (%) at friction equilibrium against dmN, pitch diameter times speed "
     "(million mm rpm; U: entrainment speed of balls that roll), and axial load (kN), one panel per "
-    "oil; line: limit of the paper. Last panel: colour of the oil that the rules of the paper "
+    "oil. Line: limit of the paper; dashed: where the 2.5 % and 97.5 % quantiles of the slip reach "
+    "it; hatched: cells with the limit between them; crosses: the cage may roll or skid. Last "
+    "panel: colour of the oil that the rules of the paper "
     "advise; symbols: best oil by calculated slip, where it is another.",
     category="Bearing",
     family="bearing",
@@ -213,9 +109,11 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
         in_units = advice.assign(**_in_units_of_axes(advice))
         draw_advice(axis, in_units, campaign_oils, "speed", "load", 3.5)
         panel = style.title_panel(axis, len(oils), "advice by slip")
-        drawn.append(advice.assign(panel=panel, oil="", cage_slip=np.nan))
+        unknown = dict.fromkeys(("cage_slip", "cage_slip_lower", "cage_slip_upper"), np.nan)
+        drawn.append(advice.assign(panel=panel, oil="", bistable=False, **unknown))
         handles = advice_handles(advice, campaign_oils, "slip")
-        figure.legend(handles=handles, loc="outside lower left", ncols=4)
+        title = f"Panel ({panel}): field and symbol"
+        figure.legend(handles=handles, loc="outside lower left", ncols=4, title=title, **_TITLE)
     for axis in axes[count:]:
         axis.set_axis_off()
     bar = figure.colorbar(filled, ax=axes, label="Cage slip", ticks=_SLIP_LEVELS[1:])
@@ -227,7 +125,8 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     style.say_key(
         figure,
         f"Friction equilibrium, {table['bearing'].iloc[0]}, {temperature:g} \N{DEGREE SIGN}C; "
-        f"line: slip of {limit:g}.",
+        f"line: slip of {limit:g};\ndashed: its 95 % interval; hatched: within or above it is "
+        "not certain; crosses: rolls or skids.",
     )
     return figure, drawn
 
@@ -246,6 +145,22 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     edges = cell_edges(speed, axis.get_xscale()), cell_edges(load, axis.get_yscale())
     filled = axis.pcolormesh(*edges, slip, cmap="cividis_r", norm=norm)
     axis.contour(speed, load, slip, [limit], colors="black", linewidths=1.1)
+    lower, upper = (
+        np.ma.masked_invalid(in_units.pivot(index="load", columns="speed", values=name).to_numpy())
+        for name in ("cage_slip_lower", "cage_slip_upper")
+    )
+    for end in (lower, upper):
+        if end.count():
+            axis.contour(speed, load, end, [limit], colors="black", linewidths=0.8, linestyles="--")
+    (across, along), uncertain = edges, np.ma.filled((lower < limit) & (upper > limit), False)
+    for row, column in np.argwhere(uncertain):
+        corner, size = (
+            (across[column], along[row]),
+            (across[column + 1] - across[column], along[row + 1] - along[row]),
+        )
+        axis.add_patch(Rectangle(corner, *size, fill=False, hatch="////", linewidth=0))
+    both = in_units[in_units["bistable"]]
+    axis.plot(both["speed"], both["load"], "x", color="black", markersize=5)
     axis.grid(False)
     return filled
 
@@ -312,6 +227,7 @@ def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
     tables=("published_tests",),
     settings=("bearing",),
     requires="torque",
+    shows_data=False,
     draws="published_tests",
 )
 def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
@@ -345,10 +261,13 @@ def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
     # from the top, in the order of the areas
     axis.legend(loc="upper left", reverse=True)
     share = settings.bearing.oil_volume_fraction
+    simulated = settings.campaign.data == "simulated"
+    logs = "SIMULATED logs" if simulated else "this campaign's logs"
     style.say_key(
         figure,
-        "Points: NASA TP-2275, second-hand.\n"
-        f"Areas: calculated, oil {share:.2%} of the volume (fitted to the points).",
+        "Points: NASA TP-2275, published, second-hand.\n"
+        f"Areas: calculated, oil {share:.2%} of the volume (fitted to the points);\n"
+        f"traction law fitted to {logs}.",
     )
     bearing, oil, load, temperature = table.loc[
         table.index[0], ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
