@@ -118,7 +118,8 @@ def with_uncertainty(
     if draws is not None:
         slip, torque = _drawn(bearing, calculated, lubrication, law, draws)
     drawn = dict(zip(_QUANTITIES, (torque, slip, torque * speed), strict=True))
-    enough = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
+    found = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
+    enough = found & calculated["converged"].to_numpy()
     columns: dict[str, FloatArray] = {}
     for name, values in drawn.items():
         known = np.where(enough, values, 0.0)
@@ -206,7 +207,8 @@ def _solved(
 
 def _split(slip: FloatArray) -> BoolArray:
     """Points whose draws, shape (draws, points), are in two groups of cage slip."""
-    ranked = np.sort(slip, axis=0)
+    # draws without an equilibrium come last and count as the one before
+    ranked = np.fmax.accumulate(np.sort(slip, axis=0), axis=0)
     first, last = (round(end * (len(slip) - 1)) for end in _INTERVAL)
     within = ranked[first : last + 1]
     widest = np.diff(within, axis=0).max(axis=0)
