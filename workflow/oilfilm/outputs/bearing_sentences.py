@@ -78,8 +78,9 @@ def _errors(calculated: pd.DataFrame) -> list[str]:
     lines = [f"  error of the calculated torque, median and largest, by basis: {'; '.join(errors)}"]
     points = bistable_points(calculated)
     if points:
-        count = len(calculated[calculated["bistable"]].drop_duplicates(["run_id", "first_row"]))
-        lines.append(f"    {count} left out, the cage may roll or skid: {points}")
+        plateaus = calculated.groupby(["run_id", "first_row"])["bistable"].any()
+        count = f"{plateaus.sum()} of {len(plateaus)} plateaus"
+        lines.append(f"    left out, the cage may roll or skid, {count}: {points}")
     return [*lines, _compatible(sure)]
 
 
