@@ -25,8 +25,8 @@ PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(64))
 
 def project(root: Path) -> Path:
     """The top folder of a project: a little code, the real reference data and lock."""
-    (root / "workflow").mkdir(parents=True)
-    (root / "workflow/fit.py").write_text("answer = 42\n", encoding="utf-8")
+    (root / "workflow/oilfilm").mkdir(parents=True)
+    (root / "workflow/oilfilm/fit.py").write_text("answer = 42\n", encoding="utf-8")
     (root / "Snakefile").write_text("# rules\n", encoding="utf-8")
     shutil.copytree(ROOT / "data/reference", root / "data/reference")
     for name in ("pyproject.toml", "requirements.lock"):
@@ -65,6 +65,7 @@ def made(
     single = [path for path in others if path.parts[2] not in {"exports", "logs"}]
     return FinishedRun(
         root=root,
+        home=root,
         settings=settings,
         results=results,
         files=[*files, sample, *single, results / "exports"],

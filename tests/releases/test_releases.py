@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from campaigns import ROOT, without
-from oilfilm import tables
+from oilfilm import home, tables
 from oilfilm.cli import main
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
@@ -98,7 +98,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
     assert {
         *("config.yaml", "requirements.lock", "environment.json", "log.txt", "summary.txt", CRATE),
         *("tables/runs.parquet", "tables/datapackage.json", "figures/fig02.png"),
-        *("exports/4102/law.h", "code/Snakefile", "code/workflow/fit.py"),
+        *("exports/4102/law.h", "code/Snakefile", "code/workflow/oilfilm/fit.py"),
     } <= paths
     assert not [path for path in paths if "samples" in path or "snakemake_timestamp" in path]
     assert [record.path for record in manifest.samples] == [
@@ -176,7 +176,7 @@ def set_keys(**changes: Any) -> Change:
 
 CHANGES: dict[str, Change] = {
     "raw log": change_raw,
-    "code": write("workflow/fit.py", "answer = 43\n"),
+    "code": write("workflow/oilfilm/fit.py", "answer = 43\n"),
     "new module": write("workflow/new.py", ""),
     "reference data": write("data/reference/claims.yaml", "x: 1\n"),
     "lock": write("requirements.lock", "numpy==1\n"),
@@ -397,7 +397,7 @@ def test_release_of_another_time_is_told_apart(release: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "path", ["config.yaml", "requirements.lock", "code/workflow/fit.py", "environment.json"]
+    "path", ["config.yaml", "requirements.lock", "code/workflow/oilfilm/fit.py", "environment.json"]
 )
 def test_files_that_are_not_what_the_version_stands_for_are_refused(
     release: Path, tmp_path: Path, path: str
@@ -550,6 +550,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.FinishedRun, **chang
         released(again)
 
     monkeypatch.setattr(rebuild, "_run", run_again)
+    monkeypatch.setattr(home, "HOME", run.home)
 
 
 @pytest.fixture
@@ -593,12 +594,12 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
     measured: making.FinishedRun, verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rebuilding(monkeypatch, measured, summary=b"fine\nor not\n")
-    (measured.root / "workflow/fit.py").write_text("answer = 43\n", encoding="utf-8")
+    (measured.root / "workflow/oilfilm/fit.py").write_text("answer = 43\n", encoding="utf-8")
     code, printed = verify_rebuilt()
     assert code == 1
     assert printed.splitlines()[1:] == [
         "rebuilt from the raw logs: 3 differences, the first:",
-        "code/workflow/fit.py differs: line 1: 'answer = 42', then 'answer = 43'",
+        "code/workflow/oilfilm/fit.py differs: line 1: 'answer = 42', then 'answer = 43'",
         "ro-crate-metadata.json differs",
         "summary.txt differs",
     ]

@@ -2,8 +2,8 @@ rule audit:
     "The paper's claims and its advice on oils, checked with the campaign and the printed constants."
     input:
         **finished("points", "runs", "coefficients", "comparison", "torque", "torque_control"),
-        printed="data/reference/printed_coefficients.yaml",
-        claims="data/reference/claims.yaml",
+        printed=reference_file("printed_coefficients"),
+        claims=reference_file("claims"),
     output:
         **finished("claims", "selection"),
     log:

@@ -3,7 +3,7 @@ if TORQUE_SIMULATED:
     rule torque_twin:
         "SIMULATED logs of the torque rig, and the truth behind them."
         input:
-            printed="data/reference/printed_coefficients.yaml",
+            printed=reference_file("printed_coefficients"),
         output:
             logs=directory("<torque_raw>"),
             truth="<results>/twin/torque_truth.parquet",
@@ -90,7 +90,7 @@ rule bearing_maps:
     "Cage slip over speed and load and the oil that holds it, the size effect, published tests."
     input:
         **finished(*FITTED),
-        published="data/reference/bearing_tests.yaml",
+        published=reference_file("bearing_tests"),
     output:
         cage_slip="<tables>/cage_slip.parquet",
         slip_advice="<tables>/slip_advice.parquet",

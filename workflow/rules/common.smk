@@ -11,6 +11,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import lock_run, clear_leftovers
 from oilfilm.digests import code_digest, file_digest
+from oilfilm.home import HOME, PACKAGE, reference_file
 from oilfilm.readers.raw_files import (
     find_sheet,
     raw_files,
@@ -69,7 +70,7 @@ except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
 # A release must not name packages that its results were not made with.
-PACKAGES = file_digest(Path(workflow.basedir, "requirements.lock"))[:8]
+PACKAGES = file_digest(HOME / "requirements.lock")[:8]
 
 RECORDS = Path(".snakemake")
 if workflow.is_main_process:
@@ -77,7 +78,7 @@ if workflow.is_main_process:
     clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
 
 # Taken now: what ran is what lay here when the run began.
-TREE = code_tree_digest(Path(workflow.basedir))
+TREE = code_tree_digest(HOME)
 
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
@@ -158,7 +159,7 @@ def inputs_of_figures(figures):
         names.add("points")  # which say whose film thickness was not judged
     return {
         **finished(*sorted(names)),
-        **{name: f"data/reference/{name}.yaml" for name in references},
+        **{name: reference_file(name) for name in references},
     }
 
 
@@ -174,8 +175,7 @@ def settings_of_figures(figures):
 
 def code(script, *modules):
     """Digest of a script, of every module behind it and of the packages: changed code reruns."""
-    script = Path(workflow.basedir, "workflow/scripts", script)
-    return f"{code_digest(script, *modules)}-{PACKAGES}"
+    return f"{code_digest(HOME / 'workflow/scripts' / script, *modules)}-{PACKAGES}"
 
 
 def files_of_shard(wildcards):

@@ -12,7 +12,7 @@ rule fit:
     "One oil's constants, with their errors and the certificate."
     input:
         points="<parts>/collect/{oil}/points.parquet",
-        printed="data/reference/printed_coefficients.yaml",
+        printed=reference_file("printed_coefficients"),
     output:
         **{table: f"<parts>/fit/{{oil}}/{table}.parquet" for table in FIT_TABLES},
     log:

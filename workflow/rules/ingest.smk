@@ -3,7 +3,7 @@ if SIMULATED:
     rule twin:
         "SIMULATED logs of the whole campaign, and the truth behind them."
         input:
-            printed="data/reference/printed_coefficients.yaml",
+            printed=reference_file("printed_coefficients"),
         output:
             logs=directory("<raw>"),
             truth="<results>/twin/truth.parquet",
@@ -19,7 +19,7 @@ if SIMULATED:
     rule truth:
         "What is true where no rig can go: noise-free, read by rule extrapolation alone."
         input:
-            printed="data/reference/printed_coefficients.yaml",
+            printed=reference_file("printed_coefficients"),
         output:
             truth_grid="<results>/twin/truth_grid.parquet",
         log:

@@ -2,7 +2,7 @@ rule printed:
     "The printed constants beside the fit: errors, distances, largest differences in mu."
     input:
         **finished("points", "coefficients", "fit_quality", "refits"),
-        printed="data/reference/printed_coefficients.yaml",
+        printed=reference_file("printed_coefficients"),
     output:
         **finished("printed_judged"),
     log:
@@ -19,7 +19,7 @@ rule signs:
     "All sign sets of the printed exponents, compared with the paper's text."
     input:
         **finished("points"),
-        printed="data/reference/printed_coefficients.yaml",
+        printed=reference_file("printed_coefficients"),
     output:
         **finished("signs", "sign_verdicts"),
     log:

@@ -1,5 +1,5 @@
 # The page itself, beside the code that fills it.
-PAGE = Path(workflow.basedir, "workflow/oilfilm/outputs/report/page")
+PAGE = PACKAGE / "outputs/report/page"
 
 
 rule report:

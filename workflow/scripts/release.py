@@ -3,16 +3,18 @@
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
+from oilfilm.home import HOME
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job
 
 with job(snakemake) as (settings, _):
     params, releases = snakemake.params, Path(snakemake.params.releases)
-    if code_tree_digest(Path()) != params.tree:
+    if code_tree_digest(HOME) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
     finished = FinishedRun(
         root=Path(),
+        home=HOME,
         settings=settings,
         results=releases.parents[1] / releases.name,
         files=[Path(path) for path in snakemake.input],

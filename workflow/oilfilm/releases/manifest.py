@@ -38,7 +38,11 @@ class FileRecord:
     @classmethod
     def of(cls, folder: Path, path: str) -> "FileRecord":
         """The record of a file that is there."""
-        file = folder / path
+        return cls.of_file(folder / path, path)
+
+    @classmethod
+    def of_file(cls, file: Path, path: str) -> "FileRecord":
+        """The record of a file under another path."""
         return cls(path, file_digest(file), file.stat().st_size)
 
 

@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from oilfilm import home
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import CODE, FileRecord, printable
 from oilfilm.releases.stored_release import StoredRelease
@@ -49,8 +50,11 @@ def rebuild(release: Path, root: Path, cores: str) -> list[str]:
 
 def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: Path) -> None:
     """Code, configuration and raw logs in a fresh folder."""
-    for path in (*code_files(root), *_OTHER_FILES):
-        copy_file(root / path, folder / path)
+    for path, file in {
+        **code_files(home.HOME),
+        **{path: home.HOME / path for path in _OTHER_FILES},
+    }.items():
+        copy_file(file, folder / path)
     try:
         settings = Settings.of(config)
         check(config["campaign"], Campaign, lambda steps: "campaign")

@@ -45,7 +45,8 @@ class FinishedRun:
     """Outputs and inputs of a finished run.
 
     Attributes:
-        root: Top folder of the project; all other paths start there.
+        root: Top folder of the project; all other paths but `home` start there.
+        home: Folder of the workflow that made the run.
         settings: All settings of the run.
         results: Folder of the campaign's results.
         files: Output files and folders below it, all up to date.
@@ -55,6 +56,7 @@ class FinishedRun:
     """
 
     root: Path
+    home: Path
     settings: Settings
     results: Path
     files: Sequence[Path]
@@ -109,24 +111,24 @@ def _made_from(run: FinishedRun) -> dict[str, Any]:
         "tag": run.settings.release.tag,
         "schema_version": tables.SCHEMA_VERSION,
         "config": sha256_of(as_yaml(run.settings.plain())),
-        "code": code_tree_digest(run.root),
-        "lock": FileRecord.of(run.root, LOCK).sha256,
-        "environment": environment(run.root),
+        "code": code_tree_digest(run.home),
+        "lock": FileRecord.of(run.home, LOCK).sha256,
+        "environment": environment(run.home),
         "raw": [asdict(record) for record in raw],
     }
 
 
 def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> Manifest:
     """Copy every file of a release into a folder; returns the manifest."""
-    root, results = run.root, run.root / run.results
+    results = run.root / run.results
     paths = _below(run)
     samples = [path for path in paths if path.startswith(_SAMPLES)]
     for path in paths:
         if path not in samples:
             copy_file(results / path, temporary / path)
-    for path in code_files(root):
-        copy_file(root / path, temporary / CODE / path)
-    copy_file(root / LOCK, temporary / LOCK)
+    for path, file in code_files(run.home).items():
+        copy_file(file, temporary / CODE / path)
+    copy_file(run.home / LOCK, temporary / LOCK)
     _write(temporary / CONFIG, as_yaml(run.settings.plain()))
     _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
     _write(temporary / LOG, _log_summary(run))

@@ -15,28 +15,44 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from oilfilm.errors import OilfilmError
+from oilfilm.home import PACKAGE
 from oilfilm.releases.manifest import FileRecord, records_digest
 
 # Configuration is not code: a release holds what it resolves to.
 _CODE = ("Snakefile", "workflow", "data/reference")
+_LIBRARY = "workflow/oilfilm"
 # A pin is a part of a release; if it counted, no release could be pinned.
 PINS = "data/reference/pins"
+_PINS = tuple(PINS.split("/"))
 
 
-def code_files(root: Path) -> list[str]:
-    """Paths of all files that a run is made by: workflow, Snakefile and reference data."""
-    return sorted(path for name in _CODE for path in _files(root, root / name))
+def code_files(home: Path) -> dict[str, Path]:
+    """All files that a run is made by, by their path in a clone.
+
+    Args:
+        home: Folder of the workflow, as `oilfilm.home.HOME`. Where it has no library, the files of
+            the installed library are named as in a clone.
+    """
+    trees = [(name, home / name) for name in _CODE]
+    if not (home / _LIBRARY).is_dir():
+        trees.append((_LIBRARY, PACKAGE))
+    files = {
+        "/".join((name, *path.relative_to(top).parts)): path
+        for name, top in trees
+        for path in _files(top)
+    }
+    return dict(sorted(files.items()))
 
 
-def _files(root: Path, path: Path) -> Iterator[str]:
+def _files(path: Path) -> Iterator[Path]:
     if path.is_dir():
-        if path.name == "__pycache__" or path == root / PINS:
+        if path.name == "__pycache__" or path.parts[-3:] == _PINS or path == PACKAGE / "home":
             return
         for below in path.iterdir():
             if not below.name.startswith("."):
-                yield from _files(root, below)
+                yield from _files(below)
     elif path.is_file():
-        yield path.relative_to(root).as_posix()
+        yield path
 
 
 def copy_file(source: Path, target: Path) -> None:
@@ -45,19 +61,19 @@ def copy_file(source: Path, target: Path) -> None:
     shutil.copyfile(source, target)
 
 
-def code_tree_digest(root: Path) -> str:
+def code_tree_digest(home: Path) -> str:
     """One hash over all of the code."""
-    return records_digest(FileRecord.of(root, path) for path in code_files(root))
+    return records_digest(FileRecord.of_file(file, path) for path, file in code_files(home).items())
 
 
-def environment(root: Path) -> dict[str, Any]:
+def environment(home: Path) -> dict[str, Any]:
     """Python, kind of machine and every package that a run may import, with versions; no host.
 
     Raises:
         OilfilmError: pyproject.toml cannot be read, or a package that it asks for is not installed.
     """
     try:
-        project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        project = tomllib.loads((home / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     except (KeyError, ValueError) as error:
         raise OilfilmError(f"pyproject.toml: cannot be read ({error}).") from error
     return {

@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 
 from oilfilm.digests import input_digest, settings_digest
 from oilfilm.errors import OilfilmError
+from oilfilm.home import portable
 from oilfilm.run.lock import job_lock
 from oilfilm.settings.resolved import Settings
 
@@ -67,5 +68,5 @@ def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
         "settings": settings_digest(plain)[:16],
         **{key: plain[key] for key in ("film", "gates") if key in plain},
         **({"run_sheet": settings_digest(sheet)[:16]} if sheet else {}),
-        "inputs": {str(path): input_digest(Path(path))[:16] for path in snakemake.input},
+        "inputs": {portable(Path(path)): input_digest(Path(path))[:16] for path in snakemake.input},
     }

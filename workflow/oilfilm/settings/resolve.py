@@ -1,12 +1,14 @@
 """Settings of one campaign's run, from the files of config/ and the command line."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import yaml
 
 from oilfilm.errors import OilfilmError
+from oilfilm.home import CONFIG
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile, Dataset
@@ -21,11 +23,34 @@ from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, read_yaml, unu
 _FOLDERS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
+@dataclass(frozen=True)
+class _Folder:
+    """A configuration folder; what it lacks comes from the one that is part of oilfilm.
+
+    Attributes:
+        own: The folder of the project.
+    """
+
+    own: Path
+
+    def file(self, kind: str, name: str) -> Path:
+        """The file of one campaign, rig, oil or bearing; it may not exist."""
+        own, given = (folder / kind / f"{name}.yaml" for folder in (self.own, CONFIG))
+        return given if given.is_file() and not own.is_file() else own
+
+    def names(self, kind: str) -> list[str]:
+        """Names of all files of a kind, but for the template."""
+        paths = [path for folder in (self.own, CONFIG) for path in (folder / kind).glob("*.yaml")]
+        return sorted({path.stem for path in paths} - {"template"})
+
+
 def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     """Everything that one campaign's run is told, in one tree.
 
     Args:
-        folder: The configuration folder (`config`).
+        folder: The configuration folder (`config`). Its `config.yaml` needs only the keys that
+            differ from those that are part of oilfilm; oils, rigs, bearings and campaigns that it
+            lacks are taken from there as well.
         overrides: Keys given on the command line; they win over `config.yaml`. A campaign's own
             `settings` win over `config.yaml` too, but not over the command line.
 
@@ -36,12 +61,14 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     Raises:
         OilfilmError: A file is missing or has a mistake.
     """
+    files = _Folder(folder)
     config = read_yaml(folder / "config.yaml")
-    check_file(config, Config)
-    campaign = _campaign_file(folder, overrides.get("campaign", config.values["campaign"]))
+    defaults = read_yaml(CONFIG / "config.yaml")
+    name = overrides.get("campaign", config.values.get("campaign", defaults.values["campaign"]))
+    campaign = _campaign_file(files, name)
     check_file(campaign, CampaignFile)
     given = {name: value for name, value in overrides.items() if name != "campaign"}
-    keys = _merged_keys(config, campaign, _with_numbers(given))
+    keys = _merged_keys(config, defaults, campaign, given)
     written = campaign.values
     about = {name: written[name] for name in Dataset.model_fields if name in written}
     others = {name: written[name] for name in written if name not in {"settings", *about}}
@@ -52,10 +79,10 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
             "dataset": about,
             "campaign": {"name": campaign.path.stem, **others},
             "rigs": {
-                name: file.values for name, file in _named_files(folder, "rig", campaign).items()
+                name: file.values for name, file in _named_files(files, "rig", campaign).items()
             },
-            "bearings": _bearings(folder, campaign),
-            "oils": _oils(folder, campaign),
+            "bearings": _bearings(files, campaign),
+            "oils": _oils(files, campaign),
         }
     )
     for steps, sentence in contradictions(settings):
@@ -77,21 +104,25 @@ def unresolve(settings: Settings) -> dict[str, str]:
     return {path: as_yaml(values) for path, values in {"config.yaml": config, **files}.items()}
 
 
-def _campaign_file(folder: Path, given_name: object) -> YamlFile:
-    name = _safe_name(given_name, folder / "config.yaml")
-    path = folder / "campaigns" / f"{name}.yaml"
+def _campaign_file(files: _Folder, given_name: object) -> YamlFile:
+    name = _safe_name(given_name, files.own / "config.yaml")
+    path = files.file("campaigns", name)
     if not path.is_file():
-        known = ", ".join(_names_in(path.parent))
         raise OilfilmError(
-            f"{path}: there is no such campaign file. Campaigns here: {known}. Copy "
-            f"{folder / 'campaigns' / 'template.yaml'} to that name and fill it in."
+            f"{path}: there is no such campaign file. Campaigns here: "
+            f"{', '.join(files.names('campaigns'))}. Copy {files.file('campaigns', 'template')} to "
+            "that name and fill it in."
         )
     return read_yaml(path)
 
 
-def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys of config.yaml, with those of the campaign and of the command line over them."""
-    own = campaign.values.get("settings", {})
+def _merged_keys(
+    config: YamlFile, defaults: YamlFile, campaign: YamlFile, given: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The default keys under those of config.yaml, of the campaign and of the command line."""
+    project = merge(defaults.values, config.values)
+    check_file(replace(config, values=project), Config)
+    own, given = campaign.values.get("settings", {}), _with_numbers(given, project)
     for steps, complaint in unusable_values(given):
         raise OilfilmError(f"the command line's --config, `{dotted(steps)}`: {complaint}")
 
@@ -102,14 +133,14 @@ def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any])
                 return "the command line's --config"
             if _has(own, known):
                 return campaign.location_of(("settings", *steps))
-        return config.location_of(steps)
+        return (config if _has(config.values, steps[:1]) else defaults).location_of(steps)
 
     if "campaign" in own:
         raise OilfilmError(
             f"{campaign.location_of(('settings', 'campaign'))}: `settings` cannot name another "
             "campaign; leave the key out."
         )
-    merged = merge(merge(config.values, own), given)
+    merged = merge(merge(project, own), given)
     check(merged, Config, location_of)
     return merged
 
@@ -125,11 +156,15 @@ def _has(values: Any, steps: Steps) -> bool:
     return bool(steps)
 
 
-def _with_numbers(given: Any) -> Any:
-    """Values of the command line, on which Snakemake leaves numbers inside groups as text."""
+def _with_numbers(given: Any, defaults: Any) -> Any:
+    """Values of the command line, on which Snakemake leaves numbers inside groups as text.
+
+    What is text by default, as the oil "4102", stays text.
+    """
     if isinstance(given, Mapping):
-        return {name: _with_numbers(value) for name, value in given.items()}
-    if not isinstance(given, str):
+        below = defaults if isinstance(defaults, Mapping) else {}
+        return {name: _with_numbers(value, below.get(name)) for name, value in given.items()}
+    if not isinstance(given, str) or isinstance(defaults, str):
         return given
     try:
         value = yaml.safe_load(given)
@@ -138,15 +173,15 @@ def _with_numbers(given: Any) -> Any:
     return value if isinstance(value, int | float) else given
 
 
-def _named_files(folder: Path, kind: str, campaign: YamlFile) -> dict[str, YamlFile]:
+def _named_files(files: _Folder, kind: str, campaign: YamlFile) -> dict[str, YamlFile]:
     """The files that a campaign names under `rigs` or `oils`."""
     return {
-        name: _named_file(folder, name, kind, campaign.location_of((f"{kind}s", index)))
+        name: _named_file(files, name, kind, campaign.location_of((f"{kind}s", index)))
         for index, name in enumerate(campaign.values[f"{kind}s"])
     }
 
 
-def _oils(folder: Path, campaign: YamlFile) -> dict[str, Any]:
+def _oils(folder: _Folder, campaign: YamlFile) -> dict[str, Any]:
     """The oils of a campaign by id; no name may be that of two."""
     files = _named_files(folder, "oil", campaign)
     ids = [*files, *campaign.values.get("oils_without_properties", [])]
@@ -172,20 +207,20 @@ def _oils(folder: Path, campaign: YamlFile) -> dict[str, Any]:
     return {oil: files[oil].values if oil in files else None for oil in ids}
 
 
-def _bearings(folder: Path, campaign: YamlFile) -> dict[str, Any]:
+def _bearings(files: _Folder, campaign: YamlFile) -> dict[str, Any]:
     """The bearing of a campaign with torque logs, and those of published figures."""
     if "torque" not in campaign.values:
         return {}
     named_at = campaign.location_of(("torque", "bearing"))
     own = campaign.values["torque"]["bearing"]
-    others = sorted(set(_names_in(folder / "bearings")) - {own})
-    return {name: _named_file(folder, name, "bearing", named_at).values for name in [own, *others]}
+    others = [name for name in files.names("bearings") if name != own]
+    return {name: _named_file(files, name, "bearing", named_at).values for name in [own, *others]}
 
 
-def _named_file(folder: Path, name: str, kind: str, named_at: str) -> YamlFile:
-    path = folder / f"{kind}s" / f"{_safe_name(name, named_at)}.yaml"
+def _named_file(files: _Folder, name: str, kind: str, named_at: str) -> YamlFile:
+    path = files.file(f"{kind}s", _safe_name(name, named_at))
     if not path.is_file():
-        known = ", ".join(_names_in(path.parent))
+        known = ", ".join(files.names(f"{kind}s"))
         raise OilfilmError(
             f"{named_at}: `{kind}s` names {name!r}, but {path} does not exist. "
             f"Known: {known}. Write that file, or correct the name."
@@ -198,10 +233,6 @@ def _named_file(folder: Path, name: str, kind: str, named_at: str) -> YamlFile:
             "the file's name."
         )
     return file
-
-
-def _names_in(folder: Path) -> list[str]:
-    return sorted(path.stem for path in folder.glob("*.yaml") if path.stem != "template")
 
 
 def _safe_name(name: object, named_at: object) -> str:

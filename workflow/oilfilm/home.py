@@ -1,0 +1,23 @@
+"""Where the files beside the library are: rules, scripts, reference data and default settings.
+
+In a clone this is its top folder. The wheel carries the same files in `oilfilm/home`.
+"""
+
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parent
+_CLONE = PACKAGE.parents[1]
+HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "home"
+CONFIG = HOME / "config"
+_REFERENCE = "data/reference"
+
+
+def reference_file(name: str) -> Path:
+    """A file of data/reference, given without its ending: from the working folder in a clone."""
+    path = HOME / _REFERENCE / f"{name}.yaml"
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+
+
+def portable(path: Path) -> str:
+    """A path without the folder of the installation, so that results do not depend on it."""
+    return (path.relative_to(HOME) if path.is_relative_to(HOME) else path).as_posix()
