@@ -1,9 +1,21 @@
-"""The exception for a mistake of the user."""
+"""The exception for a mistake of the user, and text that is safe to print."""
+
+
+def printable(text: object) -> str:
+    """Text that is safe to print: control characters and changes of direction are escaped."""
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii")
+        for letter in str(text)
+    )
 
 
 class OilfilmError(Exception):
     """A mistake in data or configuration, as a sentence that the user can act on.
 
     The message names the file, the row or key, what was found, what was expected and what to do.
-    Scripts and the command line print it without a traceback.
+    Scripts and the command line print it without a traceback. It may quote a file of unknown
+    origin, so each of its lines is made `printable`.
     """
+
+    def __str__(self) -> str:
+        return "\n".join(map(printable, super().__str__().split("\n")))

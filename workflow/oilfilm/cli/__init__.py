@@ -18,7 +18,6 @@ from oilfilm.cli.arguments import quantity as quantity
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fitted import FittedLaw, read_fit
 from oilfilm.releases.commands import add_commands
-from oilfilm.releases.manifest import printable
 from oilfilm.traction.law import QUANTITIES
 
 
@@ -33,8 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return code
     except OilfilmError as mistake:
-        # the message may quote a file of unknown origin
-        print("\n".join(map(printable, str(mistake).splitlines())), file=sys.stderr)
+        print(mistake, file=sys.stderr)
         return 2
     except BrokenPipeError:
         # whoever read the output has enough of it; nothing more must be written at the end

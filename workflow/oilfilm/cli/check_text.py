@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from oilfilm import tables
 from oilfilm.cli.checked import CheckedColumn, CheckedLog, CheckedRun, Range
-from oilfilm.readers.base import printable
+from oilfilm.errors import printable
 
 WIDTH = 100
 # More runs of one log, and more logs at once, are shown in less detail.

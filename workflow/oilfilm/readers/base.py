@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm import tables
+from oilfilm.errors import printable
 from oilfilm.readers.understood import NOTHING_UNDERSTOOD, Understood
 from oilfilm.settings.campaign import Campaign
 from oilfilm.units import ABSOLUTE_ZERO_C
@@ -199,11 +200,6 @@ def set_point_range(name: str) -> tuple[float, float]:
     """The limits between which a set point is."""
     least = ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
     return least, _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
-
-
-def printable(text: str) -> str:
-    """A text out of a file without what could steer a terminal."""
-    return "".join(mark if mark.isprintable() else "?" for mark in text)
 
 
 def distinct(names: Iterable[str]) -> list[str]:

@@ -13,9 +13,12 @@ from oilfilm.errors import OilfilmError
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # What Excel writes beside a workbook while it is open.
 _LOCK_FILE = "~$"
-# Snakemake takes braces for wildcards, a manifest backslashes for folders, a listing ends with the
-# line; Python writes bytes that are no UTF-8 as surrogates.
-_UNFIT = re.compile(r"[{}\\\r\n\ud800-\udfff]")
+# Snakemake takes braces for wildcards and angle brackets for its own paths, a manifest backslashes
+# for folders; control characters and changes of direction deceive who reads a listing; Python
+# writes bytes that are no UTF-8 as surrogates.
+_UNFIT = re.compile(
+    r"[{}<>\\\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
+)
 
 
 def raw_files(folder: Path) -> list[str]:
@@ -43,10 +46,9 @@ def raw_files(folder: Path) -> list[str]:
                 f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
             )
         if unfit := _UNFIT.search(relative.as_posix()):
-            named = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
             raise OilfilmError(
-                f"{named}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 "
-                "without braces, backslashes or line breaks. Rename it."
+                f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 "
+                "without braces, angle brackets, backslashes or control characters. Rename it."
             )
         files.append(relative.as_posix())
     if not files:

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from oilfilm.errors import OilfilmError
-from oilfilm.readers.base import Refusal, number, printable, set_point, set_point_range
+from oilfilm.errors import OilfilmError, printable
+from oilfilm.readers.base import Refusal, number, set_point, set_point_range
 from oilfilm.readers.header import FULL_WIDTH, SET_POINT_UNITS, apart
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.log_names import LogNames

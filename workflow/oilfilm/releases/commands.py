@@ -4,9 +4,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from oilfilm.errors import printable
 from oilfilm.releases.compare import compare
 from oilfilm.releases.drift import drift_table
-from oilfilm.releases.manifest import printable, read_manifest
+from oilfilm.releases.manifest import read_manifest
 from oilfilm.releases.messages import comparison_text, section_text
 from oilfilm.releases.page import page
 from oilfilm.releases.pin import pin

@@ -142,9 +142,7 @@ def _parse(path: Path) -> Manifest:
     manifest = Manifest(content["made_from"], files, samples)
     for record in (*files, *samples, *manifest.raw):
         if not is_inside(record.path):
-            raise OilfilmError(
-                f"{path}: names {printable(record.path)!r}; expected a path below the folder."
-            )
+            raise OilfilmError(f"{path}: names {record.path!r}; expected a path below the folder.")
     paths = [record.path for record in files]
     if len(set(paths)) < len(paths) or {MANIFEST, PINNED_MANIFEST} & set(paths):
         raise OilfilmError(f"{path}: names a file twice, or itself.")
@@ -156,9 +154,9 @@ def _parse(path: Path) -> Manifest:
         )
     if manifest.text() != text:
         raise OilfilmError(
-            f"{path}: is not as it was written: version {printable(content['version'])}, hash "
+            f"{path}: is not as it was written: version {content['version']}, hash "
             f"{content['sha256'][:12]}..., but "
-            f"its content gives {printable(manifest.version)}. It is damaged "
+            f"its content gives {manifest.version}. It is damaged "
             "or was altered."
         )
     return manifest
@@ -199,14 +197,6 @@ def is_inside(path: str) -> bool:
         and PurePosixPath(path).as_posix() == path
         and not path.startswith("/")
         and not {"..", "."} & set(path.split("/"))
-    )
-
-
-def printable(text: object) -> str:
-    """Text that is safe to print: control characters and changes of direction are escaped."""
-    return "".join(
-        letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii")
-        for letter in str(text)
     )
 
 

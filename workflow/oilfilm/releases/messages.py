@@ -1,7 +1,7 @@
 """Comparisons as text for a terminal."""
 
+from oilfilm.errors import printable
 from oilfilm.releases.compare import Comparison, Section
-from oilfilm.releases.manifest import printable
 
 # Rows of a section that are printed.
 _PRINTED_ROWS = 12

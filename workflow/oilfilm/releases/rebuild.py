@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from oilfilm import home
-from oilfilm.errors import OilfilmError
-from oilfilm.releases.manifest import CODE, FileRecord, printable
+from oilfilm.errors import OilfilmError, printable
+from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.tree import code_files, copy_file
@@ -76,8 +76,8 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
         source = root / record.path
         if not source.is_file() or FileRecord.of(root, record.path) != record:
             raise OilfilmError(
-                f"{source}: is not the log that release {printable(campaign)} "
-                f"{printable(stored.manifest.version)} was made from. "
+                f"{source}: is not the log that release {campaign} "
+                f"{stored.manifest.version} was made from. "
                 "Put the original back, then try again."
             )
         copy_file(source, folder / record.path)

@@ -11,8 +11,8 @@ import pyarrow.compute as compute
 import pyarrow.parquet as parquet
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
-from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, printable, read_manifest
+from oilfilm.errors import OilfilmError, printable
+from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, read_manifest
 from oilfilm.releases.verify import file_mismatch
 from oilfilm.settings.yaml_file import read_yaml
 
@@ -68,8 +68,7 @@ class StoredRelease:
         record = self.files[path]
         if record.size > largest:
             raise OilfilmError(
-                f"{self.folder}: {printable(path)} has {record.size} bytes, more than are read "
-                f"({largest})."
+                f"{self.folder}: {path} has {record.size} bytes, more than are read ({largest})."
             )
         if complaint := file_mismatch(self.folder, record):
             raise OilfilmError(f"{self.folder}: {complaint}")

@@ -4,12 +4,12 @@ import stat
 from pathlib import Path
 
 from oilfilm.digests import file_digest
+from oilfilm.errors import printable
 from oilfilm.releases.manifest import (
     MANIFEST,
     PINNED_MANIFEST,
     FileRecord,
     files_below,
-    printable,
     read_manifest,
 )
 

@@ -20,6 +20,8 @@ from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import Rig
 from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, read_yaml, unusable_values
 
+# A file system takes 255 bytes; a release and the exports append to names.
+_LONGEST_NAME = 100
 _FOLDERS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
@@ -243,5 +245,15 @@ def _safe_name(name: object, named_at: object) -> str:
         raise OilfilmError(
             f"{named_at}: {text!r} cannot be a name: use letters, digits, '-', '_' and '.', "
             "not starting with '.'."
+        )
+    if isinstance(name, float):
+        raise OilfilmError(
+            f"{named_at}: the name was read as the number {text}. Give it a name that is no decimal "
+            "number."
+        )
+    if len(text.encode()) > _LONGEST_NAME:
+        raise OilfilmError(
+            f"{named_at}: {text[:20]!r}... has {len(text.encode())} bytes; expected at most "
+            f"{_LONGEST_NAME}, so that names of files made with it stay below 255. Shorten it."
         )
     return text
