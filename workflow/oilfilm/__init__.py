@@ -1,17 +1,33 @@
 """Traction-rig logs to validated datasets, traction-law constants and figures.
 
-For use in other programs: `oilfilm.read_fit(folder, oil)` and `oilfilm.predict(law, ...)`.
+In other programs and notebooks:
+
+- `oilfilm.fit(P, U, T, S, mu)` fits a traction law to arrays;
+- `oilfilm.printed("4102")` is the law with the constants of the paper;
+- `oilfilm.read_fit(folder, oil)` reads a fit of the workflow;
+- `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law.
 """
 
+from importlib import import_module
 from typing import Any
 
-__all__ = ["predict", "read_fit"]
+__all__ = ["OilfilmError", "__version__", "fit", "predict", "printed", "read_fit"]
+
+_MODULES = {
+    "OilfilmError": "oilfilm.errors",
+    "fit": "oilfilm.arrays",
+    "predict": "oilfilm.fitting.fitted",
+    "printed": "oilfilm.arrays",
+    "read_fit": "oilfilm.fitting.fitted",
+}
 
 
 def __getattr__(name: str) -> Any:
     # late, so that a module that needs no SciPy does not wait for it
-    if name in __all__:
-        from oilfilm.fitting import fitted  # noqa: PLC0415
+    if name == "__version__":
+        from importlib.metadata import version  # noqa: PLC0415
 
-        return getattr(fitted, name)
+        return version("oilfilm")
+    if name in _MODULES:
+        return getattr(import_module(_MODULES[name]), name)
     raise AttributeError(f"module 'oilfilm' has no attribute {name!r}")

@@ -13,7 +13,7 @@ import pandas as pd
 import pyarrow as arrow
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.errors import OilfilmError, printable
 from oilfilm.readers.base import (
     LARGEST_LOG,
     LoggedRun,
@@ -21,7 +21,6 @@ from oilfilm.readers.base import (
     Reading,
     Refusal,
     TextForm,
-    printable,
     refused_file,
     refused_ranges,
 )

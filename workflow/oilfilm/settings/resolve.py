@@ -248,8 +248,8 @@ def _safe_name(name: object, named_at: object) -> str:
         )
     if isinstance(name, float):
         raise OilfilmError(
-            f"{named_at}: the name was read as the number {text}. Give it a name that is no decimal "
-            "number."
+            f"{named_at}: the name was read as the number {text}. Give it a name that is no "
+            "decimal number."
         )
     if len(text.encode()) > _LONGEST_NAME:
         raise OilfilmError(

@@ -1,0 +1,194 @@
+"""Fits on arrays, for a notebook or another program: no workflow, no files."""
+
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
+from oilfilm.fitting.fit import OilFit, fit_oil
+from oilfilm.fitting.fitted import Coefficients, FittedLaw, Prediction, predict
+from oilfilm.home import CONFIG, reference_file
+from oilfilm.settings.config import Config, FitSettings
+from oilfilm.settings.messages import check, load
+from oilfilm.settings.reference import printed_constants
+from oilfilm.traction import LAWS, PAPER_LAW
+from oilfilm.traction.law import CONDITIONS, QUANTITIES
+
+_SLIP, _MU = "slide_roll_ratio", "traction_coefficient"
+_OIL = "oil"
+# Of a curve drawn between its points.
+_DRAWN = 200
+
+
+def printed(oil: str) -> FittedLaw:
+    """The law with the constants that the paper prints for an oil: no intervals, no tested box.
+
+    Args:
+        oil: 4102, 4050 or 4010.
+
+    Raises:
+        OilfilmError: The paper prints no constants of it.
+
+    Reference: Deng et al. (2026), Eqs 11-13; lost signs as in data/reference.
+
+    Examples:
+        >>> law = printed("4102")
+        >>> at = predict(law.law, law.coefficients, 1.0, 20.0, 20.0, 0.05)
+        >>> print(f"{at.traction_coefficient:.4f}")
+        0.0204
+    """
+    constants = printed_constants(reference_file("printed_coefficients"))
+    if oil not in constants:
+        raise OilfilmError(f"the paper prints no constants of {oil!r}; of {', '.join(constants)}.")
+    return FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, constants[oil]))
+
+
+@dataclass(frozen=True)
+class ArrayFit:
+    """A law fitted to arrays.
+
+    Attributes:
+        points: What was fitted, one row per point; `run_id` names its curve.
+        tables: The tables of the fit, as the workflow writes them.
+    """
+
+    points: pd.DataFrame
+    tables: OilFit
+
+    @property
+    def law(self) -> FittedLaw:
+        """The fitted law, with its intervals and tested box."""
+        fit = self.tables
+        return FittedLaw.of(fit.coefficients, _OIL, fit.refits, fit.fit_quality)
+
+    @property
+    def constants(self) -> pd.DataFrame:
+        """Constants by name with their standard errors and 95 % intervals; NaN where unknown."""
+        columns = ["constant", "value", "standard_error", "lower", "upper"]
+        return self.tables.coefficients[columns].set_index("constant")
+
+    @property
+    def verdict(self) -> str:
+        """Whether the fit is certified, and what its user must know."""
+        return "\n".join(text.removeprefix(f"{_OIL}, ") for text in self.tables.remarks())
+
+    def predict(
+        self,
+        max_hertz_pressure: Any,
+        entrainment_speed: Any,
+        inlet_temperature: Any,
+        slide_roll_ratio: Any,
+        level: float = 0.95,
+    ) -> Prediction:
+        """mu with its interval; arguments as those of `fit`.
+
+        Raises:
+            OilfilmError: A quantity has a unit of something else.
+        """
+        given = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+        names = (*CONDITIONS, _SLIP)
+        at = [_in_unit(value, name) for value, name in zip(given, names, strict=True)]
+        return predict(self.law.law, self.law.coefficients, *at, level=level)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw measured points and the law of each curve; returns the axes.
+
+        Args:
+            axes: Axes of matplotlib to draw into; new ones if not given.
+        """
+        if axes is None:
+            from matplotlib import pyplot  # noqa: PLC0415 - only who draws waits for it
+
+            axes = pyplot.subplots(layout="constrained")[1]
+        law = self.law
+        for _, curve in self.points.groupby("run_id", sort=False):
+            slip = np.linspace(0, curve[_SLIP].max(), _DRAWN)
+            mu = law.traction(curve[list(CONDITIONS)].mean().to_numpy(), slip)
+            label = "{:.3g} GPa, {:.3g} m/s, {:.3g} \N{DEGREE SIGN}C".format(
+                *curve[list(CONDITIONS)].mean()
+            )
+            (line,) = axes.plot(slip, mu, label=label)
+            axes.plot(curve[_SLIP], curve[_MU], "o", markersize=3, color=line.get_color())
+        axes.set_xlabel("Slide-roll ratio")
+        axes.set_ylabel("Traction coefficient")
+        return axes
+
+    def __repr__(self) -> str:
+        return f"{self.verdict}\n{self.constants.to_string()}"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(self.verdict)}</p>{self.constants.to_html(escape=True)}"
+
+
+def fit(
+    max_hertz_pressure: Any,
+    entrainment_speed: Any,
+    inlet_temperature: Any,
+    slide_roll_ratio: Any,
+    traction_coefficient: Any,
+    *,
+    law: str = PAPER_LAW.name,
+    curve: npt.ArrayLike | None = None,
+    **settings: Any,
+) -> ArrayFit:
+    """Fit a traction law to measured points.
+
+    Plain numbers are in the units below; quantities of pint are converted to them. All arrays
+    broadcast against each other; a column of a data frame is an array as well.
+
+    Args:
+        max_hertz_pressure: P of each point, in GPa.
+        entrainment_speed: U, in m/s.
+        inlet_temperature: T, in degC.
+        slide_roll_ratio: S.
+        traction_coefficient: mu.
+        law: Name of the law: one of pressure, speed and temperature.
+        curve: Name or number of the run of each point. Points of a run share its calibration
+            error, so whole runs are resampled for the intervals. If not given, points of equal
+            conditions are one run.
+        settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
+
+    Raises:
+        OilfilmError: There is no such law or setting, or the arrays do not fit together.
+
+    Returns:
+        The fit. Data that cannot be fitted give a verdict that says why.
+    """
+    if law not in LAWS or LAWS[law].conditions != CONDITIONS:
+        known = ", ".join(name for name, each in LAWS.items() if each.conditions == CONDITIONS)
+        raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
+    given = (max_hertz_pressure, entrainment_speed, inlet_temperature)
+    at = [_in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]
+    arrays = (*at, _in_unit(slide_roll_ratio, _SLIP), np.asarray(traction_coefficient, float))
+    try:
+        columns = [array.ravel() for array in np.broadcast_arrays(*arrays)]
+    except ValueError as error:
+        shapes = ", ".join(str(array.shape) for array in arrays)
+        raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
+    points = pd.DataFrame(dict(zip((*CONDITIONS, _SLIP, _MU), columns, strict=True)))
+    runs = points.groupby(list(CONDITIONS), sort=False).ngroup() if curve is None else curve
+    if np.size(runs) != len(points):
+        raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
+    points["run_id"] = np.asarray(runs).astype(str).ravel()
+    config: Config = load(CONFIG / "config.yaml", Config)
+    given_settings = {**config.fit.model_dump(), **settings, "law": law}
+    chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
+    whole = tables.empty("points").reindex(points.index)
+    whole = whole.assign(**points, oil=_OIL, accepted=True, first_row=points.index)
+    return ArrayFit(points, fit_oil(whole, _OIL, chosen, config.seed))
+
+
+def _in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
+    """Values in the unit of a column; those of pint are converted."""
+    unit = "dimensionless" if name == _SLIP else QUANTITIES[name].unit
+    if hasattr(value, "magnitude") and hasattr(value, "to"):
+        try:
+            value = value.to(unit).magnitude
+        except Exception as error:
+            raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
+    return np.asarray(value, dtype=float)
