@@ -21,7 +21,7 @@ from campaigns import ROOT, without
 from oilfilm import home, tables
 from oilfilm.cli import main
 from oilfilm.digests import file_digest
-from oilfilm.errors import OilfilmError
+from oilfilm.errors import OilfilmError, printable
 from oilfilm.outputs.report.release_id import UNRELEASED
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
@@ -31,7 +31,6 @@ from oilfilm.releases.manifest import (
     MANIFEST,
     canonical,
     is_inside,
-    printable,
     read_manifest,
     sha256_of,
 )

@@ -200,3 +200,34 @@ def test_extrapolation_of_an_oil_that_the_twin_does_not_have_is_refused(folder: 
     path.write_text(text.replace('"4050", ', ""), encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"thermal\.yaml, line 6: extrapolation shows .*'4050'"):
         resolve(folder, {"campaign": "thermal"})
+
+
+def test_project_needs_only_what_differs(tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text("campaign: etm-slim\nseed: 7\n", encoding="utf-8")
+    whole = resolve(ROOT / "config", {"campaign": "etm-slim"}).plain()
+    assert resolve(tmp_path, {}).plain() == {**whole, "seed": 7}
+    (tmp_path / "config.yaml").write_text("gatse: {lambda_limit: 3}\n", encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"line 1.*unknown key 'gatse'.*'gates'"):
+        resolve(tmp_path, {})
+
+
+def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path) -> None:
+    for name in ("4050", "4010"):
+        (folder / f"oils/{name}.yaml").unlink()
+    path = folder / "oils/4102.yaml"
+    path.write_text(path.read_text("utf-8").replace("name:", "name: own, ", 1), "utf-8")
+    own, given = (resolve(where, {}).plain()["oils"] for where in (folder, ROOT / "config"))
+    assert own["4050"] == given["4050"]
+    assert own["4102"]["name"].startswith("own, ")
+
+
+def test_text_of_the_command_line_stays_text(folder: Path) -> None:
+    assert resolve(folder, {"figures": {"fig02": {"oil": "4050"}}}).figures.fig02.oil == "4050"
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"), [(1000.0, "decimal number"), ("a" * 300, "300 bytes"), ("", "a name")]
+)
+def test_name_that_cannot_be_a_file_is_refused(folder: Path, name: object, expected: str) -> None:
+    with pytest.raises(OilfilmError, match=expected):
+        resolve(folder, {"campaign": name})

@@ -13,9 +13,10 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.fitting.fitted import Coefficients, FittedLaw, Prediction, predict
 from oilfilm.home import CONFIG, reference_file
-from oilfilm.settings.config import Config, FitSettings
-from oilfilm.settings.messages import check, load
+from oilfilm.settings.config import FitSettings
+from oilfilm.settings.messages import check
 from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.resolve import read_config
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
@@ -175,7 +176,7 @@ def fit(
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
     points["run_id"] = np.asarray(runs).astype(str).ravel()
-    config: Config = load(CONFIG / "config.yaml", Config)
+    config = read_config(CONFIG)
     given_settings = {**config.fit.model_dump(), **settings, "law": law}
     chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
     whole = tables.empty("points").reindex(points.index)

@@ -43,7 +43,9 @@ def code_digest(script: Path, *modules: Path) -> str:
     digest among its params is run again when, and only when, its own code changes.
     """
     digest = hashlib.sha256()
-    for path in sorted(_with_imports([script, *modules])):
+    # a script is beside the library in a clone and below it where it is installed: it comes first
+    library = _with_imports([script, *modules]) - {script}
+    for path in [script, *sorted(library)]:
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -14,9 +14,8 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.rebuild import rebuild
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.verify import verify
-from oilfilm.settings.config import Config, DriftSettings
-from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import resolve
+from oilfilm.settings.config import DriftSettings
+from oilfilm.settings.resolve import read_config, resolve
 
 
 def add_commands(commands: Any) -> None:
@@ -102,8 +101,7 @@ def _drift(folder: Path, campaign: str, gate: bool) -> DriftSettings:
     """
     if gate or (folder / "campaigns" / f"{campaign}.yaml").is_file():
         return resolve(folder, {"campaign": campaign}).drift
-    config: Config = load(folder / "config.yaml", Config)
-    return config.drift
+    return read_config(folder).drift
 
 
 def _pin(options: argparse.Namespace) -> int:

@@ -64,13 +64,12 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
         OilfilmError: A file is missing or has a mistake.
     """
     files = _Folder(folder)
-    config = read_yaml(folder / "config.yaml")
-    defaults = read_yaml(CONFIG / "config.yaml")
-    name = overrides.get("campaign", config.values.get("campaign", defaults.values["campaign"]))
-    campaign = _campaign_file(files, name)
+    config = _config_file(folder)
+    check_file(config, Config)
+    campaign = _campaign_file(files, overrides.get("campaign", config.values["campaign"]))
     check_file(campaign, CampaignFile)
     given = {name: value for name, value in overrides.items() if name != "campaign"}
-    keys = _merged_keys(config, defaults, campaign, given)
+    keys = _merged_keys(config, campaign, given)
     written = campaign.values
     about = {name: written[name] for name in Dataset.model_fields if name in written}
     others = {name: written[name] for name in written if name not in {"settings", *about}}
@@ -90,6 +89,21 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     for steps, sentence in contradictions(settings):
         raise OilfilmError(f"{campaign.location_of(steps)}: {sentence}")
     return settings
+
+
+def read_config(folder: Path) -> Config:
+    """The keys of a project's `config.yaml` over those that are part of oilfilm.
+
+    Raises:
+        OilfilmError: The file is missing or has a mistake.
+    """
+    config: Config = check_file(_config_file(folder), Config)
+    return config
+
+
+def _config_file(folder: Path) -> YamlFile:
+    own, defaults = (read_yaml(each / "config.yaml") for each in (folder, CONFIG))
+    return replace(own, values=merge(defaults.values, own.values))
 
 
 def unresolve(settings: Settings) -> dict[str, str]:
@@ -118,13 +132,9 @@ def _campaign_file(files: _Folder, given_name: object) -> YamlFile:
     return read_yaml(path)
 
 
-def _merged_keys(
-    config: YamlFile, defaults: YamlFile, campaign: YamlFile, given: Mapping[str, Any]
-) -> dict[str, Any]:
-    """The default keys under those of config.yaml, of the campaign and of the command line."""
-    project = merge(defaults.values, config.values)
-    check_file(replace(config, values=project), Config)
-    own, given = campaign.values.get("settings", {}), _with_numbers(given, project)
+def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of config.yaml, with those of the campaign and of the command line over them."""
+    own, given = campaign.values.get("settings", {}), _with_numbers(given, config.values)
     for steps, complaint in unusable_values(given):
         raise OilfilmError(f"the command line's --config, `{dotted(steps)}`: {complaint}")
 
@@ -135,14 +145,14 @@ def _merged_keys(
                 return "the command line's --config"
             if _has(own, known):
                 return campaign.location_of(("settings", *steps))
-        return (config if _has(config.values, steps[:1]) else defaults).location_of(steps)
+        return config.location_of(steps)
 
     if "campaign" in own:
         raise OilfilmError(
             f"{campaign.location_of(('settings', 'campaign'))}: `settings` cannot name another "
             "campaign; leave the key out."
         )
-    merged = merge(merge(project, own), given)
+    merged = merge(merge(config.values, own), given)
     check(merged, Config, location_of)
     return merged
 

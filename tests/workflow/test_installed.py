@@ -1,0 +1,82 @@
+"""The wheel in a folder of its own: the library, the command and the workflow as a module."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from campaigns import ROOT
+
+pytestmark = pytest.mark.workflow
+
+SNAKEFILE = """from oilfilm.home import HOME
+
+module oilfilm:
+    snakefile: str(HOME / "workflow/Snakefile")
+    config: config
+
+use rule * from oilfilm
+"""
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the content of the wheel, as an installation puts it."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder / "site")
+    return folder / "site"
+
+
+def run(installed: Path, folder: Path, *arguments: str) -> str:
+    """Run a module of Python with the installed library in a folder; what it prints."""
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    done = subprocess.run(
+        [sys.executable, "-m", *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+def test_project_folder_needs_only_what_differs(
+    installed: Path, released_project: Path, tmp_path: Path
+) -> None:
+    """The workflow as a module of another folder makes the bytes that a clone makes."""
+    campaigns = tmp_path / "config/campaigns"
+    campaigns.mkdir(parents=True)
+    (tmp_path / "Snakefile").write_text(SNAKEFILE, encoding="utf-8")
+    (tmp_path / "config/config.yaml").write_text("campaign: small\n", encoding="utf-8")
+    campaign = (released_project / "config/campaigns/small.yaml").read_bytes()
+    (campaigns / "small.yaml").write_bytes(campaign)
+    made = [
+        f"results/small/{name}"
+        for name in ("tables/coefficients.parquet", "tables/runs.parquet", "figures/curves.png")
+    ]
+    run(installed, tmp_path, "snakemake", "--cores", "2", *made)
+    for name in made:
+        assert (tmp_path / name).read_bytes() == (released_project / name).read_bytes(), name
+
+
+def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_path: Path) -> None:
+    results, raw = released_project / "results", released_project / "data/raw/small"
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("campaign: demo\n", encoding="utf-8")
+    log = next(raw.glob("4102_P1.25*.csv"))
+    assert "ACCEPTED" in run(installed, tmp_path, "oilfilm", "check", str(log))
+    release = str((results / "releases/small/latest").resolve())
+    assert "as released" in run(installed, tmp_path, "oilfilm", "verify", release)
+    assert run(installed, tmp_path, "oilfilm", "diff", release, release)
+    at = ("--stress", "1.2GPa", "--speed", "30m/s", "--temperature", "70degC", "--slip", "0.05")
+    where = ("--results", str(results / "small"), "--oil", "4102")
+    assert "mu = 0.01" in run(installed, tmp_path, "oilfilm", "predict", *where, *at)
