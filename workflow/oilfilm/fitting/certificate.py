@@ -55,7 +55,7 @@ def certify(
         spread <= settings.agreement_sse and distance <= settings.agreement_constants
         for spread, distance in zip(spreads, distances, strict=True)
     )
-    cosine = gradient_cosine(problem, best)
+    cosine = gradient_cosine(problem, best) if best.sse > rounding else 0.0
     smallest = float(traction_on(problem, best, *tested_grid(problem, data)).min())
     low, high, condition = spectrum(problem, best)
     active = ", ".join(problem.at_bounds)

@@ -1,0 +1,86 @@
+"""Fits on arrays: planted constants come back, with units or without."""
+
+import numpy as np
+import pandas as pd
+import pint
+import pytest
+from matplotlib.figure import Figure
+
+import oilfilm
+from oilfilm.arrays import ArrayFit
+
+QUICK = {"searches": 2, "bootstrap": 20}
+
+
+@pytest.fixture(scope="module")
+def points() -> pd.DataFrame:
+    """Points without noise on the printed law of 4102."""
+    levels = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], np.linspace(0, 0.3, 11))
+    pressure, speed, temperature, slip = (level.ravel() for level in levels)
+    law = oilfilm.printed("4102")
+    mu = oilfilm.predict(law.law, law.coefficients, pressure, speed, temperature, slip)
+    frame = {"P": pressure, "U": speed, "T": temperature, "S": slip}
+    return pd.DataFrame({**frame, "mu": mu.traction_coefficient})
+
+
+@pytest.fixture(scope="module")
+def fitted(points: pd.DataFrame) -> ArrayFit:
+    return oilfilm.fit(*(points[name] for name in points), **QUICK)
+
+
+def test_planted_constants_come_back(fitted: ArrayFit) -> None:
+    planted = oilfilm.printed("4102").coefficients.constants
+    np.testing.assert_allclose(fitted.constants["value"], planted, rtol=1e-6)
+    assert fitted.verdict.startswith("deng2026: certified")
+    at = fitted.predict(1.2, 30, 70, 0.05)
+    assert at.lower <= at.traction_coefficient <= at.upper
+    assert fitted.predict(1.2, 30, 70, 0.5).outside
+
+
+def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> None:
+    units = pint.UnitRegistry()
+    quantities = (
+        units.Quantity(points["P"].to_numpy() * 1e9, "Pa"),
+        units.Quantity(points["U"].to_numpy() * 3.6, "km/h"),
+        units.Quantity(points["T"].to_numpy() + 273.15, "kelvin"),
+        units.Quantity(points["S"].to_numpy() * 100, "percent"),
+    )
+    again = oilfilm.fit(*quantities, points["mu"], **QUICK)
+    np.testing.assert_allclose(again.constants["value"], fitted.constants["value"], rtol=1e-6)
+    with pytest.raises(oilfilm.OilfilmError, match=r"max_hertz_pressure_gpa.*such as GPa"):
+        fitted.predict(units.Quantity(1.0, "m/s"), 30, 70, 0.05)
+
+
+def test_result_shows_itself(fitted: ArrayFit) -> None:
+    assert "A0" in repr(fitted)
+    assert "<td>" in fitted._repr_html_()
+    axes = fitted.plot(Figure().subplots())
+    # points and law of each of the 12 conditions
+    assert len(axes.lines) == 24
+
+
+def test_data_that_cannot_be_fitted_give_a_verdict() -> None:
+    few = oilfilm.fit(1.0, 25, 50, [0.0, 0.1], [0.0, 0.02], **QUICK)
+    assert "at least" in few.verdict
+    assert few.constants["value"].isna().all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ({"law": "eyering"}, "no law 'eyering'.*eyring"),
+        ({"law": "wang-deng-load"}, "no law"),
+        ({"bootstap": 9}, "Did you mean 'bootstrap'"),
+        ({"curve": [1, 2, 3]}, "`curve` has 3 values; expected 2"),
+    ],
+)
+def test_mistake_is_told_in_a_sentence(arguments: dict[str, object], expected: str) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match=expected):
+        oilfilm.fit(1.0, 25, 50, [0.0, 0.1], [0.0, 0.02], **arguments)
+
+
+def test_arrays_that_do_not_match_and_oils_without_constants_are_told() -> None:
+    with pytest.raises(oilfilm.OilfilmError, match="shapes that do not match"):
+        oilfilm.fit([1.0, 1.2, 1.5], 25, 50, [0.0, 0.1], [0.0, 0.02])
+    with pytest.raises(oilfilm.OilfilmError, match="no constants of '4103'; of 4102"):
+        oilfilm.printed("4103")
