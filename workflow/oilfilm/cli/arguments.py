@@ -21,7 +21,20 @@ def add_results(parser: argparse.ArgumentParser) -> None:
         help="folder of a campaign's results, as results/demo, or folder of all campaigns "
         "(default: results)",
     )
-    parser.add_argument("--campaign", help="campaign in the folder of all (default: demo)")
+    parser.add_argument(
+        "--campaign", type=campaign_name, help="campaign in the folder of all (default: demo)"
+    )
+
+
+def campaign_name(text: str) -> str:
+    """The name of a campaign as typed.
+
+    Raises:
+        ArgumentTypeError: It is empty.
+    """
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a campaign, found nothing")
+    return text
 
 
 def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str, str]]:
@@ -64,9 +77,9 @@ def quantity(text: str, unit: str, option: str) -> float:
     if number is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
     try:
-        value = float(number[1])
-        if abs(value) >= LARGEST_READING:
-            raise ValueError(f"no quantity is {LARGEST_READING:g} or more")
-        return float(conversion(number[2] or unit, (unit,)).of(np.array(value)))
+        value = float(conversion(number[2] or unit, (unit,)).of(np.array(float(number[1]))))
+        if not abs(value) < LARGEST_READING:
+            raise ValueError(f"no quantity is {LARGEST_READING:g} {unit} or more")
+        return value
     except ValueError as error:
         raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None

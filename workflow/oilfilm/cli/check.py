@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from oilfilm.cli.arguments import campaign_name
 from oilfilm.cli.check_text import report
 from oilfilm.cli.checked import CheckedLog, checked_logs
 from oilfilm.curation.curate import curate_ingested
@@ -36,6 +37,7 @@ def add_command(commands: Any) -> None:
     parser.add_argument("logs", nargs="+", type=Path, metavar="FILE")
     parser.add_argument(
         "--campaign",
+        type=campaign_name,
         help="campaign with the rig, oils and limits (default: that of the logs' folder, else that "
         "of config.yaml)",
     )
