@@ -55,7 +55,7 @@ lint: $(READY) ## every static check: style, format, types, imports, workflow
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
-	$(BIN)/snakefmt --check Snakefile workflow/rules
+	$(BIN)/snakefmt --check Snakefile workflow/Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml

@@ -202,9 +202,12 @@ def test_finer_grids_change_the_torque_by_less_than_a_thousandth():
         for quadrature in ((16, 4), (48, 12))
     )
     np.testing.assert_allclose(coarse["torque_n_m"], fine["torque_n_m"], rtol=1e-4)
+    # a kind of sliding that makes little heat is a difference of large parts: all are compared with
+    # the traction torque that they add up to
+    whole = fine["traction_torque_n_m"]
     for kind in ("traction", *SLIDINGS):
         name = f"{kind}_torque_n_m"
-        np.testing.assert_allclose(coarse[name], fine[name], rtol=1e-3)
+        np.testing.assert_array_less(np.abs(coarse[name] - fine[name]), 1e-3 * whole)
 
 
 def test_equal_races_that_turn_against_each_other_share_all_evenly():

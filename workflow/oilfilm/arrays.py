@@ -93,8 +93,9 @@ class ArrayFit:
         """
         given = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
         names = (*CONDITIONS, _SLIP)
-        at = [_in_unit(value, name) for value, name in zip(given, names, strict=True)]
-        return predict(self.law.law, self.law.coefficients, *at, level=level)
+        stress, speed, temperature, slip = map(_in_unit, given, names)
+        law = self.law
+        return predict(law.law, law.coefficients, stress, speed, temperature, slip, level)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw measured points and the law of each curve; returns the axes.
