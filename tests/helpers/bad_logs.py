@@ -286,7 +286,7 @@ BAD_LOGS = (
     *bad(
         "unequal_channels",
         used=True,
-        tdms_steers_a_terminal=(tdms_of_unequal_channels("\x1b[31m"), "[?[31mN] 370"),
+        tdms_steers_a_terminal=(tdms_of_unequal_channels("\x1b[31m"), r"[\x1b[31mN] 370"),
     ),
     # --- what the sensors and the rig did
     *bad(

@@ -253,7 +253,7 @@ def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
     )
     changed = results.replace(torque=torque)
     lines = bearing_lines(changed)
-    assert any(line.endswith("by basis: stress 10.0%, 10.0%") for line in lines)
+    assert any(line.endswith("by load variable: stress 10.0%, 10.0%") for line in lines)
     named = "4102 at 12000 rpm, 5000 N, 100 degC"
     assert f"    left out, the cage may roll or skid, 1 of 2 plateaus: {named}" in lines
     ((*about, median, largest, _),) = sections.torque(changed).rows

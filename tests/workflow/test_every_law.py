@@ -44,6 +44,19 @@ def campaign_with(law: str) -> dict[str, Any]:
         "fit": {**QUICK["fit"], "law": law, "allow_uncertified": True},
         "compare": {"laws": ["deng2026", "wang-deng-load"], "bootstrap": 5},
         "figures": {"extrapolation": {"oil": "own"}},
+        "bearing": {
+            "uncertainty": {"draws": 40},
+            "cage_slip": {"pitch_speed_mm_rpm": [1e6, 4e6], "axial_load_n": [1000, 20000]},
+            "size_effect": {"ball_size_factors": [0.5, 1.0], "groove_curvatures": [0.51, 0.53]},
+        },
+        "plan": {
+            "tests": 1,
+            "levels": {
+                "max_hertz_pressure_gpa": [1.0, 1.5],
+                "entrainment_speed_m_s": [20, 45],
+                "inlet_temperature_c": [50, 120],
+            },
+        },
         "shards": 1,
     }
     return campaign

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import ROOT
+from reproduce import measured
 
 pytestmark = pytest.mark.workflow
 
@@ -36,7 +37,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(installed: Path, folder: Path, *arguments: str) -> str:
     """Run a module of Python with the installed library in a folder; what it prints."""
-    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    # coverage counts the library of the clone, not its copy
+    kept = {name: value for name, value in os.environ.items() if name not in measured()}
+    environment = {**kept, "PYTHONPATH": str(installed)}
     done = subprocess.run(
         [sys.executable, "-m", *arguments],
         cwd=folder,

@@ -74,7 +74,7 @@ def _plan(options: argparse.Namespace) -> int:
     if not set(oils) <= set(fitted):
         raise OilfilmError(
             f"{folder}: no fit of oil {options.oil!r}; there are fits of "
-            f"{', '.join(fitted) or 'none'}."
+            f"{', '.join(fitted) or 'none'}. Name one of these with --oil."
         )
     request = _request(options, settings)
     plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
@@ -93,7 +93,7 @@ def _request(options: argparse.Namespace, settings: Settings) -> Request:
         request = replace(request, duty=np.array([_duty(text) for text in options.duty]))
     if options.count is not None:
         if not 1 <= options.count <= 50:
-            raise OilfilmError(f"--count: found {options.count}; expected 1 to 50.")
+            raise OilfilmError(f"--count: found {options.count}; expected 1 to 50, as --count 5.")
         request = replace(request, count=options.count)
     target = (options.target or request.targets[0]).replace("-", "_")
     if request.bearing is None and (target in BEARING_TARGETS or options.duty):
@@ -112,7 +112,8 @@ def _bearing(name: str | None, config: Path) -> Bearing | None:
     files = {path.stem: path for path in sorted((config / "bearings").glob("*.yaml"))}
     if name not in files:
         raise OilfilmError(
-            f"--bearing: there is no {config / 'bearings' / name}.yaml. Known: {', '.join(files)}."
+            f"--bearing: there is no {config / 'bearings' / name}.yaml. Known: {', '.join(files)}. "
+            "Name one of them, or describe the bearing in that file."
         )
     return load(files[name], BearingFile).bearing(name)
 
@@ -126,7 +127,9 @@ def _duty(text: str) -> list[float]:
         )
     values = [quantity(part, unit, "--duty") for part, unit in zip(parts, _DUTY_UNITS, strict=True)]
     if min(values) <= 0:
-        raise OilfilmError(f"--duty: found {text!r}; expected three numbers above 0.")
+        raise OilfilmError(
+            f"--duty: found {text!r}; expected three numbers above 0, as {_DUTY_EXAMPLE}."
+        )
     return values
 
 

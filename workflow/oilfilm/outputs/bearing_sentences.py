@@ -6,7 +6,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.outputs.facts import refused_files
 from oilfilm.studies.selection import OUTSIDE
-from oilfilm.studies.torque_control import bistable_points
+from oilfilm.studies.torque_control import bistable_points, without_bistable
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -69,13 +69,14 @@ def _not_compared(results: CampaignTables) -> list[str]:
 
 
 def _errors(calculated: pd.DataFrame) -> list[str]:
-    sure = calculated[~calculated["bistable"]]
+    sure = without_bistable(calculated)
     size = sure["relative_error"].abs().groupby(sure["load_variable"], sort=False)
     errors = [
         f"{basis} {median:.1%}, {largest:.1%}"
         for basis, median, largest in size.agg(["median", "max"]).itertuples()
     ]
-    lines = [f"  error of the calculated torque, median and largest, by basis: {'; '.join(errors)}"]
+    what = "error of the calculated torque, median and largest, by load variable"
+    lines = [f"  {what}: {'; '.join(errors)}"]
     points = bistable_points(calculated)
     if points:
         plateaus = calculated.groupby(["run_id", "first_row"])["bistable"].any()
@@ -88,7 +89,8 @@ def _compatible(sure: pd.DataFrame) -> str:
     """At how many points calculated and measured torque agree within their uncertainty."""
     known = sure[sure["verdict"] != "not known"]
     if known.empty:
-        return "    the calculated torque has no uncertainty: no refits of the law (under 10 runs)"
+        why = "the law has no refits; measure more runs (fit.min_curves_to_resample)"
+        return f"    the calculated torque has no uncertainty, because {why}"
     agrees = (known["verdict"] == "compatible").groupby(known["load_variable"], sort=False)
     counts = [
         f"{basis} {agree:.0f} of {count}"
@@ -205,14 +207,15 @@ def _heat(balance: pd.DataFrame) -> list[str]:
     if hot.empty:
         return []
     outlet = hot["outlet_temperature_c"]
-    change = hot["heated_torque_n_m"] / hot["torque_n_m"] - 1
+    # without the minus sign of a rounded zero
+    change = (hot["heated_torque_n_m"] / hot["torque_n_m"] - 1).round(2) + 0.0
     points = on_map.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
     other = (points["best_oil"] != points["heated_best_oil"]).sum()
     lost = len(on_map) - len(hot)
     return [
         f"  heat: on the map of cage slip the oil leaves at {outlet.min():.0f} to "
         f"{outlet.max():.0f} degC (median {outlet.median():.0f}); with heated oil the torque "
-        f"changes by {change.min():+.0%} to {change.max():+.0%}, the best oil at {other} of "
+        f"changes by {change.min():+.0%} to {change.max():+.0%} and the best oil at {other} of "
         f"{len(points)} operating points"
         + (f"; no steady temperature at {lost} of {len(on_map)}" if lost else "")
         + " (heat_balance.parquet)"

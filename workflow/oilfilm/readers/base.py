@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm import tables
-from oilfilm.errors import printable
 from oilfilm.readers.understood import NOTHING_UNDERSTOOD, Understood
 from oilfilm.settings.campaign import Campaign
 from oilfilm.units import ABSOLUTE_ZERO_C
@@ -207,7 +206,8 @@ def distinct(names: Iterable[str]) -> list[str]:
     seen: Counter[str] = Counter()
     result = []
     for name in names:
-        plain = printable(name)[:80]
+        # a name becomes part of other names: no backslashes of escaped characters
+        plain = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
         seen[plain] += 1
         result.append(f"{plain}-{seen[plain]}" if seen[plain] > 1 else plain)
     return result

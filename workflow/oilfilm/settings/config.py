@@ -380,7 +380,8 @@ class BearingSettings(Group):
         "Oil's share of the space that the balls travel through; the drag is proportional to it."
     )
     oil_volume_fraction_range: Band[Share] = key(
-        "Its uncertainty: lowest and highest share that published tests leave open."
+        "Its uncertainty, as outer bounds: lowest and highest share by single published tests and "
+        "by another traction."
     )
     law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
     term_uncertainty: TermUncertaintySettings = key(

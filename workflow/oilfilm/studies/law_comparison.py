@@ -24,7 +24,8 @@ from oilfilm.traction.law import CONDITIONS, FloatArray, Law
 # Why the laws' comparison says nothing of Wang-Deng where the paper's law made the points.
 TIE = (
     "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size Wang-Deng on "
-    "load with D = -A is Eq. 7"
+    "load with D = -A is Eq. 7; Wang-Deng on groups is another law, at a disadvantage because "
+    "Eq. 7 made the points"
 )
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9

@@ -17,8 +17,8 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
         settings: `audit` and the campaign's `oils` and `twin`.
     """
     fitted = results.coefficients.drop_duplicates("oil").set_index("oil")["law"]
-    of_stress = results.torque[results.torque["load_variable"] == "stress"]
-    torque = of_stress[~of_stress["bistable"]]
+    sure = without_bistable(results.torque)
+    torque = sure[sure["load_variable"] == "stress"]
     rows = []
     planted = results.torque_truth.groupby("oil")["law_misfit"].first()
     for oil in settings.campaign.oils:
@@ -41,6 +41,14 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
             }
         )
     return tables.from_rows(rows, "torque_control")
+
+
+def without_bistable(torque: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the table `torque` without plateaus at which, by any law, the cage may roll or skid.
+
+    All laws are compared at the same plateaus.
+    """
+    return torque[~torque.groupby(["run_id", "first_row"])["bistable"].transform("any")]
 
 
 def bistable_points(torque: pd.DataFrame) -> str:

@@ -59,16 +59,19 @@ def draw_advice(
 
 
 def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any]:
-    """Entries of the legend of `draw_advice`; `best` says by what the best oil is chosen."""
+    """Entries of the legend of `draw_advice`; `best` is the word for the best oil."""
     handles: list[Any] = []
     for oil in oils:
         if oil in {*advice["advised_oil"], *advice["best_oil"]}:
             colour, marker = style.oil_colour(oil, oils), style.oil_marker(oil, oils)
-            label = f"best by {best}: {oil}"
+            label = f"{best}: {oil}"
             handles += [
                 Patch(facecolor=style.tint(colour, _FIELD), label=f"paper advises {oil}"),
                 style.symbol_handle(label, marker, color=colour, markersize=3.5),
             ]
+    if (advice["judgement"] == "rule has none").any():
+        look: dict[str, Any] = {"facecolor": "white", "edgecolor": style.GREY, "linewidth": 0.6}
+        handles.append(Patch(label="paper's oils lack film", **look))
     return handles + [
         style.symbol_handle(label, marker, color=style.GREY, markersize=3.5)
         for judgement, (marker, label) in _NO_CHOICE.items()

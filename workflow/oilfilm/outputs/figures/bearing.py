@@ -70,12 +70,12 @@ _CAGE_SLIP_MAP = drawn_table(
 @register(
     name="cage-slip",
     title="Cage slip and choice of oil",
-    caption="Cage slip (%) at friction equilibrium against dmN, pitch diameter times speed "
+    caption="Cage slip at friction equilibrium against dmN, pitch diameter times speed "
     "(million mm rpm; U: entrainment speed of balls that roll), and axial load (kN), one panel per "
     "oil. Line: limit of the paper; dashed: where the 2.5 % and 97.5 % quantiles of the slip reach "
     "it; hatched: cells with the limit between them; crosses: the cage may roll or skid. Last "
-    "panel: colour of the oil that the rules of the paper "
-    "advise; symbols: best oil by calculated slip, where it is another.",
+    "panel: colour of the oil that the rules of the paper advise; symbols: best oil, where it is "
+    "another (least torque among the oils that hold the cage, otherwise least slip).",
     category="Bearing",
     family="bearing",
     tables=("cage_slip", "slip_advice"),
@@ -108,10 +108,10 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
         axis = axes[len(oils)]
         in_units = advice.assign(**_in_units_of_axes(advice))
         draw_advice(axis, in_units, campaign_oils, "speed", "load", 3.5)
-        panel = style.title_panel(axis, len(oils), "advice by slip")
+        panel = style.title_panel(axis, len(oils), "advice and best oil")
         unknown = dict.fromkeys(("cage_slip", "cage_slip_lower", "cage_slip_upper"), np.nan)
         drawn.append(advice.assign(panel=panel, oil="", bistable=False, **unknown))
-        handles = advice_handles(advice, campaign_oils, "slip")
+        handles = advice_handles(advice, campaign_oils, "best oil")
         title = f"Panel ({panel}): field and symbol"
         figure.legend(handles=handles, loc="outside lower left", ncols=4, title=title, **_TITLE)
     for axis in axes[count:]:
@@ -152,7 +152,10 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     for end in (lower, upper):
         if end.count():
             axis.contour(speed, load, end, [limit], colors="black", linewidths=0.8, linestyles="--")
-    (across, along), uncertain = edges, np.ma.filled((lower < limit) & (upper > limit), False)
+    across, along = edges
+    between = np.ma.filled((lower < limit) & (upper > limit), False)
+    # with an interval elsewhere, a cell without one is the least certain
+    uncertain = between | (lower.mask & ~slip.mask if lower.count() else False)
     for row, column in np.argwhere(uncertain):
         corner, size = (
             (across[column], along[row]),

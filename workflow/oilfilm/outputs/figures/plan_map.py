@@ -87,8 +87,8 @@ def plan_map(results: CampaignTables, settings: Settings) -> Drawing:
     bar.ax.tick_params(labelsize=6)
     style.say_key(
         figure,
-        "Numbers: tests to run next. Circles: measured runs. White: the rig cannot run it\n"
-        "with a full film. True as far as the law's form is, also beyond the measured runs.",
+        "Numbers: tests to run next. Circles: measured runs. White: the rig cannot run it with a "
+        "full film. True as far as the law's form is, also beyond the measured runs.",
     )
     return figure, drawn
 

@@ -224,6 +224,12 @@ _TORQUE_RIG: tuple[_Mark, ...] = (
     ("a", "circle", "turning", 100.5, -11.6, 3.4, 0, ""),
     _box("a", "fixed", 94, 14.2, 107, 17.5),
     _box("a", "fixed", 94, -17.5, 107, -14.2),
+    # shoulders pass the load on: of the shaft (the oil runs through it) to the inner ring, and of
+    # the outer ring to the housing
+    _box("a", "turning", 92, 4, 94, 8),
+    _box("a", "turning", 92, -8, 94, -4),
+    _box("a", "fixed", 107, 14.2, 112, 17.5),
+    _box("a", "fixed", 107, -17.5, 112, -14.2),
     # housing, end cap, hydrostatic spindle, torque sensor
     _box("a", "fixed", 94, 17.5, 112, 21),
     _box("a", "fixed", 94, -21, 112, -17.5),
@@ -241,6 +247,9 @@ _TORQUE_RIG: tuple[_Mark, ...] = (
     _box("a", "turning", 87, -8, 88.5, -4),
     _box("a", "oil", 88.5, 4, 107, 5.5),
     _box("a", "oil", 88.5, -5.5, 107, -4),
+    # the seat of the inner ring on the shaft
+    _box("a", "turning", 105.2, 4, 107, 5.5),
+    _box("a", "turning", 105.2, -5.5, 107, -4),
     _box("a", "oil", 96, 5.5, 97, 9),
     _box("a", "oil", 104, 5.5, 105, 9),
     _box("a", "oil", 96, -9, 97, -5.5),

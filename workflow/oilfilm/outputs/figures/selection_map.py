@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
+from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.outputs.facts import stand_in_oils
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.advice_map import advice_handles, draw_advice
@@ -89,7 +90,7 @@ def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
         drawn.append(of_panel.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
     tested = Rectangle((0, 0), 1, 1, label="tested by the paper", **_FRAME)
-    handles = [*advice_handles(table, oils, "traction"), tested]
+    handles = [*advice_handles(table, oils, "best by traction"), tested]
     figure.legend(handles=handles, loc="outside lower left", ncols=(len(handles) + 1) // 2)
     films = ", of STAND-IN oils" if stand_in_oils(settings.oils) else ""
     style.say_key(figure, f"Constants: {basis}. Film: of the traction rig's contact{films}")
@@ -107,6 +108,8 @@ def _label(figure: Figure, axis: Axes, bottom: Sequence[Axes], table: pd.DataFra
         side.set_minor_locator(NullLocator())
         side.set_minor_formatter(NullFormatter())
     # not of the figure as a whole, which would cover the key
-    label = f"Entrainment speed U (m/s); {style.bearing_speed_phrase(100)}"
+    label = (
+        f"Entrainment speed U (m/s); 100 m/s is dmN {pitch_speed_mm_rpm(100) / 1e6:.1f}e6 mm rpm"
+    )
     bottom[len(bottom) // 2].set_xlabel(label)
     figure.supylabel("Maximum Hertz pressure P (GPa)", fontsize=8)

@@ -180,11 +180,13 @@ def _remarks(results: CampaignTables) -> Iterator[str]:
 
 
 def misfit_sentence(control: pd.DataFrame) -> str:
-    """How far the simulated truths behind the two rigs' logs are apart.
+    """What simulated logs are: a positive control, or two truths that are so far apart.
 
     Args:
         control: Table `torque_control`, with rows.
     """
+    if (control["verdict"] == "positive control").all():
+        return "Positive control: the law on stress and the same other terms made the logs."
     return (
         f"Simulated traction behind the two rigs' logs: {control['law_misfit'].max():.1%} of "
         "\N{GREEK SMALL LETTER MU} apart."

@@ -18,6 +18,7 @@ from oilfilm.outputs.report.contents import (
     significant,
     yes_or_no,
 )
+from oilfilm.studies.torque_control import without_bistable
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
@@ -167,7 +168,7 @@ def comparison(results: CampaignTables) -> Shown:
 
 def torque(results: CampaignTables) -> Shown:
     """How far the calculated torque lies from the measured one, by oil and load variable."""
-    sure = results.torque[~results.torque["bistable"]]
+    sure = without_bistable(results.torque)
     known = sure.dropna(subset=["relative_error"])
     known = known.assign(
         size=known["relative_error"].abs(),

@@ -19,6 +19,7 @@ from oilfilm.outputs.facts import (
 )
 from oilfilm.outputs.report.contents import percent
 from oilfilm.settings.resolved import Settings
+from oilfilm.studies.torque_control import without_bistable
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _TWO = percent(2)
@@ -143,8 +144,8 @@ def _paper(results: CampaignTables, settings: Settings) -> str:
     if len(results.torque_control):
         control = control_sentences(results.torque_control)
         return " ".join([*about, *(f"Bearing torque, {sentence}." for sentence in control)])
-    of_stress = results.torque[results.torque["load_variable"] == "stress"]
-    by_stress = of_stress[~of_stress["bistable"]]
+    sure = without_bistable(results.torque)
+    by_stress = sure[sure["load_variable"] == "stress"]
     error = by_stress["relative_error"].dropna().abs()
     if len(error):
         about.append(

@@ -28,7 +28,7 @@ from oilfilm.studies.audit.evidence import (
 )
 from oilfilm.studies.law_comparison import TIE
 from oilfilm.studies.operating_grid import Grid
-from oilfilm.studies.torque_control import bistable_points
+from oilfilm.studies.torque_control import bistable_points, without_bistable
 from oilfilm.traction.law import Law
 from oilfilm.units import BoolArray, FloatArray
 
@@ -425,7 +425,7 @@ def _torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Findin
         worst="largest",
         remarks=[
             f"The largest error is {error.max():.1%}; the paper has {limit:.2%}.",
-            *_bistable(evidence, "stress"),
+            *_bistable(evidence),
         ],
     )
 
@@ -453,7 +453,7 @@ def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
         worst="smallest",
         remarks=[
             f"The largest load-based error is {largest:.1%}; the paper has {limit:.0%}.",
-            *_bistable(evidence, "load", "stress"),
+            *_bistable(evidence),
         ],
         complete=bool(largest >= limit),
     )
@@ -731,15 +731,14 @@ def _torque(evidence: Evidence, basis: str) -> pd.DataFrame:
             "the fitted law itself made the SIMULATED logs of both rigs: a positive control of the "
             f"code (error {control['largest_torque_error'].max():.1%} at most)"
         )
-    of_basis = evidence.torque[evidence.torque["load_variable"] == basis]
-    rows = of_basis[~of_basis["bistable"]].dropna(subset=["relative_error"])
+    sure = without_bistable(evidence.torque)
+    rows = sure[sure["load_variable"] == basis].dropna(subset=["relative_error"])
     if rows.empty:
         raise NotCheckableError(f"no torque was calculated from the {basis}-based law")
     return rows
 
 
-def _bistable(evidence: Evidence, *bases: str) -> list[str]:
+def _bistable(evidence: Evidence) -> list[str]:
     """The points that are left out, because the cage may roll or skid there."""
-    torque = evidence.torque[evidence.torque["load_variable"].isin(bases)]
-    points = bistable_points(torque)
+    points = bistable_points(evidence.torque)
     return [f"Left out, because the cage may roll or skid: {points}."] if points else []
