@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
@@ -79,6 +79,8 @@ def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     ((whole, near), (unseen, errors)) = figure.subplots(2, 2, height_ratios=(1.15, 1)).T
     style.title_panel(whole, 0, f"Curve with the largest |{_MU}(0)|")
     near.set_title("    near S = 0")
+    # numbers of many decimals: few of them fit
+    near.xaxis.set_major_locator(MaxNLocator(4))
     style.title_panel(unseen, 1, "Curve with the largest growth of error")
     errors.set_title("    fitted minus measured")
     drawn: list[pd.DataFrame] = []

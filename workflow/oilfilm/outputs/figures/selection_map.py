@@ -89,9 +89,9 @@ def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
             axis.add_patch(frame)
         drawn.append(of_panel.assign(panel=panel))
     _label(figure, axes[0], axes[-len(slips) :], table)
-    tested = Rectangle((0, 0), 1, 1, label="tested box", **_FRAME)
+    tested = Rectangle((0, 0), 1, 1, label="tested", **_FRAME)
     handles = [*advice_handles(table, oils, "best by traction"), tested]
-    columns: dict[str, Any] = {"ncols": (len(handles) + 1) // 2, "columnspacing": 1.2}
+    columns: dict[str, Any] = {"ncols": (len(handles) + 1) // 2, "columnspacing": 1.0}
     figure.legend(handles=handles, loc="outside lower left", **columns)
     films = ", of STAND-IN oils" if stand_in_oils(settings.oils) else ""
     style.say_key(figure, f"Constants: {basis}. Film: of the traction rig's contact{films}")
