@@ -119,7 +119,8 @@ def _draw(
     chosen = tests[tests["test_order"] > 0].sort_values("test_order")
     box: dict[str, Any] = {"boxstyle": "round,pad=0.15", "facecolor": "white", "linewidth": 0.5}
     for (speed, level), same in chosen.groupby([_SPEED, y]):
-        numbers = ", ".join(same["test_order"].astype(str))
+        # many side by side would cover their neighbours
+        numbers = (", " if len(same) < 3 else "\n").join(same["test_order"].astype(str))
         axis.annotate(
             numbers, (speed, level), ha="center", va="center", fontsize=6, weight="bold", bbox=box
         )

@@ -125,7 +125,7 @@ _RIG: tuple[_Mark, ...] = (
     _label("a", "traction\nforce\nsensor, F", -37.6, 28, -29, 41),
     _label("a", "Hall sensor, n\u2082", -8, 86, 31, 67),
     _label("a", "Hall sensor, n\u2081", -30, 77, -32, 53),
-    _label("a", "oil nozzle,\ntemperature T", 38, 33, 40, 43),
+    _label("a", "oil nozzle (turned\ninto the page),\ntemperature T", 38, 31, 40, 43),
     _label("a", "frame", 40, 98.5),
 )
 
