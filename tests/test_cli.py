@@ -160,7 +160,7 @@ def test_plan_names_conditions_in_their_order_and_what_it_trusts(
     text = capsys.readouterr().out
     assert "4102 in mainshaft-167: standard uncertainty of the friction torque" in text
     assert "over 24 operating points" in text  # of torque.matrix
-    assert "The plan trusts the law's form" in text
+    assert "The plan assumes that the law's form is right" in text
     assert "from campaign demo, simulated data" in text
     assert plan(results, "--count", "3", "--json") == 0
     stated = json.loads(capsys.readouterr().out)

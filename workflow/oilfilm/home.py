@@ -1,13 +1,13 @@
 """Where the files beside the library are: rules, scripts, reference data and default settings.
 
-In a clone this is its top folder. The wheel carries the same files in `oilfilm/home`.
+In a clone this is its top folder. The wheel carries the same files in `oilfilm/shipped`.
 """
 
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent
 _CLONE = PACKAGE.parents[1]
-HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "home"
+HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
 CONFIG = HOME / "config"
 _REFERENCE = "data/reference"
 

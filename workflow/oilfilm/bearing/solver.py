@@ -156,7 +156,7 @@ def solve(
 
 
 def of_some(equations: Equations, points: IntArray) -> Equations:
-    """The equations of some of the points, which are counted anew."""
+    """The equations of some of the points, numbered from 0 again."""
 
     def of_points(
         own: FloatArray, shared: FloatArray, which: IntArray

@@ -29,9 +29,9 @@ _SHOWN = {
     "traction": ("mu", 100.0, " %"),
 }
 ASSUMPTION = (
-    "The plan trusts the law's form: what the law misses beyond the measured conditions is not "
-    "covered. Only the uncertainty from the law's constants is planned for; the other terms of the "
-    "torque have their own (bearing.term_uncertainty)."
+    "The plan assumes that the law's form is right: errors of that form beyond the measured "
+    "conditions are not covered. Only the uncertainty from the law's constants is planned for; the "
+    "other terms of the torque have their own (bearing.term_uncertainty)."
 )
 
 

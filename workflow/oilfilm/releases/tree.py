@@ -46,7 +46,7 @@ def code_files(home: Path) -> dict[str, Path]:
 
 def _files(path: Path) -> Iterator[Path]:
     if path.is_dir():
-        if path.name == "__pycache__" or path.parts[-3:] == _PINS or path == PACKAGE / "home":
+        if path.name == "__pycache__" or path.parts[-3:] == _PINS or path == PACKAGE / "shipped":
             return
         for below in path.iterdir():
             if not below.name.startswith("."):

@@ -60,7 +60,7 @@ def wanted_in_bearing(
 ) -> dict[str, Wanted]:
     """Torque and cage slip at operating points, with their gradients by the free constants.
 
-    The gradients go through the friction equilibrium: it is solved anew with each constant moved.
+    The gradients go through the friction equilibrium: it is solved again with each constant moved.
 
     Args:
         oil: The oil with its law.

@@ -204,8 +204,8 @@ TABLES = (
         ),
         key=("oil", "target", "max_hertz_pressure_gpa", "entrainment_speed_m_s",
             "inlet_temperature_c"),
-        caveats="It trusts the law's form: what the law misses beyond the tested box is not "
-            "covered.",
+        caveats="It assumes that the law's form is right: errors of that form beyond the tested "
+            "box are not covered.",
     ),
     table("torque_truth", "What the rig twin planted at one speed of a simulated torque log.",
         columns="""

@@ -47,8 +47,8 @@ _PLAN_MAP = drawn_table(
     "Colour: by how much one more curve reduces the uncertainty of the calculated friction torque "
     "that comes from the law's constants (%; root mean square over the duty points; the best level "
     "of the third condition; 0 also where it would not reduce it). Numbers: the tests to run next, "
-    "in this order; circles: measured runs. The plan trusts the law's form: what the law misses "
-    "beyond the measured conditions is not covered.",
+    "in this order; circles: measured runs. The plan assumes that the law's form is right: "
+    "errors of that form beyond the measured conditions are not covered.",
     category="Bearing",
     family="bearing",
     tables=("test_plan", "points"),
