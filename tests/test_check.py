@@ -1,12 +1,10 @@
 """`oilfilm check`: verdict first, then what was understood, for people and for machines."""
 
-import json
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -15,6 +13,7 @@ import torque_logs
 from bad_logs import KEYS, UNITS, good
 from bad_logs import csv as traction_text
 from campaigns import ROOT, read_campaign, write_campaign
+from command_line import printed_objects
 from damages import SOUND, stuck
 from oilfilm.cli import main
 from oilfilm.cli.check_text import WIDTH
@@ -26,20 +25,14 @@ from oilfilm.cli.checked import (
     NotApplied,
     Refused,
 )
-from oilfilm.cli.schema import SCHEMA, schema_text
 
 CONFIG = ["--config", str(ROOT / "config")]
 N_PER_KGF = 9.80665
 
 
 def checked(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict[str, Any]]:
-    """What `--json` prints, one object per log, each as its schema has it."""
-    main(["check", "--json", *map(str, arguments)])
-    logs = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
-    for log in logs:
-        jsonschema.validate(log, schema)
-    return logs
+    """What `--json` prints, one object per log."""
+    return printed_objects(capsys, "check", *arguments)
 
 
 @pytest.fixture
@@ -263,11 +256,6 @@ def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
     both = [str(tmp_path / f"data/raw/{folder}/a.csv") for folder in ("june", "demo")]
     assert main(["check", *both, *where]) == 2
     assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
-
-
-def test_schema_of_the_output_is_current() -> None:
-    """`make schemas` renews it."""
-    assert SCHEMA.read_text(encoding="utf-8") == schema_text()
 
 
 def test_page_shows_what_is_printed(

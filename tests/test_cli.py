@@ -1,14 +1,15 @@
 """The command: a verdict with reason and advice, a prediction with interval, in sentences."""
 
-import json
 from pathlib import Path
 
 import pytest
 
 from campaigns import ROOT, Campaign, printed
+from command_line import printed_objects
 from damages import SOUND, stuck
 from oilfilm import tables
-from oilfilm.cli import main, quantity
+from oilfilm.cli import main
+from oilfilm.cli.arguments import quantity
 from oilfilm.errors import OilfilmError
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -107,6 +108,35 @@ def test_folder_of_a_campaign_is_taken_as_read_fit_takes_it(
     assert "has results of the campaign 'demo'; expected 'june'" in capsys.readouterr().err
 
 
+def test_json_has_the_numbers_of_the_text(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ask(results, speed="200m/s") == 0
+    text = capsys.readouterr().out
+    words = [word for option in (AT | {"--speed": "200m/s"}).items() for word in option]
+    (stated,) = printed_objects(capsys, "predict", "--oil", "4102", "--results", results, *words)
+    assert f"mu = {stated['traction_coefficient']:.5f}" in text
+    assert f"interval {stated['lower']:.5f} to {stated['upper']:.5f}" in text
+    (outside,) = stated["outside"]
+    assert outside["quantity"] == "entrainment_speed_m_s"
+    assert f"{stated['tested_ranges_outside']:.1f} tested ranges outside" in text
+    assert stated["at"]["inlet_temperature_c"] == 70.0
+
+
+def test_printed_constants_need_no_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = [word for option in AT.items() for word in option]
+    assert main(["predict", "--printed", "--oil", "4102", *words]) == 0
+    output = capsys.readouterr().out
+    true = float(traction_coefficient(printed()["4102"], 1.2, 30.0, 70.0, 0.05))
+    assert f"mu = {true:.5f}, no interval" in output
+    assert "constants as the paper prints them" in output
+    assert main(["predict", "--printed", "--oil", "own", *words]) == 2
+    assert "the paper prints no constants of 'own'" in capsys.readouterr().err
+
+
 def test_units_of_a_prediction_are_converted(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -162,8 +192,9 @@ def test_plan_names_conditions_in_their_order_and_what_it_trusts(
     assert "over 24 operating points" in text  # of torque.matrix
     assert "The plan assumes that the law's form is right" in text
     assert "from campaign demo, simulated data" in text
-    assert plan(results, "--count", "3", "--json") == 0
-    stated = json.loads(capsys.readouterr().out)
+    (stated,) = printed_objects(
+        capsys, "plan", "--oil", "4102", *CONFIG, "--results", results, "--count", "3"
+    )
     tests = stated["tests"]
     assert [test["test_order"] for test in tests] == [1, 2, 3]
     rows = text.split("uncertainty then\n")[1].splitlines()
@@ -182,8 +213,8 @@ def test_plan_for_another_bearing_and_duty_point(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     duty = ["--bearing", "harris-218", "--duty", "20kN,5000rpm,100degC"]
-    assert plan(results, *duty, "--for", "cage-slip", "--json") == 0
-    stated = json.loads(capsys.readouterr().out)
+    asked = (*duty, "--for", "cage-slip", "--results", results)
+    (stated,) = printed_objects(capsys, "plan", "--oil", "4102", *CONFIG, *asked)
     assert (stated["bearing"], stated["target"]) == ("harris-218", "cage_slip")
     assert [point["at"] for point in stated["operating_points"]] == ["20000 N, 5000 rpm, 100 degC"]
 

@@ -12,6 +12,7 @@ import pyarrow.parquet as parquet
 import pytest
 
 from campaigns import ROOT, Campaign, carry_through
+from command_line import printed_objects
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.compare import Comparison, _levels, compare
@@ -97,6 +98,10 @@ def test_load_cell_one_percent_off_is_named(
     """Which logs of which oil, which constants, how much of mu."""
     assert main(["diff", str(before), str(miscalibrated), *CONFIG]) == 0
     text = capsys.readouterr().out
+    (stated,) = printed_objects(capsys, "diff", before, miscalibrated, *CONFIG)
+    (largest,) = (row for row in stated["constants"] if row["constant"] == "A0")
+    assert largest["oil"] == "4102"
+    assert any("A0" in row for row in stated["beyond_limits"]["rows"])
     of_oil = sum(name.startswith("4102") for name in logs_of(demo))
     assert f"Raw logs ({of_oil} of 4102): {of_oil}\n" in text
     assert "data/raw/demo/4102_P1.00_U25_T025.csv  changed" in text

@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from campaigns import ROOT, without
+from command_line import printed_objects
 from oilfilm import home, tables
 from oilfilm.cli import main
 from oilfilm.digests import file_digest
@@ -337,6 +338,9 @@ def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
 def test_untouched_release_is_verified(release: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", str(release)]) == 0
     assert "files are as released" in capsys.readouterr().out
+    (found,) = printed_objects(capsys, "verify", release)
+    assert found["not_as_released"] == []
+    assert found["version"] == read_manifest(release)[0].version
 
 
 def hostile(manifest: dict[str, Any]) -> Iterator[Any]:

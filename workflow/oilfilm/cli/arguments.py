@@ -1,6 +1,5 @@
 """What several commands read from the command line: quantities and folders of results."""
 
-import argparse
 import re
 from pathlib import Path
 
@@ -10,31 +9,6 @@ from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.base import LARGEST_READING
 from oilfilm.units import conversion
-
-
-def add_results(parser: argparse.ArgumentParser) -> None:
-    """Add the options that name a campaign's results."""
-    parser.add_argument(
-        "--results",
-        type=Path,
-        default=Path("results"),
-        help="folder of a campaign's results, as results/demo, or folder of all campaigns "
-        "(default: results)",
-    )
-    parser.add_argument(
-        "--campaign", type=campaign_name, help="campaign in the folder of all (default: demo)"
-    )
-
-
-def campaign_name(text: str) -> str:
-    """The name of a campaign as typed.
-
-    Raises:
-        ArgumentTypeError: It is empty.
-    """
-    if not text:
-        raise argparse.ArgumentTypeError("expected the name of a campaign, found nothing")
-    return text
 
 
 def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str, str]]:

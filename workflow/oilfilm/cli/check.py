@@ -6,9 +6,7 @@ import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
-from oilfilm.cli.arguments import campaign_name
 from oilfilm.cli.check_text import report
 from oilfilm.cli.checked import CheckedLog, checked_logs
 from oilfilm.curation.curate import curate_ingested
@@ -25,37 +23,9 @@ _KINDS: tuple[RigKind, ...] = (TRACTION_RIG, TORQUE_RIG)
 Log = tuple[str, bytes]
 
 
-def add_command(commands: Any) -> None:
-    """Add the command to those of a parser."""
-    parser = commands.add_parser(
-        "check",
-        help="read logs and apply every gate",
-        description="Read logs, apply every gate and say what was understood. Exit code 0: all "
-        "logs are accepted; 1: a log or a run is refused; 2: a mistake in the command or the "
-        "configuration.",
-    )
-    parser.add_argument("logs", nargs="+", type=Path, metavar="FILE")
-    parser.add_argument(
-        "--campaign",
-        type=campaign_name,
-        help="campaign with the rig, oils and limits (default: that of the logs' folder, else that "
-        "of config.yaml)",
-    )
-    parser.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
-    kind = parser.add_mutually_exclusive_group()
-    for rig in _KINDS:
-        kind.add_argument(
-            f"--{rig.name}",
-            dest="kind",
-            action="store_const",
-            const=rig,
-            help=f"they are logs of a {rig.name} rig (default: by folder and columns)",
-        )
-    parser.add_argument("--json", action="store_true", help="print one JSON object per log")
-    parser.set_defaults(run=_check)
-
-
-def _check(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Run the command; exit code 1 where a log is refused."""
+    kind = next((each for each in _KINDS if each.name == options.kind), None)
     raw = options.config.parent / "data" / "raw"
     campaign = options.campaign or _campaign_of(options.logs, raw, options.config)
     settings = resolve(options.config, {"campaign": campaign} if campaign else {})
@@ -64,7 +34,7 @@ def _check(options: argparse.Namespace) -> int:
     if not paths:
         raise OilfilmError(f"{_name(options.logs[0])}: is a run sheet. Name logs.")
     logs = [(_name(path), read_bytes(path)) for path in paths]
-    checked = check_files(logs, settings, options.kind, raw)
+    checked = check_files(logs, settings, kind, raw)
     if options.json:
         # ASCII, whatever the terminal can show
         print("\n".join(json.dumps(log.model_dump()) for log in checked))

@@ -1,17 +1,18 @@
 """The command `oilfilm plan`: the rig conditions to test next."""
 
 import argparse
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.cli.arguments import add_results, campaign_folder, quantity
+from oilfilm.cli.arguments import campaign_folder, quantity
+from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.messages import load
@@ -21,7 +22,6 @@ from oilfilm.studies.next_tests import BEARING_TARGETS, NextTests, Request, plan
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _DUTY_UNITS = ("N", "rpm", "degC")
-_DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 # How each target's uncertainty is printed: name, factor, unit.
 _SHOWN = {
     "torque": ("friction torque", 100.0, " %"),
@@ -35,37 +35,48 @@ ASSUMPTION = (
 )
 
 
-def add_command(commands: Any) -> None:
-    """Add the command to those of a parser."""
-    parser = commands.add_parser(
-        "plan",
-        help="rig conditions to test next",
-        description="Name the rig conditions whose measurement most reduces the uncertainty of a "
-        "bearing's friction torque or cage slip, or of mu where there is no bearing.",
-    )
-    add_results(parser)
-    parser.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
-    parser.add_argument("--oil", help="oil to plan for (default: every oil of the campaign)")
-    parser.add_argument("--count", type=int, help="number of tests (default: plan.tests)")
-    parser.add_argument("--bearing", help="file of config/bearings (default: the campaign's)")
-    parser.add_argument(
-        "--duty",
-        action="append",
-        metavar=_DUTY_EXAMPLE,
-        help="operating point of the bearing: axial load, speed, oil temperature; may be repeated "
-        "(default: plan.duty_points, else those of the campaign)",
-    )
-    parser.add_argument(
-        "--for",
-        dest="target",
-        choices=tuple(name.replace("_", "-") for name in _SHOWN),
-        help="what shall become more certain (default: torque, or traction without a bearing)",
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object per oil")
-    parser.set_defaults(run=_plan)
+class PlannedPoint(BaseModel):
+    """One operating point and how uncertain it is."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    at: str
+    value: float
+    uncertainty_now: float
+    uncertainty_with_plan: float
 
 
-def _plan(options: argparse.Namespace) -> int:
+class PlannedTests(BaseModel):
+    """The tests to run next for one oil."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    campaign: str
+    data: str = Field(description="measured or simulated")
+    oil: str
+    target: str = Field(description="what shall become more certain: torque, cage_slip, traction")
+    bearing: str = Field(description="the bearing; empty for traction")
+    uncertainty_now: float = Field(
+        description="standard uncertainty from the law's constants, root mean square over the "
+        "operating points; relative for torque and traction, of the slip itself for cage_slip"
+    )
+    uncertainty_now_without_calibration: float = Field(
+        description="the same with exact sensors of the traction rig"
+    )
+    tests: list[dict[str, Any]] = Field(
+        description="the chosen tests in their order; keys are columns of the table test_plan"
+    )
+    operating_points: list[PlannedPoint]
+    left_out: list[str] = Field(description="operating points left out, with the reason")
+    conditions_left_out: dict[str, int] = Field(
+        description="number of conditions that the rig cannot run, by reason"
+    )
+    calibration_known: bool = Field(description="whether the calibration of the rig is stated")
+    assumption: str = Field(description="what the plan assumes")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
     folder, about = campaign_folder(options.results, options.campaign)
     settings = resolve(options.config, {"campaign": about["campaign"]})
     results = CampaignTables.in_folder(folder)
@@ -79,7 +90,7 @@ def _plan(options: argparse.Namespace) -> int:
     request = _request(options, settings)
     plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
     if options.json:
-        print("\n".join(json.dumps(as_json(plan) | about) for plan in plans))
+        print("\n".join(as_json(plan, about).model_dump_json() for plan in plans))
     else:
         print("\n\n".join(as_text(plan) for plan in plans))
         print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
@@ -123,41 +134,42 @@ def _duty(text: str) -> list[float]:
     if len(parts) != len(_DUTY_UNITS):
         raise OilfilmError(
             f"--duty: found {text!r}; expected axial load, speed and oil temperature, as "
-            f"{_DUTY_EXAMPLE}."
+            f"{DUTY_EXAMPLE}."
         )
     values = [quantity(part, unit, "--duty") for part, unit in zip(parts, _DUTY_UNITS, strict=True)]
     if min(values) <= 0:
         raise OilfilmError(
-            f"--duty: found {text!r}; expected three numbers above 0, as {_DUTY_EXAMPLE}."
+            f"--duty: found {text!r}; expected three numbers above 0, as {DUTY_EXAMPLE}."
         )
     return values
 
 
-def as_json(plan: NextTests) -> dict[str, Any]:
+def as_json(plan: NextTests, about: Mapping[str, str]) -> PlannedTests:
     """A plan as plain values: what is known, the tests in their order, what they bring."""
-    chosen = _chosen(plan)
     start = plan.known.information
-    return {
-        "oil": plan.oil,
-        "target": plan.wanted.target,
-        "bearing": plan.where,
-        "uncertainty_now": plan.design.before,
-        "uncertainty_now_without_calibration": float(
+    return PlannedTests(
+        campaign=about["campaign"],
+        data=about["data"],
+        oil=plan.oil,
+        target=plan.wanted.target,
+        bearing=plan.where,
+        uncertainty_now=plan.design.before,
+        uncertainty_now_without_calibration=float(
             start.without_calibration().uncertainty(plan.wanted.gradients)
         ),
-        "tests": [
+        tests=[
             {name: row[name] for name in tables.columns("test_plan") if name in row}
-            for row in chosen
+            for row in _chosen(plan)
         ],
-        "operating_points": [
-            {"at": label, "value": value, "uncertainty_now": now, "uncertainty_with_plan": then}
+        operating_points=[
+            PlannedPoint(at=label, value=value, uncertainty_now=now, uncertainty_with_plan=then)
             for label, value, now, then in zip(*_points(plan), strict=True)
         ],
-        "left_out": plan.wanted.left_out,
-        "conditions_left_out": plan.candidates.left_out,
-        "calibration_known": bool(plan.known.calibration.any()),
-        "assumption": ASSUMPTION,
-    }
+        left_out=list(plan.wanted.left_out),
+        conditions_left_out=dict(plan.candidates.left_out),
+        calibration_known=bool(plan.known.calibration.any()),
+        assumption=ASSUMPTION,
+    )
 
 
 def _chosen(plan: NextTests) -> list[dict[str, Any]]:

@@ -1,21 +1,35 @@
-"""The JSON schema of what `oilfilm check --json` prints; `make schemas` renews it."""
+"""The JSON schemas of what `oilfilm COMMAND --json` prints; `make schemas` renews them."""
 
 import json
-from pathlib import Path
+
+from pydantic import BaseModel
 
 from oilfilm.cli.checked import CheckedLog
+from oilfilm.cli.diff import ComparedReleases
+from oilfilm.cli.plan import PlannedTests
+from oilfilm.cli.predict import PredictedTraction
+from oilfilm.cli.verify import Verified
+from oilfilm.home import HOME
 
-SCHEMA = Path(__file__).parents[3] / "workflow/schemas/check.schema.json"
+PRINTED: dict[str, type[BaseModel]] = {
+    "check": CheckedLog,
+    "predict": PredictedTraction,
+    "plan": PlannedTests,
+    "verify": Verified,
+    "diff": ComparedReleases,
+}
+FOLDER = HOME / "workflow/schemas"
 
 
-def schema_text() -> str:
-    """The JSON schema of one log."""
+def schema_text(command: str) -> str:
+    """The JSON schema of one object that a command prints."""
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **CheckedLog.model_json_schema(mode="serialization"),
+        **PRINTED[command].model_json_schema(mode="serialization"),
     }
     return json.dumps(schema, indent=2) + "\n"
 
 
 if __name__ == "__main__":
-    SCHEMA.write_text(schema_text(), encoding="utf-8")
+    for name in PRINTED:
+        (FOLDER / f"{name}.schema.json").write_text(schema_text(name), encoding="utf-8")

@@ -1,0 +1,94 @@
+"""The command itself: help without waiting, version, completion, schemas of what it prints."""
+
+import argparse
+import subprocess
+import sys
+
+import pytest
+
+from oilfilm import __version__
+from oilfilm.cli import main
+from oilfilm.cli.parser import CONDITION_OPTIONS, parser
+from oilfilm.cli.schema import FOLDER, PRINTED, schema_text
+from oilfilm.traction.law import QUANTITIES
+
+
+def commands() -> dict[str, argparse.ArgumentParser]:
+    (sub,) = (each for each in parser()._actions if isinstance(each.choices, dict))
+    return dict(sub.choices)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("command", [[], *([name] for name in commands())])
+def test_help_imports_no_package_beside_the_standard_library(command: list[str]) -> None:
+    script = (
+        "import sys; before = set(sys.modules); from oilfilm.cli import main\n"
+        "try: main([*sys.argv[1:], '--help'])\n"
+        "except SystemExit: pass\n"
+        "new = {name.partition('.')[0] for name in set(sys.modules) - before}\n"
+        "print(sorted(new - sys.stdlib_module_names - {'oilfilm'}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *command], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
+    assert "usage: oilfilm" in done.stdout
+
+
+def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"oilfilm {__version__}\n"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_completion_knows_every_command(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--print-completion", shell])
+    script = capsys.readouterr().out
+    assert all(name in script for name in commands())
+    assert "rebuild" in script
+
+
+def test_completion_of_an_unknown_shell_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--print-completion", "cmd"])
+    assert stop.value.code == 2
+    assert "found 'cmd'; expected one of bash" in capsys.readouterr().err
+
+
+def test_options_say_what_the_law_calls_its_conditions() -> None:
+    for name, meaning, _ in CONDITION_OPTIONS.values():
+        assert QUANTITIES[name].meaning == meaning
+
+
+@pytest.mark.parametrize("command", PRINTED)
+def test_schemas_of_the_output_are_current(command: str) -> None:
+    """`make schemas` renews them."""
+    path = FOLDER / f"{command}.schema.json"
+    assert path.read_text(encoding="utf-8") == schema_text(command)
+
+
+def test_every_command_with_json_has_a_schema() -> None:
+    with_json = {
+        name
+        for name, command in commands().items()
+        if any("--json" in action.option_strings for action in command._actions)
+    }
+    assert with_json == set(PRINTED)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["predict", "--version"]])
+def test_reader_that_stops_early_sees_no_traceback(arguments: list[str]) -> None:
+    """As `oilfilm --help | head -1`."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "oilfilm", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert "Traceback" not in (errors := process.stderr.read())
+        assert "Broken pipe" not in errors

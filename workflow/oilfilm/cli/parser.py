@@ -1,0 +1,203 @@
+"""The arguments of every command, declared without importing what runs it."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import oilfilm
+
+_EXIT_CODES = (
+    "Exit codes: 0 success; 1 a log is refused, a file is not as released or a change is beyond "
+    "the limits; 2 a mistake in the command, the configuration or a file; 130 interrupted."
+)
+# Options of `predict`: the condition of a law, its meaning, an example.
+CONDITION_OPTIONS = {
+    "--stress": ("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
+    "--load": ("load_n", "normal load", "50N"),
+    "--speed": ("entrainment_speed_m_s", "entrainment speed, mean of both surface speeds", "30m/s"),
+    "--temperature": ("inlet_temperature_c", "oil temperature at the inlet", "70degC"),
+}
+DUTY_EXAMPLE = "10000N,12000rpm,100degC"
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of the command line; `module` of what it parsed names the module that runs it."""
+    top = argparse.ArgumentParser(
+        prog="oilfilm",
+        description="Check traction-rig logs, predict traction from fitted laws, plan tests, and "
+        "verify and compare releases. The workflow itself is run by snakemake.",
+        epilog=_EXIT_CODES,
+    )
+    top.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    top.add_argument(
+        "--print-completion",
+        action=_Completion,
+        metavar="SHELL",
+        help="print a script that completes this command in bash, zsh, fish or tcsh, and stop",
+    )
+    commands = top.add_subparsers(required=True, metavar="COMMAND", title="commands")
+    for add in (_add_check, _add_predict, _add_plan, _add_verify, _add_diff, _add_pin):
+        add(commands)
+    return top
+
+
+class _Version(argparse.Action):
+    """Prints the version; looking it up costs time, so that only this option does it."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        print(f"oilfilm {oilfilm.__version__}")
+        parser.exit()
+
+
+class _Completion(argparse.Action):
+    """Prints a completion script."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, _: argparse.Namespace, shell: Any, *__: Any
+    ) -> None:
+        import shtab  # noqa: PLC0415 - only this option needs it
+
+        if shell not in shtab.SUPPORTED_SHELLS:
+            known = ", ".join(shtab.SUPPORTED_SHELLS)
+            parser.error(f"--print-completion: found {shell!r}; expected one of {known}.")
+        print(shtab.complete(parser, shell))
+        parser.exit()
+
+
+def _campaign_name(text: str) -> str:
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a campaign, found nothing")
+    return text
+
+
+def _command(commands: Any, name: str, purpose: str, more: str = "") -> argparse.ArgumentParser:
+    """A command that the module of its name runs."""
+    command: argparse.ArgumentParser = commands.add_parser(
+        name, help=purpose, description=more or f"{purpose[0].upper()}{purpose[1:]}."
+    )
+    command.set_defaults(module=name)
+    return command
+
+
+def _add_config(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
+
+
+def _add_json(command: argparse.ArgumentParser, what: str) -> None:
+    command.add_argument("--json", action="store_true", help=f"print {what}")
+
+
+def _add_results(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--results",
+        type=Path,
+        default=Path("results"),
+        help="folder of a campaign's results, as results/demo, or folder of all campaigns "
+        "(default: results)",
+    )
+    command.add_argument(
+        "--campaign", type=_campaign_name, help="campaign in the folder of all (default: demo)"
+    )
+
+
+def _add_check(commands: Any) -> None:
+    command = _command(
+        commands,
+        "check",
+        "read logs and apply every gate",
+        "Read logs, apply every gate and say what was understood. Exit code 0: all logs are "
+        "accepted; 1: a log or a run is refused; 2: a mistake in the command or the configuration.",
+    )
+    command.add_argument("logs", nargs="+", type=Path, metavar="FILE")
+    command.add_argument(
+        "--campaign",
+        type=_campaign_name,
+        help="campaign with the rig, oils and limits (default: that of the logs' folder, else that "
+        "of config.yaml)",
+    )
+    _add_config(command)
+    kind = command.add_mutually_exclusive_group()
+    for rig in ("traction", "torque"):
+        kind.add_argument(
+            f"--{rig}",
+            dest="kind",
+            action="store_const",
+            const=rig,
+            help=f"they are logs of a {rig} rig (default: by folder and columns)",
+        )
+    _add_json(command, "one JSON object per log")
+
+
+def _add_predict(commands: Any) -> None:
+    command = _command(commands, "predict", "traction coefficient of a fitted oil")
+    command.add_argument("--oil", required=True)
+    command.add_argument(
+        "--printed", action="store_true", help="take the constants that the paper prints"
+    )
+    for option, (_, meaning, example) in CONDITION_OPTIONS.items():
+        command.add_argument(option, metavar=example, help=f"{meaning}, as {example}")
+    command.add_argument("--slip", required=True, help="slide-roll ratio, as 0.05 or 5%%")
+    _add_results(command)
+    _add_json(command, "one JSON object")
+
+
+def _add_plan(commands: Any) -> None:
+    command = _command(
+        commands,
+        "plan",
+        "rig conditions to test next",
+        "Name the rig conditions whose measurement most reduces the uncertainty of a bearing's "
+        "friction torque or cage slip, or of mu where there is no bearing.",
+    )
+    _add_results(command)
+    _add_config(command)
+    command.add_argument("--oil", help="oil to plan for (default: every oil of the campaign)")
+    command.add_argument("--count", type=int, help="number of tests (default: plan.tests)")
+    command.add_argument("--bearing", help="file of config/bearings (default: the campaign's)")
+    command.add_argument(
+        "--duty",
+        action="append",
+        metavar=DUTY_EXAMPLE,
+        help="operating point of the bearing: axial load, speed, oil temperature; may be repeated "
+        "(default: plan.duty_points, else those of the campaign)",
+    )
+    command.add_argument(
+        "--for",
+        dest="target",
+        choices=("torque", "cage-slip", "traction"),
+        help="what shall become more certain (default: torque, or traction without a bearing)",
+    )
+    _add_json(command, "one JSON object per oil")
+
+
+def _add_verify(commands: Any) -> None:
+    command = _command(commands, "verify", "check that no file of a release has changed")
+    command.add_argument(
+        "release", type=Path, metavar="RELEASE", help="folder of a release or a pin"
+    )
+    command.add_argument(
+        "--rebuild", action="store_true", help="run the workflow on the raw logs again and compare"
+    )
+    command.add_argument("--cores", default="all", help="cores for --rebuild (default: all)")
+    _add_json(command, "one JSON object")
+
+
+def _add_diff(commands: Any) -> None:
+    command = _command(commands, "diff", "show the differences between two releases")
+    command.add_argument("before", type=Path, metavar="A", help="folder of a release or a pin")
+    command.add_argument("after", type=Path, metavar="B", help="folder of another release or pin")
+    command.add_argument(
+        "--html", type=Path, metavar="PAGE", help="write the full comparison as an HTML page"
+    )
+    command.add_argument(
+        "--gate",
+        action="store_true",
+        help="show only changes beyond the limits of `drift` in config.yaml; exit with 1 if any",
+    )
+    _add_config(command)
+    _add_json(command, "one JSON object")
+
+
+def _add_pin(commands: Any) -> None:
+    command = _command(commands, "pin", "keep a release as the reference for later ones")
+    command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")
