@@ -3,7 +3,7 @@
 import ast
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -68,7 +68,7 @@ def _imported(path: Path) -> frozenset[Path]:
 
 
 def _find_imported(path: Path) -> Iterable[Path]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in _statements(ast.parse(path.read_text(encoding="utf-8"))):
         names: list[str] = []
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -78,13 +78,24 @@ def _find_imported(path: Path) -> Iterable[Path]:
             yield from _module_files(name)
 
 
-def _module_files(name: str) -> Iterable[Path]:
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Every statement below a node; `ast.walk` takes three times as long over the expressions."""
+    for field in ("body", "orelse", "handlers", "finalbody", "cases"):
+        below = getattr(node, field, None)
+        # the body of a lambda and the parts of a conditional expression are no statements
+        for each in below if isinstance(below, list) else ():
+            yield each
+            yield from _statements(each)
+
+
+@cache
+def _module_files(name: str) -> tuple[Path, ...]:
     parts = name.split(".")
     if parts[0] != _PACKAGE.name:
-        return
+        return ()
     # importing a module runs the __init__ of each package above it
-    for depth in range(1, len(parts) + 1):
-        module = _PACKAGE.joinpath(*parts[1:depth])
-        for candidate in (module.with_suffix(".py"), module / "__init__.py"):
-            if candidate.is_file():
-                yield candidate
+    modules = [_PACKAGE.joinpath(*parts[1:depth]) for depth in range(1, len(parts) + 1)]
+    candidates = (
+        file for module in modules for file in (module.with_suffix(".py"), module / "__init__.py")
+    )
+    return tuple(file for file in candidates if file.is_file())

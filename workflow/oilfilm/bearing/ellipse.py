@@ -10,7 +10,7 @@ from functools import cache
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from scipy.special import roots_gegenbauer
+import scipy
 
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion
@@ -109,8 +109,8 @@ def grid(across: int, along: int) -> Grid:
         0.200000000000
     """
     # the stubs leave out that a rule can be asked for without its sum of weights
-    y, y_share = roots_gegenbauer(across, 1.5)[:2]
-    x, x_share = roots_gegenbauer(along, 1.0)[:2]
+    y, y_share = scipy.special.roots_gegenbauer(across, 1.5)[:2]
+    x, x_share = scipy.special.roots_gegenbauer(along, 1.0)[:2]
     reach = np.sqrt(1 - y**2)
     share = np.outer(y_share, x_share).ravel()
     return Grid(np.outer(reach, x).ravel(), np.repeat(y, along), share / share.sum())

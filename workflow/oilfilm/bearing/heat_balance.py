@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize.elementwise import find_root
 
 from oilfilm.bearing.solver import BoolArray, IntArray
 from oilfilm.physics.contact import Floats
@@ -113,7 +112,10 @@ def heat_balance(
     # with cool oil's heat and heat capacity the oil leaves warmer than it does
     per_kelvin = heat_to_oil_w(oil, supply, inlet_temperature_c, inlet_temperature_c + 1)
     highest = np.minimum(1.5 * at_inlet / per_kelvin + 1, _HOTTEST_C - inlet_temperature_c)
-    found = find_root(
+    # late, as most jobs read the settings of a bearing and balance no heat
+    from scipy.optimize import elementwise  # noqa: PLC0415
+
+    found = elementwise.find_root(
         left_over_w,
         (np.zeros(len(points)), highest),
         args=(points,),

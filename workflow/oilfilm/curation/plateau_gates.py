@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+import scipy
 
 from oilfilm.curation.gate import (
     BOTH,
@@ -284,14 +285,11 @@ def _off_trend(points: pd.DataFrame, factor: float) -> npt.NDArray[np.bool_]:
     off = pd.Series(False, index=points.index)
     if len(readings) == 0:
         return off.to_numpy()
-    # imported where needed: it takes a second, and few campaigns measure films
-    from scipy.stats import siegelslopes  # noqa: PLC0415
-
     for _, of_run in readings.groupby("run_id"):
         film = np.log(of_run["measured_film_thickness_um"].to_numpy())
         speed = np.log(of_run["entrainment_speed_m_s"].to_numpy())
         if np.ptp(speed) > 0:
-            trend = siegelslopes(film, speed)
+            trend = scipy.stats.siegelslopes(film, speed)
             residual = film - trend.intercept - trend.slope * speed
             off[of_run.index] = np.abs(residual) > np.log(factor)
     return off.to_numpy()

@@ -1,7 +1,7 @@
 """Where a signal is steady: steps found from the measured signal itself."""
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+import scipy
 
 from oilfilm.curation.signals import IndexArray
 from oilfilm.settings.config import PlateauSettings, TorquePlateauSettings
@@ -41,7 +41,7 @@ def find_steps(
     noise = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(level)))) / np.sqrt(2)
     limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
     # two peaks within a window are one step seen twice through the noise: the higher one counts
-    highest = maximum_filter1d(change, 2 * window + 1, mode="constant")
+    highest = scipy.ndimage.maximum_filter1d(change, 2 * window + 1, mode="constant")
     peaks = np.flatnonzero((change == highest) & (change > limit))
     return window + peaks[np.diff(peaks, prepend=-window - 1) > window]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-from scipy.optimize import Bounds, differential_evolution, least_squares
+import scipy
 
 from oilfilm.fitting.descent import descend
 from oilfilm.fitting.problem import Problem
@@ -49,9 +49,9 @@ def search(problem: Problem, settings: FitSettings, random: np.random.Generator)
     def objective(population: FloatArray) -> FloatArray:
         return population_sse(problem, population)
 
-    result = differential_evolution(
+    result = scipy.optimize.differential_evolution(
         objective,  # type: ignore[arg-type]  # the stubs do not know of `vectorized`
-        Bounds(limits[:, 0], limits[:, 1]),
+        scipy.optimize.Bounds(limits[:, 0], limits[:, 1]),
         strategy="rand1bin",
         popsize=max(ceil(settings.population / len(limits)), 5),
         maxiter=settings.generations,
@@ -114,7 +114,7 @@ def _polish(
 
     # a trial step may run off to where the law overflows; the method takes it back
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        result = least_squares(
+        result = scipy.optimize.least_squares(
             residual,
             start,
             jacobian,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
+import scipy
 
 from oilfilm import tables
 from oilfilm.fitting.conditions import from_text
@@ -158,7 +158,7 @@ def sign_reach(constants: int, confidence: float) -> float:
         constants: Constants that are judged.
         confidence: That no sign is called wrongly, as a share.
     """
-    return float(ndtri(1 - (1 - confidence) / (2 * constants)))
+    return float(scipy.special.ndtri(1 - (1 - confidence) / (2 * constants)))
 
 
 def _judged(

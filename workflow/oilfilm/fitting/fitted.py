@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.special import ndtri
+import scipy
 
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.conditions import LEAST_SIZE, FixedCondition, away, from_text
@@ -186,7 +186,7 @@ class FittedLaw:
             mu[chunk], error[chunk] = self._predict_chunk(conditions[chunk], slip[chunk], root)
         mu[lost], error[lost] = np.nan, np.nan
         sign = np.where(slip < 0, -1.0, 1.0)
-        reach, above = ndtri(0.5 + level / 2) * error, mu > 0
+        reach, above = scipy.special.ndtri(0.5 + level / 2) * error, mu > 0
         relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
         # far out the interval may be endless
         with np.errstate(over="ignore"):

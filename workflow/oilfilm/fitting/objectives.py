@@ -7,7 +7,7 @@ says whether a few curves decide the constants.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from oilfilm.curation.plateaus import MAD_TO_SIGMA
 from oilfilm.fitting.engine import Optimum, polish
@@ -84,7 +84,7 @@ def _cauchy(problem: Problem, start: FloatArray, scale: float) -> FloatArray:
         return problem.jacobian(values) / scale
 
     with np.errstate(over="ignore", invalid="ignore"):
-        result = least_squares(
+        result = scipy.optimize.least_squares(
             residual,
             start,
             jacobian,

@@ -1,8 +1,7 @@
 """Profile likelihood: how the least SSE rises when one constant is held away from its optimum."""
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.special import stdtrit
+import scipy
 
 from oilfilm.fitting.descent import descend
 from oilfilm.fitting.engine import Optimum
@@ -58,9 +57,9 @@ def profile_interval(
         degrees: Points minus constants.
         level: Of confidence.
     """
-    limit = float(stdtrit(degrees, 0.5 + level / 2))
+    limit = float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
     rising = np.concatenate([[True], np.diff(z) > 0])
     if not np.isfinite(z).all() or not rising.all():
         return float("nan"), float("nan")
-    at = PchipInterpolator(z, values, extrapolate=False)
+    at = scipy.interpolate.PchipInterpolator(z, values, extrapolate=False)
     return float(at(-limit)), float(at(limit))

@@ -8,7 +8,7 @@ friction is low.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import elliprd, elliprf
+import scipy
 
 from oilfilm.units import FloatArray
 
@@ -184,7 +184,10 @@ def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
 
 def _ellipticity_error(log_k: FloatArray, log_ratio: FloatArray) -> FloatArray:
     k_squared = np.exp(2 * log_k)
-    return np.log(elliprd(0, k_squared, 1) / elliprd(0, 1, k_squared)) - log_ratio
+    return (
+        np.log(scipy.special.elliprd(0, k_squared, 1) / scipy.special.elliprd(0, 1, k_squared))
+        - log_ratio
+    )
 
 
 def elliptical_contact(
@@ -225,7 +228,7 @@ def elliptical_contact(
         1.526 GPa
     """
     k = ellipticity(radius_x_m, radius_y_m)
-    integral = elliprd(0, k**2, 1)
+    integral = scipy.special.elliprd(0, k**2, 1)
     a_x = np.cbrt(2 * load_n * radius_x_m * integral / (np.pi * reduced_modulus_pa))
     a_y = k * a_x
     return EllipticalContact(
@@ -233,5 +236,8 @@ def elliptical_contact(
         semi_axis_y_m=a_y,
         ellipticity=k + np.zeros_like(a_x),
         max_hertz_pressure_pa=3 * load_n / (2 * np.pi * a_x * a_y),
-        approach_m=3 * load_n * elliprf(0, 1, k**2) / (np.pi * reduced_modulus_pa * a_x),
+        approach_m=3
+        * load_n
+        * scipy.special.elliprf(0, 1, k**2)
+        / (np.pi * reduced_modulus_pa * a_x),
     )

@@ -12,7 +12,7 @@ against its own limits and against conduction solved numerically.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import beta, roots_jacobi
+import scipy
 
 from oilfilm.physics.contact import Floats, contact_radius, load_for_max_hertz_pressure
 from oilfilm.physics.film import InletOil, film_thickness
@@ -23,9 +23,6 @@ from oilfilm.units import FloatArray
 _HOTTEST_C = 800.0
 # Of the mean over a contact; within 0.01 % of mu up to 2.5 GPa and 200 m/s.
 _RADIAL_NODES = 12
-# Mean over a circle of the temperature that a fast, uniform source leaves behind: chord by chord
-# 4/3 q sqrt(chord/(pi k rho c V)), integrated over the chords.
-_CIRCULAR_SOURCE = 8 * np.sqrt(2) / (3 * np.pi**1.5) * beta(1 / 2, 7 / 4)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,8 +222,11 @@ def flash_temperature_rise(
         >>> print(f"{rise:.2f} K")
         2.75 K
     """
+    # Mean over a circle of the temperature that a fast, uniform source leaves behind: chord by
+    # chord 4/3 q sqrt(chord/(pi k rho c V)), integrated over the chords.
+    circular = 8 * np.sqrt(2) / (3 * np.pi**1.5) * scipy.special.beta(1 / 2, 7 / 4)
     return np.asarray(
-        _CIRCULAR_SOURCE
+        circular
         * heat_flux_w_m2
         * np.sqrt(contact_radius_m / (conductivity_w_mk * volumetric_heat_j_m3k * speed_m_s))
     )
@@ -439,7 +439,7 @@ def thermal_ehl_traction(
         )
     )
     load_n = load_for_max_hertz_pressure(peak, radius_m, reduced_modulus_pa)
-    root, weight = roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
+    root, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
     pressure = peak * (1 + root) / 2
     film = sliding_film(
         oil,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
-from scipy.signal import lfilter
+import scipy
 
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import Contact
@@ -180,7 +180,7 @@ def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> Floa
     """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
     memory = np.exp(-(time_s[1] - time_s[0]) / 1.0)
     pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
-    return twin.wander * np.asarray(lfilter([1.0], [1.0, -memory], pushes))
+    return twin.wander * np.asarray(scipy.signal.lfilter([1.0], [1.0, -memory], pushes))
 
 
 def log_content(

@@ -7,7 +7,7 @@ curve of 31 points is therefore no 31 independent pieces of information.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, minimize
+import scipy
 
 from oilfilm.fitting.systematic import SENSORS
 from oilfilm.studies.optimal_design import Information
@@ -121,7 +121,9 @@ def error_sizes(
         return _deviance(np.exp(logarithms), products, points)
 
     start = np.log([0.3] * (len(_OF_A_RUN) + 1))
-    best = minimize(deviance, start, method="L-BFGS-B", bounds=Bounds(*_VARIANCES))
+    best = scipy.optimize.minimize(
+        deviance, start, method="L-BFGS-B", bounds=scipy.optimize.Bounds(*_VARIANCES)
+    )
     variances = np.exp(best.x) * size[-1] ** 2
     of_curve = np.zeros(len(EFFECTS))
     of_curve[_OF_A_RUN] = variances[:-1] / size[: len(_OF_A_RUN)] ** 2

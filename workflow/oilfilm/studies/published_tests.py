@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
@@ -64,7 +64,9 @@ def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bear
         return float(np.nansum((power / published - 1) ** 2))
 
     bounds = 0.0, _LARGEST_FRACTION
-    found = minimize_scalar(squares, bounds=bounds, method="bounded", options={"xatol": _TOLERANCE})
+    found = scipy.optimize.minimize_scalar(
+        squares, bounds=bounds, method="bounded", options={"xatol": _TOLERANCE}
+    )
     return float(found.x)
 
 
@@ -100,7 +102,7 @@ def _fraction_alone(test: PublishedBearingTest, oil: OilInBearing, bearing: Bear
 
     if not error(0.0) < 0 < error(_LARGEST_FRACTION):
         return np.nan
-    return float(brentq(error, 0.0, _LARGEST_FRACTION, xtol=_TOLERANCE))
+    return float(scipy.optimize.brentq(error, 0.0, _LARGEST_FRACTION, xtol=_TOLERANCE))
 
 
 def _run(

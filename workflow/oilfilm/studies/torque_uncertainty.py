@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
+import scipy
 
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.geometry import Bearing
@@ -83,7 +83,7 @@ def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArr
     """Standard normal numbers, each variable stratified: one draw from each equal slice."""
     slices = np.array([random.permutation(draws) for _ in range(variables)], dtype=float)
     within = random.random((variables, draws))
-    return np.asarray(ndtri((slices.reshape(variables, draws) + within) / draws).T)
+    return np.asarray(scipy.special.ndtri((slices.reshape(variables, draws) + within) / draws).T)
 
 
 def with_uncertainty(

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
+import scipy
 
 from oilfilm.fitting.conditions import LEAST_SIZE, FixedCondition
 from oilfilm.fitting.fitted import FittedLaw
@@ -108,7 +108,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     chosen = _thinned(accepted[accepted["oil"].isin(shown)], settings.report.points_max)
     return {
         "axes": [_axis(axis, nearby) for axis in axes],
-        "factor": float(ndtri(0.5 + LEVEL / 2)),
+        "factor": float(scipy.special.ndtri(0.5 + LEVEL / 2)),
         "oils": [
             {
                 "name": oil,
