@@ -42,6 +42,12 @@ def atomic_folder(path: Path) -> Iterator[Path]:
     temporary.replace(path)
 
 
+def write_bytes(content: bytes, path: Path) -> None:
+    """Write a file completely or not at all."""
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(content)
+
+
 def write_text(text: str, path: Path, encoding: str = "utf-8") -> None:
     """Write a text completely or not at all; line ends stay as they are."""
     with atomic_file(path) as temporary:

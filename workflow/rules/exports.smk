@@ -1,13 +1,14 @@
 rule exports:
-    "Every oil's fit as C, Fortran, Modelica, MATLAB, ADORE constants, JSON and CSV."
+    "Fits and printed constants: Python, workbook, C, Fortran, Modelica, MATLAB, ADORE, JSON, CSV."
     input:
         **finished("points", "coefficients", "fit_quality"),
+        printed=reference_file("printed_coefficients"),
     output:
         folder=directory("<results>/exports"),
     log:
         "<logs>/exports.log",
     params:
         code=code("exports.py"),
-        config=part("fit", "exports", campaign=("credit", "description")),
+        config=part("fit", "exports", "printed", campaign=("credit", "description")),
     script:
         "../scripts/exports.py"

@@ -1,8 +1,8 @@
-"""Write every oil's fit in the forms that bearing codes use."""
+"""Write every oil's fit, and its printed constants, in the forms that bearing codes use."""
 
 from pathlib import Path
 
-from oilfilm.atomic_write import atomic_folder, write_text
+from oilfilm.atomic_write import atomic_folder, write_bytes
 from oilfilm.outputs.exports.campaign import export_campaign
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -15,7 +15,8 @@ with job(snakemake) as (settings, provenance):
         quality=results.fit_quality,
         settings=settings,
         provenance=provenance,
+        printed=Path(snakemake.input.printed),
     )
     with atomic_folder(Path(snakemake.output.folder)) as folder:
-        for name, text in files.items():
-            write_text(text, folder / name)
+        for name, content in files.items():
+            write_bytes(content, folder / name)

@@ -6,7 +6,7 @@ from oilfilm.figure_catalogue import figures
 from oilfilm.settings.campaign import Campaign
 from oilfilm.studies.law_comparison import TIE
 
-_PAPER = "Deng et al., Lubricants 14 (2026) 33"
+PAPER = "Deng et al., Lubricants 14 (2026) 33"
 
 
 def provenance(campaign: Campaign, unjudged: Collection[str]) -> str:
@@ -50,7 +50,7 @@ def caption(name: str, campaign: Campaign, unjudged: Collection[str]) -> str:
     figure = figures()[name]
     parts = [figure.caption]
     if figure.paper:
-        parts.append(f"Made after {figure.paper} of {_PAPER}.")
+        parts.append(f"Made after {figure.paper} of {PAPER}.")
     if figure.shows_data:
         parts.append(f"{provenance(campaign, unjudged)}.")
     if figure.compares_laws and (sentence := tie(campaign)):

@@ -1,6 +1,7 @@
-"""All exports of a campaign, as the texts of files."""
+"""All exports of a campaign, as the contents of files."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -15,11 +16,16 @@ from oilfilm.outputs.exports.json_text import json_text
 from oilfilm.outputs.exports.matlab_function import matlab_function
 from oilfilm.outputs.exports.modelica_package import modelica_package
 from oilfilm.outputs.exports.names import identifiers
+from oilfilm.outputs.exports.printed import describe_printed
+from oilfilm.outputs.exports.python_module import python_module
+from oilfilm.outputs.exports.workbook import workbook
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 
 # Form -> its file, and what writes it. These need all coefficients of the law.
-FORMS: dict[str, tuple[str, Callable[[Description], str]]] = {
+FORMS: dict[str, tuple[str, Callable[[Description], str | bytes]]] = {
+    "Python": ("traction_{}.py", python_module),
+    "spreadsheet": ("traction_{}.xlsx", workbook),
     "C": ("traction_{}.h", c_header),
     "Fortran": ("traction_{}.f90", fortran_module),
     "Modelica": ("Traction_{}.mo", modelica_package),
@@ -34,18 +40,20 @@ def export_campaign(
     quality: pd.DataFrame,
     settings: Settings,
     provenance: Mapping[str, Any],
-) -> dict[str, str]:
-    """Every oil's fit in every form.
+    printed: Path,
+) -> dict[str, bytes]:
+    """Every oil's fit in every form, and the constants that the paper prints of these oils.
 
     Args:
         points: Table of points of the campaign, for the level of what did not vary.
         coefficients: Table of coefficients.
         quality: Table of fit quality.
-        settings: `campaign`, `fit` and `exports` of them.
+        settings: `campaign`, `fit`, `exports` and `printed` of them.
         provenance: Digests of code, settings and inputs.
+        printed: data/reference/printed_coefficients.yaml.
 
     Returns:
-        File, relative to the folder of the exports -> its text. A form that cannot be
+        File, relative to the folder of the exports -> its content. A form that cannot be
         written is named in the JSON file, with the reason.
     """
     law = LAWS[settings.fit.law]
@@ -54,19 +62,29 @@ def export_campaign(
         describe(oil, name, points, coefficients, quality, law, settings)
         for oil, name in names.items()
     ]
-    files = {"README.md": index(fits)}
-    for fit in fits:
-        files |= {
-            f"{fit.identifier}/{file}": text for file, text in export(fit, provenance).items()
-        }
-    return files
+    of_paper = describe_printed(printed, list(names), settings)
+    sources = {key: provenance[key] for key in ("code", "settings", "inputs")}
+    return {"README.md": index([*fits, *of_paper]).encode()} | in_folders(
+        [*fits, *of_paper], sources
+    )
 
 
-def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, str]:
-    """One oil's fit in every form: file -> its text."""
+def in_folders(
+    descriptions: Sequence[Description], provenance: Mapping[str, Any]
+) -> dict[str, bytes]:
+    """Several oils in every form: file in the folder of its oil -> its content."""
+    return {
+        f"{each.folder}/{file}": content
+        for each in descriptions
+        for file, content in export(each, provenance).items()
+    }
+
+
+def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
+    """One oil's constants in every form: file -> its content."""
     name = fit.identifier
     files, not_written = {"CSV": f"traction_{name}.csv"}, {}
-    texts = {files["CSV"]: csv_table(fit)}
+    texts: dict[str, str | bytes] = {files["CSV"]: csv_table(fit)}
     for form, (file, write) in FORMS.items():
         obstacle = fit.obstacle or (adore_obstacle(fit) if form == "ADORE" else "")
         if obstacle:
@@ -75,4 +93,6 @@ def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, str]:
             files[form] = file.format(name)
             texts[files[form]] = write(fit)
     texts[f"traction_{name}.json"] = json_text(fit, files, not_written, provenance)
-    return texts
+    return {
+        file: text if isinstance(text, bytes) else text.encode() for file, text in texts.items()
+    }

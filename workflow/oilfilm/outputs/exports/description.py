@@ -1,6 +1,6 @@
-"""The one description of an oil's fit from which every form of export is made."""
+"""The one description of an oil's constants from which every form of export is made."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -56,26 +56,26 @@ class Condition:
 
 @dataclass(frozen=True)
 class Description:
-    """One oil's fit, with everything that its user must know.
+    """One oil's constants, with everything that their user must know.
 
     Attributes:
         oil: Name as in the configuration, untrusted.
         identifier: Its name in file names and identifiers.
-        campaign: The campaign behind the fit.
+        campaign: The campaign behind the fit; None where the constants are those of the paper.
         fitted: The law with its constants.
         conditions: What the law's coefficients are power laws of, in the law's order.
         constants: All constants in the law's order, as in the JSON file.
-        quality: The oil's row of the table `fit_quality`.
+        quality: The oil's row of the table `fit_quality`; None for the paper's constants.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
     """
 
     oil: str
     identifier: str
-    campaign: Campaign
+    campaign: Campaign | None
     fitted: FittedLaw
     conditions: tuple[Condition, ...]
     constants: tuple[Mapping[str, Any], ...]
-    quality: Mapping[str, Any]
+    quality: Mapping[str, Any] | None
     adore_points: tuple[Mapping[str, float], ...]
 
     @property
@@ -84,14 +84,29 @@ class Description:
         return self.fitted.law
 
     @property
+    def data(self) -> Literal["measured", "simulated", "printed"]:
+        """What the constants come from."""
+        return "printed" if self.campaign is None else self.campaign.data
+
+    @property
+    def folder(self) -> str:
+        """Where its files are below the folder of the exports; no identifier has a hyphen."""
+        return f"printed-constants/{self.identifier}" if self.data == "printed" else self.identifier
+
+    @property
+    def certified(self) -> bool:
+        """Whether there is a fit and all of its searches agree."""
+        return self.quality is not None and bool(self.quality["certified"])
+
+    @property
     def identity(self) -> dict[str, Any]:
         """The first columns of every row of a csv file: where the row comes from."""
         return {
             "oil": self.oil,
             "law": self.law.name,
-            "campaign": self.campaign.name,
-            "data": self.campaign.data,
-            "certified": bool(self.quality["certified"]),
+            "campaign": "" if self.campaign is None else self.campaign.name,
+            "data": self.data,
+            "certified": self.certified,
         }
 
     @property
@@ -135,20 +150,28 @@ class Description:
     def obstacle(self) -> str:
         """Why no function of mu can be written; empty where one can."""
         lost = np.isnan(self.fitted.coefficients.constants).any()
-        return str(self.quality["certificate"]) if lost else ""
+        return str(self.quality["certificate"]) if lost and self.quality else ""
 
     @property
-    def coefficients(self) -> dict[str, str]:
-        """Each coefficient as a product of powers of the arguments over their references."""
-        blocks = self.fitted.coefficients.constants.reshape(len(self.law.coefficients), -1)
-        products = {}
-        for name, (factor, *exponents) in zip(self.law.local_constants, blocks, strict=True):
+    def values(self) -> dict[str, float]:
+        """Every constant by its name, with those that the law gives."""
+        names = (constant.name for constant in self.law.constants)
+        return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
+
+    def coefficients(self, write: Callable[[str], str]) -> dict[str, str]:
+        """Each coefficient as a product of powers of the arguments over their references.
+
+        Args:
+            write: What stands for a constant, from its name.
+        """
+        values, products = self.values, {}
+        for name in self.law.local_constants:
             powers = [
-                f"{condition.relative}**{float(exponent)!r}"
-                for condition, exponent in zip(self.conditions, exponents, strict=True)
-                if condition.role == "argument" and exponent != 0
+                f"{condition.relative}**{write(f'{name}{number}')}"
+                for number, condition in enumerate(self.conditions, 1)
+                if condition.role == "argument" and values[f"{name}{number}"] != 0
             ]
-            products[name] = " * ".join([repr(float(factor)), *powers])
+            products[name] = " * ".join([write(f"{name}0"), *powers])
         return products
 
     @cached_property
@@ -157,12 +180,24 @@ class Description:
 
         mu is that of |S|; the last thing a function does is to give it the sign of S.
         """
+        values = self.values
+        return self._steps(lambda name: repr(values[name]), ())
+
+    @cached_property
+    def steps_of_named_constants(self) -> list[tuple[str, Node]]:
+        """As `steps`, with the constants by their names."""
+        return self._steps(str, tuple(self.values))
+
+    def _steps(
+        self, write: Callable[[str], str], constants: Sequence[str]
+    ) -> list[tuple[str, Node]]:
         ratios = (
             (condition.relative, f"{condition.name}/{condition.reference!r}")
             for condition in self.arguments
         )
-        steps = (*ratios, *self.coefficients.items(), ("S", f"abs({SLIP})"), *self.law.steps)
-        return expression.parse_steps(steps, self.argument_names)
+        products = self.coefficients(write).items()
+        steps = (*ratios, *products, ("S", f"abs({SLIP})"), *self.law.steps)
+        return expression.parse_steps(steps, (*self.argument_names, *constants))
 
     def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
         """The coefficients, with their signs, at one row of the law's groups."""
@@ -206,7 +241,7 @@ def describe(
     rows = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
     (row,) = tables.rows(quality[(quality["oil"] == oil) & (quality["law"] == law.name)])
     accepted = points[(points["oil"] == oil) & points["accepted"]]
-    meanings = _meanings(law)
+    meanings = constant_meanings(law)
     return Description(
         oil=oil,
         identifier=identifier,
@@ -257,7 +292,8 @@ def number_or_none(value: float) -> float | None:
     return None if np.isnan(value) else float(value)
 
 
-def _meanings(law: Law) -> dict[str, str]:
+def constant_meanings(law: Law) -> dict[str, str]:
+    """What each constant of a law is, by its name."""
     meanings = {}
     for name in law.local_constants:
         meanings[f"{name}0"] = f"{name} at the reference condition"

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Iterable
 
-from oilfilm.outputs.captions import credit
+from oilfilm.outputs.captions import PAPER, credit
 from oilfilm.outputs.exports.description import SLIP, SLIP_MEANING, Description
 from oilfilm.outputs.exports.names import plain
 
@@ -22,16 +22,14 @@ def header(
         results: What the functions give back, and for which arguments they give nothing.
         mark: What makes a line a comment.
     """
-    fit = description.quality
     oil = plain(description.oil)
     lines = [
         *_lines(f"Traction coefficient mu (traction force over load) of the oil {oil}"),
         "",
         *_lines(
             origin(description),
-            f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
-            f"{fit['rmse']:.2g}; {certificate(description)}",
-            f"Errors of the constants: traction_{description.identifier}.json and .csv",
+            *fit_sentences(description),
+            f"Every constant: traction_{description.identifier}.json and .csv",
         ),
         "",
         *_lines(*law_sentences(description)),
@@ -46,8 +44,10 @@ def header(
 
 
 def origin(description: Description) -> str:
-    """Which campaign the constants come from, and whether its data are real."""
+    """Where the constants come from, and whether the data behind them are real."""
     campaign = description.campaign
+    if campaign is None:
+        return f"PRINTED CONSTANTS of {PAPER}, Eqs 11-13"
     kind = (
         plain(f"Measured data{credit(campaign)}")
         if campaign.data == "measured"
@@ -56,9 +56,25 @@ def origin(description: Description) -> str:
     return f"{kind}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
 
 
+def fit_sentences(description: Description) -> list[str]:
+    """How good the fit is; of the paper's constants, what is not known of them."""
+    fit = description.quality
+    if fit is None:
+        return [
+            f"They are {certificate(description)}. The tested box is that of the paper's abstract.",
+            "The signs of the exponents were lost in the available text and are restored.",
+        ]
+    return [
+        f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
+        f"{fit['rmse']:.2g}; {certificate(description)}"
+    ]
+
+
 def certificate(description: Description) -> str:
     """How many searches agree where the fit is certified, else why it is not."""
     fit = description.quality
+    if fit is None:
+        return "as printed, not refitted: without errors and intervals"
     if fit["certified"]:
         return f"certified: {fit['searches_agreeing']} of {fit['searches']} searches agree"
     return plain(str(fit["certificate"]))

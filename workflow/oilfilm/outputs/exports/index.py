@@ -7,9 +7,11 @@ from oilfilm.outputs.exports.description import Description
 from oilfilm.outputs.exports.header import certificate, origin
 from oilfilm.outputs.exports.names import plain
 
-_FORMS = """\
+FORMS = """\
 | file | for | how |
 | --- | --- | --- |
+| `traction_*.py` | Python | import it; needs NumPy alone; arrays too |
+| `traction_*.xlsx` | Excel, LibreOffice | type P, U, T and S; live formulas, tested range, curve |
 | `traction_*.h` | C99, C++11 | include it; needs libm (`-lm`) only |
 | `traction_*.f90` | Fortran 2008 | compile it with your sources; elemental, so arrays too |
 | `Traction_*.mo` | Modelica | load the package; Pa, m/s, K |
@@ -19,22 +21,26 @@ _FORMS = """\
 
 
 def index(fits: Sequence[Description]) -> str:
-    """The page, in Markdown."""
+    """The page, in Markdown. Fits come first, then constants of the paper."""
     oils = "\n".join(_row(fit) for fit in fits)
+    origins = "\n".join(
+        dict.fromkeys(f"- {html.escape(origin(fit), quote=False)}." for fit in fits)
+    )
     return f"""\
 # Traction coefficients for bearing codes
 
-{html.escape(origin(fits[0]), quote=False)}.
+{origins}
 
 | oil | folder | mu depends on | certificate |
 | --- | --- | --- | --- |
 {oils}
 
-{_FORMS}
+{FORMS}
 
 The functions take the slide-roll ratio S with either sign, mu(-S) = -mu(S), and say whether a point
-lies outside the tested box, where mu is extrapolated. Units stand in the names of the arguments;
-the head of each file has the law, its source, the campaign, the tested box and the certificate.
+lies outside the tested box, where mu is extrapolated. The names of the arguments carry the units.
+The head of each file has the law, its source, where its constants come from, the tested box and the
+certificate.
 """
 
 
@@ -42,5 +48,5 @@ def _row(fit: Description) -> str:
     symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
     where = fit.where_known and f"; {fit.where_known}"
     depends = "unknown" if fit.obstacle else symbols + where
-    cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, certificate(fit))
+    cells = (plain(fit.oil), f"`{fit.folder}/`", depends, certificate(fit))
     return f"| {' | '.join(html.escape(cell, quote=False) for cell in cells)} |"

@@ -7,6 +7,7 @@ from typing import Any
 
 from oilfilm.outputs.exports.adore import FORM, UNITS, adore_rows
 from oilfilm.outputs.exports.description import Description, number_or_none
+from oilfilm.outputs.exports.header import origin
 
 
 def json_text(
@@ -21,16 +22,17 @@ def json_text(
         description: The fit.
         files: Form -> file beside this one.
         not_written: Form -> why there is no such file.
-        provenance: Digests of code, settings and inputs.
+        provenance: What the constants were made from, as digests.
     """
     law, campaign, quality = description.law, description.campaign, description.quality
     fixed_conditions = description.fitted.coefficients.fixed
     content = {
         "format": "oilfilm traction law",
-        "format_version": 3,
+        "format_version": 4,
         "oil": description.oil,
-        "campaign": {"name": campaign.name, "description": campaign.description},
-        "data": campaign.data,
+        "origin": origin(description),
+        "campaign": campaign and {"name": campaign.name, "description": campaign.description},
+        "data": description.data,
         "law": {
             "name": law.name,
             # operators and functions as in Python
@@ -48,8 +50,9 @@ def json_text(
         },
         "conditions": list(map(asdict, (*description.conditions, description.slip))),
         "constants": list(description.constants),
-        "fit": {
-            "certified": bool(quality["certified"]),
+        "fit": quality
+        and {
+            "certified": description.certified,
             "verdict": quality["certificate"],
             "points": int(quality["n_points"]),
             "runs": int(quality["n_curves"]),
@@ -64,6 +67,6 @@ def json_text(
         },
         "files": files,
         "not_written": not_written,
-        "provenance": {key: provenance[key] for key in ("code", "settings", "inputs")},
+        "provenance": dict(provenance),
     }
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -104,9 +104,9 @@ def modelica_package(description: Description) -> str:
     inside = "\n      and ".join(
         [*map(_inside, given), f"abs({_SLIP}) <= {description.slip.tested[1]!r}"]
     )
-    simulated = ", SIMULATED DATA" if description.campaign.data == "simulated" else ""
+    label = {"simulated": ", SIMULATED DATA", "printed": ", PRINTED CONSTANTS", "measured": ""}
     return f"""\
-package {name} "Traction coefficient of the oil {plain(description.oil)}{simulated}"
+package {name} "Traction coefficient of the oil {plain(description.oil)}{label[description.data]}"
   function coefficient "Traction coefficient, odd in the slide-roll ratio"
 {inputs}    input Real {_SLIP}(unit = "1") "S, of either sign";
     output Real mu(unit = "1") "Traction force over load, of the sign of S";

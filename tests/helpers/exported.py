@@ -1,0 +1,131 @@
+"""Descriptions of oils whose constants are planted, for the tests of exports."""
+
+import numpy as np
+import pandas as pd
+
+from campaigns import ROOT
+from law_points import EVERY_LAW, TRUTH
+from oilfilm.fitting.conditions import FixedCondition, to_text
+from oilfilm.outputs.exports.description import SLIP, Description, describe
+from oilfilm.settings.resolved import Settings
+from oilfilm.traction.law import CONDITIONS, Law
+
+PRINTED = ROOT / "data/reference/printed_coefficients.yaml"
+LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
+LOAD_AT_1_GPA = 42.0  # N, of the 20 mm ball
+# Names of oils that would end a comment, a string or an identifier.
+HOSTILE = [
+    "*/ int x; /*",
+    "two\nlines\r\nend module",
+    "\" quote ' and \\",
+    "%{\n%}\nsystem('true')",
+    "trigraph ??/",
+    '</pre></html>"; end Traction;',
+    "=1+1",
+    "\N{LINE SEPARATOR}\u00e9\u6cb9",
+    "",
+    "9" * 300,
+]
+
+
+Tables = tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]
+
+
+def tables_of(
+    law: Law, oils: list[str], values: dict[str, float], unknown: tuple[str, ...] = ()
+) -> Tables:
+    """Points, coefficients and quality of oils whose constants are planted."""
+    corners = pd.DataFrame([LOWER, UPPER], columns=list(CONDITIONS))
+    corners["load_n"] = LOAD_AT_1_GPA * corners["max_hertz_pressure_gpa"] ** 3
+    points = corners.assign(run_id=["a", "b"], accepted=True)
+    wild = points.assign(max_hertz_pressure_gpa=9.0, accepted=False)
+    names = [constant.name for constant in law.constants if constant.known is None]
+    names += [name for name in values if name not in names]
+    constants = pd.DataFrame({"constant": names, "value": pd.Series(names).map(values)})
+    constants = constants.assign(
+        standard_error=constants["value"].abs() / 100,
+        lower=constants["value"] - 0.01,
+        upper=constants["value"] + 0.01,
+        joint_lower=constants["value"] - 0.03,
+        joint_upper=constants["value"] + 0.03,
+        systematic_standard_error=np.nan,
+        verdict=np.where(constants["value"].notna(), "known", "not identifiable"),
+    )
+    quality = {
+        "law": law.name,
+        "n_points": 62,
+        "n_curves": 2,
+        "rmse": 1e-4,
+        "max_error": 5e-4,
+        "certified": True,
+        "searches": 5,
+        "searches_agreeing": 5,
+        "certificate": "certified: 5 of 5 searches agree; and more",
+        "fixed_conditions": to_text(
+            [
+                FixedCondition(name, None if name in unknown else corners[name].mean(), 0.02)
+                for name in law.conditions
+                if name in law.groups and not _has_exponents(law, name, values)
+            ]
+        ),
+        "tested_min_slide_roll_ratio": 0.002,
+        "tested_max_slide_roll_ratio": 0.3,
+        **corners.min().add_prefix("tested_min_"),
+        **corners.max().add_prefix("tested_max_"),
+    }
+    return (
+        pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
+        pd.concat([constants.assign(oil=oil, law=law.name) for oil in oils]),
+        pd.DataFrame([{**quality, "oil": oil} for oil in oils]),
+    )
+
+
+def _has_exponents(law: Law, group: str, values: dict[str, float]) -> bool:
+    names = [constant.name for constant in law.constants if constant.condition == group]
+    return any(not np.isnan(values.get(name, np.nan)) for name in names)
+
+
+def describe_law(config: Settings, name: str, left_out: int | None = None) -> Description:
+    """A law with plausible constants; the exponents of one of its groups left out."""
+    law = EVERY_LAW[name]
+    planted = {}
+    for constant, value in zip(law.constants, TRUTH[name], strict=True):
+        if constant.known is not None:
+            continue
+        planted[constant.name] = value
+        if left_out is not None and constant.condition in (None, law.groups[left_out]):
+            planted[constant.name] = np.nan
+        if left_out is not None and constant.condition is None:
+            planted[constant.name[:-1]] = value * 0.9
+    return describe("4050", "4050", *tables_of(law, ["4050"], planted), law, config)
+
+
+def grid() -> pd.DataFrame:
+    """P, U, T, W and S within and far beyond the tested box, both signs of S and 0."""
+    axes = ([0.8, 1.0, 1.37, 2.5], [1.0, 25.0, 33.0, 200.0], [5.0, 25.0, 99.0, 140.0])
+    slips = [-1.0, -0.3, -0.017, 0.0, 1e-3, 0.05, 0.21, 0.31]
+    columns = np.meshgrid(*axes, slips)
+    names = (*CONDITIONS, SLIP)
+    rows = pd.DataFrame({name: axis.ravel() for name, axis in zip(names, columns, strict=True)})
+    return rows.assign(load_n=LOAD_AT_1_GPA * rows["max_hertz_pressure_gpa"] ** 3)
+
+
+def arguments_of(fit: Description, rows: pd.DataFrame) -> np.ndarray:
+    """Columns that the exported functions take: the law's groups that it follows, and S."""
+    groups = fit.law.group_values(rows[list(fit.law.conditions)].to_numpy())
+    return np.column_stack([groups[:, fit.fitted.coefficients.known], rows[SLIP]])
+
+
+def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:
+    """mu by the library's own prediction, not by anything of the exports."""
+    fixed = [each.condition for each in fit.fitted.coefficients.fixed]
+    conditions = rows.assign(**dict.fromkeys(fixed, np.nan))[list(fit.law.conditions)].to_numpy()
+    return fit.fitted.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
+
+
+def beyond(fit: Description, arguments: np.ndarray) -> np.ndarray:
+    inside = np.abs(arguments[:, -1]) <= 0.3
+    for condition, column in zip(fit.arguments, arguments.T[:-1], strict=True):
+        lower, upper = condition.tested
+        inside &= (column >= lower) & (column <= upper)
+    return ~inside
