@@ -97,10 +97,12 @@ def fake_clock(offset: str) -> dict[str, str]:
 def command(project: Path, *arguments: str) -> tuple[list[str], dict[str, str]]:
     """Snakemake in a project's folder, with the project's own library: command, environment.
 
-    Coverage is not measured: its tracer nearly doubles the time of a job.
+    Coverage is not measured: its tracer nearly doubles the time of a job. Bytecode is kept: without
+    it each job would compile the library anew.
     """
+    left_out = {*measured(), "PYTHONDONTWRITEBYTECODE"}
     environment = {
-        **{name: value for name, value in os.environ.items() if name not in measured()},
+        **{name: value for name, value in os.environ.items() if name not in left_out},
         "PYTHONPATH": os.pathsep.join([str(project / "workflow"), str(GUARD)]),
         "OILFILM_GUARD": str(project / "guard.log"),
     }

@@ -12,25 +12,28 @@ from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
 
-FILES = 100  # of each format; `make bench-fuzz` takes 20 000
+# How many files of each format are damaged; `make bench-fuzz` takes 20 000.
+NUMBERS = pytest.mark.parametrize("files", [20, pytest.param(200, marks=pytest.mark.nightly)])
 
 
-def test_damaged_pcs_logs_end_in_a_verdict() -> None:
+@NUMBERS
+def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
     random = generator(1, "fuzz pcs")
     etm, ehd = traction_export(range(1, 6)), film_export()
     verdicts = Counter(
-        carry(mutate(etm if number % 2 else ehd, random), PCS_CONFIG) for number in range(FILES)
+        carry(mutate(etm if number % 2 else ehd, random), PCS_CONFIG) for number in range(2 * files)
     )
     assert len(verdicts) >= 4, verdicts
 
 
+@NUMBERS
 @pytest.mark.parametrize("rig", SOUND)
 @pytest.mark.parametrize("name", WRITERS)
-def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str) -> None:
+def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str, files: int) -> None:
     log, random = SOUND[rig], generator(1, f"fuzz {rig} {name}")
     content = log.written(name)
     damaged = [content[: int(share * len(content))] for share in (0.03, 0.5, 0.9, 0.999)]
-    damaged += [mutate(content, random) for _ in range(FILES // 2)]
+    damaged += [mutate(content, random) for _ in range(files)]
     verdicts = Counter(carry(each, log.config, log.kind) for each in damaged)
     assert len(verdicts) >= 3, verdicts
 

@@ -286,17 +286,20 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
         assert (np.diff(grid, axis=0) < 0).all()
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, oils, name):
-    runs = plateaus([5.0, 6.5], [6000.0, 9000.0])
+@pytest.fixture(scope="module")
+def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
     slip = cage_slip_table(oils, config)
-    results = CampaignTables.in_memory(
-        torque=torque_table(runs, oils, config)[0],
+    return CampaignTables.in_memory(
+        torque=torque_table(plateaus([5.0, 6.5], [6000.0, 9000.0]), oils, config)[0],
         cage_slip=slip,
         slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
         size_effect=size_effect_table(oils, config),
         published_tests=published_tests_table(PUBLISHED, oils, config),
     )
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, results, name):
     figure, drawn = draw(name, results, config)
     tables.conform(drawn, load_figure(name).table, name)
     assert len(drawn)

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.constants import zero_Celsius
 
 from oilfilm.physics.contact import Floats
-from oilfilm.units import FloatArray
+from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
 IntArray = npt.NDArray[np.intp]
 
@@ -258,4 +257,4 @@ class AstmD341(_PressureViscosityByViscosity):
 
 
 def _kelvin(temperature_c: Floats) -> FloatArray:
-    return np.asarray(temperature_c) + zero_Celsius
+    return np.asarray(temperature_c) - ABSOLUTE_ZERO_C
