@@ -7,6 +7,7 @@ from campaigns import ROOT
 from law_points import EVERY_LAW, TRUTH
 from oilfilm.fitting.conditions import FixedCondition, to_text
 from oilfilm.outputs.exports.description import SLIP, Description, describe
+from oilfilm.outputs.exports.printed import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, Law
 
@@ -129,3 +130,9 @@ def beyond(fit: Description, arguments: np.ndarray) -> np.ndarray:
         lower, upper = condition.tested
         inside &= (column >= lower) & (column <= upper)
     return ~inside
+
+
+def printed_oils(config: Settings) -> dict[str, Description]:
+    """The constants of the paper by oil."""
+    described = describe_printed(PRINTED, config.printed.boxes.tested, config.exports)
+    return {each.oil: each for each in described}

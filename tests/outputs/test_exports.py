@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import ROOT, printed, printed_by_name
+from campaigns import printed, printed_by_name
 from exported import (
     HOSTILE,
     PRINTED,
@@ -27,6 +27,7 @@ from exported import (
     describe_law,
     expected,
     grid,
+    printed_oils,
     tables_of,
 )
 from law_points import EVERY_LAW
@@ -35,7 +36,6 @@ from oilfilm.outputs.exports.campaign import FORMS, export, export_campaign
 from oilfilm.outputs.exports.description import SLIP, Description, describe
 from oilfilm.outputs.exports.fortran_module import fortran_module
 from oilfilm.outputs.exports.names import identifiers, plain
-from oilfilm.outputs.exports.printed import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -292,17 +292,6 @@ def test_python_gives_a_number_for_numbers_and_broadcasts_arrays(
     assert exported.outside_tested_box(1, 25, 25, [0.3, 0.31]).tolist() == [False, True]
 
 
-def test_example_of_the_readme_runs(config: Settings, tmp_path: Path) -> None:
-    law, values = EVERY_LAW["deng2026"], printed_by_name("4102")
-    save(describe("4102", "4102", *tables_of(law, ["4102"], values), law, config), tmp_path)
-    readme = (ROOT / "docs/results.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"```c\n(.*?)```", readme, re.DOTALL)
-    (tmp_path / "main.c").write_text(example, encoding="utf-8")
-    run(tool("gcc"), "-std=c99", "main.c", "-o", "main", "-lm", folder=tmp_path)
-    mu = -traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.05)
-    assert run("./main", folder=tmp_path) == f"mu = {mu:.5f}\n"
-
-
 # ------------------------------------------------------------------------- printed constants
 
 
@@ -311,7 +300,7 @@ def test_exported_printed_constants_give_eqs_7_to_9(
     evaluate: Evaluate, config: Settings, tmp_path: Path
 ) -> None:
     rows = grid()[[*CONDITIONS, SLIP]].to_numpy()
-    for fit in describe_printed(PRINTED, ["4102", "4050", "4010"], config):
+    for fit in printed_oils(config).values():
         save(fit, tmp_path)
         mu, outside = evaluate(fit, rows, tmp_path).T
         of_paper = traction_coefficient(printed()[fit.oil], *rows.T[:3], np.abs(rows.T[3]))
@@ -327,15 +316,15 @@ def test_exports_of_a_campaign_hold_the_printed_constants_of_its_oils_only(
     law = EVERY_LAW["deng2026"]
     tables = tables_of(law, ["4102", "own"], printed_by_name("4102"))
     files = export_campaign(*tables, config, PROVENANCE, PRINTED)
-    oils = {name.split("/")[1] for name in files if name.startswith("printed-constants/")}
-    assert oils == {"4102_printed"}
-    readme = files["README.md"].decode()
-    assert "SIMULATED DATA" in readme
+    of_paper = [name.split("/")[1] for name in files if name.startswith("printed-constants/")]
+    assert set(of_paper) == {"README.md", "4102_printed"}
+    assert "SIMULATED DATA" in files["README.md"].decode()
+    readme = files["printed-constants/README.md"].decode()
     assert "PRINTED CONSTANTS of Deng et al." in readme
 
 
 def test_printed_constants_say_so_in_every_file(config: Settings) -> None:
-    (fit,) = describe_printed(PRINTED, ["4010"], config)
+    fit = printed_oils(config)["4010"]
     texts = texts_of(fit)
     content = json.loads(texts.pop("traction_4010_printed.json"))
     assert (content["data"], content["campaign"], content["fit"]) == ("printed", None, None)

@@ -12,10 +12,9 @@ import pytest
 from openpyxl import Workbook, load_workbook
 
 from campaigns import printed
-from exported import HOSTILE, PRINTED, arguments_of, beyond, describe_law, expected, grid
+from exported import HOSTILE, arguments_of, beyond, describe_law, expected, grid, printed_oils
 from law_points import EVERY_LAW
 from oilfilm.outputs.exports.description import SLIP, Description
-from oilfilm.outputs.exports.printed import describe_printed
 from oilfilm.outputs.exports.workbook import CURVE_STEPS, workbook
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -82,7 +81,7 @@ def by_libreoffice(
 ) -> dict[str, Workbook]:
     """Every law at every row, and the printed constants."""
     books = {name: typed(fit, arguments_of(fit, ROWS)) for name, fit in fits.items()}
-    (fit,) = describe_printed(PRINTED, ["4102"], config)
+    fit = printed_oils(config)["4102"]
     books["printed"] = typed(fit, np.array([[1.5, 40.0, 120.0, -0.3], [1.2, 30.0, 0.0, 0.1]]))
     return computed(books, tmp_path_factory.mktemp("workbooks"))
 

@@ -36,7 +36,7 @@ def parser() -> argparse.ArgumentParser:
         help="print a script that completes this command in bash, zsh, fish or tcsh, and stop",
     )
     commands = top.add_subparsers(required=True, metavar="COMMAND", title="commands")
-    for add in (_add_check, _add_predict, _add_plan, _add_verify, _add_diff, _add_pin):
+    for add in (_add_check, _add_predict, _add_plan, _add_verify, _add_diff, _add_pin, _add_export):
         add(commands)
     return top
 
@@ -168,6 +168,28 @@ def _add_plan(commands: Any) -> None:
         help="what shall become more certain (default: torque, or traction without a bearing)",
     )
     _add_json(command, "one JSON object per oil")
+
+
+def _add_export(commands: Any) -> None:
+    command = _command(
+        commands,
+        "export",
+        "write the paper's constants for Python, spreadsheets and bearing codes",
+        "Write the constants that the paper prints as Python, workbook, C, Fortran, Modelica, "
+        "MATLAB, ADORE constants, JSON and CSV. Fits of a campaign are in results/*/exports.",
+    )
+    command.add_argument(
+        "--printed", action="store_true", required=True, help="the constants of the paper"
+    )
+    command.add_argument("--oil", help="4102, 4050 or 4010 (default: all three)")
+    command.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        default=Path("printed-constants"),
+        metavar="FOLDER",
+        help="where to write them (default: printed-constants)",
+    )
 
 
 def _add_verify(commands: Any) -> None:

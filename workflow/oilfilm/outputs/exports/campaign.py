@@ -33,6 +33,12 @@ FORMS: dict[str, tuple[str, Callable[[Description], str | bytes]]] = {
     "ADORE": ("adore_{}.csv", adore_csv),
 }
 
+# Beside the folders of fits; no identifier has a hyphen.
+PRINTED_FOLDER = "printed-constants"
+_LINK = f"""
+The constants that the paper prints of these oils: [{PRINTED_FOLDER}]({PRINTED_FOLDER}/README.md).
+"""
+
 
 def export_campaign(
     points: pd.DataFrame,
@@ -62,22 +68,31 @@ def export_campaign(
         describe(oil, name, points, coefficients, quality, law, settings)
         for oil, name in names.items()
     ]
-    of_paper = describe_printed(printed, list(names), settings)
+    of_paper = describe_printed(printed, settings.printed.boxes.tested, settings.exports)
+    of_paper = [description for description in of_paper if description.oil in names]
     sources = {key: provenance[key] for key in ("code", "settings", "inputs")}
-    return {"README.md": index([*fits, *of_paper]).encode()} | in_folders(
-        [*fits, *of_paper], sources
-    )
+    files = in_folders(fits, sources, _LINK if of_paper else "")
+    if of_paper:
+        below = in_folders(of_paper, sources).items()
+        files |= {f"{PRINTED_FOLDER}/{file}": content for file, content in below}
+    return files
 
 
 def in_folders(
-    descriptions: Sequence[Description], provenance: Mapping[str, Any]
+    descriptions: Sequence[Description], provenance: Mapping[str, Any], below: str = ""
 ) -> dict[str, bytes]:
-    """Several oils in every form: file in the folder of its oil -> its content."""
-    return {
-        f"{each.folder}/{file}": content
-        for each in descriptions
-        for file, content in export(each, provenance).items()
-    }
+    """Several oils in every form, and the page that lists them: file -> its content.
+
+    Args:
+        descriptions: One per oil; its files are in a folder of its name.
+        provenance: What they were made from, as digests.
+        below: A line below the list.
+    """
+    files = {"README.md": index(descriptions, below).encode()}
+    for each in descriptions:
+        contents = export(each, provenance).items()
+        files |= {f"{each.identifier}/{file}": content for file, content in contents}
+    return files
 
 
 def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:

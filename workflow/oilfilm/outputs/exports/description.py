@@ -89,11 +89,6 @@ class Description:
         return "printed" if self.campaign is None else self.campaign.data
 
     @property
-    def folder(self) -> str:
-        """Where its files are below the folder of the exports; no identifier has a hyphen."""
-        return f"printed-constants/{self.identifier}" if self.data == "printed" else self.identifier
-
-    @property
     def certified(self) -> bool:
         """Whether there is a fit and all of its searches agree."""
         return self.quality is not None and bool(self.quality["certified"])

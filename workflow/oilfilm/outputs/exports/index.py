@@ -7,7 +7,7 @@ from oilfilm.outputs.exports.description import Description
 from oilfilm.outputs.exports.header import certificate, origin
 from oilfilm.outputs.exports.names import plain
 
-FORMS = """\
+_FORMS = """\
 | file | for | how |
 | --- | --- | --- |
 | `traction_*.py` | Python | import it; needs NumPy alone; arrays too |
@@ -20,8 +20,13 @@ FORMS = """\
 | `traction_*.json`, `.csv` | everything else | constants with errors and verdicts; tested box |"""
 
 
-def index(fits: Sequence[Description]) -> str:
-    """The page, in Markdown. Fits come first, then constants of the paper."""
+def index(fits: Sequence[Description], below: str = "") -> str:
+    """The page, in Markdown.
+
+    Args:
+        fits: What it lists.
+        below: A line below the list.
+    """
     oils = "\n".join(_row(fit) for fit in fits)
     origins = "\n".join(
         dict.fromkeys(f"- {html.escape(origin(fit), quote=False)}." for fit in fits)
@@ -34,8 +39,8 @@ def index(fits: Sequence[Description]) -> str:
 | oil | folder | mu depends on | certificate |
 | --- | --- | --- | --- |
 {oils}
-
-{FORMS}
+{below}
+{_FORMS}
 
 The functions take the slide-roll ratio S with either sign, mu(-S) = -mu(S), and say whether a point
 lies outside the tested box, where mu is extrapolated. The names of the arguments carry the units.
@@ -48,5 +53,5 @@ def _row(fit: Description) -> str:
     symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
     where = fit.where_known and f"; {fit.where_known}"
     depends = "unknown" if fit.obstacle else symbols + where
-    cells = (plain(fit.oil), f"`{fit.folder}/`", depends, certificate(fit))
+    cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, certificate(fit))
     return f"| {' | '.join(html.escape(cell, quote=False) for cell in cells)} |"

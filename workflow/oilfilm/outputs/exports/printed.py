@@ -1,6 +1,5 @@
 """The constants that the paper prints, described as a fit is."""
 
-from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,19 +9,19 @@ import numpy as np
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
 from oilfilm.outputs.exports.description import Condition, Description, constant_meanings
 from oilfilm.outputs.exports.names import identifiers
+from oilfilm.settings.config import Box, ExportSettings
 from oilfilm.settings.reference import printed_constants
-from oilfilm.settings.resolved import Settings
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import QUANTITIES, FloatArray
 
 
-def describe_printed(path: Path, oils: Collection[str], settings: Settings) -> list[Description]:
-    """Describe the printed constants of those of the oils that the paper tested.
+def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
+    """Describe the printed constants of each oil of the paper.
 
     Args:
         path: data/reference/printed_coefficients.yaml.
-        oils: Names of oils.
-        settings: `exports`, and `printed.boxes.tested`: what the paper's abstract says was tested.
+        tested: What the paper's abstract says was tested (`printed.boxes.tested`).
+        settings: Operating points of the ADORE form.
 
     Raises:
         OilfilmError: The file is missing or has a mistake.
@@ -30,21 +29,22 @@ def describe_printed(path: Path, oils: Collection[str], settings: Settings) -> l
     constants = printed_constants(path)
     names = identifiers([f"{oil} printed" for oil in constants])
     return [
-        _describe(oil, name, values, settings)
+        _describe(oil, name, values, tested, settings)
         for (oil, values), name in zip(constants.items(), names.values(), strict=True)
-        if oil in oils
     ]
 
 
-def _describe(oil: str, identifier: str, constants: FloatArray, settings: Settings) -> Description:
+def _describe(
+    oil: str, identifier: str, constants: FloatArray, tested: Box, settings: ExportSettings
+) -> Description:
     law = PAPER_LAW
-    tested = settings.printed.boxes.tested.model_dump()
-    box = np.array([tested[name] for name in (*law.conditions, "slide_roll_ratio")], dtype=float)
+    ends = tested.model_dump()
+    box = np.array([ends[name] for name in (*law.conditions, "slide_roll_ratio")], dtype=float)
     coefficients = replace(Coefficients.bare(law, constants), box=box)
     conditions = []
     for name, reference in zip(law.conditions, law.reference, strict=True):
         quantity = QUANTITIES[name]
-        lower, upper = map(float, tested[name])
+        lower, upper = map(float, ends[name])
         conditions.append(
             Condition(
                 name,
@@ -69,7 +69,7 @@ def _describe(oil: str, identifier: str, constants: FloatArray, settings: Settin
             for constant, value in zip(law.constants, constants.tolist(), strict=True)
         ),
         quality=None,
-        adore_points=tuple(point.model_dump() for point in settings.exports.adore_points),
+        adore_points=tuple(point.model_dump() for point in settings.adore_points),
     )
 
 

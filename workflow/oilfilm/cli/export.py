@@ -1,0 +1,48 @@
+"""The command `oilfilm export`: the constants that the paper prints, for bearing codes."""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+
+import oilfilm
+from oilfilm.atomic_write import write_bytes
+from oilfilm.digests import file_digest
+from oilfilm.errors import OilfilmError
+from oilfilm.home import CONFIG, portable, reference_file
+from oilfilm.outputs.exports.campaign import in_folders
+from oilfilm.outputs.exports.printed import describe_printed
+from oilfilm.settings.resolve import read_config
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    path, config = reference_file("printed_coefficients"), read_config(CONFIG)
+    described = describe_printed(path, config.printed.boxes.tested, config.exports)
+    known = [each.oil for each in described]
+    if options.oil not in (None, *known):
+        raise OilfilmError(
+            f"--oil: the paper prints no constants of {options.oil!r}; expected one of "
+            f"{', '.join(known)}."
+        )
+    wanted = [each for each in described if options.oil in (None, each.oil)]
+    provenance = {
+        "code": f"oilfilm {oilfilm.__version__}",
+        "settings": None,
+        "inputs": {portable(path.resolve()): file_digest(path)},
+    }
+    files = in_folders(wanted, provenance)
+    _refuse_to_overwrite(options.folder, files)
+    for name, content in files.items():
+        write_bytes(content, options.folder / name)
+        print(options.folder / name)
+    return 0
+
+
+def _refuse_to_overwrite(folder: Path, files: Mapping[str, bytes]) -> None:
+    for name, content in files.items():
+        file = folder / name
+        if file.exists() and not (file.is_file() and file.read_bytes() == content):
+            raise OilfilmError(
+                f"{file}: exists with other content, and nothing was written. Remove it, or name "
+                "another folder."
+            )
