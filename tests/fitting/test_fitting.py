@@ -52,6 +52,7 @@ def test_noise_free_data_give_the_planted_constants(quick: FitSettings, oil: str
     assert quality["sse"].iloc[0] < 1e-20
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("oil", OILS)
 def test_twenty_searches_from_different_seeds_end_at_one_optimum(
     quick: FitSettings, oil: str
@@ -103,6 +104,7 @@ def test_naive_errors_are_right_where_points_are_independent() -> None:
     np.testing.assert_allclose(ratio, 1, atol=0.2)
 
 
+@pytest.mark.no_cover
 def test_curve_bootstrap_gives_the_spread_that_shared_errors_really_cause() -> None:
     """Gains of 2 % shared by a run: refits of fresh simulations against one bootstrap."""
     task, data = problem_of(make_points("4102", matrix()))

@@ -22,6 +22,7 @@ def conditions(config: Settings) -> np.ndarray:
     return np.array(list(itertools.product(*config.campaign.matrix.model_dump().values())))
 
 
+@pytest.mark.no_cover
 def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
     config: Settings, conditions: np.ndarray
 ) -> None:

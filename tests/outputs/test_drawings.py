@@ -505,6 +505,7 @@ def test_correlations_without_a_bootstrap_say_where_they_are_from(
 DRAWN_HERE = ["fig01", "fig05", "tab01", "fig02", "fig03", *PANELS, "residuals", "identifiability"]
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
 @pytest.mark.parametrize("name", DRAWN_HERE)
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off_even_with_a_long_name(

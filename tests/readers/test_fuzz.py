@@ -16,6 +16,7 @@ from pcs_exports import film_export, traction_export
 NUMBERS = pytest.mark.parametrize("files", [20, pytest.param(200, marks=pytest.mark.nightly)])
 
 
+@pytest.mark.no_cover
 @NUMBERS
 def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
     random = generator(1, "fuzz pcs")
@@ -26,6 +27,7 @@ def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
     assert len(verdicts) >= 4, verdicts
 
 
+@pytest.mark.no_cover
 @NUMBERS
 @pytest.mark.parametrize("rig", SOUND)
 @pytest.mark.parametrize("name", WRITERS)

@@ -68,6 +68,7 @@ def alone(config: Settings, fraction: float, factor: float) -> pd.DataFrame:
     return advise(slip, changed.selection, changed.gates.lambda_limit)
 
 
+@pytest.mark.no_cover
 def test_each_scenario_is_that_of_the_bearing_by_itself(
     config: Settings, tables_in_band: Frames
 ) -> None:

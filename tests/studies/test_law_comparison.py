@@ -37,6 +37,7 @@ def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
     return task, engine.polish(task, internal_of(law)[task.free])
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", ["deng2026", "eyring", "wang-deng-groups", "tanh"])
 def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
     only = ["deng2026", "wang-deng-groups", "eyring", "tanh"]

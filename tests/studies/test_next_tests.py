@@ -111,6 +111,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     assert (ratio < high).all(), ratio
 
 
+@pytest.mark.no_cover
 def test_plan_beats_the_median_of_random_tests(
     known: Known, planned: Planned, after_plan: FloatArray
 ) -> None:
