@@ -4,12 +4,14 @@
 VENV := .venv
 BIN := $(VENV)/bin
 
-# One stamp for the locked packages, one for oilfilm itself: a change of pyproject.toml alone
-# installs nothing twice. Each is touched last, so that a half-made .venv never counts as done.
+# One stamp for the packages that running needs, one for oilfilm itself, one for the packages of
+# the tests: a change of pyproject.toml alone installs nothing twice. Each is touched last, so that
+# a half-made .venv never counts as done.
 # A .venv knows its own path, hence the checksum of the folder: a moved clone is set up again.
 PLACE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
 LOCKED := $(VENV)/locked-$(PLACE)
 READY := $(VENV)/ready-$(PLACE)
+DEV := $(VENV)/dev-$(PLACE)
 
 # Choose another one with `make PYTHON=...`. 3.14 comes late because one package behind Snakemake
 # has no wheel for it and needs a C compiler; nothing newer has wheels of NumPy in the lock.
@@ -38,7 +40,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup test lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
+.PHONY: all setup dev test lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
 	bench-ingest bench-fit bench-ga bench-coverage bench-plan lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
@@ -47,10 +49,12 @@ all: $(READY) ## set up .venv, then run the default campaign (snakemake)
 
 setup: $(READY) ## set up .venv only
 
+dev: $(DEV) ## the same, with what tests and checks need
+
 test: lint ## every static check, then the tests with coverage
 	$(IN_VENV) $(BIN)/pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder --cov
 
-lint: $(READY) ## every static check: style, format, types, imports, workflow
+lint: $(DEV) ## every static check: style, format, types, imports, workflow
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -60,23 +64,23 @@ lint: $(READY) ## every static check: style, format, types, imports, workflow
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 
-nightly: $(READY) ## long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
+nightly: $(DEV) ## long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
 	$(IN_VENV) $(BIN)/pytest -m nightly
 	$(IN_VENV) $(BIN)/python .ci/nightly.py $(CAMPAIGN)
 
-verify: $(READY) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
+verify: $(DEV) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
 	$(IN_VENV) $(BIN)/python tests/helpers/reproduce.py $(CAMPAIGN)
 
-bench-bearing: $(READY) ## equilibria of a bearing, one by one and by the thousand (a minute)
+bench-bearing: $(DEV) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py
 
-bench-faults: $(READY) ## 30 runs killed at random moments and run again (half an hour)
+bench-faults: $(DEV) ## 30 runs killed at random moments and run again (half an hour)
 	$(BIN)/python benchmarks/faults.py 30
 
-bench-cpu: $(READY) ## how far numbers move on other types of CPU (5 min)
+bench-cpu: $(DEV) ## how far numbers move on other types of CPU (5 min)
 	$(BIN)/python benchmarks/cpu_types.py
 
-bench-fuzz: $(READY) ## 20 000 damaged logs: a verdict for each (about half an hour)
+bench-fuzz: $(DEV) ## 20 000 damaged logs: a verdict for each (about half an hour)
 	$(BIN)/python benchmarks/fuzz.py 20000
 
 $(LOCKED): requirements.lock
@@ -107,16 +111,21 @@ $(READY): $(LOCKED) pyproject.toml
 	@$(INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-bench-plan: $(READY) ## planned tests against random ones, on simulated campaigns (a minute)
+$(DEV): $(READY) requirements-dev.lock
+	@echo "Adding what tests and checks need, from requirements-dev.lock"
+	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements-dev.lock
+	@touch $@
+
+bench-plan: $(DEV) ## planned tests against random ones, on simulated campaigns (a minute)
 	$(BIN)/python benchmarks/plan.py
 
-bench-ingest: $(READY) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
+bench-ingest: $(DEV) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py
 
-bench-blind: $(READY) ## ten laboratories of their own, 55 faults each: detection, reasons, intervals (3 min)
+bench-blind: $(DEV) ## ten laboratories of their own, 55 faults each: detection, reasons, intervals (3 min)
 	$(BIN)/python benchmarks/blind.py
 
-bench-coverage: $(READY) ## 200 simulated campaigns per oil: do the intervals cover the truth (10 min)
+bench-coverage: $(DEV) ## 200 simulated campaigns per oil: do the intervals cover the truth (10 min)
 	$(BIN)/python benchmarks/coverage.py
 
 # The rivals' packages stay out of .venv: nothing but these benchmarks needs them.
@@ -137,21 +146,23 @@ bench-ga: rivals ## a genetic algorithm, as the paper used one, beside our fit: 
 
 # Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
 # for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
-lock: ## renew requirements.lock after a change of pyproject.toml
-	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) setup)
-	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
-		--generate-hashes --no-emit-index-url --all-extras --python-version 3.11 \
-		--custom-compile-command "make lock" pyproject.toml --output-file requirements.lock
-	$(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
-		--generate-hashes --no-emit-index-url --python-version 3.11 --constraint requirements.lock \
-		--custom-compile-command "make lock" benchmarks/rivals.in --output-file benchmarks/rivals.lock
+COMPILE = $(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
+	--generate-hashes --no-emit-index-url --python-version 3.11 --custom-compile-command "make lock"
 
-schemas: $(READY) ## renew the generated schemas and the reference pages of docs
+lock: ## renew the lock files after a change of pyproject.toml
+	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) dev)
+	$(COMPILE) --extra workflow --extra clone pyproject.toml --output-file requirements.lock
+	$(COMPILE) --all-extras --constraint requirements.lock pyproject.toml \
+		--output-file requirements-dev.lock
+	$(COMPILE) --constraint requirements.lock benchmarks/rivals.in \
+		--output-file benchmarks/rivals.lock
+
+schemas: $(DEV) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.settings.schemas
 	$(BIN)/python -m oilfilm.outputs.tables_page
 	$(BIN)/python -m oilfilm.cli.schema
 
-licences: $(READY) ## renew docs/licences.csv after a change of requirements.lock
+licences: $(DEV) ## renew docs/licences.csv after a change of requirements.lock
 	$(BIN)/python tests/lint/licences.py --write
 
 upgrade: ## the same, with the newest release of everything

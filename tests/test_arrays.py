@@ -37,6 +37,19 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     assert fitted.predict(1.2, 30, 70, 0.5).outside
 
 
+def test_search_that_misses_an_exact_fit_is_told() -> None:
+    """The best search then leaves rounding alone, and the other is 1e19 times worse."""
+    levels = np.meshgrid([1.0, 1.25, 1.5], [20, 30, 40], [25, 70, 120], np.linspace(0, 0.1, 12))
+    law = oilfilm.printed("4102")
+    mu = oilfilm.predict(law.law, law.coefficients, *levels).traction_coefficient
+    fit = oilfilm.fit(*levels, mu, bootstrap=20)
+    quality = fit.tables.fit_quality.iloc[0]
+    assert quality["sse_spread"] > 1e12
+    assert not quality["certified"]
+    assert "searches agree" in fit.verdict
+    np.testing.assert_allclose(fit.constants["value"], law.coefficients.constants, rtol=1e-5)
+
+
 def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> None:
     units = pint.UnitRegistry()
     quantities = (

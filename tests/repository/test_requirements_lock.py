@@ -1,8 +1,8 @@
-"""requirements.lock against pyproject.toml and the installed packages, without a network."""
+"""The lock files against pyproject.toml and the installed packages, without a network."""
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib import metadata
 from pathlib import Path
 
@@ -12,7 +12,9 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
 PYPROJECT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+RUN_LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+LOCK = (ROOT / "requirements-dev.lock").read_text(encoding="utf-8")
+EVERY_EXTRA = ("report", "workflow", "clone", "dev")
 
 Pins = dict[str, list[Requirement]]
 
@@ -32,14 +34,15 @@ def version(pin: Requirement) -> str:
     return specifier.version
 
 
-def wanted(pyproject: str) -> list[Requirement]:
-    """What pyproject.toml asks for: to run, to develop, to build."""
+def wanted(pyproject: str, extras: Iterable[str]) -> list[Requirement]:
+    """What pyproject.toml asks for with these extras: to run, to develop, to build."""
     content = tomllib.loads(pyproject)
     project = content["project"]
     texts = [*project["dependencies"], *content["build-system"]["requires"]]
-    for extra in project.get("optional-dependencies", {}).values():
-        texts += extra
-    return [Requirement(text) for text in texts]
+    for extra in extras:
+        texts += project["optional-dependencies"][extra]
+    # one extra of the project may name another
+    return [each for each in map(Requirement, texts) if each.name != project["name"]]
 
 
 def holds(requirement: Requirement, extras: set[str]) -> bool:
@@ -69,13 +72,13 @@ def dependencies(requirement: Requirement) -> Iterator[tuple[str, Requirement, b
             yield requirement.name, needed, False
 
 
-def faults(pyproject: str, lock: str) -> list[str]:
-    """Every way in which the lock does not fit pyproject.toml and the installed packages."""
+def faults(pyproject: str, lock: str, extras: Iterable[str] = EVERY_EXTRA) -> list[str]:
+    """Every way in which a lock does not fit pyproject.toml and the installed packages."""
     pinned = pins(lock)
     found = []
     reached: set[str] = set()
     seen: set[tuple[str, frozenset[str]]] = set()
-    queue = [("pyproject.toml", each, holds(each, set())) for each in wanted(pyproject)]
+    queue = [("pyproject.toml", each, holds(each, set())) for each in wanted(pyproject, extras)]
     while queue:
         asker, needed, here = queue.pop()
         name = canonicalize_name(needed.name)
@@ -101,8 +104,21 @@ def without(name: str, lock: str) -> str:
     return re.sub(rf"(?m)^{name}==.*\n(?: .*\n)*", "", lock)
 
 
-def test_lock_fits_pyproject_and_the_installed_packages():
-    assert not faults(PYPROJECT, LOCK), "requirements.lock is stale: run `make lock`"
+def test_locks_fit_pyproject_and_the_installed_packages():
+    assert not faults(PYPROJECT, LOCK), "requirements-dev.lock is stale: run `make lock`"
+    running = ("report", "workflow", "clone")
+    assert not faults(PYPROJECT, RUN_LOCK, running), "requirements.lock is stale: run `make lock`"
+
+
+def test_packages_that_run_are_the_same_in_both_locks():
+    dev = pins(LOCK)
+    for name, pinned in pins(RUN_LOCK).items():
+        assert [version(pin) for pin in pinned] == [version(pin) for pin in dev[name]]
+
+
+def test_extras_of_the_project_are_all_checked():
+    project = tomllib.loads(PYPROJECT)["project"]
+    assert set(project["optional-dependencies"]) == set(EVERY_EXTRA)
 
 
 @pytest.mark.parametrize(

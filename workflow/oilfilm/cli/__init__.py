@@ -33,6 +33,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OilfilmError as mistake:
         print(mistake, file=sys.stderr)
         return 2
+    except ModuleNotFoundError as lacking:
+        if (lacking.name or "oilfilm").partition(".")[0] == "oilfilm":
+            raise
+        print(
+            f"The package {lacking.name} is not installed. This needs more than the core of "
+            "oilfilm: pip install 'oilfilm[workflow]'",
+            file=sys.stderr,
+        )
+        return 2
     except BrokenPipeError:
         # whoever read the output has enough of it; nothing more must be written at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

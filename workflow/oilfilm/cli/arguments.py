@@ -1,4 +1,4 @@
-"""What several commands read from the command line: quantities and folders of results."""
+"""What several commands read from the command line: quantities and folders."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,15 @@ import numpy as np
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
+from oilfilm.home import CONFIG
 from oilfilm.readers.base import LARGEST_READING
 from oilfilm.units import conversion
+
+
+def config_folder(given: Path | None) -> Path:
+    """The configuration folder as given, else that of the working folder or of oilfilm itself."""
+    own = Path("config")
+    return given or (own if own.is_dir() else CONFIG)
 
 
 def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str, str]]:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from oilfilm.cli.arguments import config_folder
 from oilfilm.cli.check_text import report
 from oilfilm.cli.checked import CheckedLog, checked_logs
 from oilfilm.curation.curate import curate_ingested
@@ -26,9 +27,10 @@ Log = tuple[str, bytes]
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a log is refused."""
     kind = next((each for each in _KINDS if each.name == options.kind), None)
-    raw = options.config.parent / "data" / "raw"
-    campaign = options.campaign or _campaign_of(options.logs, raw, options.config)
-    settings = resolve(options.config, {"campaign": campaign} if campaign else {})
+    config = config_folder(options.config)
+    raw = config.parent / "data" / "raw"
+    campaign = options.campaign or _campaign_of(options.logs, raw, config)
+    settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
     paths = [path for path in dict.fromkeys(options.logs) if not is_run_sheet(path, raw)]
     if not paths:

@@ -9,10 +9,10 @@ import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field
 
 from oilfilm import tables
+from oilfilm.cli.arguments import config_folder
 from oilfilm.releases.compare import Comparison, Section, compare
 from oilfilm.releases.drift import drift_table
 from oilfilm.releases.messages import comparison_text, section_text
-from oilfilm.releases.page import page
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.settings.resolve import read_config, resolve
@@ -53,10 +53,12 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where `--gate` finds a change beyond its limit."""
     before, after = StoredRelease.open(options.before), StoredRelease.open(options.after)
     campaign = after.manifest.made_from["campaign"]
-    drift = _drift(options.config, campaign, options.gate)
+    drift = _drift(config_folder(options.config), campaign, options.gate)
     comparison = compare(before, after, drift)
     too_far = drift_table(comparison, drift)
     if options.html:
+        from oilfilm.releases.page import page  # noqa: PLC0415 - needs the extra `report`
+
         # YAML can escape half of a surrogate pair, which UTF-8 cannot encode
         text = page(comparison, too_far)
         options.html.write_text(text, encoding="utf-8", errors="backslashreplace")

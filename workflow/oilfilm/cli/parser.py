@@ -80,7 +80,11 @@ def _command(commands: Any, name: str, purpose: str, more: str = "") -> argparse
 
 
 def _add_config(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--config", type=Path, default=Path("config"), help="configuration folder")
+    command.add_argument(
+        "--config",
+        type=Path,
+        help="configuration folder (default: config; where there is none, what comes with oilfilm)",
+    )
 
 
 def _add_json(command: argparse.ArgumentParser, what: str) -> None:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.cli.arguments import campaign_folder, quantity
+from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.bearing import BearingFile
@@ -78,7 +78,8 @@ class PlannedTests(BaseModel):
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     folder, about = campaign_folder(options.results, options.campaign)
-    settings = resolve(options.config, {"campaign": about["campaign"]})
+    config = config_folder(options.config)
+    settings = resolve(config, {"campaign": about["campaign"]})
     results = CampaignTables.in_folder(folder)
     fitted = [oil for oil in settings.oils if oil in set(results.coefficients["oil"])]
     oils = fitted if options.oil is None else [options.oil]
@@ -87,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
             f"{folder}: no fit of oil {options.oil!r}; there are fits of "
             f"{', '.join(fitted) or 'none'}. Name one of these with --oil."
         )
-    request = _request(options, settings)
+    request = _request(options, settings, config)
     plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
     if options.json:
         print("\n".join(as_json(plan, about).model_dump_json() for plan in plans))
@@ -97,9 +98,9 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _request(options: argparse.Namespace, settings: Settings) -> Request:
+def _request(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
     """What is asked for: the options over the settings."""
-    request = request_of(settings, _bearing(options.bearing, options.config))
+    request = request_of(settings, _bearing(options.bearing, config))
     if options.duty:
         request = replace(request, duty=np.array([_duty(text) for text in options.duty]))
     if options.count is not None:

@@ -21,6 +21,7 @@ from oilfilm.releases.manifest import FileRecord, records_digest
 # Configuration is not code: a release holds what it resolves to.
 _CODE = ("Snakefile", "workflow", "data/reference")
 _LIBRARY = "workflow/oilfilm"
+_PROJECT = "oilfilm"
 # A pin is a part of a release; if it counted, no release could be pinned.
 PINS = "data/reference/pins"
 _PINS = tuple(PINS.split("/"))
@@ -74,6 +75,8 @@ def environment(home: Path) -> dict[str, Any]:
     """
     try:
         project = tomllib.loads((home / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        extras = project["optional-dependencies"]
+        needed = (*project["dependencies"], *extras["report"], *extras["workflow"])
     except (KeyError, ValueError) as error:
         raise OilfilmError(f"pyproject.toml: cannot be read ({error}).") from error
     return {
@@ -82,7 +85,7 @@ def environment(home: Path) -> dict[str, Any]:
         "platform": f"{sys.platform} {platform.machine()}",
         "c_library": " ".join(platform.libc_ver()).strip(),
         "cpu": " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
-        "packages": _versions(tuple(project["dependencies"])),
+        "packages": _versions(needed),
     }
 
 
@@ -95,14 +98,17 @@ def _versions(dependencies: tuple[str, ...]) -> dict[str, str]:
     while requirements:
         requirement = requirements.pop()
         name, extras = canonicalize_name(requirement.name), frozenset(requirement.extras)
-        if (name, extras) in seen or not _applies(requirement, frozenset()):
+        # one extra of the project may name another; the code itself has a digest of its own
+        own = name == _PROJECT
+        if own or (name, extras) in seen or not _applies(requirement, frozenset()):
             continue
         seen.add((name, extras))
         try:
             distribution = metadata.distribution(name)
         except metadata.PackageNotFoundError:
             raise OilfilmError(
-                f"the package {name!r} is not installed. Run `make setup`, then again."
+                f"the package {name!r} is not installed. Run `make setup` in a clone, elsewhere "
+                "`pip install 'oilfilm[workflow]'`; then again."
             ) from None
         versions[name] = distribution.version
         for text in distribution.requires or []:

@@ -238,7 +238,9 @@ _FITS = (
         "'; ': the robust fit nearly ignores them, or their gain or scatter is far from others"),
     count("searches", "independent global searches, each with its own seed"),
     count("searches_agreeing", "searches that ended at the best optimum"),
-    number("sse_spread", "1", "(largest - best) / best SSE over the searches", at_least=0),
+    # of exact points only rounding is left: a search that ended elsewhere is 1e24 times worse
+    number("sse_spread", "1", "(largest - best) / best SSE over the searches", at_least=0,
+        at_most=1e25),
     number("constant_spread", "1", "largest difference of a constant between searches, in naive "
         "standard errors", at_least=0),
     number("gradient_cosine", "1", "largest |cos| between the residual and a column of the "

@@ -1,0 +1,118 @@
+"""The wheel in a blank environment with an empty HOME: what the core gives, what it asks for."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from campaigns import ROOT
+from damages import SOUND
+from oilfilm import __version__
+
+PYTHON_CODE = """
+import json, sys
+import numpy as np
+import oilfilm
+levels = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], np.linspace(0, 0.3, 11))
+law = oilfilm.printed("4102")
+mu = oilfilm.predict(law.law, law.coefficients, *levels).traction_coefficient
+fit = oilfilm.fit(*levels, mu, searches=2, bootstrap=20)
+found = fit.constants.loc["A0", "value"]
+print(json.dumps({"found": found, "printed": law.coefficients.constants[0]}))
+"""
+
+
+def installed(folder: Path, *arguments: str) -> Path:
+    """A new environment with the wheel, from the package registry; skips where none is reached."""
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    uv = [sys.executable, "-m", "uv"]
+    environment = folder / "environment"
+    make = [*uv, "venv", "--quiet", "--python", sys.executable, str(environment)]
+    subprocess.run(make, check=True, capture_output=True)
+    python = environment / "bin/python"
+    install = [*uv, "pip", "install", "--quiet", "--python", str(python), *arguments, str(wheel)]
+    done = subprocess.run(install, capture_output=True, text=True, check=False)
+    if done.returncode and ("connect" in done.stderr or "fetch" in done.stderr):
+        pytest.skip("no package registry is reached, so that nothing can be installed")
+    assert done.returncode == 0, done.stderr
+    return environment
+
+
+def run(environment: Path, home: Path, program: str, *arguments: str) -> tuple[int, str]:
+    """Exit code and output of a program of the environment, with nothing of this one."""
+    done = subprocess.run(
+        [str(environment / "bin" / program), *arguments],
+        cwd=home,
+        env={"HOME": str(home), "PATH": os.defpath},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return installed(tmp_path_factory.mktemp("core"))
+
+
+def asked_of_the_core(core: Path, home: Path) -> None:
+    """Check a log, predict, fit arrays."""
+    assert run(core, home, "oilfilm", "--version") == (0, f"oilfilm {__version__}\n")
+    log = home / "4102.csv"
+    log.write_bytes(SOUND["traction"].text())
+    code, text = run(core, home, "oilfilm", "check", "--traction", str(log))
+    assert (code, "ACCEPTED" in text) == (0, True), text
+    at = ("--stress", "1.2GPa", "--speed", "30m/s", "--temperature", "70degC", "--slip", "5%")
+    code, text = run(core, home, "oilfilm", "predict", "--printed", "--oil", "4102", *at)
+    assert (code, "mu = 0.01077" in text) == (0, True), text
+    code, text = run(core, home, "python", "-c", PYTHON_CODE)
+    assert code == 0, text
+    found = json.loads(text.splitlines()[-1])
+    assert found["found"] == pytest.approx(found["printed"], rel=1e-5)
+
+
+def test_core_checks_predicts_and_fits(core: Path, tmp_path: Path) -> None:
+    asked_of_the_core(core, tmp_path)
+
+
+def test_core_has_neither_workflow_nor_figures(core: Path, tmp_path: Path) -> None:
+    for package in ("snakemake", "matplotlib", "bokeh", "pytest"):
+        code, text = run(core, tmp_path, "python", "-c", f"import {package}")
+        assert code == 1
+        assert f"No module named '{package}'" in text
+
+
+def test_what_the_core_lacks_is_named(core: Path, tmp_path: Path) -> None:
+    pin = str(ROOT / "data/reference/pins/demo")
+    for command in (["verify", pin], ["diff", pin, pin]):
+        code, text = run(core, tmp_path, "oilfilm", *command)
+        assert code == 0, text
+    code, text = run(core, tmp_path, "oilfilm", "diff", pin, pin, "--html", "page.html")
+    assert code == 2
+    assert "The package jinja2 is not installed" in text
+    assert "pip install 'oilfilm[workflow]'" in text
+
+
+@pytest.mark.nightly
+def test_oldest_packages_serve_as_well(tmp_path: Path) -> None:
+    """The floors of pyproject.toml, one after the other the oldest that each allows."""
+    (tmp_path / "home").mkdir()
+    environment = installed(tmp_path, "--resolution", "lowest-direct")
+    asked_of_the_core(environment, tmp_path / "home")
+
+
+def test_version_has_one_home() -> None:
+    """Citation and changelog follow `version` in pyproject.toml."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert __version__ == project["version"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {__version__}\n" in citation
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [{__version__}]" in changelog or "## [Unreleased]" in changelog
