@@ -162,6 +162,9 @@ schemas: $(DEV) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.outputs.tables_page
 	$(BIN)/python -m oilfilm.cli.schema
 
+notebooks: $(READY) ## run docs/notebooks and store their text and pictures anew
+	$(BIN)/python tests/helpers/notebooks.py
+
 licences: $(DEV) ## renew docs/licences.csv after a change of requirements.lock
 	$(BIN)/python tests/lint/licences.py --write
 
