@@ -40,7 +40,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup dev test lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
+.PHONY: all setup dev test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
 	bench-ingest bench-fit bench-ga bench-coverage bench-plan lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
@@ -51,8 +51,14 @@ setup: $(READY) ## set up .venv only
 
 dev: $(DEV) ## the same, with what tests and checks need
 
-test: lint ## every static check, then the tests with coverage
-	$(IN_VENV) $(BIN)/pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder --cov
+PYTEST = $(IN_VENV) $(BIN)/pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+
+test: lint ## every static check, then the tests
+	$(PYTEST)
+
+# Counting lines doubles the time of the tests.
+coverage: $(DEV) ## the tests again, with the share of the library's lines that they run (half an hour)
+	$(PYTEST) --cov
 
 lint: $(DEV) ## every static check: style, format, types, imports, workflow
 	$(BIN)/ruff check .

@@ -114,5 +114,11 @@ def test_version_has_one_home() -> None:
     assert __version__ == project["version"]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {__version__}\n" in citation
-    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert f"## [{__version__}]" in changelog or "## [Unreleased]" in changelog
+
+
+def test_tag_of_another_version_is_refused() -> None:
+    check = str(ROOT / ".ci/tag")
+    assert subprocess.run([check, f"v{__version__}"], check=False).returncode == 0
+    done = subprocess.run([check, "v99"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "The tag v99 is not the version of pyproject.toml" in done.stderr

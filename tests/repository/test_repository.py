@@ -116,7 +116,8 @@ def test_nothing_is_cached_but_downloads_that_the_lock_checks(path: Path):
         assert "actions/cache" not in step.get("uses", "")
         given = step.get("with", {})
         assert given.get("cache", "pip") == "pip"
-        assert given.get("cache-dependency-path", "requirements.lock") == "requirements.lock"
+        lock = "requirements-dev.lock"
+        assert given.get("cache-dependency-path", lock) == lock
 
 
 def test_actions_are_pinned_by_commit_with_their_version_beside():
