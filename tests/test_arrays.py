@@ -50,6 +50,13 @@ def test_search_that_misses_an_exact_fit_is_told() -> None:
     np.testing.assert_allclose(fit.constants["value"], law.coefficients.constants, rtol=1e-5)
 
 
+def test_columns_of_a_frame_may_have_any_index(points: pd.DataFrame, fitted: ArrayFit) -> None:
+    shuffled = points.set_index(pd.Index(range(len(points), 0, -1), name="reading"))
+    conditions = shuffled.groupby(["P", "U", "T"], sort=False).ngroup()
+    again = oilfilm.fit(*(shuffled[name] for name in points), curve=conditions, **QUICK)
+    pd.testing.assert_frame_equal(again.constants, fitted.constants)
+
+
 def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> None:
     units = pint.UnitRegistry()
     quantities = (

@@ -174,6 +174,9 @@ def test_mistakes_in_a_prediction_are_sentences(
 def test_bare_number_is_in_the_unit_asked_for() -> None:
     assert quantity("1.5", "GPa", "--stress") == 1.5
     assert quantity("1.2e9Pa", "GPa", "--stress") == pytest.approx(1.2)
+    # 1 revolution is 2 pi rad; 0 degC is 273.15 K
+    assert quantity("1256.637rad/s", "rpm", "--duty") == pytest.approx(12000)
+    assert quantity("373.15K", "degC", "--duty") == pytest.approx(100)
     assert quantity("-4e1 degF", "degC", "--temperature") == pytest.approx(-40)
     with pytest.raises(OilfilmError, match="--speed"):
         quantity("1.2.3", "m/s", "--speed")

@@ -1,6 +1,6 @@
 """A shaft on two ball bearings, braked by oil-film traction: ROSS with the exported law.
 
-    pip install ross-rotordynamics "plotly<7"
+    pip install ross-rotordynamics "plotly<7"     # ROSS 2.3 fails with plotly 7
     oilfilm export --printed
     python ross_coast_down.py
 

@@ -27,8 +27,7 @@ def block(language: str) -> str:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the command of the page was run, and nothing else."""
     folder = tmp_path_factory.mktemp("user")
-    _, command = block("sh").splitlines()
-    program, *arguments = command.split()
+    program, *arguments = block("sh").split()
     assert program == "oilfilm"
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)

@@ -329,6 +329,7 @@ def test_misspelt_key_is_let_be_where_the_set_point_is_known(key: str) -> None:
         ("load_n", "0.08 kN", "load_n", 80),
         ("last_[kn]", "0.08", "load_n", 80),
         ("max_hertz_pressure_mpa", "1250", "max_hertz_pressure_gpa", 1.25),
+        ("max_hertz_pressure", "1.25e9 Pa", "max_hertz_pressure_gpa", 1.25),
         ("entrainment_speed_mm_s", "2500", "entrainment_speed_m_s", 2.5),
         ("entrainment_speed_(m/s)", "2.5", "entrainment_speed_m_s", 2.5),
         # 0 degC is 273.15 K and 32 degF by definition

@@ -157,6 +157,7 @@ def test_sheet_is_read_in_every_language_and_encoding(
         ("file,oil,entrainment_speed_mm_s\na.csv,4102,30000", "entrainment_speed_m_s", 30),
         ("file,oil,load [MPa]\na.csv,4102,1250", "max_hertz_pressure_gpa", 1.25),
         ("file,oil,max_hertz_pressure [MPa]\na.csv,4102,1250", "max_hertz_pressure_gpa", 1.25),
+        ("file,oil,max_hertz_pressure [Pa]\na.csv,4102,1.25e9", "max_hertz_pressure_gpa", 1.25),
         ("file,oil,entrainment_speed (mm/s)\na.csv,4102,30000", "entrainment_speed_m_s", 30),
         ("file,oil,inlet_temperature\n-,-,K\na.csv,4102,343.15", "inlet_temperature_c", 70),
         ("file,oil,inlet_temperature_c\na.csv,4102,-5", "inlet_temperature_c", -5),
