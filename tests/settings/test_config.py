@@ -12,7 +12,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
 from oilfilm.settings.oil import OilFile
-from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolve import overrides_of, resolve
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.yaml_file import read_yaml
 
@@ -231,3 +231,14 @@ def test_text_of_the_command_line_stays_text(folder: Path) -> None:
 def test_name_that_cannot_be_a_file_is_refused(folder: Path, name: object, expected: str) -> None:
     with pytest.raises(OilfilmError, match=expected):
         resolve(folder, {"campaign": name})
+
+
+def test_whole_config_file_is_no_override(folder: Path) -> None:
+    """A workflow that imports this one may give it all of config.yaml; a campaign still wins."""
+    whole = read_yaml(folder / "config.yaml").values
+    assert overrides_of(whole, folder, {}) == {}
+    other = merge(whole, {"gates": {"lambda_limit": 2.5}, "seed": 3})
+    assert overrides_of(other, folder, {}) == {"gates": {"lambda_limit": 2.5}, "seed": 3}
+    # what is typed wins, even where it says the same as the file
+    typed = {"gates": {"lambda_limit": whole["gates"]["lambda_limit"]}}
+    assert overrides_of(whole, folder, typed) == typed

@@ -7,7 +7,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
 from oilfilm.figure_catalogue import families
-from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolve import overrides_of, resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import lock_run, clear_leftovers
 from oilfilm.digests import code_digest, file_digest
@@ -44,7 +44,8 @@ def run_sheet(folder, files):
 
 
 try:
-    SETTINGS = resolve(Path("config"), config)
+    typed = workflow.config_settings.overwrite_config
+    SETTINGS = resolve(Path("config"), overrides_of(config, Path("config"), typed))
     CAMPAIGN = SETTINGS.campaign
     RAW = Path("data/raw", CAMPAIGN.name)
     SIMULATED = CAMPAIGN.twin is not None

@@ -25,7 +25,7 @@ def parser() -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(
         prog="oilfilm",
         description="Check traction-rig logs, predict traction from fitted laws, plan tests, and "
-        "verify and compare releases. The workflow itself is run by snakemake.",
+        "verify and compare releases. The workflow is run by `oilfilm run` or snakemake.",
         epilog=_EXIT_CODES,
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
@@ -36,7 +36,17 @@ def parser() -> argparse.ArgumentParser:
         help="print a script that completes this command in bash, zsh, fish or tcsh, and stop",
     )
     commands = top.add_subparsers(required=True, metavar="COMMAND", title="commands")
-    for add in (_add_check, _add_predict, _add_plan, _add_verify, _add_diff, _add_pin, _add_export):
+    for add in (
+        _add_init,
+        _add_run,
+        _add_check,
+        _add_predict,
+        _add_plan,
+        _add_verify,
+        _add_diff,
+        _add_pin,
+        _add_export,
+    ):
         add(commands)
     return top
 
@@ -101,6 +111,38 @@ def _add_results(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--campaign", type=_campaign_name, help="campaign in the folder of all (default: demo)"
+    )
+
+
+def _add_init(commands: Any) -> None:
+    command = _command(
+        commands,
+        "init",
+        "make a project folder from your logs",
+        "Make a project folder: settings, run sheet and Snakefile. Logs are copied into it. What "
+        "they seem to hold is written into the settings. Lines marked FILL IN need you.",
+    )
+    command.add_argument("folder", type=Path, metavar="DIR", help="a new or empty folder")
+    command.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="logs, folders of logs")
+    command.add_argument(
+        "--campaign", type=_campaign_name, help="name of the campaign (default: that of DIR)"
+    )
+
+
+def _add_run(commands: Any) -> None:
+    command = _command(
+        commands,
+        "run",
+        "make everything in a project folder",
+        "Run the workflow of a project folder or of a clone by Snakemake. The exit code is "
+        "Snakemake's. It is given the arguments behind --: oilfilm run june -- --dry-run",
+    )
+    # everything, because argparse alone would take the first argument for snakemake for the folder
+    command.add_argument(
+        "words",
+        nargs=argparse.REMAINDER,
+        metavar="[DIR] [-- ARGUMENT...]",
+        help="folder (default: this one), then what is for snakemake",
     )
 
 

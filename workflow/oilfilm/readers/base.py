@@ -16,6 +16,9 @@ from oilfilm.units import ABSOLUTE_ZERO_C
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
 
+# Columns of a log: each one's name, and the unit beside or below it (empty where there is none).
+Names = list[tuple[str, str]]
+
 # A reading beyond this is no measurement of any rig, whatever its unit.
 LARGEST_READING = 1e9
 # A day of 50 Hz logging is 0.3 GiB; a file that unfolds to more was made to fill the memory.

@@ -4,6 +4,7 @@ data/raw/README.md describes what may vary between logs; `layout` finds it out.
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.readers.base import Reading, Refusal, as_ranges, refused_file
+from oilfilm.readers.base import Names, Reading, Refusal, as_ranges, refused_file
 from oilfilm.readers.columns import (
     columns_advice,
     converted,
@@ -28,6 +29,7 @@ from oilfilm.readers.layout import (
     cut_row,
     find_layout,
     holds_rows_of_numbers,
+    possible_names,
     truncated,
 )
 from oilfilm.readers.log_kind import ContinuousLog, FloatArray, IndexArray, LogKind
@@ -84,6 +86,11 @@ def read(
     log = ContinuousLog(file, labels.keys, layout.columns, rows, values, flaw, understood)
     refusals += labels.remarks
     return Reading(count, [kind.run(log, settings)], refusals, form=layout.form)
+
+
+def names(content: bytes) -> Iterator[Names]:
+    """See `Reader.names`."""
+    return possible_names(content)
 
 
 def _parse(

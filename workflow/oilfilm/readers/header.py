@@ -104,7 +104,7 @@ def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
         if own == name or (tail != own and tail in units):
             return name, _in_unit_of(name, text, tail)
         # without a unit `load` may be anything
-        if bare == quantity and (unit or plain_key(_number_and_unit(text)[1]) in units):
+        if bare == quantity and (unit or plain_key(number_and_unit(text)[1]) in units):
             return name, _in_unit_of(name, text, unit or "")
     return own, text
 
@@ -112,7 +112,7 @@ def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
 def _in_unit_of(name: str, text: str, unit: str) -> str:
     """The number of a set point in its unit; the text where it is no number in a unit of it."""
     _, target, units = SET_POINT_UNITS[name]
-    digits, own_unit = _number_and_unit(text)
+    digits, own_unit = number_and_unit(text)
     given = own_unit or unit
     if not digits or not given:
         return text
@@ -126,7 +126,8 @@ def _in_unit_of(name: str, text: str, unit: str) -> str:
     return text if plain else f"{to.scale * value + to.offset:.12g}"
 
 
-def _number_and_unit(text: str) -> tuple[str, str]:
+def number_and_unit(text: str) -> tuple[str, str]:
+    """The digits at the beginning of a text and what is behind them; empty where there are none."""
     match = _NUMBER_AND_UNIT.fullmatch(text)
     return (match[1], match[2]) if match else ("", "")
 
@@ -165,7 +166,7 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
             for meant in (name, quantity, *own.get(name, ())):
                 if _is_slip_of_the_pen(apart(key)[0], meant):
                     return _unknown_key(key, f"did you mean {meant!r}?")
-            if key == quantity and _number_and_unit(text)[0]:
+            if key == quantity and number_and_unit(text)[0]:
                 return _unknown_key(key, f"it has no unit; did you mean {name!r}?")
     return None
 

@@ -8,14 +8,20 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 import numpy as np
 
-from oilfilm.readers.base import Flaw, Refusal, TextForm
+from oilfilm.readers.base import Flaw, Names, Refusal, TextForm
 from oilfilm.readers.columns import find_columns, fits, known_names, meaning, meanings
-from oilfilm.readers.encoding import HEAD_SEARCHED, best_encoding, line_ends, normalise
-from oilfilm.readers.header import FULL_WIDTH
+from oilfilm.readers.encoding import (
+    HEAD_SEARCHED,
+    best_encoding,
+    encodings_of,
+    line_ends,
+    normalise,
+)
+from oilfilm.readers.header import FULL_WIDTH, apart
 from oilfilm.readers.instants import is_date, is_stamp
 from oilfilm.readers.log_kind import Column, Renamed, Vocabulary
 from oilfilm.settings.base import plain_key
@@ -244,6 +250,30 @@ def _split(line: str, delimiter: str) -> list[str]:
     except csv.Error:
         cells = line.split(delimiter)
     return [cell.strip() for cell in cells]
+
+
+def possible_names(content: bytes) -> Iterator[Names]:
+    """The cells of each line near the top of a text log, by each encoding and delimiter.
+
+    The unit of a cell is in brackets at its end, or in the line below; that of a time stamp is s.
+    """
+    for encoding in encodings_of(content):
+        text = normalise(content[:HEAD_SEARCHED], encoding).decode("utf-8", "replace")
+        lines = text.translate(FULL_WIDTH).split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+        lines = [line.lstrip("# \t") for line in lines]
+        for line, below in pairwise([*lines, ""]):
+            for delimiter in (*_DELIMITERS, _BLANKS):
+                names = _split(line, delimiter)
+                if len(names) >= _FEWEST_COLUMNS and not any(map(_is_number, names)):
+                    yield [*zip(names, _units_of(names, _split(below, delimiter)), strict=True)]
+
+
+def _units_of(names: Sequence[str], below: Sequence[str]) -> Iterator[str]:
+    """The unit of each name, from itself or from the cells of the line below."""
+    are_units = len(below) == len(names) and not any(map(_is_number, below))
+    for name, cell in zip_longest(names, below[: len(names)], fillvalue=""):
+        stamp = "s" if is_stamp(cell) else ""
+        yield apart(name)[1] or stamp or (_bare(cell) if are_units else "")
 
 
 def _without_comments(table: bytes) -> bytes:

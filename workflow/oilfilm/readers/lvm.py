@@ -5,16 +5,16 @@ memory, so that neither its pickles nor its evaluation of header cells is ever r
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import lvm_read
 import numpy as np
 
-from oilfilm.readers.base import Flaw, Reading, Refusal, TextForm, damaged_file, refused_file
+from oilfilm.readers.base import Flaw, Names, Reading, Refusal, TextForm, damaged_file, refused_file
 from oilfilm.readers.columns import LoggedTable, known_names, meaning, read_tables
-from oilfilm.readers.encoding import best_encoding, normalise
+from oilfilm.readers.encoding import HEAD_SEARCHED, best_encoding, encodings_of, normalise
 from oilfilm.readers.header import FORMAT_ADVICE
 from oilfilm.readers.layout import cut_row, truncated
 from oilfilm.readers.log_kind import FloatArray, LogKind, Renamed, Vocabulary
@@ -82,6 +82,14 @@ def read(
     return replace(read_tables(tables, settings, kind, sheet), form=form)
 
 
+def names(content: bytes) -> Iterator[Names]:
+    """See `Reader.names`."""
+    for encoding in encodings_of(content):
+        text = normalise(content[:HEAD_SEARCHED], encoding).decode("utf-8", "replace")
+        segment = _first_segment(text)
+        yield list(zip(segment.names, _units(segment), strict=True))
+
+
 def _separator(text: str) -> str:
     mark = _SEPARATOR.search(text[:4000])
     return mark[1] if mark else "\t"
@@ -89,10 +97,14 @@ def _separator(text: str) -> str:
 
 def _known_names(text: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[int, int]:
     """As `known_names`, of the first segment in the head of a log."""
+    segment = _first_segment(text)
+    return known_names(segment.names, _units(segment), renamed, vocabulary)
+
+
+def _first_segment(text: str) -> _Segment:
     lines = text.split("\n")
     start = next((n for n, line in enumerate(lines) if line.startswith("Channels")), len(lines))
-    segment = _segment(lines[start:], _separator(text))
-    return known_names(segment.names, _units(segment), renamed, vocabulary)
+    return _segment(lines[start:], _separator(text))
 
 
 def _units(segment: _Segment) -> list[str]:

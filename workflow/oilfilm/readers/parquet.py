@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from oilfilm.readers.base import LARGEST_LOG, Reading, damaged_file, refused_file
+from oilfilm.readers.base import LARGEST_LOG, Names, Reading, damaged_file, refused_file
 from oilfilm.readers.columns import LoggedTable, header_text, meaning, read_tables
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.run_sheet import SheetOfLog
@@ -48,6 +48,17 @@ def read(
     return read_tables([table] if table.rows else [], settings, kind, sheet)
 
 
+def names(content: bytes) -> list[Names]:
+    """See `Reader.names`."""
+    schema = parquet.read_schema(arrow.BufferReader(content))
+    return [[(field.name, _unit(field)) for field in schema]]
+
+
+def _unit(field: arrow.Field) -> str:
+    unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace").strip()
+    return unit or ("s" if _is_instant(field.type) else "")
+
+
 def _own_table(rows: int, footer: bytes) -> Reading:
     name = footer.decode("utf-8", "replace")[:80]
     reason = f"this is a table that oilfilm made itself, not a raw log ({name!r})"
@@ -68,11 +79,10 @@ def _table(log: parquet.ParquetFile, file: str, campaign: Campaign, kind: LogKin
     columns = log.read(columns=list(dict.fromkeys(wanted)), use_threads=False)
     values, units = [], []
     for field in schema:
-        unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace").strip()
         # of columns of one name the run is refused whichever is taken
         indices = columns.schema.get_all_field_indices(field.name)
         values.append(_numbers(columns.column(indices[0])) if indices else np.array([]))
-        units.append(unit or ("s" if _is_instant(field.type) else ""))
+        units.append(_unit(field))
     rows = columns.num_rows if wanted else log.metadata.num_rows
     return LoggedTable(file, _keys(schema.metadata or {}), schema.names, units, values, rows)
 

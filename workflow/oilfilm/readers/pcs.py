@@ -17,6 +17,7 @@ import numpy.typing as npt
 from oilfilm.readers.base import (
     LARGEST_READING,
     LoggedRun,
+    Names,
     Reading,
     Refusal,
     TextForm,
@@ -130,6 +131,11 @@ def read(
             runs += [run] if run is not None else []
             refusals += refused
     return Reading(rows, runs, refusals, TextForm.of(encoding, "\t", "."))
+
+
+def names(content: bytes) -> list[Names]:
+    """See `Reader.names`: exports of these programs have the columns above."""
+    return []
 
 
 def _decode(content: bytes) -> tuple[str, str]:

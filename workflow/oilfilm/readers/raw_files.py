@@ -45,15 +45,24 @@ def raw_files(folder: Path) -> list[str]:
             raise OilfilmError(
                 f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
             )
-        if unfit := _UNFIT.search(relative.as_posix()):
-            raise OilfilmError(
-                f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 "
-                "without braces, angle brackets, backslashes or control characters. Rename it."
-            )
+        refuse_unfit_name(relative.as_posix(), path)
         files.append(relative.as_posix())
     if not files:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
     return files
+
+
+def refuse_unfit_name(name: str, path: Path) -> None:
+    """The name of a log below its campaign's folder must be text that others can hold.
+
+    Raises:
+        OilfilmError: It is not; `path` is the log's.
+    """
+    if unfit := _UNFIT.search(name):
+        raise OilfilmError(
+            f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 "
+            "without braces, angle brackets, backslashes or control characters. Rename it."
+        )
 
 
 def is_sheet(path: Path, folder: Path) -> bool:

@@ -3,10 +3,11 @@
 A file's format is recognised by its content, never by its name.
 """
 
+from collections.abc import Iterable
 from typing import Protocol
 
 from oilfilm.readers import csv, lvm, parquet, pcs, tdms
-from oilfilm.readers.base import Reading
+from oilfilm.readers.base import Names, Reading
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.run_sheet import SheetOfLog
 from oilfilm.settings.resolved import Settings
@@ -28,6 +29,13 @@ class Reader(Protocol):
         its header.
 
         Raises nothing for a bad file: what cannot be used comes back among the refusals.
+        """
+        ...
+
+    def names(self, content: bytes) -> Iterable[Names]:
+        """What may be the columns of a file, whatever they are called: candidates to choose from.
+
+        Empty where the names are always the same. Raises anything for a bad file.
         """
         ...
 

@@ -12,7 +12,15 @@ import numpy.typing as npt
 from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 
-from oilfilm.readers.base import Flaw, Reading, Refusal, damaged_file, distinct, refused_file
+from oilfilm.readers.base import (
+    Flaw,
+    Names,
+    Reading,
+    Refusal,
+    damaged_file,
+    distinct,
+    refused_file,
+)
 from oilfilm.readers.columns import LoggedTable, header_text, meaning, read_tables
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.run_sheet import SheetOfLog
@@ -69,6 +77,11 @@ def read(
         tables.append(replace(table, part=label))
         first_row += table.rows + (table.behind.refused_rows if table.behind else 0)
     return read_tables(tables, settings, kind, sheet)
+
+
+def names(content: bytes) -> Iterator[Names]:
+    """See `Reader.names`."""
+    return (list(zip(group.names, group.units, strict=True)) for group in _groups(content))
 
 
 def _cut(content: bytes) -> Flaw | None:

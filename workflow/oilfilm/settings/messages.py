@@ -62,8 +62,9 @@ def check_file(file: YamlFile, model: Any) -> Any:
     for steps, value in leaves(file.values):
         if value is None:
             raise OilfilmError(
-                f"{file.location_of(steps)}, `{dotted(steps)}`: found nothing; write a value, or "
-                "leave the key out."
+                f"{file.location_of(steps)}, `{dotted(steps)}`: found nothing; write a value"
+                f"{_in_unit(node_at(schema_of(model), steps))}, or leave the key out. "
+                f"{_meaning(schema_of(model), steps)}".rstrip()
             )
     return check(file.values, model, file.location_of, file.line_of)
 
@@ -168,8 +169,7 @@ def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
 
 def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
     kind, context = details["type"], details.get("ctx", {})
-    unit = node.get("unit", "1")
-    in_unit = "" if unit == "1" else f", in {unit}"
+    in_unit = _in_unit(node)
     if kind == "unexpected":
         return str(context["expected"])
     if kind == "literal_error":
@@ -202,6 +202,11 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
     if "type" in node:
         return _TYPE_NAMES.get(node["type"], node["type"])
     return str(details["msg"])
+
+
+def _in_unit(node: Mapping[str, Any]) -> str:
+    unit = node.get("unit", "1")
+    return "" if unit == "1" else f", in {unit}"
 
 
 def _hint(value: Any, node: Mapping[str, Any]) -> str:

@@ -91,6 +91,40 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     return settings
 
 
+def overrides_of(
+    given: Mapping[str, Any], folder: Path, typed: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The overrides for `resolve` in the configuration that Snakemake gives a workflow.
+
+    A workflow that imports this one and has read `config/config.yaml` itself gives all of that
+    file. It is no override then: a campaign's own settings win over it.
+
+    Args:
+        given: Snakemake's `config`.
+        folder: The configuration folder.
+        typed: What of it was typed on the command line.
+
+    Raises:
+        OilfilmError: `config.yaml` is missing or has a mistake.
+    """
+    own = read_yaml(folder / "config.yaml").values
+    on_line = {name: value for name, value in typed.items() if name in given}
+    return merge(_differing(given, own), on_line)
+
+
+def _differing(given: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """What is given otherwise than in a file of one's own, group by group."""
+    differing: dict[str, Any] = {}
+    for name, value in given.items():
+        known = own.get(name)
+        if isinstance(value, Mapping) and isinstance(known, Mapping):
+            below = _differing(value, known)
+            differing |= {name: below} if below else {}
+        elif name not in own or value != known:
+            differing[name] = value
+    return differing
+
+
 def read_config(folder: Path) -> Config:
     """The keys of a project's `config.yaml` over those that are part of oilfilm.
 
@@ -112,16 +146,16 @@ def unresolve(settings: Settings) -> dict[str, str]:
     campaign = dict(config["campaign"])
     name = config["campaign"] = campaign.pop("name")
     about = config.pop("dataset")
-    files = {f"campaigns/{_safe_name(name, 'campaign')}.yaml": {**campaign, **about}}
+    files = {f"campaigns/{safe_name(name, 'campaign')}.yaml": {**campaign, **about}}
     for kind in ("rigs", "oils", "bearings"):
         for thing, values in config.pop(kind).items():
             if values is not None:
-                files[f"{kind}/{_safe_name(thing, kind)}.yaml"] = values
+                files[f"{kind}/{safe_name(thing, kind)}.yaml"] = values
     return {path: as_yaml(values) for path, values in {"config.yaml": config, **files}.items()}
 
 
 def _campaign_file(files: _Folder, given_name: object) -> YamlFile:
-    name = _safe_name(given_name, files.own / "config.yaml")
+    name = safe_name(given_name, files.own / "config.yaml")
     path = files.file("campaigns", name)
     if not path.is_file():
         raise OilfilmError(
@@ -230,7 +264,7 @@ def _bearings(files: _Folder, campaign: YamlFile) -> dict[str, Any]:
 
 
 def _named_file(files: _Folder, name: str, kind: str, named_at: str) -> YamlFile:
-    path = files.file(f"{kind}s", _safe_name(name, named_at))
+    path = files.file(f"{kind}s", safe_name(name, named_at))
     if not path.is_file():
         known = ", ".join(files.names(f"{kind}s"))
         raise OilfilmError(
@@ -247,8 +281,12 @@ def _named_file(files: _Folder, name: str, kind: str, named_at: str) -> YamlFile
     return file
 
 
-def _safe_name(name: object, named_at: object) -> str:
-    """A name that becomes part of a path: one plain word, so that no path can leave its folder."""
+def safe_name(name: object, named_at: object) -> str:
+    """A name that becomes part of a path: one plain word, so that no path can leave its folder.
+
+    Raises:
+        OilfilmError: It is none; the sentence begins with `named_at`.
+    """
     text = str(name)
     plain = all(letter.isalnum() or letter in "-_." for letter in text)
     if not text or not plain or PurePosixPath(text).name != text or text.startswith("."):

@@ -1,0 +1,321 @@
+"""A new project folder says of logs what is true of them, and asks for what is not known."""
+
+import re
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import formats
+from blind_lab.bench import Recording
+from blind_lab.dialects import NAMES, draw_dialect
+from campaigns import ETM
+from command_line import printed_objects
+from foreign_logs import (
+    CONDITIONS,
+    GERMAN,
+    bench_and_runs,
+    exchanged_bodies,
+    reversed_force,
+    write_logs,
+)
+from oilfilm.cli import main
+from oilfilm.errors import OilfilmError
+from oilfilm.project.folder import NewProject, make_project
+from oilfilm.settings.resolve import resolve
+
+FILM = "film_unjudged: {accept: true, reason: thick by experience}"
+METRES = GERMAN.with_units(ball="m/s", disc="m/s")
+
+
+def edit(project: Path, made: NewProject, values: dict[str, float]) -> int:
+    """Write values into the lines to fill in, as an editor would; how many lines were changed."""
+    for file, number, line in made.to_fill_in:
+        path = project / file
+        lines = path.read_text(encoding="utf-8").splitlines()
+        key = line.partition(":")[0].strip()
+        lines[number - 1] = FILM if key == "film_unjudged" else f"{key}: {values[key]}"
+        path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return len(made.to_fill_in)
+
+
+def campaign_of(project: Path, made: NewProject) -> dict[str, Any]:
+    text = (project / f"config/campaigns/{made.campaign}.yaml").read_text(encoding="utf-8")
+    return dict(yaml.safe_load(text))
+
+
+def sheet_of(project: Path, made: NewProject) -> list[str]:
+    path = project / f"data/raw/{made.campaign}/runs.csv"
+    return path.read_text(encoding="utf-8-sig").splitlines()
+
+
+def test_german_logs_are_accepted_after_three_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """cp1252, semicolons, decimal commas, spindle speeds: only radii and film are the lab's."""
+    bench, runs = bench_and_runs()
+    logs = write_logs(tmp_path / "Prüfstand", bench, runs)
+    project = tmp_path / "juni"
+    made = make_project(project, logs)
+    machine = bench.machine
+    radii = {
+        "ball_track_radius_m": machine.ball_track,
+        "disc_track_radius_m": machine.disc_track,
+    }
+    assert edit(project, made, radii) <= 3
+    monkeypatch.chdir(project)
+    checked = printed_objects(capsys, "check", *sorted(Path("data/raw/juni").glob("M*.csv")))
+    assert [log["verdict"] for log in checked] == ["accepted"] * len(runs)
+    for log, condition in zip(checked, CONDITIONS, strict=True):
+        (run,) = log["runs"]
+        assert (log["encoding"], run["oil"]) == ("cp1252", "oel-b-12")
+        points = {name: point and point["value"] for name, point in run["set_points"].items()}
+        assert points["max_hertz_pressure_gpa"] == condition.pressure
+        assert points["entrainment_speed_m_s"] == condition.speed
+        assert points["inlet_temperature_c"] == condition.celsius
+        # the speed follows from the radii: it is the planted one
+        fastest = run["measured"]["entrainment_speed_m_s"]["maximum"]
+        assert fastest == pytest.approx(condition.speed, rel=0.005)
+
+
+def test_english_french_and_chinese_logs_in_one_folder_are_accepted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    random = np.random.default_rng(3)
+    bench, runs = bench_and_runs("Turbo 5 alt")
+    drawn = [draw_dialect(random) for _ in range(50)]
+    languages = {dialect.language: replace(dialect, packed=False) for dialect in drawn}
+    del languages["german"]
+    for run, (language, dialect) in zip(runs, languages.items(), strict=True):
+        write_logs(tmp_path / "lab" / language, bench, [run], dialect)
+    project = tmp_path / "blind"
+    made = make_project(project, [tmp_path / "lab"])
+    machine = bench.machine
+    radii = {
+        "ball_track_radius_m": machine.ball_track,
+        "disc_track_radius_m": machine.disc_track,
+    }
+    assert edit(project, made, radii) <= 3
+    monkeypatch.chdir(project)
+    checked = printed_objects(capsys, "check", *sorted(Path("data/raw/blind").glob("*/*.csv")))
+    assert [log["verdict"] for log in checked] == ["accepted"] * 3
+
+
+@pytest.mark.parametrize("name", ["tdms", "lvm", "parquet"])
+def test_columns_of_binary_formats_are_recognised(tmp_path: Path, name: str) -> None:
+    german = {
+        "time": "time" if name == "lvm" else "Zeit",
+        "load": "Normalkraft",
+        "traction_force": "Reibkraft",
+        "ball_speed": "Drehzahl Kugel",
+        "disc_speed": "Drehzahl Scheibe",
+        "inlet_temperature": "Ölzulauf",
+    }
+    values = {german[key]: column for key, column in formats.columns(100).items()}
+    units = {german[key]: unit for key, unit in formats.UNITS.items()}
+    log = tmp_path / "log.dat"
+    log.write_bytes(formats.WRITERS[name](values, units, {"Schmierstoff": "Öl B-12"}))
+    made = make_project(tmp_path / "p", [log])
+    campaign = campaign_of(tmp_path / "p", made)
+    assert {key: column["name"] for key, column in campaign["columns"].items()} == {
+        key: [own] for key, own in german.items() if own != "time"
+    }
+    assert campaign["header"]["oil"] == ["schmierstoff"]
+
+
+def test_set_points_that_no_header_gives_are_those_of_the_bench(tmp_path: Path) -> None:
+    bench, runs = bench_and_runs()
+    logs = write_logs(tmp_path / "logs", bench, runs, METRES, slice(1))
+    made = make_project(tmp_path / "p", logs)
+    names, *rows = sheet_of(tmp_path / "p", made)
+    assert names == "file;load_n;entrainment_speed_m_s;inlet_temperature_c;exclude;remarks"
+    for row, condition in zip(rows, CONDITIONS, strict=True):
+        _, *cells, _, remarks = row.split(";")
+        load, speed, celsius = (float(cell.replace(",", ".")) for cell in cells)
+        # three standard deviations of the bench's control and calibration, and the rounding
+        assert load == pytest.approx(bench.machine.load(condition.pressure * 1e9), rel=0.02)
+        assert speed == pytest.approx(condition.speed, rel=0.005)
+        assert celsius == pytest.approx(condition.celsius, abs=1)
+        assert remarks.startswith("guess")
+
+
+def test_header_in_another_unit_goes_to_the_run_sheet(tmp_path: Path) -> None:
+    """`Pressung MPa: 1000` cannot be listed for a key in GPa."""
+    bench, runs = bench_and_runs()
+    (log,) = write_logs(tmp_path / "logs", bench, runs[:1])
+    log.write_bytes(log.read_bytes().replace(b"Pressung GPa: 1,0", b"Pressung MPa: 1000"))
+    made = make_project(tmp_path / "p", [log])
+    assert sheet_of(tmp_path / "p", made)[1].startswith("Messung_0.csv;1;")
+    assert "max_hertz_pressure_gpa" not in campaign_of(tmp_path / "p", made)["header"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "semantics"),
+    [
+        (lambda run: run, None),
+        (reversed_force, {"traction_sign": -1}),
+        (exchanged_bodies, {"slower_body": "disc"}),
+    ],
+)
+def test_signs_are_those_of_the_rig(
+    tmp_path: Path, changed: Callable[[Recording], Recording], semantics: dict[str, Any] | None
+) -> None:
+    bench, runs = bench_and_runs()
+    logs = write_logs(tmp_path / "logs", bench, [changed(run) for run in runs], METRES)
+    made = make_project(tmp_path / "p", logs)
+    assert campaign_of(tmp_path / "p", made).get("semantics") == semantics
+
+
+def test_run_without_rolling_asks_for_the_zero(tmp_path: Path) -> None:
+    bench, runs = bench_and_runs()
+    cut = [run.rows(np.arange(run.steps[1] + 50, run.steps[-2])) for run in runs]
+    made = make_project(tmp_path / "p", write_logs(tmp_path / "logs", bench, cut, METRES))
+    assert any("zero:" in line for _, _, line in made.to_fill_in)
+
+
+def test_what_is_left_empty_is_named_with_file_line_and_key(tmp_path: Path) -> None:
+    bench, runs = bench_and_runs()
+    made = make_project(tmp_path / "p", write_logs(tmp_path / "logs", bench, runs[:1]))
+    assert len(made.to_fill_in) == 3
+    for file, number, line in made.to_fill_in:
+        key = line.partition(":")[0]
+        with pytest.raises(OilfilmError, match=rf"{file}, line {number}, `{key}`: found nothing"):
+            resolve(tmp_path / "p/config", {})
+        path = tmp_path / "p" / file
+        value = FILM if key == "film_unjudged" else f"{key}: 0.01"
+        path.write_text(path.read_text(encoding="utf-8").replace(line, value), encoding="utf-8")
+    assert resolve(tmp_path / "p/config", {}).campaign.name == "p"
+    # an oil that is moved to `oils` needs its own numbers
+    path = tmp_path / "p/config/campaigns/p.yaml"
+    text = path.read_text(encoding="utf-8").replace("oils: []\n", "")
+    path.write_text(text.replace("oils_without_properties:", "oils:"), encoding="utf-8")
+    with pytest.raises(OilfilmError, match=r"oel-b-12.yaml, line \d+, `nominal_kin.*, in cSt"):
+        resolve(tmp_path / "p/config", {})
+
+
+def test_unknown_names_and_units_are_asked_for(tmp_path: Path) -> None:
+    bench, runs = bench_and_runs()
+    (log,) = write_logs(tmp_path / "logs", bench, runs[:1], lines=slice(1))
+    text = log.read_bytes()
+    log.write_bytes(text.replace(b"Reibkraft [N]", b"Kanal 3").replace(b"Normalkraft [N]", b"Last"))
+    made = make_project(tmp_path / "p", [log])
+    asked = {line.partition(":")[0].strip(): line for _, _, line in made.to_fill_in}
+    assert "Kanal 3" in asked["traction_force"]
+    assert re.search(r"unit: *}", asked["load"])
+    # the rest is known all the same, and nothing follows from a load in an unknown unit
+    assert {"ball_track_radius_m", "disc_track_radius_m"} <= asked.keys()
+    assert made.found.oils == {"oel-b-12": ["Öl B-12"]}
+    assert "load_n" not in sheet_of(tmp_path / "p", made)[0]
+
+
+def test_unit_without_brackets_is_read(tmp_path: Path) -> None:
+    bench, runs = bench_and_runs()
+    (log,) = write_logs(tmp_path / "logs", bench, runs[:1])
+    text = log.read_bytes().decode("cp1252")
+    for name in NAMES["german"].values():
+        text = re.sub(rf"{name} \[(.*?)\]", rf"{name} in \1", text)
+    log.write_bytes(text.encode("cp1252"))
+    made = make_project(tmp_path / "p", [log])
+    load = campaign_of(tmp_path / "p", made)["columns"]["load"]
+    assert load == {"name": ["Normalkraft in N"], "unit": "N"}
+    assert not made.found.logs[0].problem
+
+
+def test_shipped_oil_and_rig_are_referred_to(tmp_path: Path) -> None:
+    logs = [ETM / f"step{number:03}.csv.gz" for number in (3, 4)]
+    made = make_project(tmp_path / "p", logs)
+    campaign = campaign_of(tmp_path / "p", made)
+    assert campaign["rigs"] == ["pcs-etm"]
+    assert campaign["repeated_conditions"] == "accept"
+    assert "config/rigs/pcs-etm.yaml" not in made.files
+    bench, runs = bench_and_runs("Öl 4102")
+    made = make_project(tmp_path / "q", write_logs(tmp_path / "logs", bench, runs))
+    campaign = campaign_of(tmp_path / "q", made)
+    assert (campaign["oils"], campaign["oil_aliases"]) == (["4102"], {"4102": ["Öl 4102"]})
+
+
+def test_export_of_a_pcs_rig(tmp_path: Path, real_pcs: Path) -> None:
+    """Three steps of film at 40, 60 and 80 degC, as the export's own text says; swept speed."""
+    made = make_project(tmp_path / "p", [real_pcs / "demo_12.txt"])
+    names, *rows = sheet_of(tmp_path / "p", made)
+    assert names == "file,run,load_n,inlet_temperature_c,exclude,remarks"
+    celsius = [float(row.split(",")[3]) for row in rows]
+    assert celsius == pytest.approx([40, 60, 80], abs=1)
+    assert made.found.rigs == ["pcs-rig"]
+
+
+def test_logs_are_copied_and_a_given_run_sheet_is_kept(tmp_path: Path) -> None:
+    bench, runs = bench_and_runs()
+    logs = write_logs(tmp_path / "logs/day1", bench, runs)
+    sheet = tmp_path / "logs/runs.csv"
+    sheet.write_text("file;remarks\nMessung_0.csv;ours\n", encoding="utf-8")
+    before = {path: path.read_bytes() for path in [*logs, sheet]}
+    make_project(tmp_path / "p", [tmp_path / "logs"])
+    raw = tmp_path / "p/data/raw/p"
+    for path, content in before.items():
+        assert path.read_bytes() == content
+        assert (raw / path.relative_to(tmp_path / "logs")).read_bytes() == content
+
+
+def test_nothing_is_overwritten_or_left_behind(tmp_path: Path) -> None:
+    bench, runs = bench_and_runs()
+    logs = write_logs(tmp_path / "logs", bench, runs[:1])
+    with pytest.raises(OilfilmError, match="not empty"):
+        make_project(tmp_path / "logs", [])
+    again = write_logs(tmp_path / "other", bench, runs[1:2])
+    with pytest.raises(OilfilmError, match=r"has the name of .*Rename one"):
+        make_project(tmp_path / "p", [*logs, *again])
+    unfit = tmp_path / "a{b}.csv"
+    shutil.copy(logs[0], unfit)
+    with pytest.raises(OilfilmError, match="cannot be in the name of a log"):
+        make_project(tmp_path / "p", [unfit])
+    for name in ("..", "a b", "x" * 200):
+        with pytest.raises(OilfilmError, match=r"cannot be a name|Shorten it"):
+            make_project(tmp_path / "p", logs, name)
+    assert not (tmp_path / "p").exists()
+
+
+def test_hostile_names_stay_text(tmp_path: Path) -> None:
+    """A column's name or an oil's cannot end a comment and write a key of its own."""
+    bench, runs = bench_and_runs()
+    oil = "a: [b] # \u2028seed: 1"
+    run = replace(runs[0], oil=(oil,))
+    (log,) = write_logs(tmp_path / "logs", bench, [run], replace(GERMAN, encoding="utf-8"))
+    text = log.read_bytes().decode().replace("Reibkraft [N]", "'x', \u2028seed: 2 #")
+    log.write_bytes(text.encode())
+    made = make_project(tmp_path / "p", [log])
+    campaign = campaign_of(tmp_path / "p", made)
+    assert "seed" not in campaign
+    assert set(campaign) <= {*"description data rigs oils columns figures".split()} | {
+        "oils_without_properties",
+        "oil_aliases",
+        "film_unjudged",
+        "header",
+    }
+
+
+def test_damaged_and_foreign_files_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    damaged = {"a.gz": b"\x1f\x8bxx", "b.pdf": b"%PDF-1.4 \0\0", "c.tdms": b"TDSm\0", "d.csv": b""}
+    for name, content in damaged.items():
+        (tmp_path / name).write_bytes(content)
+    assert main(["init", str(tmp_path / "p"), *(str(tmp_path / name) for name in damaged)]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"{name} could not be read: " in printed for name in damaged)
+
+
+def test_project_without_logs_says_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["init", str(tmp_path / "p")]) == 0
+    assert "film_unjudged" in capsys.readouterr().out
+    campaign = tmp_path / "p/config/campaigns/p.yaml"
+    text = campaign.read_text(encoding="utf-8")
+    campaign.write_text(re.sub("(?m)^film_unjudged:.*", FILM, text), encoding="utf-8")
+    assert resolve(tmp_path / "p/config", {}).campaign.rigs == ["my-rig"]

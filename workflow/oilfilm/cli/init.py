@@ -1,0 +1,32 @@
+"""The command `oilfilm init`: a project folder, with what logs seem to hold written into it."""
+
+import argparse
+from collections.abc import Iterator
+
+from oilfilm.errors import printable
+from oilfilm.project import stubs
+from oilfilm.project.folder import NewProject, make_project
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the folder and say what was found and what is to fill in."""
+    made = make_project(options.folder, options.logs, options.campaign)
+    print("\n".join(map(printable, _report(made, str(options.folder)))))
+    return 0
+
+
+def _report(made: NewProject, folder: str) -> Iterator[str]:
+    yield f"{folder}: a project with the campaign {made.campaign}"
+    yield from (f"  {line}" for line in stubs.summary(made.found))
+    for quantity, names in made.found.columns.items():
+        yield f"  {quantity}: {', '.join(names)} (guess)"
+    yield "Written:"
+    yield from (f"  {file}" for file in made.files)
+    if made.to_fill_in:
+        yield f"To fill in, because only you can know it: {len(made.to_fill_in)}"
+    for file, number, line in made.to_fill_in:
+        yield f"  {file}, line {number}: {' '.join(line.split())}"
+    if made.for_film:
+        files = ", ".join(dict.fromkeys(file for file, *_ in made.for_film))
+        yield f"For pressure and film thickness, fill in as well: {files}"
+    yield f"Then: cd {folder}; oilfilm check data/raw/{made.campaign}/*; oilfilm run"

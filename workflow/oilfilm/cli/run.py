@@ -1,0 +1,37 @@
+"""The command `oilfilm run`: everything of a project folder or of a clone, by Snakemake."""
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from oilfilm.errors import OilfilmError
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the workflow in a folder; Snakemake's exit code."""
+    before, arguments = _parted(options.words)
+    if len(before) > 1 or any(word.startswith("-") for word in before):
+        raise OilfilmError(
+            f"oilfilm run: found {' '.join(before)!r}; expected at most one folder. Arguments for "
+            "snakemake come behind --, as in: oilfilm run june -- --dry-run"
+        )
+    folder = Path(*before)
+    places = [folder / name for name in ("Snakefile", "workflow/Snakefile")]
+    if not any(place.is_file() for place in places):
+        raise OilfilmError(
+            f"{folder}: has no Snakefile, so it is no project folder. Name one, or make one: "
+            "oilfilm init DIR LOG..."
+        )
+    command = [sys.executable, "-m", "snakemake", *arguments]
+    # a list of arguments, no shell; they are those of the user who started this
+    return subprocess.run(command, cwd=folder, check=False).returncode  # noqa: S603
+
+
+def _parted(words: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+    """The words before and behind `--`."""
+    if "--" not in words:
+        return words, []
+    at = words.index("--")
+    return words[:at], words[at + 1 :]

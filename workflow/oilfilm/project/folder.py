@@ -1,0 +1,120 @@
+"""Writes a new project folder; nothing that is there already is changed."""
+
+import shutil
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from oilfilm.errors import OilfilmError
+from oilfilm.home import HOME
+from oilfilm.project import stubs
+from oilfilm.project.findings import Findings, shipped
+from oilfilm.project.sniff import sniff
+from oilfilm.readers.ingest import read_bytes
+from oilfilm.readers.raw_files import is_sheet, raw_files, refuse_unfit_name
+from oilfilm.settings.resolve import safe_name
+
+
+@dataclass(frozen=True)
+class NewProject:
+    """What was written.
+
+    Attributes:
+        campaign: Name of the campaign.
+        found: What the logs seem to hold.
+        files: The files that were written, below the folder; no logs.
+        to_fill_in: The lines that only the laboratory can fill in: file, line number, text.
+        for_film: The same of lines that the film thickness needs.
+    """
+
+    campaign: str
+    found: Findings
+    files: Sequence[str]
+    to_fill_in: Sequence[tuple[str, int, str]]
+    for_film: Sequence[tuple[str, int, str]]
+
+
+def make_project(folder: Path, given: Sequence[Path], campaign: str | None = None) -> NewProject:
+    """Write a project folder for logs, which are copied into it.
+
+    Args:
+        folder: The folder; it must not exist, or be empty.
+        given: Logs, and folders of logs.
+        campaign: Name of the campaign; that of the folder if not given.
+
+    Raises:
+        OilfilmError: The folder is not empty, the name cannot be one, or a log cannot be read.
+    """
+    name = safe_name(campaign or folder.resolve().name, "--campaign" if campaign else folder)
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise OilfilmError(
+            f"{folder}: is there already and not empty. Name a new or an empty folder."
+        )
+    logs, sheet = _gathered(given)
+    found = Findings([sniff(file, read_bytes(path)) for file, path in logs.items()])
+    files = _files(name, found, written_sheet=sheet is None)
+    raw = folder / "data/raw" / name
+    raw.mkdir(parents=True)
+    for file, path in [*logs.items(), *([(sheet.name, sheet)] if sheet else [])]:
+        (raw / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, raw / file)
+    for file, text in files.items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        # a mark at its beginning, so that spreadsheets read umlauts
+        encoding = "utf-8-sig" if file.endswith(".csv") else "utf-8"
+        (folder / file).write_text(text, encoding=encoding, newline="\n")
+    marked = [
+        (file, number, line)
+        for file, text in files.items()
+        for number, line in enumerate(text.splitlines(), start=1)
+        if "FILL IN" in line and not line.startswith("# Written") and file != "README.txt"
+    ]
+    for_film = [each for each in marked if stubs.FOR_FILM in each[2]]
+    return NewProject(
+        name, found, [*files], [each for each in marked if each not in for_film], for_film
+    )
+
+
+def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], Path | None]:
+    """The logs by their future names, and the run sheet if one is given."""
+    logs: dict[str, Path] = {}
+    sheets: list[Path] = []
+    for path in given:
+        inside = raw_files(path) if path.is_dir() else []
+        sheets += (
+            [each for each in sorted(path.glob("*")) if is_sheet(each, path)] if inside else []
+        )
+        if not path.is_dir() and is_sheet(path, path.parent):
+            sheets.append(path)
+            continue
+        for file, log in [(name, path / name) for name in inside] or [(path.name, path)]:
+            refuse_unfit_name(file, log)
+            other = logs.setdefault(file, log)
+            if other.resolve() != log.resolve():
+                raise OilfilmError(
+                    f"{log}: has the name of {other}. Rename one, or put both into one folder with "
+                    "subfolders and name that folder."
+                )
+    if len(sheets) > 1:
+        raise OilfilmError(f"{sheets[1]}: is a second run sheet beside {sheets[0]}. Leave one out.")
+    return logs, sheets[0] if sheets else None
+
+
+def _files(name: str, found: Findings, *, written_sheet: bool) -> dict[str, str]:
+    """Every file but the logs, by its path below the folder."""
+    files = {
+        "README.txt": stubs.README.format(name=name),
+        "Snakefile": stubs.SNAKEFILE,
+        "profiles/default/config.yaml": (HOME / "profiles/default/config.yaml").read_text("utf-8"),
+        "config/config.yaml": stubs.config_yaml(name),
+        f"config/campaigns/{name}.yaml": stubs.campaign_yaml(name, found),
+    }
+    for rig in found.rigs:
+        if rig not in shipped("rigs").values():
+            files[f"config/rigs/{rig}.yaml"] = stubs.rig_yaml(rig, found)
+    for oil in found.oils:
+        if oil not in shipped("oils").values():
+            files[f"config/oils/{oil}.yaml"] = stubs.oil_yaml(oil, found)
+    if written_sheet:
+        files[f"data/raw/{name}/runs.csv"] = stubs.run_sheet(found)
+    return files

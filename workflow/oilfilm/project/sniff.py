@@ -1,0 +1,402 @@
+"""What logs of an unknown laboratory hold: read by the readers themselves, under guessed names."""
+
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+from functools import cache
+
+import numpy as np
+
+from oilfilm.home import CONFIG
+from oilfilm.project.words import guessed, guessed_columns, unit_in_name
+from oilfilm.readers.base import (
+    LOADS,
+    SET_POINTS,
+    LoggedRun,
+    Names,
+    Nominal,
+    TextForm,
+    number,
+    samples_of_run,
+    set_point,
+)
+from oilfilm.readers.columns import meaning
+from oilfilm.readers.header import SET_POINT_UNITS, apart, number_and_unit, oil_key
+from oilfilm.readers.ingest import read_log, unpack
+from oilfilm.readers.log_kind import ContinuousLog, FloatArray, LogKind
+from oilfilm.readers.registry import READERS, recognised_format
+from oilfilm.readers.traction_log import TRACTION
+from oilfilm.settings.base import plain_key
+from oilfilm.settings.campaign import Column
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.units import conversion
+
+VOCABULARY = TRACTION.vocabulary
+# A header line without a unit is a set point where the signal is as near to it as this.
+_NEAR, _NEAR_C = 0.05, 3.0
+# Means over so long a time show whether the bodies roll, whatever the noise.
+_WINDOW_S = 0.5
+_READ = ("time", "load", "traction_force", "inlet_temperature")
+# Units of set points as `plain_key` leaves them -> the set point.
+_UNITS = {unit: key for key, (*_, units) in SET_POINT_UNITS.items() for unit in units}
+
+
+@dataclass(frozen=True)
+class Line:
+    """A set point in a header: the line's name there, and its value in the unit of the key.
+
+    `listed` is true where naming the line under `header` of a campaign is enough to have it read.
+    """
+
+    name: str
+    value: float
+    listed: bool
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a log.
+
+    Attributes:
+        part: Its name in its file; empty where a file of the format is one run.
+        oil_key: The header line that names the oil; empty where none does.
+        oil: What that line says.
+        rig: What the header says of the rig.
+        simulated: What the header says of the simulation; empty where the log was measured.
+        lines: Header lines of set points, by the project's key.
+        measured: Levels of load, speed and temperature, by set point; NaN: none is held.
+        slip: Smallest and largest slide-roll ratio; None where the speeds do not give it.
+        interval_s: Time between two rows; NaN where each row is a settled reading.
+        rolling: Whether it begins, and whether it ends with pure rolling.
+        slower_body: The body that is slowed; empty where that cannot be told.
+        traction_sign: -1 where the force is against the slip, 1 where it is with it, else 0.
+        units: The unit of each quantity.
+    """
+
+    part: str = ""
+    oil_key: str = ""
+    oil: str = ""
+    rig: str = ""
+    simulated: str = ""
+    lines: Mapping[str, Line] = field(default_factory=dict)
+    measured: Mapping[str, float] = field(default_factory=dict)
+    slip: tuple[float, float] | None = None
+    interval_s: float = np.nan
+    rolling: tuple[bool, bool] = (True, True)
+    slower_body: str = ""
+    traction_sign: int = 0
+    units: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Sniffed:
+    """One log.
+
+    Attributes:
+        file: Its path below the campaign's folder.
+        format: Its format; `none` where no reader knows it.
+        form: How it is written.
+        guesses: Columns by the quantity that they seem to mean, each with its unit.
+        missing: Quantities that no column seems to mean.
+        names: All names of its columns.
+        problem: Why it cannot be read, if so.
+        runs: Its runs.
+    """
+
+    file: str
+    format: str
+    form: TextForm
+    guesses: Mapping[str, Names]
+    missing: Sequence[str]
+    names: Sequence[str]
+    problem: str
+    runs: Sequence[Run]
+
+
+@cache
+def _settings() -> Settings:
+    """Settings of a campaign that knows nothing of rig and oil: the readers ask for some."""
+    return resolve(CONFIG, {"campaign": "etm-slim"})
+
+
+def sniff(file: str, content: bytes) -> Sniffed:
+    """What a log of a traction rig seems to hold."""
+    name, candidates = _candidates(content)
+    found = [(guessed_columns(names, VOCABULARY), names) for names in candidates]
+    guesses, names = max(found, key=lambda each: _known(*each), default=({}, []))
+    renamed = {
+        quantity: Column(name=[name for name, _ in columns], unit=_unit(quantity, columns[0]))
+        for quantity, columns in guesses.items()
+        if len(columns) == 1
+    }
+    runs: list[Run] = []
+
+    def run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+        found = _run(log, log.run_id[len(file) + 1 :])
+        runs.append(_without_levels_of(found, {*renamed} & _unitless(guesses)))
+        samples = samples_of_run(row=log.rows)
+        return LoggedRun(log.run_id, "", "", "continuous", Nominal(), samples)
+
+    # the time of LabVIEW's logs need be no column
+    missing = [each for each in _missing(guesses, names) if name == "csv" or each != "time"]
+    # what is missing is asked of the user; the rest of the log is read without it
+    vocabulary = replace(
+        VOCABULARY,
+        always=tuple(each for each in VOCABULARY.always if each not in missing),
+        either=VOCABULARY.either if not {*missing} & {*sum(VOCABULARY.either, ())} else ((),),
+    )
+    probe = LogKind(vocabulary, lambda campaign: renamed, lambda *about: None, run, ())
+    # exports of PCS programs are no table with names: their reader makes the runs itself
+    kind = TRACTION if name == "pcs" else probe
+    name, reading = read_log(content, file, _settings(), kind)
+    if kind is TRACTION:
+        runs = [_pcs_run(run, run.run_id[len(file) + 1 :]) for run in reading.runs]
+    refused = next((each.reason for each in reading.refusals), "")
+    return Sniffed(
+        file,
+        name,
+        reading.form,
+        guesses,
+        [] if kind is TRACTION else missing,
+        list(dict.fromkeys(name for name, _ in names if name)),
+        "" if runs else refused,
+        runs,
+    )
+
+
+def _candidates(content: bytes) -> tuple[str | None, list[Names]]:
+    """The format of a log, and what may be its columns; nothing where it is damaged."""
+    name = None
+    try:
+        content = unpack(content)
+        name = recognised_format(content)
+        return name, [*READERS[name].names(content)] if name else []
+    except Exception:  # whatever a library stumbles over; reading the log says what it is
+        return name, []
+
+
+def _known(guesses: Mapping[str, Names], names: Names) -> int:
+    """How many quantities the names of a line seem to mean or are known to mean."""
+    own = {known[0] for name, _ in names if (known := meaning(name, {}, VOCABULARY))}
+    return len(own | guesses.keys())
+
+
+def _missing(guesses: Mapping[str, Names], names: Names) -> list[str]:
+    known = {known[0] for name, _ in names if (known := meaning(name, {}, VOCABULARY))}
+    known |= {quantity for quantity, columns in guesses.items() if len(columns) == 1}
+    speeds = max(VOCABULARY.either, key=lambda pair: len(known & {*pair}))
+    return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
+
+
+def _unitless(guesses: Mapping[str, Names]) -> set[str]:
+    """Quantities whose unit nothing says."""
+    return {
+        quantity
+        for quantity, columns in guesses.items()
+        if not columns[0][1] and not unit_in_name(columns[0][0], quantity, VOCABULARY)
+    }
+
+
+def _without_levels_of(run: Run, quantities: Set[str]) -> Run:
+    """A run without the set points that follow from quantities in unknown units."""
+    speeds = {"ball_speed", "disc_speed", "entrainment_speed"}
+    unknown = {
+        "load_n": "load" in quantities,
+        "max_hertz_pressure_gpa": "load" in quantities,
+        "entrainment_speed_m_s": bool(speeds & quantities),
+        "inlet_temperature_c": "inlet_temperature" in quantities,
+    }
+    known = {key: level for key, level in run.measured.items() if not unknown[key]}
+    return replace(
+        run, measured=known, interval_s=np.nan if "time" in quantities else run.interval_s
+    )
+
+
+def _unit(quantity: str, column: tuple[str, str]) -> str | None:
+    """The unit for the campaign file: None where the log gives it as the readers want it."""
+    name, unit = column
+    return (
+        None
+        if unit
+        else unit_in_name(name, quantity, VOCABULARY) or VOCABULARY.quantities[quantity][0]
+    )
+
+
+# ---------------------------------------------------------------- runs
+
+
+def _run(log: ContinuousLog, part: str) -> Run:
+    units = {column.quantity: column.to.unit for column in log.columns}
+    values = {quantity: log.values.get(quantity, np.array([])) for quantity in _READ}
+    speeds, slower, slip = _speeds(log.values, units)
+    measured = {
+        "max_hertz_pressure_gpa" if units.get("load") == "GPa" else "load_n": values["load"],
+        "entrainment_speed_m_s": np.array([]) if units.get("ball_speed") == "rpm" else speeds,
+        "inlet_temperature_c": values["inlet_temperature"],
+    }
+    medians = {name: _level(name, values) for name, values in measured.items() if len(values)}
+    steps = log.keys.get("log_kind") == "steps"
+    interval = np.diff(values["time"])
+    step = float(np.median(interval)) if len(interval) and not steps else np.nan
+    # what the settings for the readers say of the oil is not in the log
+    said = log.understood.sources.get("oil") == "header"
+    keys = {key: text for key, text in log.keys.items() if said or key != "oil"}
+    named = "oil" if said else oil_key(keys) or ""
+    return Run(
+        part,
+        named,
+        keys.get(named, ""),
+        keys.get("rig", ""),
+        "" if keys.get("simulated", "no") == "no" else keys["simulated"],
+        _lines(keys, medians),
+        medians,
+        (float(slip.min()), float(slip.max())) if len(slip) else None,
+        step,
+        (True, True) if steps else _rolling(slip, step),
+        slower,
+        _sign(slip, values["traction_force"]),
+        units,
+    )
+
+
+def _pcs_run(run: LoggedRun, part: str) -> Run:
+    mean = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
+    measured = {
+        "load_n": _level("load_n", run.samples["load_n"]),
+        "entrainment_speed_m_s": _level("entrainment_speed_m_s", mean),
+        "inlet_temperature_c": _level("inlet_temperature_c", run.samples["inlet_temperature_c"]),
+    }
+    slip = (run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"]) / mean
+    ends = (float(np.nanmin(slip)), float(np.nanmax(slip)))
+    return Run(part, measured=measured, slip=ends)
+
+
+def _level(key: str, values: FloatArray) -> float:
+    """The median as a set point is written, where the signal is held at a level; else NaN."""
+    known = np.abs(values[np.isfinite(values)])
+    if not len(known):
+        return np.nan
+    low, median, high = np.quantile(known, (0.1, 0.5, 0.9))
+    if key == "inlet_temperature_c":
+        return round(float(median), 1) if high - low <= _NEAR_C else np.nan
+    return float(f"{median:.3g}") if high - low <= _NEAR * median else np.nan
+
+
+def _speeds(
+    values: Mapping[str, FloatArray], units: Mapping[str, str]
+) -> tuple[FloatArray, str, FloatArray]:
+    """Mean speed, the body that is slowed, and slip with the disc faster, of the turning rig.
+
+    Of spindle speeds the beginning is taken for pure rolling, because the radii are not known.
+    """
+    if "entrainment_speed" in values and "ball_speed" not in values:
+        return values["entrainment_speed"], "", values["slide_roll_ratio"]
+    if "ball_speed" not in values:
+        return np.array([]), "", np.array([])
+    ball, disc = values["ball_speed"], values["disc_speed"]
+    if units["ball_speed"] == "rpm" and len(ball):
+        first = slice(0, max(1, len(ball) // 50))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            disc = disc * (np.median(ball[first]) / np.median(disc[first]))
+    mean = (ball + disc) / 2
+    fast = np.quantile(np.abs(mean), 0.9) if len(mean) and np.isfinite(mean).all() else 0.0
+    turning = np.abs(mean) > fast / 2
+    slip = ((disc - ball)[turning] / mean[turning]) if fast else np.array([])
+    if not len(slip):
+        return mean, "", slip
+    least, most = np.quantile(slip, (0.02, 0.98))
+    sides = {"ball": most, "disc": -least}
+    slower = max(sides, key=lambda body: sides[body])
+    return mean, slower if min(sides.values()) < sides[slower] / 10 else "", slip
+
+
+def _sign(slip: FloatArray, force: FloatArray) -> int:
+    """Whether the force grows with the slip (1) or falls (-1); 0 where neither is plain."""
+    if len(slip) != len(force) or len(slip) < 2 or not (np.ptp(slip) and np.ptp(force)):
+        return 0
+    together = float(np.corrcoef(slip, force)[0, 1])
+    return 0 if abs(together) < 0.3 else 1 if together > 0 else -1
+
+
+def _rolling(slip: FloatArray, interval_s: float) -> tuple[bool, bool]:
+    """Whether a run begins and ends with pure rolling that is long enough for a zero."""
+    settings = _settings().curation.zero_reference
+    if not interval_s > 0 or not len(slip):
+        return True, True
+    rows = max(1, round(_WINDOW_S / interval_s))
+    count = len(slip) // rows
+    means = np.abs(slip[: count * rows].reshape(count, rows).mean(axis=1))
+    windows = max(1, round(settings.min_duration_s / _WINDOW_S))
+    still = means <= settings.max_slide_roll_ratio
+    return bool(count and still[:windows].all()), bool(count and still[-windows:].all())
+
+
+# ---------------------------------------------------------------- header lines
+
+
+def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, Line]:
+    """The set points of a header by the project's key; where two may be one, the first."""
+    lines: dict[str, Line] = {}
+    for name, text in keys.items():
+        if name in SET_POINTS:
+            value = set_point(name, text)
+            found = {} if value is None else {name: Line(name, value, True)}
+        else:
+            found = _line(name, text, measured)
+        lines = {**found, **lines}
+    return lines
+
+
+def _line(name: str, text: str, measured: Mapping[str, float]) -> dict[str, Line]:
+    digits, behind = number_and_unit(text)
+    bare, beside = apart(name)
+    words = bare.replace("_", " ")
+    *others, last = words.split() or [""]
+    trailing = last if others and last in _UNITS else ""
+    given = plain_key(behind or beside or trailing)
+    keys = [_UNITS[given]] if given in _UNITS else [] if given else [*SET_POINT_UNITS]
+    for key in keys:
+        quantity, unit, units = SET_POINT_UNITS[key]
+        to = conversion(units.get(given, unit), (unit,))
+        meant, _ = guessed(" ".join(others) if trailing else words, to.unit, VOCABULARY)
+        if not digits or meant != quantity.replace("max_hertz_pressure", "load"):
+            continue
+        value = set_point(key, f"{float(to.of(np.array(number(digits.replace(',', '.'))))):.12g}")
+        if value is not None and (given or _is_near(key, value, measured)):
+            # a unit in brackets or behind the number is read; one in the name must be the key's
+            plain = bool(behind or beside) or (to.scale, to.offset) == (1, 0)
+            return {key: Line(words, value, plain)}
+    return {}
+
+
+def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:
+    known = measured.get(key, np.nan)
+    if key == "inlet_temperature_c":
+        return bool(abs(value - known) <= _NEAR_C)
+    return bool(abs(value - known) <= _NEAR * abs(known))
+
+
+def set_points(run: Run) -> dict[str, float]:
+    """Set points of a run that its header does not give as the readers take them.
+
+    They are those of header lines in other units, then the levels of its signals.
+    """
+    others = {key: line.value for key, line in run.lines.items() if not line.listed}
+    read = {key for key, line in run.lines.items() if line.listed}
+    given = read | others.keys()
+    has_load = bool(given & LOADS)
+    return {
+        **others,
+        **{
+            key: value
+            for key, value in run.measured.items()
+            if key not in given and not (key in LOADS and has_load) and np.isfinite(value)
+        },
+    }
+
+
+def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
+    """The runs of a log that need a row of the run sheet; one for all where they are alike."""
+    first = log.runs[0] if log.runs else Run()
+    same = all(set_points(run) == set_points(first) for run in log.runs)
+    return [replace(first, part="")] if same or not log.runs else log.runs

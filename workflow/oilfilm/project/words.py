@@ -1,0 +1,143 @@
+"""What the names of columns and header lines seem to mean, in the languages of many laboratories.
+
+Everything here is a guess. It becomes a line of a settings file that a person reads.
+"""
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping
+
+from oilfilm.readers.columns import fits, meaning
+from oilfilm.readers.log_kind import Vocabulary
+
+# Parts of names -> how much they tell. English, German, French, Spanish, Italian, Russian, Chinese,
+# Japanese. Words of one or two letters count only alone.
+_WORDS: Mapping[str, Mapping[int, str]] = {
+    "time": {2: "time elapsed zeit temps durée duree tiempo tempo время 时间 時間", 1: "t"},
+    "load": {
+        2: "load normal last charge carga carico нагруз 载荷 法向 荷重 垂直 fn fz hertz pressung",
+        1: "force kraft pressure pression presión pressione 压力 圧力 w",
+    },
+    "traction_force": {
+        3: "traction traktion friction reib tangent frott friccion fricción rozamiento attrito "
+        "трен 摩擦 牵引 切向 fx ft ff fr umfangskraft",
+        1: "force kraft",
+    },
+    "ball_speed": {3: "ball kugel bille bola sfera шар 球", 1: "n1 v1 u1"},
+    "disc_speed": {3: "disc disk scheibe disque disco диск 盘 ディスク", 1: "n2 v2 u2"},
+    "entrainment_speed": {
+        3: "entrain roll wälz roulement rodadura rotolamento 卷吸 滚动",
+        2: "mean mittlere moyenne media medio 平均",
+        1: "u speed",
+    },
+    "slide_roll_ratio": {
+        3: "srr slip schlupf wälzverhältnis gleit glissement deslizamiento strisciamento "
+        "проскальз 滑滚 滑移 すべり",
+        2: "slide sliding",
+    },
+    "inlet_temperature": {
+        3: "inlet zulauf einlauf einlass vorlauf supply entrée entrée entrada ingresso 入口",
+        1: "temp öl oel oil huile aceite olio lube schmierstoff темп масл 温 油",
+    },
+}
+# Names with one of these are of something else.
+_OTHERS: Mapping[str, str] = {
+    "load": "coef koeff beiwert set soll target consigne",
+    "traction_force": "coef koeff beiwert zahl 系数 系數",
+    "ball_speed": "slid gleit set soll target consigne temp",
+    "disc_speed": "slid gleit set soll target consigne temp",
+    "entrainment_speed": "slid gleit set soll target consigne",
+    "slide_roll_ratio": "set soll target consigne",
+    "inlet_temperature": "outlet auslauf ablauf rücklauf sortie salida uscita 出口 ambient raum "
+    "room housing gehäuse disc disk scheibe ball kugel soll set target consigne",
+}
+# Words of the rig's bodies say whose speed it is only beside a unit or a word of speed.
+_SPEEDS = "speed drehzahl geschwind vitesse velocidad velocità скорость 速 rpm spind n v u"
+_SHORT = 2
+_TOKENS = re.compile(r"[^\W\d_]+\d?|\d+")
+
+
+def guessed(name: str, unit: str, vocabulary: Vocabulary) -> tuple[str, int]:
+    """The quantity that a column's name seems to mean, and how much speaks for it; "" and 0: none.
+
+    Args:
+        name: Column name without its unit.
+        unit: Unit as the log gives it; empty where it gives none.
+        vocabulary: Units in which each quantity can be given.
+    """
+    unit = unit or _telling_unit(name, vocabulary)
+    scores = {
+        quantity: score
+        for quantity in _WORDS
+        if quantity in vocabulary.quantities
+        if (score := _score(name, unit, quantity, vocabulary))
+    }
+    best = max(scores, key=lambda quantity: scores[quantity], default="")
+    return best, scores.get(best, 0)
+
+
+def _telling_unit(name: str, vocabulary: Vocabulary) -> str:
+    """The unit at the end of a name; no single letter, because `n` may be a speed or newtons."""
+    units = (unit_in_name(name, quantity, vocabulary) for quantity in vocabulary.quantities)
+    return next((unit for unit in units if len(unit) > 1), "")
+
+
+def _score(name: str, unit: str, quantity: str, vocabulary: Vocabulary) -> int:
+    if unit and not fits(quantity, unit, vocabulary):
+        return 0
+    if has_word(name, _OTHERS.get(quantity, "")):
+        return 0
+    if quantity in ("ball_speed", "disc_speed") and not unit and not has_word(name, _SPEEDS):
+        return 0
+    return sum(
+        weight
+        for weight, words in _WORDS[quantity].items()
+        for word in words.split()
+        if has_word(name, word)
+    )
+
+
+def has_word(name: str, words: str) -> bool:
+    """Whether a name has one of some words, given with blanks between, as a part of it."""
+    plain = unicodedata.normalize("NFKC", name).casefold()
+    tokens = set(_TOKENS.findall(plain))
+    return any(
+        word in tokens if len(word) <= _SHORT and word.isascii() else word in plain
+        for word in words.split()
+    )
+
+
+def unit_in_name(name: str, quantity: str, vocabulary: Vocabulary) -> str:
+    """The unit at the end of a name without brackets; empty where there is none."""
+    ends = [name.split()[-1:], name.split()[-2:], name.split("/")[1:], name.split("_")[-1:]]
+    return next(
+        (
+            unit
+            for end in ends
+            if (unit := " ".join(end).strip()) not in ("", name)
+            and fits(quantity, unit, vocabulary)
+        ),
+        "",
+    )
+
+
+def guessed_columns(
+    names: Iterable[tuple[str, str]], vocabulary: Vocabulary
+) -> dict[str, list[tuple[str, str]]]:
+    """The columns of one log by the quantity that they seem to mean; several where they are equal.
+
+    Args:
+        names: Each column's name and unit.
+        vocabulary: What such logs may hold. Names that it knows need no guess.
+    """
+    best: dict[str, int] = {}
+    found: dict[str, list[tuple[str, str]]] = {}
+    own = {known[0] for name, _ in names if (known := meaning(name, {}, vocabulary)) is not None}
+    for name, unit in dict.fromkeys(names):
+        quantity, score = guessed(name, unit, vocabulary)
+        if quantity in own or score < best.get(quantity, 1):
+            continue
+        if score > best.get(quantity, 0):
+            best[quantity], found[quantity] = score, []
+        found[quantity].append((name, unit))
+    return found
