@@ -1,14 +1,18 @@
 """The wheel in a folder of its own: the library, the command and the workflow as a module."""
 
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
+import pandas as pd
 import pytest
+import yaml
 
-from campaigns import ROOT
+from campaigns import ROOT, lay_out
+from foreign_logs import GERMAN, bench_and_runs, write_logs
 from reproduce import measured
 
 pytestmark = pytest.mark.workflow
@@ -83,3 +87,92 @@ def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_pat
     at = ("--stress", "1.2GPa", "--speed", "30m/s", "--temperature", "70degC", "--slip", "0.05")
     where = ("--results", str(results / "small"), "--oil", "4102")
     assert "mu = 0.01" in run(installed, tmp_path, "oilfilm", "predict", *where, *at)
+
+
+METRES = GERMAN.with_units(ball="m/s", disc="m/s")
+FILM = "film_unjudged: {accept: true, reason: thick by experience}"
+
+
+def accept_film(project: Path, name: str) -> dict[str, object]:
+    """Fill in the one line of the campaign that `oilfilm init` leaves empty; the campaign."""
+    path = project / f"config/campaigns/{name}.yaml"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    filled = [FILM if line.startswith("film_unjudged:") else line for line in lines]
+    path.write_text("\n".join([*filled, ""]), encoding="utf-8")
+    return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
+
+
+def runs_of(project: Path, name: str) -> pd.DataFrame:
+    return pd.read_parquet(project / f"results/{name}/tables/runs.parquet")
+
+
+def test_two_projects_run_from_two_folders_with_one_installation(
+    installed: Path, tmp_path: Path
+) -> None:
+    """`init`, one line filled in, `run`: each folder has the runs of its own logs alone."""
+    for name, oil in (("juni", "Öl B-12"), ("juli", "Öl C-7")):
+        bench, runs = bench_and_runs(oil)
+        logs = write_logs(tmp_path / f"logs-{name}", bench, runs, METRES)
+        run(installed, tmp_path, "oilfilm", "init", name, *map(str, logs))
+        accept_film(tmp_path / name, name)
+        target = f"results/{name}/tables/runs.parquet"
+        run(installed, tmp_path, "oilfilm", "run", name, "--", target)
+    for name, oil in (("juni", "oel-b-12"), ("juli", "oel-c-7")):
+        found = runs_of(tmp_path / name, name)
+        assert found["verdict"].tolist() == ["accepted"] * 3
+        assert set(found["oil"]) == {oil}
+        assert [path.name for path in (tmp_path / name / "results").iterdir()] == [name]
+
+
+# What `snakedeploy deploy-workflow` (0.17) writes into workflow/Snakefile, with the path of a
+# folder where it writes github("owner/name", path="workflow/Snakefile", tag="...").
+DEPLOYED = """from snakemake.utils import min_version
+
+
+min_version("6.10.0")
+
+
+configfile: "config/config.yaml"
+
+
+# declare {source} as a module
+module oilfilm:
+    snakefile:
+        "{source}/workflow/Snakefile"
+    config:
+        config
+
+
+# use all rules from {source}
+use rule * from oilfilm
+"""
+
+
+def test_workflow_that_snakedeploy_deploys(installed: Path, tmp_path: Path) -> None:
+    """The whole config.yaml comes as `config`: "4050" stays text, and a campaign wins over it."""
+    source, deployed = tmp_path / "source", tmp_path / "deployed"
+    lay_out(source)
+    for name in ("config", "profiles"):
+        shutil.copytree(source / name, deployed / name)
+    (deployed / "workflow").mkdir()
+    text = DEPLOYED.format(source=source.as_posix())
+    (deployed / "workflow/Snakefile").write_text(text, encoding="utf-8")
+    bench, runs = bench_and_runs("4050")
+    logs = write_logs(tmp_path / "logs", bench, runs, METRES)
+    # the settings of these logs, in a campaign that is called as the oil
+    run(installed, tmp_path, "oilfilm", "init", "made", *map(str, logs), "--campaign", "4050")
+    campaign = accept_film(tmp_path / "made", "4050")
+    campaign["settings"] = {"gates": {"temperature_tolerance_c": 0.001}}
+    shutil.copytree(tmp_path / "made/config", deployed / "config", dirs_exist_ok=True)
+    path = deployed / "config/campaigns/4050.yaml"
+    path.write_text(yaml.safe_dump(campaign, allow_unicode=True), encoding="utf-8")
+    shutil.copytree(tmp_path / "made/data", deployed / "data")
+    # as a user who edits the deployed config.yaml
+    whole = (ROOT / "config/config.yaml").read_text(encoding="utf-8")
+    named = whole.replace("campaign: demo ", 'campaign: "4050" ', 1)
+    (deployed / "config/config.yaml").write_text(named, encoding="utf-8")
+    run(installed, deployed, "snakemake", "results/4050/tables/runs.parquet")
+    found = runs_of(deployed, "4050")
+    assert set(found["campaign"]) == set(found["oil"]) == {"4050"}
+    # a tolerance of a thousandth of a degree refuses every log
+    assert set(found["verdict"]) == {"refused"}
