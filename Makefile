@@ -72,7 +72,7 @@ lint: $(DEV) ## every static check: style, format, types, imports, workflow
 
 nightly: $(DEV) ## long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
 	$(IN_VENV) $(BIN)/pytest -m nightly
-	$(IN_VENV) $(BIN)/python .ci/nightly.py $(CAMPAIGN)
+	$(IN_VENV) $(BIN)/oilfilm nightly --campaign $(CAMPAIGN) --rebuild
 
 verify: $(DEV) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
 	$(IN_VENV) $(BIN)/python tests/helpers/reproduce.py $(CAMPAIGN)

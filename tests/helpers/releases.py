@@ -10,6 +10,7 @@ import pandas as pd
 
 from campaigns import ROOT, Campaign
 from oilfilm import tables
+from oilfilm.digests import file_digest
 from oilfilm.releases.manifest import (
     MANIFEST,
     PINNED_MANIFEST,
@@ -75,6 +76,20 @@ def made(
         },
         logs=[results / "logs/fit-4102.log"],
     )
+
+
+def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
+    """One row per log, as ingest writes it."""
+    text = dict.fromkeys(tables.columns("runs"), "")
+    text |= {"campaign": "demo", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
+    counts = {"samples": 1, "refused_rows": 0, "plateaus": 1, "accepted_points": 1}
+    nominal = {name: None for name in text if name.startswith("nominal_")}
+    rows = []
+    for name, content in raw.items():
+        (folder / name).write_bytes(content)
+        digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
+        rows.append({**text, **counts, **nominal, **digests, "run_id": name, "file": name})
+    return tables.from_rows(rows, "runs")
 
 
 def released(run: FinishedRun) -> Path:

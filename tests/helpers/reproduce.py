@@ -193,7 +193,8 @@ def files_made(project: Path) -> set[str]:
         path.relative_to(project).as_posix()
         for folder in ("results", "data/raw")
         for path in (project / folder).rglob("*")
-        if path.is_symlink() or path.is_file()
+        # Snakemake's log has dates
+        if (path.is_symlink() or path.is_file()) and path.name != "snakemake.log"
     }
 
 

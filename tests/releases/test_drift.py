@@ -1,6 +1,8 @@
 """Two releases compared: a sensor that is off is named and stopped, equal ones pass silently."""
 
+import os
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +19,7 @@ from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.compare import Comparison, _levels, compare
 from oilfilm.releases.drift import drift_table
+from oilfilm.releases.listing import list_releases
 from oilfilm.releases.manifest import Manifest, canonical, read_manifest
 from oilfilm.releases.messages import comparison_text
 from oilfilm.releases.page import page
@@ -90,6 +93,20 @@ def test_load_cell_one_percent_off_is_stopped_by_the_gate(
     moved = [line.split() for line in printed.splitlines()[4:]]
     assert {line[0] for line in moved} == {"4102"}
     assert "mu" in {line[1] for line in moved}
+
+
+def test_list_of_releases_shows_which_one_moved(
+    before: Path, miscalibrated: Path, tmp_path: Path
+) -> None:
+    for order, release in enumerate((before, miscalibrated)):
+        shutil.copytree(release, tmp_path / release.name)
+        os.utime(tmp_path / release.name, (order, order))
+    text = list_releases(tmp_path, DRIFT).read_text(encoding="utf-8")
+    changes = f"changes/{miscalibrated.name}.html"
+    moved = len(drift_table(comparison_of(before, miscalibrated), DRIFT).rows)
+    assert f'<a href="{changes}" class="moved">{moved} beyond the limits' in text
+    assert text.index(miscalibrated.name) < text.index("first release")
+    assert "4102" in (tmp_path / changes).read_text(encoding="utf-8")
 
 
 def test_load_cell_one_percent_off_is_named(

@@ -21,7 +21,6 @@ from campaigns import ROOT, without
 from command_line import printed_objects
 from oilfilm import home, tables
 from oilfilm.cli import main
-from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.outputs.report.release_id import UNRELEASED
 from oilfilm.releases import rebuild
@@ -39,7 +38,7 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
 from oilfilm.settings.resolve import resolve, unresolve
 from oilfilm.settings.resolved import Settings
-from releases import made, project, released
+from releases import made, project, released, runs_of
 
 Change = Callable[[making.FinishedRun], making.FinishedRun]
 Verify = Callable[[], tuple[int, str]]
@@ -47,20 +46,6 @@ Verify = Callable[[], tuple[int, str]]
 # A log may be named by the time of day.
 RAW = {"a.csv": b"load_n\n1\n", "b 12:30.csv": b"load_n\n2\n"}
 SECOND = "data/raw/demo/b 12:30.csv"
-
-
-def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
-    """One row per log, as ingest writes it."""
-    text = dict.fromkeys(tables.columns("runs"), "")
-    text |= {"campaign": "demo", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
-    counts = {"samples": 1, "refused_rows": 0, "plateaus": 1, "accepted_points": 1}
-    nominal = {name: None for name in text if name.startswith("nominal_")}
-    rows = []
-    for name, content in raw.items():
-        (folder / name).write_bytes(content)
-        digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
-        rows.append({**text, **counts, **nominal, **digests, "run_id": name, "file": name})
-    return tables.from_rows(rows, "runs")
 
 
 @pytest.fixture

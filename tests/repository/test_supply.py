@@ -21,6 +21,8 @@ NETWORK = {
 }
 # urllib.parse only takes addresses apart
 HARMLESS = {"urllib.parse"}
+# Tells the user's own address how a scheduled run ended.
+MAY_CONNECT = ROOT / "workflow/oilfilm/releases/hook.py"
 UNPICKLES = {"read_pickle", "to_pickle", "unsafe_load", "full_load", "allow_pickle", "load_module"}
 
 
@@ -46,7 +48,8 @@ def named(tree: ast.AST) -> Iterator[str]:
 def test_no_module_unpickles_or_opens_a_connection(path: Path) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     modules = {name for name in imported(tree) if name not in HARMLESS}
-    assert not {name for name in modules if name.split(".")[0] in PICKLES | NETWORK}
+    forbidden = PICKLES if path == MAY_CONNECT else PICKLES | NETWORK
+    assert not {name for name in modules if name.split(".")[0] in forbidden}
     assert not UNPICKLES & set(named(tree))
 
 

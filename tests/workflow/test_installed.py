@@ -24,6 +24,10 @@ module oilfilm:
     config: config
 
 use rule * from oilfilm
+
+onstart: oilfilm.onstart()
+onsuccess: oilfilm.onsuccess()
+onerror: oilfilm.onerror()
 """
 
 

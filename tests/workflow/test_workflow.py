@@ -53,6 +53,21 @@ def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_projec
             assert (results / f"figures/{name}.{ending}").stat().st_size > 1000
 
 
+def test_only_the_summary_is_long(released_project: Path) -> None:
+    """A whole run: progress first; summary, release and log at the end."""
+    output = released_project.with_suffix(".txt").read_text()
+    progress, found, summary = output.partition("Campaign small")
+    assert found
+    assert len(progress.splitlines()) <= 12
+    assert max(map(len, progress.splitlines())) < 100
+    assert re.search(r"Release: results/releases/small/v1-[0-9a-f]{12}\n", summary)
+    log = released_project / "results/small/logs/snakemake.log"
+    assert summary.rstrip().endswith("results/small/logs/snakemake.log")
+    details = log.read_text()
+    assert "rule ingest:" in details
+    assert "reason: " in details
+
+
 def test_snakemakes_own_report_has_every_figure_and_table_with_its_caption(project: Path) -> None:
     succeed(project, *SMALL, "--report", "report-snakemake.html")
     page = (project / "report-snakemake.html").read_text(encoding="utf-8")

@@ -1,9 +1,12 @@
 import mimetypes
+import shutil
+from contextlib import suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
 from oilfilm.figure_catalogue import families
@@ -236,7 +239,25 @@ def logs_of_jobs(wildcards):
     return sorted(str(log) for job in jobs for log in job.log)
 
 
-def print_summary():
+def keep_log(logs):
+    """Keep Snakemake's own log, which has every detail, beside those of the jobs; its path."""
+    kept = Path("results", CAMPAIGN.name, "logs/snakemake.log")
+    with suppress(OSError):  # the disk may be full
+        for log in logs:
+            shutil.copyfile(log, kept)
+    return kept
+
+
+def end_well(logs):
+    """Print the summary and where everything is."""
     summary = Path("results", CAMPAIGN.name, "summary.txt")
-    if summary.is_file():
-        print(summary.read_text(encoding="utf-8"))
+    lines = [summary.read_text(encoding="utf-8").rstrip()] if summary.is_file() else []
+    if any(job.rule.name == "release" for job in workflow.dag.jobs):
+        release = Path("results/releases", CAMPAIGN.name, "latest")
+        lines.append(f"Release: {release.parent / release.readlink()}")
+        lines.append(f"         {release.parent}/index.html (all releases)")
+    logger.info("\n".join([*lines, f"Log:     {keep_log(logs)}"]))
+
+
+def end_badly(logs):
+    logger.error(f"The run failed. The reason is printed above and in {keep_log(logs).parent}.")

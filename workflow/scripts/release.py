@@ -4,9 +4,10 @@ from pathlib import Path
 
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
+from oilfilm.releases.listing import list_releases
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
-from oilfilm.run.job import job
+from oilfilm.run.job import job, say
 
 with job(snakemake) as (settings, _):
     params, releases = snakemake.params, Path(snakemake.params.releases)
@@ -22,6 +23,7 @@ with job(snakemake) as (settings, _):
         logs=[Path(path) for path in params.logs],
     )
     folder, new = make_release(finished, releases)
+    list_releases(releases, settings.drift)
     # a job killed after its release finds it when it runs again: the log must not tell
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
-    print(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")
+    say(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")

@@ -46,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
         _add_diff,
         _add_pin,
         _add_export,
+        _add_nightly,
     ):
         add(commands)
     return top
@@ -269,3 +270,32 @@ def _add_diff(commands: Any) -> None:
 def _add_pin(commands: Any) -> None:
     command = _command(commands, "pin", "keep a release as the reference for later ones")
     command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")
+
+
+def _add_nightly(commands: Any) -> None:
+    command = _command(
+        commands,
+        "nightly",
+        "scheduled run: new logs, release, drift gate, summary",
+        "Run the campaign in this folder with its new logs, release it and hold it against its "
+        "pin. The summary is printed, written to results/nightly and sent to the hooks. Exit "
+        "code 0: all is well; 1: a value moved beyond the limits; 2: a step or a hook failed.",
+    )
+    command.add_argument(
+        "--campaign", type=_campaign_name, help="campaign (default: that of config.yaml)"
+    )
+    command.add_argument(
+        "--hook",
+        action="append",
+        metavar="HOOK",
+        help="https address that gets the summary as JSON, or command that reads it as text, as "
+        "'mail -s oilfilm lab@example.org'; may be repeated (default: the variable OILFILM_HOOK)",
+    )
+    command.add_argument(
+        "--rebuild",
+        action="store_true",
+        help="make the release again from the raw logs and compare the bytes",
+    )
+    command.add_argument("--cores", default="all", help="cores for snakemake (default: all)")
+    _add_config(command)
+    _add_json(command, "one JSON object")

@@ -10,6 +10,7 @@ from oilfilm.cli.plan import PlannedTests
 from oilfilm.cli.predict import PredictedTraction
 from oilfilm.cli.verify import Verified
 from oilfilm.home import HOME
+from oilfilm.releases.nightly import NightlySummary
 
 PRINTED: dict[str, type[BaseModel]] = {
     "check": CheckedLog,
@@ -17,6 +18,7 @@ PRINTED: dict[str, type[BaseModel]] = {
     "plan": PlannedTests,
     "verify": Verified,
     "diff": ComparedReleases,
+    "nightly": NightlySummary,
 }
 FOLDER = HOME / "workflow/schemas"
 

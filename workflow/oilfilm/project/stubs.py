@@ -32,6 +32,19 @@ module oilfilm:
 
 
 use rule * from oilfilm
+
+
+# Snakemake does not call the handlers of a module by itself.
+onstart:
+    oilfilm.onstart()
+
+
+onsuccess:
+    oilfilm.onsuccess()
+
+
+onerror:
+    oilfilm.onerror()
 """
 
 README = """\

@@ -118,6 +118,11 @@ def read_manifest(folder: Path) -> tuple[Manifest, bool]:
         path = folder / name
         if path.is_file() and not path.is_symlink():
             return _parse(path), name == PINNED_MANIFEST
+    if folder.parent.name == "pins":
+        raise OilfilmError(
+            f"{folder}: is no pin: it holds no {PINNED_MANIFEST}. "
+            f"`oilfilm pin results/releases/{folder.name}/latest` makes one of a release."
+        )
     raise OilfilmError(
         f"{folder}: is no release: it holds no {MANIFEST}. `snakemake release` makes one in "
         "results/releases/<campaign>."

@@ -59,7 +59,8 @@ class ManifestFile(Group):
     """manifest.json of a release."""
 
     format: Literal[2] = key(
-        "Read a release of another format by the code of its time; renew a pin with `oilfilm pin`."
+        "Read a release of another format by the code of its time; renew a pin with "
+        "`oilfilm pin RELEASE`."
     )
     version: ShortText = key("<tag>-<12 hex digits>", min_length=1)
     made_from: MadeFrom = key("What the release was made from.")

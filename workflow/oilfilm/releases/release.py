@@ -173,7 +173,7 @@ def _refuse_changed(raw: Sequence[FileRecord], run: FinishedRun) -> None:
         for other in sorted(before - {"", record.sha256}):
             raise OilfilmError(
                 f"{record.path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
-                f"then {other[:12]}). Put it back, or let `snakemake --forcerun` read it."
+                f"then {other[:12]}). Put it back, or run `snakemake release` again to read it."
             )
 
 
@@ -185,8 +185,8 @@ def _log_summary(run: FinishedRun) -> str:
             text = (run.root / log).read_text(encoding="utf-8").rstrip("\n").split("\n")
         except FileNotFoundError:
             raise OilfilmError(
-                f"{log}: the log of a job is missing. Make its job run again with `snakemake "
-                "--forcerun`, then release."
+                f"{log}: the log of a job is missing. Run `snakemake release --forcerun RULE` "
+                "with the rule that writes it."
             ) from None
         lines += [f"{log.stem}: {line}" for line in text]
     return "\n".join(lines) + "\n"

@@ -90,7 +90,7 @@ class StoredRelease:
             raise OilfilmError(
                 f"{self.folder}: its tables have schema version {version}, and version "
                 f"{tables.SCHEMA_VERSION} is read here. "
-                "Read it with the code of that release; renew a pin with `oilfilm pin`."
+                "Read it with the code of that release; renew a pin with `oilfilm pin RELEASE`."
             )
         file = self.file(path)
         try:

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 from oilfilm.digests import input_digest, settings_digest
 from oilfilm.errors import OilfilmError
@@ -38,6 +38,11 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
         _end(f"{_MACHINE[error.errno]} ({error}). What is done is kept: run snakemake again.", log)
 
 
+def say(text: str, stream: TextIO = sys.stdout) -> None:
+    """Print a text; at a terminal it takes the place of the line of progress."""
+    print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
+
+
 # What the machine refuses is no fault of the program: in words, with what to do.
 _MACHINE = {
     errno.ENOSPC: "The disk is full. Make room on it",
@@ -53,7 +58,7 @@ _MACHINE = {
 def _end(sentence: str, log: Path) -> NoReturn:
     with suppress(OSError):  # the disk may be full
         log.write_text(f"{sentence}\n", encoding="utf-8")
-    print(sentence, file=sys.stderr)
+    say(sentence, sys.stderr)
     sys.exit(1)
 
 

@@ -1,0 +1,113 @@
+"""Every command that a message or a page advises exists, with its options."""
+
+import argparse
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from snakemake.cli import get_argument_parser
+
+from campaigns import ROOT
+from oilfilm.cli.parser import parser
+
+SOURCES = [
+    *(ROOT / "workflow").rglob("*.py"),
+    *(ROOT / "workflow").rglob("*.smk"),
+    *(ROOT / "docs").rglob("*.md"),
+    *(ROOT / "config").rglob("*.yaml"),
+    *(ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"),
+]
+# A command in backquotes, or the line of a block in a page; without what comes after a pipe.
+COMMAND = r"(?:\.venv/bin/)?((?:oilfilm|snakemake|make) [^`\n#|]+)"
+QUOTED, LINE = re.compile(f"`{COMMAND}[^`]*`"), re.compile(f"^{COMMAND}", re.MULTILINE)
+TARGETS = set(
+    re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8")),
+)
+RULES = {
+    name
+    for path in (ROOT / "workflow").rglob("*")
+    if path.suffix == ".smk" or path.name == "Snakefile"
+    for name in re.findall(r"(?m)^\s*(?:rule|checkpoint) (\w+):", path.read_text(encoding="utf-8"))
+}
+
+
+def commands() -> dict[str, argparse.ArgumentParser]:
+    (sub,) = (each for each in parser()._actions if isinstance(each.choices, dict))
+    return dict(sub.choices)  # type: ignore[arg-type]
+
+
+def options(of: argparse.ArgumentParser) -> set[str]:
+    return {name for action in of._actions for name in action.option_strings}
+
+
+OF_SNAKEMAKE = options(get_argument_parser())
+
+
+def texts(path: Path) -> Iterator[str]:
+    """The prose of a file: a page as a whole, of Python the strings, f-strings with {}."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix != ".py":
+        yield text
+        return
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.JoinedStr):
+            parts = (each.value if isinstance(each, ast.Constant) else "{}" for each in node.values)
+            yield "".join(map(str, parts))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def advised(path: Path) -> list[str]:
+    """The commands that a file names."""
+    found = [command for text in texts(path) for command in QUOTED.findall(text)]
+    return found if path.suffix == ".py" else found + LINE.findall(path.read_text("utf-8"))
+
+
+def mistake(command: str) -> str:
+    """What is wrong with a command; empty where it can be run."""
+    # what is quoted is one word
+    program, *words = re.sub(r"(['\"]).*?\1", "QUOTED", command).split()
+    if not words or words[0].endswith("...") or words[0].isupper():  # any of several
+        return ""
+    own = words[: words.index("--")] if "--" in words else words  # the rest is for snakemake
+    given = {word.partition("=")[0] for word in own if word.startswith("-")}
+    plain = [word for word in words if re.fullmatch(r"[a-z][a-z_-]*", word)]
+    if program == "make":
+        unknown = set(plain) - TARGETS
+    elif program == "snakemake":
+        unknown = (given - OF_SNAKEMAKE) | (set(plain) & {words[0]}) - RULES
+    elif words[0].startswith("-"):
+        unknown = given - options(parser())
+    elif words[0] in commands():
+        unknown = given - options(commands()[words[0]])
+    else:
+        unknown = {words[0]}
+    return f"{program} has no {min(unknown)}" if unknown else ""
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_advised_commands_exist(path: Path) -> None:
+    wrong = {command: reason for command in advised(path) if (reason := mistake(command))}
+    assert not wrong
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "oilfilm pinn results/x",
+        "oilfilm pin --renew results/x",
+        "snakemake realease",
+        "snakemake --forcerunn fit",
+        "make setpu",
+    ],
+)
+def test_wrong_advice_is_noticed(command: str) -> None:
+    assert mistake(command)
+
+
+def test_advice_of_a_message_is_found() -> None:
+    found = advised(ROOT / "workflow/oilfilm/releases/manifest.py")
+    assert "snakemake release" in found
+    assert any(command.startswith("oilfilm pin") for command in found)
