@@ -167,6 +167,7 @@ schemas: $(DEV) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.settings.schemas
 	$(BIN)/python -m oilfilm.outputs.tables_page
 	$(BIN)/python -m oilfilm.cli.schema
+	$(BIN)/python -m oilfilm.cli.commands_page
 
 notebooks: $(READY) ## run docs/notebooks and store their text and pictures anew
 	$(BIN)/python tests/helpers/notebooks.py

@@ -23,9 +23,9 @@ class Differences(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    title: str
-    columns: list[str]
-    rows: list[list[str]]
+    title: str = Field(description="the aspect")
+    columns: list[str] = Field(description="heads of the columns")
+    rows: list[list[str]] = Field(description="one list of cells per row")
 
 
 class ComparedReleases(BaseModel):

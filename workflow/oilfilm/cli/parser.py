@@ -155,7 +155,7 @@ def _add_check(commands: Any) -> None:
         "Read logs, apply every gate and say what was understood. Exit code 0: all logs are "
         "accepted; 1: a log or a run is refused; 2: a mistake in the command or the configuration.",
     )
-    command.add_argument("logs", nargs="+", type=Path, metavar="FILE")
+    command.add_argument("logs", nargs="+", type=Path, metavar="FILE", help="log to check")
     command.add_argument(
         "--campaign",
         type=_campaign_name,
@@ -177,7 +177,7 @@ def _add_check(commands: Any) -> None:
 
 def _add_predict(commands: Any) -> None:
     command = _command(commands, "predict", "traction coefficient of a fitted oil")
-    command.add_argument("--oil", required=True)
+    command.add_argument("--oil", required=True, help="name of the oil")
     command.add_argument(
         "--printed", action="store_true", help="take the constants that the paper prints"
     )

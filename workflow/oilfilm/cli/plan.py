@@ -40,10 +40,10 @@ class PlannedPoint(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    at: str
-    value: float
-    uncertainty_now: float
-    uncertainty_with_plan: float
+    at: str = Field(description="axial load, speed and oil temperature, or rig conditions")
+    value: float = Field(description="torque in N m, cage slip, or mu")
+    uncertainty_now: float = Field(description="standard uncertainty by the measured curves")
+    uncertainty_with_plan: float = Field(description="the same after the planned tests")
 
 
 class PlannedTests(BaseModel):
@@ -51,9 +51,9 @@ class PlannedTests(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    campaign: str
+    campaign: str = Field(description="campaign whose fit the plan is for")
     data: str = Field(description="measured or simulated")
-    oil: str
+    oil: str = Field(description="name of the oil")
     target: str = Field(description="what shall become more certain: torque, cage_slip, traction")
     bearing: str = Field(description="the bearing; empty for traction")
     uncertainty_now: float = Field(
@@ -66,7 +66,7 @@ class PlannedTests(BaseModel):
     tests: list[dict[str, Any]] = Field(
         description="the chosen tests in their order; keys are columns of the table test_plan"
     )
-    operating_points: list[PlannedPoint]
+    operating_points: list[PlannedPoint] = Field(description="what the uncertainty is of")
     left_out: list[str] = Field(description="operating points left out, with the reason")
     conditions_left_out: dict[str, int] = Field(
         description="number of conditions that the rig cannot run, by reason"

@@ -21,7 +21,7 @@ class OutsideBox(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     quantity: str = Field(description="name with unit")
-    value: float
+    value: float = Field(description="value that was asked for")
     minimum: float = Field(description="smallest tested value")
     maximum: float = Field(description="largest tested value")
 
@@ -31,14 +31,14 @@ class PredictedTraction(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    oil: str
+    oil: str = Field(description="name of the oil")
     law: str = Field(description="name of the law")
     source: str = Field(description="campaign and kind of its data, or the paper")
     at: dict[str, float | None] = Field(
         description="conditions and slide-roll ratio by name with unit; null for a condition whose "
         "tested level is unknown"
     )
-    traction_coefficient: float
+    traction_coefficient: float = Field(description="mu")
     lower: float | None = Field(description="lower end of the 95 % interval; null without interval")
     upper: float | None = Field(description="upper end of the 95 % interval; null without interval")
     fixed: list[str] = Field(description="conditions that the fit does not follow, in sentences")

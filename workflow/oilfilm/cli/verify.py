@@ -15,7 +15,7 @@ class Verified(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    folder: str
+    folder: str = Field(description="folder as it was named")
     version: str = Field(description="version of the release")
     pin: bool = Field(description="true for a pin: only the files that it keeps are checked")
     files: int = Field(description="files that the manifest names")
