@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import jsonschema
 import pytest
 
-from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.cli.schema import FOLDER
@@ -24,7 +23,6 @@ from oilfilm.releases.tree import PINS
 from oilfilm.settings.resolved import Settings
 from releases import made, project, released, runs_of
 
-CONFIG = ["--config", str(ROOT / "config")]
 SCHEMA = json.loads((FOLDER / "nightly.schema.json").read_text(encoding="utf-8"))
 Rig = Callable[[Mapping[str, bytes]], None]
 
@@ -59,7 +57,7 @@ def rig(config: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ri
 def night(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict[str, Any]]:
     """The exit code of `oilfilm nightly`, and its summary."""
     capsys.readouterr()
-    code = main(["nightly", "--json", *CONFIG, *arguments])
+    code = main(["nightly", "--json", *arguments])
     summary = json.loads(capsys.readouterr().out)
     jsonschema.validate(summary, SCHEMA)
     return code, summary
@@ -166,7 +164,7 @@ def test_hook_that_fails_fails_the_night_and_not_silently(
     rig: Rig, webhook: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rig({"a.csv": b"1\n"})
-    assert main(["nightly", *CONFIG, "--hook", f"{webhook}/500"]) == 2
+    assert main(["nightly", "--hook", f"{webhook}/500"]) == 2
     errors = capsys.readouterr().err
     assert "127.0.0.1 answers 500" in errors
     assert "secret" not in errors

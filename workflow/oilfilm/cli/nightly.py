@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 
+from oilfilm.cli.arguments import config_folder
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.hook import send
 from oilfilm.releases.nightly import EXIT_CODES, Night, as_markdown, write_summary
@@ -13,7 +14,7 @@ from oilfilm.settings.resolve import resolve
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 0 where all is well, 1 for drift, 2 for a failure."""
     chosen = {"campaign": options.campaign} if options.campaign else {}
-    settings = resolve(options.config, chosen)
+    settings = resolve(config_folder(None), chosen)
     night = Night(
         campaign=settings.campaign.name,
         drift=settings.drift,

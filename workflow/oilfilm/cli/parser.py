@@ -297,5 +297,4 @@ def _add_nightly(commands: Any) -> None:
         help="make the release again from the raw logs and compare the bytes",
     )
     command.add_argument("--cores", default="all", help="cores for snakemake (default: all)")
-    _add_config(command)
     _add_json(command, "one JSON object")
