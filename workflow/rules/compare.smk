@@ -40,3 +40,27 @@ rule comparisons:
         config=part(),
     script:
         "../scripts/fits.py"
+
+
+rule law_verdicts:
+    "The configured law beside the best of the compared ones, and its misfit beside the noise."
+    input:
+        **finished(
+            "points",
+            "runs",
+            "coefficients",
+            "fit_quality",
+            "comparison",
+            "law_points",
+        ),
+    output:
+        **finished("law_verdicts", "lack_of_fit"),
+    log:
+        "<logs>/law-verdicts.log",
+    params:
+        code=code("law_verdicts.py"),
+        config=part(
+            "gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")
+        ),
+    script:
+        "../scripts/law_verdicts.py"

@@ -3,6 +3,7 @@ TABLE_NAMES = (
     *("runs", "points", "quarantine", "coverage", "gate_counts"),
     *FIT_TABLES,
     *COMPARE_TABLES,
+    *("law_verdicts", "lack_of_fit"),
     *EXTRAPOLATION_TABLES,
     *("printed_judged", "signs", "sign_verdicts", "claims", "selection"),
     *TORQUE_TABLES,

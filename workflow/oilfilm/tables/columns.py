@@ -303,6 +303,40 @@ _FITS = (
             ("temperature", "inlet temperature"),
         )
     ),
+    text("better_law", "law that is better than the configured one by both judges; empty where "
+        "none is"),
+    text("left_out_law", "law with the least error at curves left out"),
+    text("left_out_ties", "laws that this judge does not tell from its best one, which is first, "
+        "joined by ', '"),
+    number("left_out_relative_rms", "1", "left_out_rmse over the root-mean-square of mu",
+        at_least=0),
+    number("best_left_out_relative_rms", "1", "the same of left_out_law", at_least=0),
+    number("left_out_difference", "1", "difference of the two", at_least=0),
+    number("left_out_difference_error", "1", "half width of its 95 % interval, from whole curves "
+        "(jackknife)", at_least=0),
+    text("bic_law", "law with the lowest BIC"),
+    text("bic_ties", "laws that this judge does not tell from its best one, which is first, joined "
+        "by ', '"),
+    number("bic_difference", "1", "BIC of the configured law less the lowest one", at_least=0),
+    number("bic_difference_error", "1", "half width of its 95 % interval, from whole curves "
+        "(jackknife)", at_least=0),
+    text("ends_out_law", "law with the least error at the lowest and highest levels of conditions, "
+        "each left out of the fit; empty where no condition has enough levels"),
+    count("n_repeats", "runs that repeat the condition of an earlier run"),
+    count("n_repeated_conditions", "conditions that several runs have"),
+    number("repeat_relative_rms", "1", "scatter of repeated runs at the same slip, standard "
+        "deviation over the root-mean-square of mu: noise of whole runs and of points; null "
+        "without repeats", at_least=0),
+    number("lack_of_fit_relative_rms", "1", "what the law misses at any number of repeats, "
+        "over the root-mean-square of mu; null without repeats", at_least=0),
+    number("plateau_relative_rms", "1", "noise of the readings within plateaus alone, over the "
+        "root-mean-square of mu; null where readings have no scatter",
+        "a lower bound of the noise: errors that all readings of a run share are not in it",
+        at_least=0),
+    number("lack_of_fit_ratio", "1", "F: mean square of the lack of fit over that of repeats; null "
+        "without repeats", at_least=0),
+    number("lack_of_fit_limit", "1", "95 % limit of F, each run counted as one observation; null "
+        "without repeats", at_least=0),
     number("zero_slip_traction", "1", "largest mu by size at zero slip over the tested conditions; "
         "should be 0"),
     share("negative_share", "share of the tested box where mu is below zero"),
@@ -447,7 +481,7 @@ _PAPER = (
         "signs restored, and its Eq. 1", allowed=("refit", "printed")),
     text("definition", "what would make the claim hold"),
     text("judged_on", "conditions at which the claim was judged"),
-    text("finding", "the figures in words, or why the claim cannot be checked"),
+    text("finding", "the figures in words, or why there are none"),
     count("cases", "conditions or rows at which the claim was judged"),
     share("share", "share of the cases in which the claim holds"),
     share("share_tested_box", "share of the cases in the tested box; null where there is none"),

@@ -99,6 +99,38 @@ _FITS = (
         key=("oil", "law", "run_id", "first_row"),
         references={"comparison": ("oil", "law"), "runs": ("run_id",)},
     ),
+    table("law_verdicts", "The configured law of one oil beside the best of the laws compared.",
+        columns="""
+            oil law verdict better_law left_out_law left_out_ties left_out_relative_rms
+            best_left_out_relative_rms left_out_difference left_out_difference_error bic_law
+            bic_ties bic_difference bic_difference_error ends_out_law finding advice""",
+        uses=(
+            use("law", "configured"),
+            use("verdict", "best: of the laws compared, by both judges; tie: others are as good "
+                "within the uncertainty; another law is better: by both judges; judges differ: one "
+                "of the two has the configured law among its best",
+                allowed=("best", "tie", "another law is better", "judges differ",
+                    "not compared")),
+            use("advice", "empty where there is nothing to do"),
+        ),
+        key=("oil", "law"),
+        references={"fit_quality": ("oil", "law")},
+        caveats=("The best of the laws compared need not be true, and curves left out are at "
+            "conditions like the others: they say little of conditions never tested."),
+    ),
+    table("lack_of_fit", "What one law misses, beside the noise that repeated runs show.",
+        columns="""
+            oil law n_repeats n_repeated_conditions relative_rms repeat_relative_rms
+            lack_of_fit_relative_rms plateau_relative_rms lack_of_fit_ratio lack_of_fit_limit
+            verdict finding advice""",
+        uses=(
+            use("verdict", "shown: F is above its limit; not shown: it is not",
+                allowed=("shown", "not shown", "no repeats", "no fit")),
+            use("advice", "empty where there is nothing to do"),
+        ),
+        key=("oil", "law"),
+        references={"fit_quality": ("oil", "law")},
+    ),
     table("extrapolation", "One condition of a simulated campaign: mu of a fitted law beside the "
         "true mu.",
         columns="""

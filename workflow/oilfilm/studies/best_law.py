@@ -1,0 +1,340 @@
+"""Which of the compared laws describes each oil best, beside the configured one.
+
+Two judges: the error at curves that the fit has not seen, and the Bayesian information criterion
+(BIC). A difference counts where it is larger than its uncertainty, which is that of whole curves,
+because the points of a run share its errors.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.special import stdtrit
+
+from oilfilm import tables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import QUANTITIES
+from oilfilm.units import FloatArray
+
+# Of a difference, two-sided.
+_CONFIDENCE = 0.95
+# A smaller difference of BIC is "not worth more than a bare mention".
+# R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773, section 3.2.
+_BARE_MENTION = 2.0
+# Fewer curves give no error of a difference.
+_FEWEST_CURVES = 3
+_ENDS = (
+    "pressure_end_out_relative_rms",
+    "speed_end_out_relative_rms",
+    "temperature_end_out_relative_rms",
+)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The laws by one judge.
+
+    Attributes:
+        best: The best law.
+        ties: Laws that differ from it by no more than the uncertainty; the best one is first.
+        difference: Of the configured law from the best one, 0 or more.
+        error: Half width of its 95 % interval.
+    """
+
+    best: str
+    ties: Sequence[str]
+    difference: float
+    error: float
+
+
+def best_laws(
+    quality: pd.DataFrame, comparison: pd.DataFrame, law_points: pd.DataFrame, points: pd.DataFrame
+) -> pd.DataFrame:
+    """Table `law_verdicts`: one row per oil, the configured law beside the best ones.
+
+    Args:
+        quality: Table `fit_quality`, of the configured law.
+        comparison: Table of the laws compared.
+        law_points: mu of every law at every accepted point.
+        points: Table of points.
+    """
+    measured = points[["run_id", "first_row", "traction_coefficient"]]
+    beside = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
+    rows = []
+    for fit in tables.rows(quality):
+        of_oil = [frame[frame["oil"] == fit["oil"]] for frame in (comparison, beside)]
+        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, *of_oil)})
+    return tables.from_rows(rows, "law_verdicts")
+
+
+def _verdict(fit: dict[str, Any], comparison: pd.DataFrame, beside: pd.DataFrame) -> dict[str, Any]:
+    law = fit["law"]
+    laws = comparison.set_index("law")
+    rms = {str(name): float(value) for name, value in laws["left_out_rmse"].items()}
+    if obstacle := _obstacle(law, laws):
+        return {**_NOTHING, "verdict": "not compared", "finding": obstacle}
+    # other points, other sums: such laws cannot be set beside this one
+    same = laws[(laws["n_points"] == laws.loc[law, "n_points"]) & laws["bic"].notna()]
+    squares, counts = _squares(beside, same.index, "left_out_traction_coefficient")
+    if law not in squares:
+        why = "the other curves leave a constant of the configured law open"
+        return {**_NOTHING, "verdict": "not compared", "finding": f"not compared: {why}"}
+    if len(counts) < _FEWEST_CURVES:
+        why = (
+            f"{len(counts)} curves are too few to tell differences between laws from errors of "
+            f"single curves; measure {_FEWEST_CURVES} at least"
+        )
+        return {**_NOTHING, "verdict": "not compared", "finding": f"not compared: {why}"}
+    unseen = _by_left_out(law, squares, counts)
+    fitted, counts = _squares(beside, same.index, "traction_coefficient")
+    by_bic = _by_bic(law, fitted, same)
+    size = float(np.sqrt(np.mean(beside.loc[beside["law"] == law, _MEASURED] ** 2)))
+    numbers = {
+        "left_out_law": unseen.best,
+        "left_out_ties": ", ".join(unseen.ties),
+        "left_out_relative_rms": rms[law] / size,
+        "best_left_out_relative_rms": rms[unseen.best] / size,
+        "left_out_difference": unseen.difference / size,
+        "left_out_difference_error": unseen.error / size,
+        "bic_law": by_bic.best,
+        "bic_ties": ", ".join(by_bic.ties),
+        "bic_difference": by_bic.difference,
+        "bic_difference_error": by_bic.error,
+        "ends_out_law": _best_at_ends(same),
+    }
+    verdict, better = _judgement(law, unseen, by_bic, same)
+    words = {"verdict": verdict, "better_law": better}
+    row = {**numbers, **words}
+    return {**row, "finding": _finding(law, row, len(counts)), "advice": _advice(law, row, laws)}
+
+
+_MEASURED = "traction_coefficient_measured"
+_NUMBERS = (
+    *("left_out_relative_rms", "best_left_out_relative_rms", "left_out_difference"),
+    *("left_out_difference_error", "bic_difference", "bic_difference_error"),
+)
+_WORDS = (
+    *("left_out_law", "left_out_ties", "bic_law", "bic_ties", "ends_out_law", "better_law"),
+    *("finding", "advice"),
+)
+_NOTHING: dict[str, Any] = {**dict.fromkeys(_NUMBERS, np.nan), **dict.fromkeys(_WORDS, "")}
+
+
+def _obstacle(law: str, laws: pd.DataFrame) -> str:
+    """Why nothing can be said; empty where the configured law can be set beside others."""
+    if laws.empty or set(laws.index) == {law}:
+        return (
+            "not compared: compare.laws of the settings names no other law; name some, or leave it "
+            "out for all"
+        )
+    if law not in laws.index:
+        return f"not compared: compare.laws of the settings lacks the configured law {law}; add it"
+    if law not in laws.index[laws["bic"].notna()]:
+        return f"not compared: the configured law {law} has no fit ({laws.loc[law, 'certificate']})"
+    if laws["bic"].notna().sum() == 1:
+        return f"not compared: no law but {law} could be fitted"
+    return ""
+
+
+def _squares(
+    beside: pd.DataFrame, laws: Iterable[str], column: str
+) -> tuple[dict[str, FloatArray], FloatArray]:
+    """Sum of squared errors of each curve by law, and the curves' numbers of points.
+
+    Laws without an error at some point are left out.
+    """
+    squares = {}
+    counts = np.empty(0)
+    for law in laws:
+        of_law = beside[beside["law"] == law]
+        errors = of_law[column] - of_law[_MEASURED]
+        if errors.isna().any():
+            continue
+        by_curve = (errors**2).groupby(of_law["run_id"], sort=True)
+        squares[law] = by_curve.sum().to_numpy(dtype=float)
+        counts = by_curve.count().to_numpy(dtype=float)
+    return squares, counts
+
+
+def _by_left_out(law: str, squares: dict[str, FloatArray], counts: FloatArray) -> Judged:
+    """The laws by their rms error at curves left out of the fit."""
+
+    def rms(sums: FloatArray) -> float:
+        return float(np.sqrt(sums.sum() / counts.sum()))
+
+    def without_each(sums: FloatArray) -> FloatArray:
+        return np.asarray(np.sqrt((sums.sum() - sums) / (counts.sum() - counts)))
+
+    best = min(squares, key=lambda name: rms(squares[name]))
+
+    def apart(name: str) -> tuple[float, float]:
+        replicates = without_each(squares[name]) - without_each(squares[best])
+        return rms(squares[name]) - rms(squares[best]), jackknife_error(replicates)
+
+    ties = [name for name in squares if name != best and apart(name)[0] <= apart(name)[1]]
+    return Judged(best, (best, *ties), *apart(law))
+
+
+def _by_bic(law: str, squares: dict[str, FloatArray], laws: pd.DataFrame) -> Judged:
+    """The laws by BIC. Its differences have the error of Vuong's statistic, over whole curves.
+
+    Reference: Q. H. Vuong, Econometrica 57 (1989) 307, section 5.
+    """
+    bic = {str(name): float(value) for name, value in laws["bic"].items()}
+    best = min(bic, key=lambda name: bic[name])
+    points = int(laws["n_points"].max())
+
+    def without_each(name: str) -> FloatArray:
+        sums = squares[name]
+        return np.asarray(points * np.log(sums.sum() - sums))
+
+    def apart(name: str) -> tuple[float, float]:
+        return bic[name] - bic[best], jackknife_error(without_each(name) - without_each(best))
+
+    ties = [
+        name
+        for name in laws.index
+        if name != best and apart(name)[0] <= max(apart(name)[1], _BARE_MENTION)
+    ]
+    return Judged(best, (best, *ties), *apart(law))
+
+
+def jackknife_error(replicates: FloatArray) -> float:
+    """Half width of the 95 % interval of a statistic, from its values without each curve.
+
+    Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
+
+    Examples:
+        Of a mean it is Student's: for 1, 2, 3, 4 it is t(3) s/sqrt(4) = 3.1824 * 1.2910/2
+
+        >>> values = np.array([1.0, 2.0, 3.0, 4.0])
+        >>> print(f"{jackknife_error((values.sum() - values) / 3):.4f}")
+        2.0542
+    """
+    count = len(replicates)
+    variance = (count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)
+    return float(stdtrit(count - 1, 0.5 + _CONFIDENCE / 2) * np.sqrt(variance))
+
+
+def _best_at_ends(laws: pd.DataFrame) -> str:
+    """The law with the least error at end levels that were left out; empty where none is known."""
+    known = laws[list(_ENDS)].astype(float).dropna(axis=1, how="all").dropna()
+    if known.empty or not len(known.columns):
+        return ""
+    return str((known**2).mean(axis=1).idxmin())
+
+
+def _judgement(law: str, unseen: Judged, by_bic: Judged, laws: pd.DataFrame) -> tuple[str, str]:
+    """Verdict on the configured law, and the law to use in its place."""
+    by_both = [name for name in unseen.ties if name in by_bic.ties]
+    if law in by_both:
+        return ("best" if by_both == [law] else "tie"), ""
+    if law in unseen.ties or law in by_bic.ties or not by_both:
+        return "judges differ", ""
+    # a proven fit first, then the fewest constants
+    order = laws.loc[by_both].sort_values(
+        ["certified", "n_constants"], ascending=[False, True], kind="stable"
+    )
+    return "another law is better", str(order.index[0])
+
+
+def _finding(law: str, row: dict[str, Any], curves: int) -> str:
+    """The verdict with its numbers."""
+    shared = [name for name in _by_both(row) if name != law]
+    head = {
+        "best": f"the configured law {law} is the best of those compared",
+        "tie": f"the configured law {law} ties with {', '.join(shared)}: the data do not tell them "
+        "apart",
+        "judges differ": f"the two judges differ about the configured law {law}",
+        "another law is better": f"{row['better_law']} describes the data better than the "
+        f"configured law {law}",
+    }[row["verdict"]]
+    return f"{head}. {_left_out_sentence(law, row, curves)}; {_bic_sentence(law, row)}"
+
+
+def _by_both(row: dict[str, Any]) -> list[str]:
+    """The laws that are among the best by both judges."""
+    by_bic = row["bic_ties"].split(", ")
+    return [name for name in row["left_out_ties"].split(", ") if name in by_bic]
+
+
+def _left_out_sentence(law: str, row: dict[str, Any], curves: int) -> str:
+    best = row["left_out_law"]
+    text = (
+        f"At curves left out, each of {curves} in turn, the rms error of {law} is "
+        f"{row['left_out_relative_rms']:.2%} of mu"
+    )
+    if best == law:
+        return f"{text}, the least{_tied('left_out_ties', row)}"
+    apart = 100 * row["left_out_difference"], 100 * row["left_out_difference_error"]
+    text += f", that of {best} {row['best_left_out_relative_rms']:.2%}"
+    text += f" (difference {apart[0]:.2g} +- {apart[1]:.2g} %"
+    return text + (", a tie)" if law in row["left_out_ties"].split(", ") else ")")
+
+
+def _bic_sentence(law: str, row: dict[str, Any]) -> str:
+    best = row["bic_law"]
+    if best == law:
+        return f"the BIC of {law} is the lowest{_tied('bic_ties', row)}"
+    text = (
+        f"the BIC of {best} is lower than that of {law} by {row['bic_difference']:.0f} +- "
+        f"{row['bic_difference_error']:.0f}"
+    )
+    return text + (", a tie" if law in row["bic_ties"].split(", ") else "")
+
+
+def _tied(column: str, row: dict[str, Any]) -> str:
+    _, *others = row[column].split(", ")
+    return f", a tie with {', '.join(others)}" if others else ""
+
+
+def _advice(law: str, row: dict[str, Any], laws: pd.DataFrame) -> str:
+    """What to do; empty where the configured law is as good as any."""
+    if row["verdict"] == "judges differ":
+        return "Keep the configured law until more curves decide"
+    if row["verdict"] == "tie":
+        fewest = str(laws.loc[_by_both(row), "n_constants"].astype(int).idxmin())
+        simpler = f"Keep it, or take the one with the fewest constants: {fewest}"
+        return "" if fewest == law else simpler
+    if row["verdict"] != "another law is better":
+        return ""
+    better = row["better_law"]
+    old, new = laws.loc[law], laws.loc[better]
+    sentences = []
+    if better in LAWS:
+        sentences.append(
+            f"To use it, write `fit: {{law: {better}}}` under `settings` of the campaign file"
+        )
+    else:
+        sentences.append(f"{better} is compared only: `fit.law` does not take it")
+    sentences.append(
+        f"It has {new['n_constants']} constants fitted in place of {old['n_constants']}, and "
+        f"misses the points by {new['relative_rms']:.2%} of mu in place of "
+        f"{old['relative_rms']:.2%}"
+    )
+    if not new["certified"]:
+        sentences.append("Its fit is not certified, which `fit.allow_uncertified` must then allow")
+    if row["ends_out_law"] not in ("", better):
+        sentences.append(
+            f"Beyond the tested levels {row['ends_out_law']} did best (end levels left out)"
+        )
+    return ". ".join([*sentences, *_conditions_sentence(law, better)])
+
+
+def _conditions_sentence(law: str, better: str) -> list[str]:
+    """What changes where a law takes other conditions: predictions, exports and the bearing."""
+    if better not in LAWS:
+        return []
+    taken = {name: LAWS[name].conditions for name in (law, better)}
+    if taken[law] == taken[better]:
+        return []
+    of_old, of_new = (
+        ", ".join(QUANTITIES[name].meaning.partition(",")[0] for name in taken[each])
+        for each in (law, better)
+    )
+    return [
+        f"It takes {of_new}; {law} takes {of_old}. What a law does not take, it cannot predict: "
+        "predictions and exports then need the other conditions"
+    ]
