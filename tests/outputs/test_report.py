@@ -14,6 +14,7 @@ import pytest
 from campaigns import ROOT, without
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.bearing_sentences import bearing_lines
+from oilfilm.outputs.meanings import MEANINGS
 from oilfilm.outputs.report import sections
 from oilfilm.outputs.report.contents import percent
 from oilfilm.outputs.report.explorer import Axis, explorer
@@ -151,9 +152,9 @@ def test_hostile_names_are_text(
     assert set(HOSTILE) <= set(runs)
 
 
-def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config: Settings) -> None:
+def test_verdict_is_a_few_lines_with_the_numbers(results: CampaignTables, config: Settings) -> None:
     lines = dict(verdict(results, sections.certainty(results), config))
-    assert list(lines) == ["Data", "Fit", "Error", "Trouble", "Paper"]
+    assert list(lines) == ["Data", "Fit", "Law", "Noise", "Error", "Trouble", "Paper"]
     assert "SIMULATED" in lines["Data"]
     assert "54 of 55 runs and 1674 of 1674 points" in lines["Data"]
     assert all(oil in lines["Fit"] for oil in OILS)
@@ -162,6 +163,52 @@ def test_verdict_is_five_lines_with_the_numbers(results: CampaignTables, config:
     assert "STAND-IN" in lines["Trouble"]
     assert "1 holds" in lines["Paper"]
     assert "20.0 % in the median, 30.0 % at worst" in lines["Paper"]  # of 0.1 and -0.3
+
+
+def test_best_law_is_on_the_first_screen_with_the_meaning_of_each_word(
+    write: Write, results: CampaignTables, config: Settings
+) -> None:
+    verdict_of_law = {"oil": "4102", "law": "deng2026", "verdict": "another law is better"}
+    judged = rows(
+        "law_verdicts",
+        verdict_of_law
+        | {"finding": "tanh is better. BIC: lower by 1515", "advice": "Write `fit: {law: tanh}`"}
+        | {"bic_ties": "tanh", "left_out_ties": "tanh", "bic_difference": 1515.0},
+    )
+    noise = rows("lack_of_fit", {"oil": "4102", "verdict": "shown", "finding": "misses 2.75%"})
+    lines = dict(
+        verdict(
+            results.replace(law_verdicts=judged, lack_of_fit=noise),
+            sections.certainty(results),
+            config,
+        )
+    )
+    assert lines["Law"] == "4102: tanh is better. Write `fit: {law: tanh}`."
+    assert lines["Noise"] == "4102: misses 2.75%."
+    page = write(law_verdicts=judged, lack_of_fit=noise)
+    first = page[page.index('<section id="verdict"') : page.index('<section id="constants"')]
+    assert "1515" in first
+    for word in ("certified", "BIC", "curves left out"):
+        assert f"<dt>{word}</dt><dd>{MEANINGS[word]}" in first
+
+
+def test_page_of_own_oils_has_no_claims_no_advice_and_no_print(
+    write: Write, results: CampaignTables, config: Settings
+) -> None:
+    plain = results.coefficients.assign(printed_value=np.nan)
+    none = results.claims[:0]
+    lines = dict(verdict(results.replace(claims=none), sections.certainty(results), config))
+    assert "Paper" not in lines
+    # what a bearing's torque comes to is no matter of the paper
+    assert "30.0" in lines["Bearing"]
+    rules = [rule.model_copy(update={"prefer": ["other"]}) for rule in config.selection.rules]
+    own = {"selection": {"rules": [rule.model_dump() for rule in rules]}}
+    page = Page(write(own, claims=none, coefficients=plain))
+    assert not [a for _, a in page.tags if a.get("href") == "#claims" or a.get("id") == "claims"]
+    assert "claims.csv" not in page.data("downloads")
+    texts = "".join(page.texts)
+    assert "Printed" not in texts
+    assert not page.data("explorer-data")["advised"]
 
 
 def test_verdict_tells_what_was_measured_and_refused_from_what_has_no_run(

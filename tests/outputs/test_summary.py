@@ -15,6 +15,7 @@ from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.extrapolation import extrapolate
 from oilfilm.studies.printed.judge import judge_printed
 from oilfilm.tables.campaign_tables import CampaignTables
+from reports import rows
 
 
 def text_of(campaign: Campaign, oil: str) -> str:
@@ -79,9 +80,15 @@ def test_sign_that_is_not_known_stands_beside_the_interval_that_holds_zero(demo:
         **{name: fit.coefficients[name].mask(chosen, end) for name, end in planted.items()},
     )
     results = CampaignTables.in_memory(coefficients=constants, fit_quality=fit.fit_quality)
-    assert "joint interval (for all constants of the fit together): B2 (-0.0213 to 0.774)" in (
-        summarise(results, without(demo.config, "torque"))
-    )
+    partner = {"oil": "4010", "law": "deng2026", "constant": "B1", "other": "B2"}
+    together = results.replace(correlations=rows("correlations", partner | {"correlation": -0.97}))
+    text = summarise(together, without(demo.config, "torque"))
+    spans = "the joint interval spans -0.0213 to 0.774"
+    assert f"not determined: B2 ({spans}; correlated -0.97 with B1)" in text
+    # what is determined is named first, and each word has its meaning below
+    assert re.search(r"determined by these data: A0, .*\n    not determined: B2", text)
+    assert "    joint interval: holds for all constants" in text
+    assert "    correlated: near 1 or -1" in text
 
 
 def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(demo: Campaign) -> None:
@@ -120,3 +127,23 @@ def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) ->
     assert "etm-slim (MEASURED, moritzploss/tribology 09bf75d, MIT licence)" in text
     assert "1 of 1 conditions tested accepted (no matrix is given" in text
     assert "Printed constants" not in text
+
+
+def test_best_law_and_noise_are_near_the_top_with_what_to_do(demo: Campaign) -> None:
+    fit = demo.fit("4010", bootstrap=20, searches=2)
+    better = "tanh describes the data better than the configured law deng2026. BIC: lower by 1515"
+    verdict = {"oil": "4010", "law": "deng2026", "verdict": "another law is better"}
+    noise = {"oil": "4010", "law": "deng2026", "finding": "lack of fit of the law 2.75%"}
+    results = CampaignTables.in_memory(
+        coefficients=fit.coefficients,
+        fit_quality=fit.fit_quality,
+        law_verdicts=rows("law_verdicts", verdict | {"finding": better, "advice": "Set it"}),
+        lack_of_fit=rows("lack_of_fit", noise),
+    )
+    text = summarise(results, without(demo.config, "torque"))
+    assert text.splitlines()[1:3] == [f"  law     4010: {better}", "    -> Set it."]
+    assert "  4010: lack of fit of the law 2.75%\n" in text
+    for word in ("certified", "BIC", "lack of fit"):
+        assert f"\n    {word}: " in text
+    # no claims were checked, so that nothing is said of any
+    assert "Claims of the paper" not in text

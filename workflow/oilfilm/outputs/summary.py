@@ -1,6 +1,6 @@
 """The one-screen summary that a run ends with."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -10,6 +10,7 @@ from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.fitting.conditions import sentences
 from oilfilm.fitting.remarks import fit_remarks
 from oilfilm.outputs.bearing_sentences import bearing_lines, listed, refusals
+from oilfilm.outputs.constants import DETERMINED, by_certainty
 from oilfilm.outputs.enough import shortfalls
 from oilfilm.outputs.facts import (
     accepted_points,
@@ -21,6 +22,7 @@ from oilfilm.outputs.facts import (
     stand_in_oils,
     unread_logs,
 )
+from oilfilm.outputs.meanings import meanings
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import FilmSettings
 from oilfilm.settings.oil import OilFile
@@ -48,8 +50,10 @@ def summarise(results: CampaignTables, settings: Settings) -> str:
         source = ", ".join(filter(None, ["SIMULATED data", campaign.simulator]))
     read, unread = set(results.runs["file"]), unread_logs(results)
     has_torque_logs = len(results.torque_runs) + len(results.torque_quarantine) > 0
+    fits = _fits(results)
     lines = [
         f"Campaign {name} ({source}): {campaign.description}",
+        *_laws(results.law_verdicts),
         f"  logs    {len(read)} read of {len(read | unread)}",
         f"  runs    {accepted_runs(results)} accepted",
         *(f"  NOT ENOUGH: {lacking}" for lacking in shortfalls(results, campaign)),
@@ -63,7 +67,9 @@ def summarise(results: CampaignTables, settings: Settings) -> str:
         *_without_set_points(results.runs),
         *_refusals(results),
         "",
-        *_fits(results),
+        *fits,
+        *_noise(results.lack_of_fit),
+        *_key([*_laws(results.law_verdicts), *fits, *_noise(results.lack_of_fit)]),
         *_extrapolated(results.extrapolation),
         "",
         *_printed(results, campaign),
@@ -76,6 +82,29 @@ def summarise(results: CampaignTables, settings: Settings) -> str:
         *_pages(results.quarantine, name),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _laws(verdicts: pd.DataFrame) -> list[str]:
+    """The configured law beside the best of those compared, and what to do."""
+    lines = []
+    for row in tables.rows(verdicts):
+        lines.append(f"  law     {row['oil']}: {row['finding']}")
+        if row["advice"]:
+            lines.append(f"    -> {row['advice']}.")
+    return lines
+
+
+def _noise(misfits: pd.DataFrame) -> list[str]:
+    """What each fit misses beside the noise, and what to do."""
+    lines = [f"  {row['oil']}: {row['finding']}" for row in tables.rows(misfits)]
+    advised = misfits["advice"].loc[misfits["advice"] != ""].unique()
+    return [*lines, *(f"    -> {advice}." for advice in advised)]
+
+
+def _key(lines: Sequence[str]) -> list[str]:
+    """What the words of these lines mean."""
+    words = meanings(" ".join(lines))
+    return ["  what the words mean:", *(f"    {word}: {meaning}" for word, meaning in words)]
 
 
 def _covered(results: CampaignTables) -> list[str]:
@@ -161,7 +190,7 @@ def _extrapolated(compared: pd.DataFrame) -> list[str]:
 
 
 def _fits(results: CampaignTables) -> list[str]:
-    coefficients = results.coefficients
+    coefficients = by_certainty(results.coefficients, results.correlations)
     lines = []
     for fit in tables.rows(results.fit_quality):
         if np.isnan(fit["rmse"]):
@@ -173,19 +202,11 @@ def _fits(results: CampaignTables) -> list[str]:
         )
         lines += [f"    {remark}" for remark in fit_remarks(fit)[1:]]
         rows = coefficients[coefficients["oil"] == fit["oil"]]
+        lines += _determined(rows)
         if rows.loc[rows["identifiable"], "standard_error"].isna().all():
             lines.append(
                 f"    no bootstrap errors: {fit['n_curves']} curves are too few to be resampled "
                 "(fit.min_curves_to_resample of config.yaml)"
-            )
-        open_signs = [
-            f"{row['constant']} ({row['joint_lower']:.3g} to {row['joint_upper']:.3g})"
-            for row in tables.rows(rows[rows["verdict"] == "sign unknown"])
-        ]
-        if open_signs:
-            lines.append(
-                "    their sign is not known, because zero is in their joint interval (for all "
-                f"constants of the fit together): {', '.join(open_signs)}"
             )
         lost = rows.loc[~rows["identifiable"], "constant"]
         if len(lost):
@@ -193,8 +214,25 @@ def _fits(results: CampaignTables) -> list[str]:
     return lines
 
 
+def _determined(rows: pd.DataFrame) -> list[str]:
+    """The constants of one oil that the data determine, and the others in words."""
+    sure = rows["verdict"].isin(DETERMINED)
+    lines = [f"    determined by these data: {', '.join(rows.loc[sure, 'constant']) or 'none'}"]
+    # constants that no condition could give have a line of their own
+    open_ones = rows[~sure & rows["identifiable"]]
+    if len(open_ones):
+        each = [
+            f"{row['constant']} ({row['determined'].removeprefix('no, ')})"
+            for row in tables.rows(open_ones)
+        ]
+        lines.append(f"    not determined: {', '.join(each)}")
+    return lines
+
+
 def _claimed(claims: pd.DataFrame, campaign: Campaign) -> list[str]:
     """How many of the paper's claims hold, by basis, which fail, and what that is worth."""
+    if claims.empty:
+        return []
     lines = ["Claims of the paper (claims.parquet has definitions, shares and worst cases):"]
     for basis, of_basis in claims.groupby("basis", sort=False):
         counts = listed(of_basis["verdict"].value_counts(), "{1} {0}")

@@ -125,7 +125,7 @@ def _words(row: dict[str, Any], parts: LackOfFit, runs_above: float) -> dict[str
         return {
             "verdict": "shown",
             "finding": f"{finding}, which is more than chance ({test}){plateaus}",
-            "advice": "Compare laws: another form may miss less. More repeats do not help",
+            "advice": "Another form of law may miss less; more repeats do not help",
         }
     return {
         "verdict": "not shown",

@@ -69,6 +69,8 @@ _CLAIMS_PAGE = drawn_table(
 )
 def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
     """Each claim with one bar per basis: share of cases where it holds, and worst case."""
+    if results.claims.empty:
+        return style.sentences("The paper tested none of these oils:\nno claims."), []
     drawn = results.claims.assign(words=list(map(_worst_case, tables.rows(results.claims))))
     claims = list(dict.fromkeys(drawn["claim"]))
     height_in, bottom = _ROW_IN * (len(claims) + 1.2), len(claims) + 0.1

@@ -29,9 +29,9 @@ _COEFFICIENT_TABLE = drawn_table(
 @register(
     name="eqs11-13",
     paper="Eqs 11-13",
-    title="Fitted and printed constants",
+    title="Fitted constants",
     caption="Constants of each oil: fitted, with the standard error of a bootstrap over curves, "
-    "and as printed in the paper, signs restored.",
+    "and beside them those printed in the paper, signs restored, where it tested the oil.",
     family="law",
     tables=("coefficients",),
     settings=("oils",),

@@ -20,8 +20,11 @@ from markupsafe import Markup
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption, tie
+from oilfilm.outputs.constants import by_certainty
 from oilfilm.outputs.facts import circular, film_unjudged_oils
+from oilfilm.outputs.meanings import meanings
 from oilfilm.outputs.report import chart, sections
+from oilfilm.outputs.report.contents import Shown
 from oilfilm.outputs.report.explorer import explorer
 from oilfilm.outputs.report.law_script import law_script
 from oilfilm.outputs.report.pictures import packed, png_addresses, size_of
@@ -43,9 +46,10 @@ _TAG = 500  # bytes around a picture, at most
 _SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
 # Texts of verdicts -> how they look.
 _LOOKS = {
-    **dict.fromkeys(("known", "holds", "yes"), "good"),
+    **dict.fromkeys(("known", "holds", "yes", "best", "tie", "not shown"), "good"),
     **dict.fromkeys(("sign unknown", "no interval", "holds in part", "no"), "fair"),
-    **dict.fromkeys(("at a bound", "not identifiable", "fails"), "bad"),
+    **dict.fromkeys(("judges differ", "not compared", "no repeats", "shown"), "fair"),
+    **dict.fromkeys(("at a bound", "not identifiable", "fails", "another law is better"), "bad"),
 }
 
 
@@ -146,14 +150,28 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """Verdict and tables of the page."""
     rows_max = settings.report.rows_max
     sure = sections.certainty(results)
+    said, fits = verdict(results, sure, settings), sections.fit_table(results, sure)
+    laws, noise = sections.laws(results), sections.noise(results)
+    ranked = by_certainty(results.coefficients, results.correlations)
+    constants = [
+        sections.constants(ranked, oil, number)
+        for number, oil in enumerate(dict.fromkeys(ranked["oil"]))
+    ]
     return {
-        "verdict": verdict(results, sure, settings),
+        "verdict": said,
+        "laws": laws,
+        "noise": noise,
+        "meanings": {
+            "verdict": meanings(_texts(said, laws)),
+            # a constant's errors are standard errors, as the note above its table says
+            "constants": meanings(
+                _texts([], *constants, fits, noise).replace("\N{PLUS-MINUS SIGN}", "")
+            ),
+            "claims": meanings(" ".join(results.claims["verdict"])),
+        },
         "equations": sections.equations(results),
-        "fits": sections.fit_table(results, sure),
-        "constants": [
-            sections.constants(results.coefficients, oil, number)
-            for number, oil in enumerate(dict.fromkeys(results.coefficients["oil"]))
-        ],
+        "fits": fits,
+        "constants": constants,
         "quarantine": sections.refused(
             results.quarantine, "quarantine", "Refused logs, runs and rows", rows_max
         ),
@@ -169,6 +187,14 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
             results.torque_quarantine, "torque_quarantine", "Refused torque logs", rows_max
         ),
     }
+
+
+def _texts(lines: Sequence[tuple[str, str]], *shown: Shown) -> str:
+    """Everything that is read there."""
+    cells = [cell for each in shown for row in each.rows for cell in row]
+    headings = [column.heading for each in shown for column in each.columns]
+    captions = [each.caption for each in shown]
+    return " | ".join([*(sentence for _, sentence in lines), *captions, *headings, *cells])
 
 
 def _explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
@@ -218,6 +244,8 @@ def _downloads(results: CampaignTables) -> dict[str, str]:
         "quarantine": results.quarantine,
         "claims": results.claims,
     }
+    if results.claims.empty:  # of oils that the paper did not test
+        named.pop("claims")
     texts = {f"{name}.csv": csv_text(frame) for name, frame in named.items()}
     return texts | {"coefficients.json": _json(results.coefficients)}
 

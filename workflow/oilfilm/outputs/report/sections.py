@@ -68,8 +68,59 @@ def fit_table(results: CampaignTables, sure: pd.DataFrame) -> Shown:
     )
 
 
+def laws(results: CampaignTables) -> Shown:
+    """The configured law of each oil beside the best of those compared, by both judges."""
+    two, small = percent(2), percent(3)
+    return show(
+        results.law_verdicts,
+        "law_verdicts",
+        "The configured law beside the best of the laws compared",
+        [
+            Column("oil", "Oil"),
+            Column("law", "Configured"),
+            Column("verdict", "Verdict", is_verdict=True),
+            Column("left_out_ties", "Best at curves left out, with ties"),
+            Column("left_out_relative_rms", "Configured, rms of mu", two, ""),
+            Column("left_out_difference", "worse by", small, ""),
+            Column("left_out_difference_error", "\N{PLUS-MINUS SIGN}", small, ""),
+            Column("bic_ties", "Best by BIC, with ties"),
+            Column("bic_difference", "Configured, BIC higher by", number(".0f"), ""),
+            Column("bic_difference_error", "\N{PLUS-MINUS SIGN}", number(".0f"), ""),
+        ],
+    )
+
+
+def noise(results: CampaignTables) -> Shown:
+    """Misfit of each fit, parted into noise and lack of fit."""
+    two = percent(2)
+    return show(
+        results.lack_of_fit,
+        "lack_of_fit",
+        "Noise and lack of fit, rms of mu",
+        [
+            Column("oil", "Oil"),
+            Column("relative_rms", "Misfit", two, ""),
+            Column("repeat_relative_rms", "Noise, by repeats", two, ""),
+            Column("lack_of_fit_relative_rms", "Lack of fit", two, ""),
+            Column("plateau_relative_rms", "Noise within plateaus", two, ""),
+            Column("n_repeats", "Repeats"),
+            Column("lack_of_fit_ratio", "F", number(".3g"), ""),
+            Column("lack_of_fit_limit", "Limit of F", number(".3g"), ""),
+            Column("verdict", "Lack of fit is", is_verdict=True),
+        ],
+    )
+
+
 def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown:
-    """Constants of one oil with their errors; digits beyond the second of the error say nothing."""
+    """Constants of one oil with their errors, those first that the data determine.
+
+    Digits beyond the second of the error say nothing.
+
+    Args:
+        coefficients: As `outputs.constants.by_certainty` gives them.
+        oil: Of which they are.
+        number_of_oil: In the page.
+    """
     rows = coefficients[coefficients["oil"] == oil]
     lower, upper = "joint_lower", "joint_upper"  # the interval that the verdict uses
     errors = "standard_error", "systematic_standard_error"
@@ -90,6 +141,7 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         Column("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
         Column("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
         Column("verdict", "Verdict", is_verdict=True),
+        Column("determined", "Determined by these data?"),
     ]
     if rows["printed_value"].notna().any():
         columns.append(Column("printed_value", "Printed", unit=""))

@@ -1,4 +1,4 @@
-"""The campaign in five lines: data, fit, certainty, trouble, paper."""
+"""The campaign in a few lines: data, fit, best law, noise, certainty, trouble, paper."""
 
 import pandas as pd
 
@@ -28,14 +28,23 @@ _TWO = percent(2)
 def verdict(
     results: CampaignTables, sure: pd.DataFrame, settings: Settings
 ) -> list[tuple[str, str]]:
-    """Five lines, each with its subject; `sure` is that of `sections.certainty`."""
-    return [
+    """A few lines, each with its subject; `sure` is that of `sections.certainty`.
+
+    The paper has a line where the campaign has oils that it tested.
+    """
+    lines = [
         ("Data", _data(results, settings)),
         ("Fit", _fit(results.fit_quality)),
+        ("Law", _law(results.law_verdicts)),
+        ("Noise", _noise(results.lack_of_fit)),
         ("Error", _error(results.coefficients, sure)),
         ("Trouble", _trouble(results, settings)),
-        ("Paper", _paper(results, settings)),
     ]
+    if len(results.claims):
+        lines.append(("Paper", _paper(results, settings)))
+    elif torque := _torque(results):
+        lines.append(("Bearing", " ".join(torque)))
+    return lines
 
 
 def _data(results: CampaignTables, settings: Settings) -> str:
@@ -69,9 +78,41 @@ def _fit(quality: pd.DataFrame) -> str:
     lost = quality.loc[quality["rmse"].isna(), "oil"]
     return (
         f"The law {', '.join(fitted['law'].unique())} misses the points by (rms, of mu) "
-        f"{', '.join(rows)}; {certified} certified to be the best one"
+        f"{', '.join(rows)}; {certified} certified as the best constants of this law"
         + (f"; not fitted: {', '.join(lost)}." if len(lost) else ".")
     )
+
+
+def _law(verdicts: pd.DataFrame) -> str:
+    """The verdict on the configured law of each oil, and what to do; the numbers are in a table."""
+    sentences = [
+        " ".join(
+            f"{text}." for text in (f"{row['oil']}: {_head(row['finding'])}", row["advice"]) if text
+        )
+        for row in tables.rows(verdicts)
+    ]
+    return " ".join(sentences) or "No law was compared."
+
+
+def _head(finding: str) -> str:
+    """A finding without its numbers."""
+    return finding.partition(". ")[0]
+
+
+def _noise(misfits: pd.DataFrame) -> str:
+    """What the laws miss beside the noise, and what to do."""
+    sentences = []
+    for _, rows in misfits.groupby("verdict", sort=False):
+        if rows["verdict"].iloc[0] == "no repeats":
+            oils = ", ".join(rows["oil"])
+            sentences.append(
+                f"{oils}: noise and lack of fit cannot be told apart, because no runs repeat a "
+                "condition."
+            )
+        else:
+            sentences += [f"{row['oil']}: {row['finding']}." for row in tables.rows(rows)]
+        sentences += [f"{advice}." for advice in rows["advice"].unique() if advice]
+    return " ".join(sentences) or "Nothing is known of the noise."
 
 
 def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
@@ -141,15 +182,20 @@ def _paper(results: CampaignTables, settings: Settings) -> str:
     ]
     sentence = f"Of {len(refit)} claims on this campaign's fits: {', '.join(verdicts)}."
     about = [sentence, *filter(None, [circular(settings.campaign)])]
+    return " ".join([*about, *_torque(results)])
+
+
+def _torque(results: CampaignTables) -> list[str]:
+    """How far the calculated torque is from the measured one, or what simulated torque shows."""
     if len(results.torque_control):
         control = control_sentences(results.torque_control)
-        return " ".join([*about, *(f"Bearing torque, {sentence}." for sentence in control)])
+        return [f"Bearing torque, {sentence}." for sentence in control]
     sure = without_bistable(results.torque)
     by_stress = sure[sure["load_variable"] == "stress"]
     error = by_stress["relative_error"].dropna().abs()
-    if len(error):
-        about.append(
-            f"Bearing torque by stress is off by {percent(1)(error.median())} in the median, "
-            f"{percent(1)(error.max())} at worst."
-        )
-    return " ".join(about)
+    if error.empty:
+        return []
+    return [
+        f"Bearing torque by stress is off by {percent(1)(error.median())} in the median, "
+        f"{percent(1)(error.max())} at worst."
+    ]

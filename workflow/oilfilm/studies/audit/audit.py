@@ -54,6 +54,8 @@ def audit_campaign(
 ) -> dict[str, pd.DataFrame]:
     """Tables `claims` and `selection`: the refit and the printed constants against the paper.
 
+    A campaign without any oil of the paper has neither claims nor printed constants.
+
     Args:
         results: Tables `coefficients`, `points`, `runs`, `comparison`, `torque` and
             `torque_control`.
@@ -69,10 +71,13 @@ def audit_campaign(
     refit = refit_evidence(results, oils, settings)
     as_printed = printed_evidence(printed_constants(printed), oils, settings)
     box = settings.printed.boxes.extrapolated.model_dump()
+    # the paper says nothing of other oils
+    of_paper = any(oil in oils for oil in settings.oils)
+    bases = [refit.of_paper(), as_printed] if of_paper else []
     return {
-        "claims": audit(read_claims(claims), [refit.of_paper(), as_printed], settings),
+        "claims": audit(read_claims(claims), bases, settings),
         # its rules may name other oils than the paper's
-        "selection": select([refit, as_printed], settings.selection, box),
+        "selection": select([refit, *bases[1:]], settings.selection, box),
     }
 
 
