@@ -18,6 +18,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import (
     audit,
+    audit_campaign,
     boxes_of,
     films,
     printed_evidence,
@@ -455,6 +456,20 @@ def test_claims_are_not_judged_on_oils_that_the_paper_never_tested(demo: Campaig
         .set_index("claim")
         .at["zero-slip", "cases"]
     )
+
+
+@pytest.mark.parametrize(("oils", "of_paper"), [(["own"], False), (["4102", "own"], True)])
+def test_campaign_of_own_oils_has_no_claims_no_advice_and_no_printed_rows(
+    demo: Campaign, oils: list[str], of_paper: bool
+) -> None:
+    fit = demo.fit("4102", bootstrap=20, searches=2).coefficients
+    fits = pd.concat([renamed(fit, oil) for oil in oils])
+    plain = demo.config.plain()
+    config = Settings.of({**plain, "oils": dict.fromkeys(oils, plain["oils"]["4102"])})
+    made = audit_campaign(results_of(demo, fits), PRINTED, CLAIMS, config)
+    assert set(made["claims"]["basis"]) == ({"refit", "printed"} if of_paper else set())
+    # its rules are about the paper's oils, whose films this campaign does not give
+    assert made["selection"].empty
 
 
 def test_points_and_torque_of_own_oils_are_no_evidence_for_the_paper(demo: Campaign) -> None:

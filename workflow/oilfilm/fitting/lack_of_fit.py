@@ -87,7 +87,8 @@ def lack_of_fit(
     per_run = len(values) / len(condition_of_run)
     limit = f_limit(fit_degrees / per_run, pure_degrees / per_run)
     noise = _between_runs(residual, run, cell.ravel())
-    unexplained = np.mean(residual**2) - (1 - constants / len(residual)) * noise**2
+    share = 1 - constants / len(residual)  # of the noise that the fit has not taken up
+    unexplained = float(np.mean(residual**2)) - share * noise**2
     lack = float(np.sqrt(max(unexplained, 0.0)))
     return LackOfFit(repeats, conditions, noise, lack, ratio, limit)
 
@@ -124,4 +125,4 @@ def _between_runs(residual: FloatArray, run: IndexArray, cell: IndexArray) -> fl
 def _squared_differences(values: FloatArray, group: IndexArray) -> FloatArray:
     """Sum of squared differences over the pairs of each group."""
     centred = values - (np.bincount(group, values) / np.bincount(group))[group]
-    return np.bincount(group) * np.bincount(group, centred**2)
+    return np.asarray(np.bincount(group) * np.bincount(group, centred**2), dtype=float)

@@ -132,7 +132,9 @@ def _obstacle(law: str, laws: pd.DataFrame) -> str:
     if law not in laws.index:
         return f"not compared: compare.laws of the settings lacks the configured law {law}; add it"
     if law not in laws.index[laws["bic"].notna()]:
-        return f"not compared: the configured law {law} has no fit ({laws.loc[law, 'certificate']})"
+        return (
+            f"not compared: the configured law {law} has no fit ({laws.loc[law, 'certificate']!s})"
+        )
     if laws["bic"].notna().sum() == 1:
         return f"not compared: no law but {law} could be fitted"
     return ""
