@@ -466,7 +466,8 @@ def test_campaign_of_own_oils_has_no_claims_no_advice_and_no_printed_rows(
     fits = pd.concat([renamed(fit, oil) for oil in oils])
     plain = demo.config.plain()
     config = Settings.of({**plain, "oils": dict.fromkeys(oils, plain["oils"]["4102"])})
-    made = audit_campaign(results_of(demo, fits), PRINTED, CLAIMS, config)
+    printed_file = ROOT / "data/reference/printed_coefficients.yaml"
+    made = audit_campaign(results_of(demo, fits), printed_file, CLAIMS, config)
     assert set(made["claims"]["basis"]) == ({"refit", "printed"} if of_paper else set())
     # its rules are about the paper's oils, whose films this campaign does not give
     assert made["selection"].empty

@@ -132,9 +132,8 @@ def _obstacle(law: str, laws: pd.DataFrame) -> str:
     if law not in laws.index:
         return f"not compared: compare.laws of the settings lacks the configured law {law}; add it"
     if law not in laws.index[laws["bic"].notna()]:
-        return (
-            f"not compared: the configured law {law} has no fit ({laws.loc[law, 'certificate']!s})"
-        )
+        (why,) = laws.loc[[law], "certificate"]
+        return f"not compared: the configured law {law} has no fit ({why})"
     if laws["bic"].notna().sum() == 1:
         return f"not compared: no law but {law} could be fitted"
     return ""
@@ -156,7 +155,7 @@ def _squares(
             continue
         by_curve = (errors**2).groupby(of_law["run_id"], sort=True)
         squares[law] = by_curve.sum().to_numpy(dtype=float)
-        counts = by_curve.count().to_numpy(dtype=float)
+        counts = np.asarray(by_curve.count(), dtype=float)
     return squares, counts
 
 
