@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtri
+import scipy
 
 from oilfilm.traction.law import FloatArray, IndexArray
 
@@ -95,7 +95,7 @@ def lack_of_fit(
 
 def f_limit(above: float, below: float) -> float:
     """95 % quantile of F with these degrees of freedom."""
-    return float(fdtri(above, below, _CONFIDENCE))
+    return float(scipy.special.fdtri(above, below, _CONFIDENCE))
 
 
 def _means(

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.special import stdtrit
+import scipy
 
 from oilfilm import tables
 from oilfilm.traction import LAWS
@@ -216,7 +216,7 @@ def jackknife_error(replicates: FloatArray) -> float:
     """
     count = len(replicates)
     variance = (count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)
-    return float(stdtrit(count - 1, 0.5 + _CONFIDENCE / 2) * np.sqrt(variance))
+    return float(scipy.special.stdtrit(count - 1, 0.5 + _CONFIDENCE / 2) * np.sqrt(variance))
 
 
 def _best_at_ends(laws: pd.DataFrame) -> str:
