@@ -17,6 +17,9 @@ from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import read_config
+from oilfilm.settings.resolved import Settings
+from oilfilm.studies.best_law import best_laws
+from oilfilm.studies.law_comparison import compare_laws
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
@@ -50,16 +53,34 @@ def printed(oil: str) -> FittedLaw:
 
 
 @dataclass(frozen=True)
+class LawComparison:
+    """The laws of pressure, speed and temperature on the same points.
+
+    Attributes:
+        verdict: The fitted law beside the best ones, in words.
+        laws: By law: constants, misfit, error at curves left out, BIC, certificate.
+    """
+
+    verdict: str
+    laws: pd.DataFrame
+
+    def __repr__(self) -> str:
+        return f"{self.verdict}\n{self.laws.to_string()}"
+
+
+@dataclass(frozen=True)
 class ArrayFit:
     """A law fitted to arrays.
 
     Attributes:
         points: What was fitted, one row per point; `run_id` names its curve.
         tables: The tables of the fit, as the workflow writes them.
+        settings: Settings of the fit.
     """
 
     points: pd.DataFrame
     tables: OilFit
+    settings: FitSettings
 
     @property
     def law(self) -> FittedLaw:
@@ -96,6 +117,29 @@ class ArrayFit:
         stress, speed, temperature, slip = map(_in_unit, given, names)
         law = self.law
         return predict(law.law, law.coefficients, stress, speed, temperature, slip, level)
+
+    def compare(self) -> LawComparison:
+        """Fit the other laws of these conditions as well, and name the best one.
+
+        It takes a few times as long as the fit.
+        """
+        config = read_config(CONFIG)
+        names = [name for name, law in LAWS.items() if law.conditions == CONDITIONS]
+        settings = Settings.of(
+            {
+                "compare": config.compare.model_dump() | {"laws": names},
+                "fit": self.settings.model_dump(),
+                "seed": config.seed,
+                "oils": {_OIL: None},
+                "rigs": {},
+            }
+        )
+        points = _as_table(self.points)
+        made = compare_laws(points, _OIL, settings)
+        judged = best_laws(self.tables.fit_quality, made["comparison"], made["law_points"], points)
+        columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
+        laws = made["comparison"].set_index("law")[columns]
+        return LawComparison(str(judged["finding"].item()), laws)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw measured points and the law of each curve; returns the axes.
@@ -180,9 +224,13 @@ def fit(
     config = read_config(CONFIG)
     given_settings = {**config.fit.model_dump(), **settings, "law": law}
     chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
+    return ArrayFit(points, fit_oil(_as_table(points), _OIL, chosen, config.seed), chosen)
+
+
+def _as_table(points: pd.DataFrame) -> pd.DataFrame:
+    """Points as a table of points of a campaign."""
     whole = tables.empty("points").reindex(points.index)
-    whole = whole.assign(**points, oil=_OIL, accepted=True, first_row=points.index)
-    return ArrayFit(points, fit_oil(whole, _OIL, chosen, config.seed))
+    return whole.assign(**points, oil=_OIL, accepted=True, first_row=points.index)
 
 
 def _in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
