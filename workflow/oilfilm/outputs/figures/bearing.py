@@ -74,8 +74,9 @@ _CAGE_SLIP_MAP = drawn_table(
     "(million mm rpm; U: entrainment speed of balls that roll), and axial load (kN), one panel per "
     "oil. Line: limit of the paper; dashed: where the 2.5 % and 97.5 % quantiles of the slip reach "
     "it; hatched: cells with the limit between them; crosses: the cage may roll or skid. Last "
-    "panel: colour of the oil that the rules of the paper advise; symbols: best oil, where it is "
-    "another (least torque among the oils that hold the cage, otherwise least slip).",
+    "panel, only with all oils of the paper's rules: colour of the oil that they advise; symbols: "
+    "best oil, where it is another (least torque among the oils that hold the cage, "
+    "otherwise least slip).",
     category="Bearing",
     family="bearing",
     tables=("cage_slip", "slip_advice"),
