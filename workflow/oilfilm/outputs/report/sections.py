@@ -81,11 +81,11 @@ def laws(results: CampaignTables) -> Shown:
             Column("verdict", "Verdict", is_verdict=True),
             Column("left_out_ties", "Best at curves left out, with ties"),
             Column("left_out_relative_rms", "Configured, rms of mu", two, ""),
-            Column("left_out_difference", "worse by", small, ""),
-            Column("left_out_difference_error", "\N{PLUS-MINUS SIGN}", small, ""),
+            Column("left_out_difference", "rms higher by", small, ""),
+            Column("left_out_difference_error", "\N{PLUS-MINUS SIGN} of it", small, ""),
             Column("bic_ties", "Best by BIC, with ties"),
-            Column("bic_difference", "Configured, BIC higher by", number(".0f"), ""),
-            Column("bic_difference_error", "\N{PLUS-MINUS SIGN}", number(".0f"), ""),
+            Column("bic_difference", "BIC higher by", number(".0f"), ""),
+            Column("bic_difference_error", "\N{PLUS-MINUS SIGN} of it", number(".0f"), ""),
         ],
     )
 
