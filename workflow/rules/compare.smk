@@ -59,8 +59,6 @@ rule law_verdicts:
         "<logs>/law-verdicts.log",
     params:
         code=code("law_verdicts.py"),
-        config=part(
-            "gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")
-        ),
+        config=part("gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")),
     script:
         "../scripts/law_verdicts.py"
