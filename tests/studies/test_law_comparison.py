@@ -52,6 +52,16 @@ def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> Non
     assert table["n_points"].nunique() == 1
 
 
+@pytest.mark.parametrize("step", [1, 16])
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, step: int) -> None:
+    """Neighbouring and distant conditions: some laws then have constants without any effect."""
+    runs = [f"run{step * number:03d}" for number in range(count)]
+    points = points_of(EVERY_LAW["deng2026"], NOISE)
+    frames = compare_laws(points[points["run_id"].isin(runs)], "4050", quick)
+    assert frames["comparison"]["n_points"].eq(len(points) * count // 48).all()
+
+
 def test_curves_left_out_are_those_of_brute_force() -> None:
     law = LAWS["tanh"]
     points = points_of(law, 1e-3)

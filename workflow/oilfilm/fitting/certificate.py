@@ -106,13 +106,15 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     """Smallest and largest eigenvalue of the Hessian J^T J, and the condition number of J.
 
     The eigenvalues are those of half the SSE by the free internal constants; the condition number
-    is that of J with columns of length 1, which no choice of units changes.
+    is that of J with columns of length 1, which no choice of units changes. It is NaN where J is
+    singular to rounding.
     """
     jacobian = problem.jacobian(optimum.values)
     length = np.linalg.norm(jacobian, axis=0)
     sizes = np.linalg.svd(jacobian, compute_uv=False)
     scaled = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
-    condition = float(scaled[0] / scaled[-1]) if scaled[-1] > 0 else float("nan")
+    singular = scaled[-1] <= scaled[0] * max(jacobian.shape) * np.finfo(float).eps
+    condition = float("nan") if singular else float(scaled[0] / scaled[-1])
     return float(sizes[-1] ** 2), float(sizes[0] ** 2), condition
 
 

@@ -247,7 +247,8 @@ _FITS = (
         "Jacobian: 0 at an optimum", at_least=0),
     number("min_traction", "1", "smallest mu on a dense grid over the tested box"),
     number("condition_number", "1", "condition number of the Jacobian with columns of length 1: "
-        "large where constants can replace each other", at_least=1),
+        "large where constants can replace each other, null where they do so to rounding",
+        at_least=1, at_most=1e16),
     number("hessian_smallest", "1", "smallest eigenvalue of the Hessian of half the SSE, by the "
         "scaled constants of the search", at_least=0),
     number("hessian_largest", "1", "largest eigenvalue of the Hessian of half the SSE, by the "
