@@ -16,7 +16,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.tables import bearing, fits, paper, rig
 from oilfilm.tables.declaration import Column, Table, by_name
 
-SCHEMA_VERSION = 9
+SCHEMA_VERSION = 10
 
 # Every table by name, in the order in which they are described; figures add what they draw.
 TABLES: dict[str, Table] = by_name((*rig.TABLES, *fits.TABLES, *paper.TABLES, *bearing.TABLES))
