@@ -8,7 +8,7 @@ import pandas as pd
 from campaigns import CLAIMS, Campaign, printed, sign_study, without
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
-from oilfilm.outputs.summary import summarise
+from oilfilm.outputs.summary import at_the_end_of_a_run, summarise
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
@@ -147,3 +147,15 @@ def test_best_law_and_noise_are_near_the_top_with_what_to_do(demo: Campaign) -> 
         assert f"\n    {word}: " in text
     # no claims were checked, so that nothing is said of any
     assert "Claims of the paper" not in text
+
+
+def test_end_of_a_run_is_short_and_says_where_the_whole_is() -> None:
+    body = [f"line {number}" for number in range(100)]
+    body[3:3] = ["  what the words mean:", "    rms: root-mean-square", "    tie: no difference"]
+    text = at_the_end_of_a_run("\n".join([*body, "", "Report:  a", "Log:     b"]), "summary.txt")
+    lines = text.split("\n")
+    assert lines[:5] == [*body[:3], "  what the words mean: summary.txt", "line 3"]
+    assert lines[-4:] == ["... 26 more lines: summary.txt", "", "Report:  a", "Log:     b"]
+    assert "tie" not in text
+    short = "line\n\nReport:  a"
+    assert at_the_end_of_a_run(short, "summary.txt") == short

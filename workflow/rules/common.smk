@@ -250,8 +250,13 @@ def keep_log(logs):
 
 def end_well(logs):
     """Print the summary and where everything is."""
+    # a dry run need not wait for it
+    from oilfilm.outputs.summary import at_the_end_of_a_run
+
     summary = Path("results", CAMPAIGN.name, "summary.txt")
-    lines = [summary.read_text(encoding="utf-8").rstrip()] if summary.is_file() else []
+    lines = []
+    if summary.is_file():
+        lines.append(at_the_end_of_a_run(summary.read_text(encoding="utf-8"), str(summary)))
     if any(job.rule.name == "release" for job in workflow.dag.jobs):
         release = Path("results/releases", CAMPAIGN.name, "latest")
         lines.append(f"Release: {release.parent / release.readlink()}")

@@ -34,6 +34,9 @@ from oilfilm.traction import PAPER_LAW
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
+# Lines of a summary that a run prints at its end.
+_LINES_MAX = 75
+_KEY = "  what the words mean:"
 
 
 def summarise(results: CampaignTables, settings: Settings) -> str:
@@ -104,7 +107,28 @@ def _noise(misfits: pd.DataFrame) -> list[str]:
 def _key(lines: Sequence[str]) -> list[str]:
     """What the words of these lines mean."""
     words = meanings(" ".join(lines))
-    return ["  what the words mean:", *(f"    {word}: {meaning}" for word, meaning in words)]
+    return [_KEY, *(f"    {word}: {meaning}" for word, meaning in words)]
+
+
+def at_the_end_of_a_run(summary: str, path: str) -> str:
+    """A summary as a terminal gets it: without the meanings of words, and not too long.
+
+    Args:
+        summary: The whole of it.
+        path: The file that has the whole.
+    """
+    body, _, places = summary.rstrip().rpartition("\n\n")
+    lines: list[str] = []
+    in_key = False
+    for line in body.split("\n"):
+        in_key = line == _KEY or (in_key and line.startswith("    "))
+        if not in_key:
+            lines.append(line)
+        elif line == _KEY:
+            lines.append(f"{_KEY} {path}")
+    if (left_out := len(lines) - _LINES_MAX) > 0:
+        lines = [*lines[:_LINES_MAX], f"... {left_out} more lines: {path}"]
+    return "\n".join([*lines, "", places])
 
 
 def _covered(results: CampaignTables) -> list[str]:
