@@ -61,5 +61,5 @@ def _temporary(path: Path) -> Path:
 
 def _flush_to_disk(file: Path) -> None:
     """Force the content to disk: a power failure after the rename must not leave an empty file."""
-    with file.open("rb") as written:
+    with file.open("r+b") as written:  # Windows flushes no file that is open for reading only
         os.fsync(written.fileno())

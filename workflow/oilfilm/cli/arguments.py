@@ -18,6 +18,11 @@ def config_folder(given: Path | None) -> Path:
     return given or (own if own.is_dir() else CONFIG)
 
 
+def project_folder(config: Path | None) -> Path:
+    """The folder of logs and results: that of the configuration folder as given, else this one."""
+    return config.parent if config else Path()
+
+
 def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str, str]]:
     """The folder of a campaign's results, and the campaign and kind of its data.
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from oilfilm.cli.arguments import config_folder
+from oilfilm.cli.arguments import config_folder, project_folder
 from oilfilm.cli.check_text import report
 from oilfilm.cli.checked import CheckedLog, checked_logs
 from oilfilm.curation.curate import curate_ingested
@@ -16,6 +16,7 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.ingest import ingest_logs, read_bytes, read_log
+from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.readers.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -28,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a log is refused."""
     kind = next((each for each in _KINDS if each.name == options.kind), None)
     config = config_folder(options.config)
-    raw = config.parent / "data" / "raw"
+    raw = project_folder(options.config) / "data" / "raw"
     campaign = options.campaign or _campaign_of(options.logs, raw, config)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
@@ -98,12 +99,21 @@ def check_files(
         of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
         if of_kind:
             sheet = sheet_of_paths([Path(file) for file, _ in of_kind], raw, settings, each.logs)
-            ingested = ingest_logs(of_kind, settings, each.logs, sheet)
-            curated = curate_ingested(ingested, settings, each)
-            found |= {
-                log.file: log for log in checked_logs(ingested, curated, settings, each, sheet)
-            }
+            found |= {log.file: log for log in check_logs(of_kind, settings, each, sheet)}
     return [found[file] for file, _ in logs]
+
+
+def check_logs(
+    logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
+) -> list[CheckedLog]:
+    """What was found in logs of one kind, in their order.
+
+    Raises:
+        OilfilmError: As `ingest_logs`.
+    """
+    ingested = ingest_logs(logs, settings, kind.logs, sheet)
+    curated = curate_ingested(ingested, settings, kind)
+    return list(checked_logs(ingested, curated, settings, kind, sheet))
 
 
 def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:

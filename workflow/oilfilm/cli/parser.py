@@ -1,6 +1,7 @@
 """The arguments of every command, declared without importing what runs it."""
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ def parser() -> argparse.ArgumentParser:
         _add_init,
         _add_run,
         _add_check,
+        _add_watch,
         _add_predict,
         _add_plan,
         _add_verify,
@@ -173,6 +175,41 @@ def _add_check(commands: Any) -> None:
             help=f"they are logs of a {rig} rig (default: by folder and columns)",
         )
     _add_json(command, "one JSON object per log")
+
+
+def _add_watch(commands: Any) -> None:
+    command = _command(
+        commands,
+        "watch",
+        "give every finished log its verdict while a campaign is measured",
+        "Judge the logs in data/raw/CAMPAIGN and data/raw/CAMPAIGN-torque as `check` does, and "
+        "every new log as soon as it is finished. A local page shows the verdicts, the coverage "
+        "of the test matrix and the run to do next. Stop with Ctrl-C; nothing is lost.",
+    )
+    command.add_argument(
+        "--campaign", type=_campaign_name, help="campaign (default: that of config.yaml)"
+    )
+    _add_config(command)
+    command.add_argument(
+        "--page", type=Path, help="the page (default: results/CAMPAIGN/watch.html)"
+    )
+    command.add_argument(
+        "--settle",
+        type=_seconds,
+        default=3.0,
+        metavar="SECONDS",
+        help="a log is finished when it has not changed for so long (default: 3)",
+    )
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < 1e5:
+        raise argparse.ArgumentTypeError(f"found {text!r}; expected seconds above 0, as 3")
+    return value
 
 
 def _add_predict(commands: Any) -> None:

@@ -84,6 +84,19 @@ def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
     return planned.drop_duplicates(["oil", *SET_POINTS]).sort_index()
 
 
+def open_conditions(coverage: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    """Planned conditions without an accepted run: refused ones first, each in the matrix's order.
+
+    Returns:
+        Oil, set points and `state` (refused or missing), one row per condition.
+    """
+    states = planned_states(coverage)
+    order = {key: place for place, key in enumerate(_keys(_planned(settings)))}
+    by_place = states.iloc[np.argsort([order[key] for key in _keys(states)], kind="stable")]
+    parts = [by_place[by_place["state"] == state] for state in ("refused", "missing")]
+    return pd.concat(parts)[["oil", *SET_POINTS, "state"]]
+
+
 def describe_condition(condition: Mapping[Any, Any]) -> str:
     """A condition as text, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
     forms = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")

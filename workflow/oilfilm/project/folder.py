@@ -11,7 +11,7 @@ from oilfilm.project import stubs
 from oilfilm.project.findings import Findings, shipped
 from oilfilm.project.sniff import sniff
 from oilfilm.readers.ingest import read_bytes
-from oilfilm.readers.raw_files import is_sheet, raw_files, refuse_unfit_name
+from oilfilm.readers.raw_files import is_sheet, raw_files, unfit_name
 from oilfilm.settings.resolve import safe_name
 
 
@@ -88,7 +88,8 @@ def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], Path | None]:
             sheets.append(path)
             continue
         for file, log in [(name, path / name) for name in inside] or [(path.name, path)]:
-            refuse_unfit_name(file, log)
+            if fault := unfit_name(file, log):
+                raise OilfilmError(fault)
             other = logs.setdefault(file, log)
             if other.resolve() != log.resolve():
                 raise OilfilmError(

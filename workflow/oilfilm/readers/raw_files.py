@@ -30,39 +30,53 @@ def raw_files(folder: Path) -> list[str]:
         OilfilmError: The folder is missing or empty, a link in it leads out of it, or a log has a
             name that Snakemake, a listing or a manifest cannot hold.
     """
-    if not folder.is_dir():
-        raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
-    inside = folder.resolve()
     files = []
-    for path in sorted(folder.rglob("*")):
-        relative = path.relative_to(folder)
-        hidden = any(part.startswith((".", _LOCK_FILE)) for part in relative.parts)
-        if path.is_symlink() and path.is_dir() and not hidden:
-            raise OilfilmError(f"{path}: is a link to a folder. Copy the logs into {folder}.")
-        if hidden or not path.is_file() or path.stem.upper() == "README" or is_sheet(path, folder):
-            continue
-        if not path.resolve().is_relative_to(inside):
-            raise OilfilmError(
-                f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
-            )
-        refuse_unfit_name(relative.as_posix(), path)
-        files.append(relative.as_posix())
+    for name, fault in named_logs(folder):
+        if fault:
+            raise OilfilmError(fault)
+        files.append(name)
     if not files:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
     return files
 
 
-def refuse_unfit_name(name: str, path: Path) -> None:
-    """The name of a log below its campaign's folder must be text that others can hold.
+def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
+    """Each log below a raw folder: its path relative to it, and why it cannot be used, if so.
 
     Raises:
-        OilfilmError: It is not; `path` is the log's.
+        OilfilmError: The folder is missing.
     """
-    if unfit := _UNFIT.search(name):
-        raise OilfilmError(
-            f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 "
-            "without braces, angle brackets, backslashes or control characters. Rename it."
-        )
+    if not folder.is_dir():
+        raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
+    inside = folder.resolve()
+    for path in sorted(folder.rglob("*")):
+        relative = path.relative_to(folder)
+        name, fault = relative.as_posix(), ""
+        hidden = any(part.startswith((".", _LOCK_FILE)) for part in relative.parts)
+        if path.is_symlink() and path.is_dir() and not hidden:
+            yield name, f"{path}: is a link to a folder. Copy the logs into {folder}."
+            continue
+        if hidden or not path.is_file() or path.stem.upper() == "README" or is_sheet(path, folder):
+            continue
+        if not path.resolve().is_relative_to(inside):
+            fault = f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
+        yield name, fault or unfit_name(name, path)
+
+
+def unfit_name(name: str, path: Path) -> str:
+    """Why a log cannot have its name below its campaign's folder; empty where it can.
+
+    Args:
+        name: Its name there, text that others must be able to hold.
+        path: Where it is.
+    """
+    unfit = _UNFIT.search(name)
+    return (
+        f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 without "
+        "braces, angle brackets, backslashes or control characters. Rename it."
+        if unfit
+        else ""
+    )
 
 
 def is_sheet(path: Path, folder: Path) -> bool:

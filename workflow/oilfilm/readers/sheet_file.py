@@ -17,8 +17,9 @@ from oilfilm.readers.base import Refusal, number, set_point, set_point_range
 from oilfilm.readers.header import FULL_WIDTH, SET_POINT_UNITS, apart
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.log_names import LogNames
-from oilfilm.readers.raw_files import find_sheet, is_sheet, raw_files
+from oilfilm.readers.raw_files import find_sheet, is_sheet, named_logs
 from oilfilm.readers.run_sheet import (
+    NO_SHEET,
     UNLISTED,
     UNMATCHED,
     UNMATCHED_ADVICE,
@@ -158,23 +159,30 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
     Raises:
         OilfilmError: As by `read_run_sheet`.
     """
-    sheets: dict[Path, RunSheet] = {}
+    sheets: dict[str, RunSheet] = {}
     rows: dict[str, tuple[SheetRow, ...]] = {}
-    name = ""
+    name, inside = "", raw.resolve()
     for path in paths:
-        if not path.resolve().is_relative_to(raw.resolve()):
+        real = path.resolve()
+        if not real.is_relative_to(inside):
             continue
-        folder = raw / path.resolve().relative_to(raw.resolve()).parts[0]
-        sheet_path = find_sheet(folder)
-        if sheet_path is None:
-            continue
-        if folder not in sheets:
-            files, content = raw_files(folder), sheet_path.read_bytes()
-            sheets[folder] = read_run_sheet(content, sheet_path, files, settings, kind)
-        inside = path.resolve().relative_to(folder.resolve()).as_posix()
-        name = sheet_path.name
-        rows[str(path)] = sheets[folder].rows.get(inside, ())
+        top, *below = real.relative_to(inside).parts
+        if top not in sheets:
+            sheets[top] = _sheet_of(raw / top, settings, kind)
+        sheet = sheets[top]
+        if sheet.name:
+            name = sheet.name
+            rows[str(path)] = sheet.rows.get("/".join(below), ())
     return RunSheet(name, rows)
+
+
+def _sheet_of(folder: Path, settings: Settings, kind: LogKind) -> RunSheet:
+    path = find_sheet(folder)
+    if path is None:
+        return NO_SHEET
+    # a log with an unfit name is no reason not to judge the others
+    files = [name for name, fault in named_logs(folder) if not fault]
+    return read_run_sheet(path.read_bytes(), path, files, settings, kind)
 
 
 def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
