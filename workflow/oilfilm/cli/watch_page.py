@@ -23,7 +23,7 @@ from oilfilm.settings.resolved import Settings
 # How often a browser loads the page anew, and after how long without a new one it warns.
 _REFRESH_S, _STALE_S = 5, 60
 # More are counted, not listed.
-_STEPS_LISTED, _LOGS_LISTED = 10, 200
+_STEPS_LISTED, _LOGS_LISTED = 5, 200
 _MARKS = {"accepted": "✓", "refused": "✗", "missing": "·", "not judged": "?", "being written": "…"}
 _PRESSURE, _, _SPEED, _TEMPERATURE = SET_POINTS
 _STYLE = """
@@ -121,12 +121,11 @@ def _next(watcher: Watcher, runs: pd.DataFrame, covered: pd.DataFrame) -> Iterat
         yield "<p>Nothing: every condition of the matrix has an accepted run.</p>"
     yield "</div>"
     if len(steps) > 1:
-        yield f"<details><summary>Then ({len(steps) - 1})</summary>\n<ol>"
+        yield "<p>Then:</p>\n<ol>"
         yield from (f"<li>{what}<br>{why}</li>" for what, why in steps[1 : 1 + _STEPS_LISTED])
         yield "</ol>"
         if len(steps) > 1 + _STEPS_LISTED:
             yield f"<p>And {len(steps) - 1 - _STEPS_LISTED} more.</p>"
-        yield "</details>"
 
 
 def _steps(

@@ -213,11 +213,11 @@ class Watcher:
         changed = log.stamp[1] / 1e9
         if log.fault:
             return Verdict(log.name, changed, "refused", "", (Problem(log.fault),))
+        file = str(log.path)
         try:
             content = read_bytes(log.path)
             if _stamp(log.path) != log.stamp:
                 return None
-            file = str(log.path)
             (checked,) = check_logs([(file, content)], self.settings, log.kind, sheet)
         except FileNotFoundError:
             return None
