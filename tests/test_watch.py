@@ -16,7 +16,7 @@ import yaml
 
 from bad_logs import changed, csv
 from campaigns import ROOT
-from oilfilm.cli import main, watch
+from oilfilm.cli import main, watch, watching
 from oilfilm.cli.watch_page import watch_page
 from oilfilm.cli.watching import Verdict, Watcher
 from oilfilm.settings.resolve import resolve
@@ -40,7 +40,9 @@ REVERSED = csv(changed("traction_force", lambda force: -force))
 # As Windows has it: without modules of Unix, with a console and files in its code page. A Ctrl-C
 # comes when the file `stop` is there, because one process cannot send it to another on Windows.
 AS_ON_WINDOWS = """
-import _thread, pathlib, sys, threading, time
+import _thread, pathlib, signal, sys, threading, time
+# a shell starts what runs in the background without Ctrl-C
+signal.signal(signal.SIGINT, signal.default_int_handler)
 for name in ("fcntl", "grp", "pwd", "resource", "termios"):
     sys.modules[name] = None
 stop = pathlib.Path("stop")
@@ -55,8 +57,10 @@ sys.exit(main(sys.argv[1:]))
 
 
 @pytest.fixture
-def project(tmp_path: Path) -> Path:
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A project folder with the campaign `june`, whose logs are to come."""
+    # a slow machine must not divide a look
+    monkeypatch.setattr(watching, "_LONGEST_LOOK_S", 1e9)
     (tmp_path / "config/campaigns").mkdir(parents=True)
     (tmp_path / "config/config.yaml").write_bytes(b"campaign: june\r\n")
     write_campaign(tmp_path, CAMPAIGN)
@@ -165,6 +169,20 @@ def test_growing_log_waits_and_a_changed_one_is_judged_again(project: Path) -> N
     (verdict,) = looked(watcher)
     assert verdict.verdict == "accepted"
     assert looked(watcher) == []
+
+
+def test_many_old_logs_do_not_keep_a_new_one_waiting(
+    project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watching, "_LONGEST_LOOK_S", 0)
+    for minute in range(3):
+        put(project, f"{minute}.csv", b"no log", minute)
+    watcher = watcher_of(project)
+    assert [each.log for each in looked(watcher)] == ["june/2.csv"]
+    put(project, "new.csv", b"no log", minute=3)
+    assert [each.log for each in looked(watcher)] == ["june/1.csv", "june/new.csv"]
+    assert [each.log for each in looked(watcher)] == ["june/0.csv"]
+    assert not watcher.waiting
 
 
 def test_restart_finds_the_same_and_lost_logs_disappear(project: Path) -> None:
@@ -423,7 +441,11 @@ def test_log_that_is_written_slowly_gets_one_verdict_when_it_is_finished(project
         until(lambda: "1 accepted" in page.read_text(encoding="utf-8").replace("</span>", ""))
     finally:
         (project / "stop").touch()
-        code = process.wait(60)
+        try:
+            code = process.wait(60)
+        finally:
+            process.kill()
+            process.wait()
     assert code == 130
     lines = [line for line in printed().splitlines() if "03bb" in line]
     assert [line.partition(" ")[2] for line in lines] == [
