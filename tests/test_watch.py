@@ -204,7 +204,8 @@ def test_restart_finds_the_same_and_lost_logs_disappear(project: Path) -> None:
 
 
 def test_hostile_names_and_contents_are_text(project: Path) -> None:
-    put(project, "<img src=x onerror=alert(1)>.csv", GOOD)
+    if os.name != "nt":  # Windows has no such names
+        put(project, "<img src=x onerror=alert(1)>.csv", GOOD)
     put(project, "a&b.csv", csv(oil="<script>alert(2)</script>\N{RIGHT-TO-LEFT OVERRIDE}"))
     watcher = watcher_of(project)
     verdicts = {each.log: each for each in looked(watcher)}
@@ -329,8 +330,7 @@ def test_settings_are_read_again_when_they_change(
     assert before.count("Until then the settings before count.") == 1
     assert "june/a.csv: ACCEPTED" in after
     page = (project / "page/watch.html").read_text(encoding="utf-8")
-    assert "Stopped at" in page
-    assert "http-equiv" not in page
+    assert "Stopped." in page
 
 
 def test_page_that_cannot_be_written_is_named_once_and_later_written(
@@ -451,5 +451,5 @@ def test_log_that_is_written_slowly_gets_one_verdict_when_it_is_finished(project
     assert [line.partition(" ")[2] for line in lines] == [
         "june/Öl \\u03bb.csv: ACCEPTED, 4 of 4 plateaus"
     ]
-    assert "Stopped at" in page.read_text(encoding="utf-8")
+    assert "Stopped." in page.read_text(encoding="utf-8")
     assert "Öl λ.csv" in page.read_text(encoding="utf-8")

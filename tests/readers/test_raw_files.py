@@ -1,6 +1,7 @@
 """Which files count as logs, and that no path leads out of the raw folder."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -30,13 +31,14 @@ def test_logs_are_found_in_subfolders_and_notes_are_not_logs(tmp_path: Path) -> 
 def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: bytes) -> None:
     try:
         (tmp_path / os.fsdecode(name)).write_text("x")
-    except OSError:
+    except (OSError, ValueError):
         pytest.skip("this file system has no such names")
     with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it") as error:
         raw_files(tmp_path)
     str(error.value).encode("utf-8")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no colons in names")
 def test_time_of_day_in_a_name_is_no_harm(tmp_path: Path) -> None:
     (tmp_path / "12:30 \u6cb9.csv").write_text("x")
     assert raw_files(tmp_path) == ["12:30 \u6cb9.csv"]

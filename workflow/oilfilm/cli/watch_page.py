@@ -52,10 +52,15 @@ ul.logs > li { border-top: 1px solid #bbb; padding: .4rem 0; }
   tbody th, thead th { white-space: normal; }
 }
 """
-# A browser shows the last page for ever; only its age tells that nobody watches any more.
-_AGE = f"""
+# A browser shows the last page for ever; only its age tells that nobody watches any more. Whoever
+# reads the page can keep it as it is: the address remembers that.
+_SCRIPT = f"""
+const renew = document.getElementById("renew");
 const age = Date.now() / 1000 - Number(document.body.dataset.written);
-if (age > {_STALE_S}) document.getElementById("stale").hidden = false;
+document.getElementById("stale").hidden = !(age > {_STALE_S});
+renew.checked = location.hash !== "#paused";
+renew.onchange = () => {{ location.hash = renew.checked ? "" : "paused"; }};
+setInterval(() => {{ if (renew.checked) location.reload(); }}, {1000 * _REFRESH_S});
 """
 
 
@@ -71,7 +76,7 @@ def watch_page(
         stopped: Whether it looks no more.
     """
     name = _text(watcher.settings.campaign.name)
-    refresh = "" if stopped else f'<meta http-equiv="refresh" content="{_REFRESH_S}">'
+    refresh = f'<noscript><meta http-equiv="refresh" content="{_REFRESH_S}"></noscript>'
     runs = watcher.runs()
     covered = coverage(runs, watcher.settings)
     written = "" if stopped else f' data-written="{int(now.timestamp())}"'
@@ -87,7 +92,7 @@ def watch_page(
             *_next(watcher, runs, covered),
             *_coverage(covered, watcher.settings),
             *_verdicts(watcher),
-            f"</main>\n<script>{_AGE}</script>\n</body>\n</html>\n",
+            f"</main>\n<script>{_SCRIPT}</script>\n</body>\n</html>\n",
         ]
     )
 
@@ -96,14 +101,14 @@ def _head(watcher: Watcher, notes: Sequence[str], now: datetime, stopped: bool) 
     if watcher.settings.campaign.data == "simulated":
         yield "<p><b>SIMULATED data, not a measurement.</b></p>"
     at = f"{now:%Y-%m-%d %H:%M:%S}"
+    renew = '<label><input type="checkbox" id="renew" checked> Renew this page</label>'
+    yield f"<p>Last look: {at}. {renew}</p>"
     if stopped:
-        yield f'<p class="note">Stopped at {at}. Start <code>oilfilm watch</code> again.</p>'
-    else:
-        yield f"<p>Last look: {at}.</p>"
-        yield (
-            '<p class="stale" id="stale" role="alert" hidden>This page is no longer renewed. Is '
-            "<code>oilfilm watch</code> running?</p>"
-        )
+        yield '<p class="note">Stopped. Start <code>oilfilm watch</code> again.</p>'
+    yield (
+        '<p class="stale" id="stale" role="alert" hidden>This page is no longer renewed. Is '
+        "<code>oilfilm watch</code> running?</p>"
+    )
     for note in notes:
         yield f'<p class="note">{_text(note)}</p>'
 
