@@ -9,7 +9,7 @@ import pytest
 from campaigns import ROOT
 from law_points import EVERY_LAW, MATRIX, internal_of, points_of
 from oilfilm import tables
-from oilfilm.fitting import engine
+from oilfilm.fitting import cross_validation, engine
 from oilfilm.fitting.cross_validation import leave_curves_out, leave_ends_out, level_of
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
@@ -62,24 +62,48 @@ def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, 
     assert frames["comparison"]["n_points"].eq(len(points) * count // 48).all()
 
 
-def test_curves_left_out_are_those_of_brute_force() -> None:
+@pytest.mark.parametrize("groups", [100, 5])
+def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
+    """One at a time, and in groups of three or four."""
     law = LAWS["tanh"]
     points = points_of(law, 1e-3)
     few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
     task, best = fitted(law, few)
-    errors = leave_curves_out(task, best)
-    for curve in range(task.curves):
-        mine = task.at.curve == curve
-        rows = np.delete(np.arange(task.curves), curve)
-        kept = task.at.curve[~mine]
+    errors = leave_curves_out(task, best, groups, np.random.default_rng(1))
+    group = np.arange(task.curves)
+    if groups < task.curves:
+        group = np.random.default_rng(1).permutation(group) % groups
+    for each in np.unique(group):
+        mine = (group == each)[task.at.curve]
+        rows = np.flatnonzero(group != each)
         others = replace(
             task,
-            at=Observations(task.at.design[rows], kept - (kept > curve), task.at.slip[~mine]),
+            at=Observations(
+                task.at.design[rows],
+                np.searchsorted(rows, task.at.curve[~mine]),
+                task.at.slip[~mine],
+            ),
             mu=task.mu[~mine],
         )
         end = engine.polish(others, best.values)
         expected = task.residual(end.values)[mine]
         np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
+
+
+def test_number_of_fits_does_not_grow_with_the_curves(monkeypatch: pytest.MonkeyPatch) -> None:
+    task, best = fitted(LAWS["tanh"], points_of(LAWS["tanh"], 1e-3))
+    left_out: list[np.ndarray] = []
+
+    def counted(problem: Problem, starts: FloatArray, weights: FloatArray, **_: float) -> object:
+        left_out.append(weights == 0)
+        return starts, None
+
+    monkeypatch.setattr(cross_validation, "descend", counted)
+    leave_curves_out(task, best, 10, np.random.default_rng(1))
+    assert len(left_out[0]) == 10
+    # each curve once, and the groups of one size
+    assert left_out[0].sum(axis=0).tolist() == [1] * 48
+    assert set(left_out[0].sum(axis=1).tolist()) == {4, 5}
 
 
 def test_only_the_end_levels_are_extrapolated_to() -> None:

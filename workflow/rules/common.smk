@@ -1,3 +1,4 @@
+import atexit
 import mimetypes
 import shutil
 from contextlib import suppress
@@ -13,6 +14,7 @@ from oilfilm.figure_catalogue import families
 from oilfilm.settings.resolve import overrides_of, resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import lock_run, clear_leftovers
+from oilfilm.digest_cache import DigestCache
 from oilfilm.digests import code_digest, file_digest
 from oilfilm.home import HOME, PACKAGE, reference_file
 from oilfilm.readers.raw_files import (
@@ -26,6 +28,9 @@ from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 from oilfilm.traction import PAPER_LAW
 
+RECORDS = Path(".snakemake")
+# Digests of raw logs from earlier runs: a dry run does not read the logs again.
+KEPT_DIGESTS = DigestCache(RECORDS / "oilfilm-digests.json")
 # Digests of the run sheets that this run reads, by their paths.
 SHEETS = {}
 
@@ -55,7 +60,8 @@ try:
     if SIMULATED:
         FILES = [run.name for run in planned_runs(CAMPAIGN)]
         refuse_strangers(RAW, FILES)
-        refuse_altered(RAW, Path("results", CAMPAIGN.name, "twin/logs.sha256"))
+        listing = Path("results", CAMPAIGN.name, "twin/logs.sha256")
+        refuse_altered(RAW, listing, KEPT_DIGESTS.digest)
     else:
         FILES = raw_files(RAW)
     SHEET = None if SIMULATED else run_sheet(RAW, FILES)
@@ -66,7 +72,8 @@ try:
     if TORQUE_SIMULATED:
         TORQUE_FILES = [run.name for run in planned_torque_runs(CAMPAIGN)]
         refuse_strangers(TORQUE_RAW, TORQUE_FILES)
-        refuse_altered(TORQUE_RAW, Path("results", CAMPAIGN.name, "twin/torque_logs.sha256"))
+        listing = Path("results", CAMPAIGN.name, "twin/torque_logs.sha256")
+        refuse_altered(TORQUE_RAW, listing, KEPT_DIGESTS.digest)
     elif CAMPAIGN.torque is not None:
         TORQUE_FILES = raw_files(TORQUE_RAW)
         TORQUE_SHEET = run_sheet(TORQUE_RAW, TORQUE_FILES)
@@ -76,7 +83,6 @@ except OilfilmError as mistake:
 # A release must not name packages that its results were not made with.
 PACKAGES = file_digest(HOME / "requirements.lock")[:8]
 
-RECORDS = Path(".snakemake")
 if workflow.is_main_process:
     twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
     clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
@@ -186,8 +192,17 @@ def files_of_shard(wildcards):
     return [file for file in FILES if shard_of(file, SETTINGS.shards) == int(wildcards.shard)]
 
 
-# Read once per run: a release names the logs that its run has read, not what they became since.
-digest_of_log = cache(file_digest)
+# Taken once per run: a release names the logs that its run has read, not what they became since.
+digest_of_log = cache(KEPT_DIGESTS.digest)
+
+
+def keep_digests():
+    with suppress(OSError):  # they save time, nothing else
+        KEPT_DIGESTS.save()
+
+
+if workflow.is_main_process:
+    atexit.register(keep_digests)
 
 
 def with_digests(folder, files, simulated):
@@ -265,4 +280,7 @@ def end_well(logs):
 
 
 def end_badly(logs):
+    # a log that changed without a trace in its times must not stop the next run as well
+    with suppress(OSError):
+        KEPT_DIGESTS.forget()
     logger.error(f"The run failed. The reason is printed above and in {keep_log(logs).parent}.")

@@ -3,7 +3,7 @@
 import hashlib
 import re
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from oilfilm.digests import file_digest
@@ -130,10 +130,17 @@ def read_listing(path: Path) -> dict[str, str]:
     return {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
 
 
-def refuse_altered(folder: Path, path: Path) -> None:
+def refuse_altered(
+    folder: Path, path: Path, digest_of: Callable[[Path], str] = file_digest
+) -> None:
     """The simulated logs must not be edited; the listing has their digests.
 
     Snakemake sees no change inside a folder that a job has made.
+
+    Args:
+        folder: The logs.
+        path: The listing.
+        digest_of: Gives the digest of a log.
 
     Raises:
         OilfilmError: A log has other bytes or is missing.
@@ -141,7 +148,7 @@ def refuse_altered(folder: Path, path: Path) -> None:
     if not (folder.is_dir() and path.is_file()):
         return
     for name, digest in read_listing(path).items():
-        if not (folder / name).is_file() or file_digest(folder / name) != digest:
+        if not (folder / name).is_file() or digest_of(folder / name) != digest:
             raise OilfilmError(
                 f"{folder / name}: is not as the rig twin wrote it. Delete {folder}: the next run "
                 "simulates it anew."

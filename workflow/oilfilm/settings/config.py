@@ -311,6 +311,9 @@ class CompareSettings(Group):
 
     laws: Unique[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
     bootstrap: int = key("Bootstrap refits of each law (whole curves are resampled).", ge=2)
+    left_out_groups: int = key(
+        "Up to so many curves are left out one at a time, more in so many groups.", ge=2
+    )
     level_gap: float = key(
         "Levels are apart by more than this share of a condition's range.", unit="1", gt=0, le=1
     )

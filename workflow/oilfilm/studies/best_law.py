@@ -264,7 +264,7 @@ def _by_both(row: dict[str, Any]) -> list[str]:
 def _left_out_sentence(law: str, row: dict[str, Any], curves: int) -> str:
     best = row["left_out_law"]
     text = (
-        f"At curves left out, each of {curves} in turn, the rms error of {law} is "
+        f"At the {curves} curves, each left out of the fit, the rms error of {law} is "
         f"{row['left_out_relative_rms']:.2%} of mu"
     )
     if best == law:

@@ -17,6 +17,7 @@ from oilfilm.fitting.cross_validation import (
 from oilfilm.fitting.fit import OilFit, fit_oil
 from oilfilm.fitting.problem import curve_data
 from oilfilm.fitting.solution import Solution
+from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law
@@ -55,7 +56,7 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> dict[str
         for name in compare.laws
         if name in laws
     }
-    unseen = {name: _unseen_errors(fit) for name, fit in fits.items()}
+    unseen = {name: _unseen_errors(fit, oil, settings) for name, fit in fits.items()}
     rows = [
         _row(fits[name], unseen[name], of_oil, settings) if name in fits else _no_row(oil, name)
         for name in compare.laws
@@ -179,11 +180,14 @@ def _no_row(oil: str, law: str) -> dict[str, Any]:
     return {**none, **counts, **words, "certified": False}
 
 
-def _unseen_errors(fit: OilFit) -> FloatArray:
+def _unseen_errors(fit: OilFit, oil: str, settings: Settings) -> FloatArray:
     """Error of each point in the fit that has not seen its curve; none without a fit."""
     if fit.solution is None:
         return np.empty(0)
-    return leave_curves_out(fit.solution.problem, fit.solution.best)
+    # the same groups for every law
+    random = generator(settings.seed, "left out", oil)
+    groups = settings.compare.left_out_groups
+    return leave_curves_out(fit.solution.problem, fit.solution.best, groups, random)
 
 
 def _law_points(oil: str, fit: OilFit, unseen: FloatArray, points: pd.DataFrame) -> pd.DataFrame:

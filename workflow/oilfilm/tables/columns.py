@@ -287,8 +287,9 @@ _FITS = (
         f'{_INDEPENDENT}: differences look too sure'),
     number("bic", "1", "Bayesian information criterion",
         f'{_INDEPENDENT}: differences look too sure'),
-    number("left_out_rmse", "1", "root-mean-square error of mu at curves left out of the fit one "
-        "at a time; null where the others do not give every constant", at_least=0),
+    number("left_out_rmse", "1", "root-mean-square error of mu at curves left out of the fit, one "
+        "at a time or, of many, in groups (compare.left_out_groups); null where the others do not "
+        "give every constant", at_least=0),
     *(
         number(
             f"{name}_end_out_relative_rms",
