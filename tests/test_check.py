@@ -18,14 +18,6 @@ from command_line import printed_objects
 from damages import SOUND, stuck
 from oilfilm.cli import main
 from oilfilm.cli.check_text import WIDTH
-from oilfilm.cli.checked import (
-    CheckedColumn,
-    CheckedLog,
-    CheckedRun,
-    FailedGate,
-    NotApplied,
-    Refused,
-)
 
 CONFIG = ["--config", str(ROOT / "config")]
 N_PER_KGF = 9.80665
@@ -272,10 +264,3 @@ def test_page_shows_what_is_printed(
     monkeypatch.chdir(tmp_path)
     assert main([*command.split(), *CONFIG]) == 1
     assert capsys.readouterr().out.replace(os.sep, "/") == shown
-
-
-def test_page_lists_every_key() -> None:
-    page = (ROOT / "docs/check.md").read_text(encoding="utf-8")
-    for model in (CheckedLog, CheckedRun, CheckedColumn, Refused, FailedGate, NotApplied):
-        for name in model.model_fields:
-            assert f"`{name}`" in page, name
