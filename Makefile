@@ -41,7 +41,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-fit bench-ga bench-coverage bench-plan lock schemas licences upgrade clean help
+	bench-ingest bench-fit bench-ga bench-coverage bench-plan bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -121,6 +121,9 @@ $(DEV): $(READY) requirements-dev.lock
 	@echo "Adding what tests and checks need, from requirements-dev.lock"
 	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements-dev.lock
 	@touch $@
+
+bench-start: $(DEV) ## what a command takes to start, against `import numpy` (seconds)
+	$(BIN)/python benchmarks/start.py
 
 bench-plan: $(DEV) ## planned tests against random ones, on simulated campaigns (a minute)
 	$(BIN)/python benchmarks/plan.py
