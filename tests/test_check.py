@@ -264,3 +264,14 @@ def test_page_shows_what_is_printed(
     monkeypatch.chdir(tmp_path)
     assert main([*command.split(), *CONFIG]) == 1
     assert capsys.readouterr().out.replace(os.sep, "/") == shown
+
+
+def test_folder_is_checked_with_the_logs_of_its_subfolders(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "logs/april").mkdir(parents=True)
+    for name in ("logs/a.csv", "logs/april/b.csv"):
+        (tmp_path / name).write_bytes(traction_text())
+    (tmp_path / "logs/README.md").write_text("two logs", encoding="utf-8")
+    logs = checked(capsys, tmp_path / "logs", *CONFIG)
+    assert [Path(log["file"]).name for log in logs] == ["a.csv", "b.csv"]

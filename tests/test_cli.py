@@ -108,6 +108,21 @@ def test_folder_of_a_campaign_is_taken_as_read_fit_takes_it(
     assert "has results of the campaign 'demo'; expected 'june'" in capsys.readouterr().err
 
 
+def test_project_folder_needs_no_name_of_its_campaign(
+    results: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("campaign: june\n", encoding="utf-8")
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/june").symlink_to(results / "demo")
+    monkeypatch.chdir(tmp_path)
+    assert ask(Path("results")) == 0
+    assert "mu = " in capsys.readouterr().out
+
+
 def test_json_has_the_numbers_of_the_text(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,7 +18,7 @@ AT = "--oil 4102 --stress 1.2GPa --speed 30m/s --temperature 70degC --slip 0.05"
 COMMANDS = {
     "check": "required: FILE",
     "check missing.csv": "missing.csv: cannot be read (No such file or directory). Check the path.",
-    "check folder": "folder: cannot be read (Is a directory). Name the logs in it",
+    "check folder": "folder: holds no logs",
     "check loop": "loop: cannot be read (Too many levels of symbolic links). Check the links.",
     "check good.csv/x": "cannot be read (Not a directory). Check the path.",
     r"check C:\logs\a.csv": r"C:\logs\a.csv: cannot be read (No such file",

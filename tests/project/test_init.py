@@ -281,14 +281,16 @@ def test_nothing_is_overwritten_or_left_behind(tmp_path: Path) -> None:
 
 
 def test_hostile_names_stay_text(tmp_path: Path) -> None:
-    """A column's name or an oil's cannot end a comment and write a key of its own."""
+    """The name of a column, an oil or a file cannot end a comment and write a key of its own."""
     bench, runs = bench_and_runs()
     oil = "a: [b] # \u2028seed: 1"
     run = replace(runs[0], oil=(oil,))
     (log,) = write_logs(tmp_path / "logs", bench, [run], replace(GERMAN, encoding="utf-8"))
     text = log.read_bytes().decode().replace("Reibkraft [N]", "'x', \u2028seed: 2 #")
     log.write_bytes(text.encode())
-    made = make_project(tmp_path / "p", [log])
+    damaged = tmp_path / "a\u2028seed: 3 #.csv"
+    damaged.write_bytes(b"")
+    made = make_project(tmp_path / "p", [log, damaged])
     campaign = campaign_of(tmp_path / "p", made)
     assert "seed" not in campaign
     assert set(campaign) <= {*"description data rigs oils columns figures".split()} | {

@@ -87,6 +87,14 @@ def test_systemd_takes_service_and_timer(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_service_without_a_writable_home_has_a_folder_for_the_cache_of_snakemake() -> None:
+    """Without one every run ends in `os.makedirs`; systemd makes CacheDirectory in /var/cache."""
+    service = (NIGHTLY / "oilfilm-nightly.service").read_text(encoding="utf-8")
+    settings = dict(re.findall(r"(?m)^(\w+)=(.+)$", service))
+    assert settings["ProtectSystem"] == "strict"
+    assert settings["Environment"] == f"XDG_CACHE_HOME=/var/cache/{settings['CacheDirectory']}"
+
+
 def test_timer_starts_the_service_of_its_name() -> None:
     """Without `Unit=` a timer starts the service of the same name."""
     timer = (NIGHTLY / "oilfilm-nightly.timer").read_text(encoding="utf-8")

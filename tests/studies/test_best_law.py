@@ -102,6 +102,16 @@ def test_judges_that_differ_are_said_to_differ() -> None:
     assert row["verdict"] == "judges differ"
 
 
+def test_judges_that_name_different_laws_agree_against_the_configured_one() -> None:
+    base = np.full(30, 1.0)
+    constants = {"deng2026": 20, "tanh": 40, "eyring": 2}
+    # BIC by hand: 71.4 of deng2026, 128.7 of tanh, 9.9 of eyring
+    frames = compared({"deng2026": base, "tanh": 0.7 * base, "eyring": 0.99 * base}, constants)
+    (row,) = tables.rows(best_laws(*frames))
+    assert (row["left_out_law"], row["bic_law"]) == ("tanh", "eyring")
+    assert (row["verdict"], row["better_law"]) == ("another law is better", "tanh")
+
+
 @pytest.mark.parametrize(
     ("laws", "words"),
     [
@@ -201,6 +211,6 @@ def test_without_repeats_it_says_that_noise_is_not_known_and_how_many_runs_would
     assert "cannot be told apart" in row["finding"]
     assert "lower bound" in row["finding"]
     # F(0.95; inf, 2) = 19.50 and F(0.95; inf, 5) = 4.36, of any table
-    assert "2 repeated runs show it where residuals are over 4.4 times" in row["advice"]
-    assert "5 repeated runs show it where residuals are over 2.1 times" in row["advice"]
+    assert "2 repeated runs show a lack of fit where residuals are over 4.4 times" in row["advice"]
+    assert "5 repeated runs show a lack of fit where residuals are over 2.1 times" in row["advice"]
     assert "repeated_conditions: accept" in row["advice"]

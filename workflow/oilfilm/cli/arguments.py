@@ -9,6 +9,7 @@ from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.home import CONFIG
 from oilfilm.readers.base import LARGEST_READING
+from oilfilm.settings.resolve import read_config
 from oilfilm.units import conversion
 
 
@@ -28,17 +29,19 @@ def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str
 
     Args:
         results: That folder, or the folder that it is in.
-        campaign: The campaign that it must be of.
+        campaign: The campaign that it must be of; in a folder of several, that of `config.yaml`
+            where none is given.
 
     Raises:
         OilfilmError: There are no such results.
     """
-    inside = results / (campaign or "demo")
-    folder = results if (results / "tables").is_dir() else inside
+    folder = results
+    if not (results / "tables").is_dir():
+        folder = results / (campaign or read_config(config_folder(None)).campaign)
     if not (folder / "tables").is_dir():
         raise OilfilmError(
             f"{results}: has no results of a campaign: there is neither {results / 'tables'} nor "
-            f"{inside / 'tables'}. Run snakemake, or correct --results or --campaign."
+            f"{folder / 'tables'}. Run snakemake, or correct --results or --campaign."
         )
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     about = {name: str(footer.get(name)) for name in ("campaign", "data")}

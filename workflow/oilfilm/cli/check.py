@@ -16,6 +16,7 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.ingest import ingest_logs, read_bytes, read_log
+from oilfilm.readers.raw_files import raw_files
 from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.readers.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import resolve
@@ -30,12 +31,13 @@ def run(options: argparse.Namespace) -> int:
     kind = next((each for each in _KINDS if each.name == options.kind), None)
     config = config_folder(options.config)
     raw = project_folder(options.config) / "data" / "raw"
-    campaign = options.campaign or _campaign_of(options.logs, raw, config)
+    given = [log for path in options.logs for log in _logs_at(path)]
+    campaign = options.campaign or _campaign_of(given, raw, config)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
-    paths = [path for path in dict.fromkeys(options.logs) if not is_run_sheet(path, raw)]
+    paths = [path for path in dict.fromkeys(given) if not is_run_sheet(path, raw)]
     if not paths:
-        raise OilfilmError(f"{_name(options.logs[0])}: is a run sheet. Name logs.")
+        raise OilfilmError(f"{_name(given[0])}: is a run sheet. Name logs.")
     logs = [(_name(path), read_bytes(path)) for path in paths]
     checked = check_files(logs, settings, kind, raw)
     if options.json:
@@ -44,6 +46,14 @@ def run(options: argparse.Namespace) -> int:
     else:
         print(report(checked))
     return int(any(log.verdict == "refused" for log in checked))
+
+
+def _logs_at(path: Path) -> list[Path]:
+    """The log that a path names, or all logs of a folder."""
+    try:
+        return [path / name for name in raw_files(path)] if path.is_dir() else [path]
+    except OSError:  # whoever reads it says why it cannot be read
+        return [path]
 
 
 def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:

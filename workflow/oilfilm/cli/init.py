@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Iterator
+from shlex import quote
 
 from oilfilm.errors import printable
 from oilfilm.project import stubs
@@ -29,4 +30,4 @@ def _report(made: NewProject, folder: str) -> Iterator[str]:
     if made.for_film:
         files = ", ".join(dict.fromkeys(file for file, *_ in made.for_film))
         yield f"For pressure and film thickness, fill in as well: {files}"
-    yield f"Then: cd {folder}; oilfilm check data/raw/{made.campaign}/*; oilfilm run"
+    yield f"Then: cd {quote(folder)}; oilfilm check data/raw/{made.campaign}; oilfilm run"

@@ -113,7 +113,9 @@ def _add_results(command: argparse.ArgumentParser) -> None:
         "(default: results)",
     )
     command.add_argument(
-        "--campaign", type=_campaign_name, help="campaign in the folder of all (default: demo)"
+        "--campaign",
+        type=_campaign_name,
+        help="campaign in the folder of all (default: that of config.yaml)",
     )
 
 
@@ -157,7 +159,9 @@ def _add_check(commands: Any) -> None:
         "Read logs, apply every gate and say what was understood. Exit code 0: all logs are "
         "accepted; 1: a log or a run is refused; 2: a mistake in the command or the configuration.",
     )
-    command.add_argument("logs", nargs="+", type=Path, metavar="FILE", help="log to check")
+    command.add_argument(
+        "logs", nargs="+", type=Path, metavar="FILE", help="log to check, or folder of logs"
+    )
     command.add_argument(
         "--campaign",
         type=_campaign_name,

@@ -52,15 +52,15 @@ README = """\
 
 1. Fill in the lines marked "FILL IN" in config/ (grep -rn "FILL IN" config). Look at those marked
    "guess" as well. data/raw/{name}/runs.csv says what the headers of the logs do not.
-2. oilfilm check data/raw/{name}/*
+2. oilfilm check data/raw/{name}
    gives a verdict on every log in seconds, says how it was understood, and what to do.
 3. oilfilm run
    makes everything (so does snakemake). See results/{name}/summary.txt and report.html beside it.
 
-config/config.yaml         the campaign, and what differs from the defaults of oilfilm
-config/campaigns, rigs, oils   what was measured, on which rig, with which oils
-data/raw/{name}            your logs; never changed
-results/{name}             everything that is made; may be deleted
+config/config.yaml: the campaign, and what differs from the defaults of oilfilm
+config/campaigns, rigs, oils: what was measured, on which rig, with which oils
+data/raw/{name}: your logs; never changed
+results/{name}: everything that is made; may be deleted
 """
 
 
@@ -79,7 +79,8 @@ def campaign_yaml(name: str, found: Findings) -> str:
 
 def _campaign(name: str, found: Findings) -> Iterator[str]:
     yield "# Written by `oilfilm init`. FILL IN: only you know it. guess: look whether it is right."
-    yield from (f"# {line}" for line in summary(found))
+    # names come out of logs: a line end among them would end the comment
+    yield from (f"# {printable(line)}" for line in summary(found))
     yield _line("description", f"logs of {name}", "one line: what was measured, where and when")
     if found.simulated:
         yield _line("data", "simulated", "as the headers say")
@@ -305,7 +306,6 @@ def _line(key: str, value: object, comment: str = "") -> str:
     line = f"{key}: {text}".rstrip()
     if not comment:
         return line
-    # names come out of logs: a line end among them would end the comment
     comment = printable(comment.removeprefix("# "))
     return f"{line.ljust(_WIDTH)}  # {comment}"
 

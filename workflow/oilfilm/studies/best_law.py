@@ -232,10 +232,11 @@ def _judgement(law: str, unseen: Judged, by_bic: Judged, laws: pd.DataFrame) -> 
     by_both = [name for name in unseen.ties if name in by_bic.ties]
     if law in by_both:
         return ("best" if by_both == [law] else "tie"), ""
-    if law in unseen.ties or law in by_bic.ties or not by_both:
+    if law in unseen.ties or law in by_bic.ties:
         return "judges differ", ""
-    # a proven fit first, then the fewest constants
-    order = laws.loc[by_both].sort_values(
+    # both refuse the configured one; where they name different laws, unseen curves decide.
+    # A proven fit first, then the fewest constants
+    order = laws.loc[by_both or list(unseen.ties)].sort_values(
         ["certified", "n_constants"], ascending=[False, True], kind="stable"
     )
     return "another law is better", str(order.index[0])

@@ -103,7 +103,7 @@ def _words(row: dict[str, Any], parts: LackOfFit, runs_above: float) -> dict[str
         )
     if np.isnan(parts.noise):
         many = " and ".join(
-            f"{count} repeated runs show it where residuals are over "
+            f"{count} repeated runs show a lack of fit where residuals are over "
             f"{np.sqrt(f_limit(max(runs_above, 1.0), count)):.1f} times the noise"
             for count in ADVISED_REPEATS
         )
