@@ -37,8 +37,8 @@ class Step(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    name: StepName
-    result: Result
+    name: StepName = Field(description="release, drift gate or rebuild")
+    result: Result = Field(description="passed, failed or not run")
     message: str = Field(description="what was found; why it failed or was not run")
 
 
@@ -47,10 +47,10 @@ class RefusedLog(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    log: str
+    log: str = Field(description="name of the log, or of its run")
     rule: str = Field(description="the gate that refused it")
-    reason: str
-    advice: str
+    reason: str = Field(description="what was found and what was expected")
+    advice: str = Field(description="what to do")
 
 
 class ChangedLogs(BaseModel):
@@ -59,9 +59,9 @@ class ChangedLogs(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     total: int = Field(description="raw logs of the release, run sheets included")
-    new: int
-    changed: int
-    removed: int
+    new: int = Field(description="logs that the release before lacks")
+    changed: int = Field(description="logs with another content than in the release before")
+    removed: int = Field(description="logs that only the release before has")
     named: list[str] = Field(description=f"the first {_LONGEST} of them, by path")
 
 
@@ -70,18 +70,22 @@ class NightlySummary(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    campaign: str
-    outcome: Literal["well", "drift", "failure"] = "failure"
+    campaign: str = Field(description="name of the campaign")
+    outcome: Literal["well", "drift", "failure"] = Field(
+        default="failure", description="well, drift or failure"
+    )
     text: str = Field(default="", description="the outcome in one sentence")
     started: str = Field(description="date and time in UTC, ISO 8601")
-    seconds: float = 0.0
-    steps: list[Step] = []
+    seconds: float = Field(default=0.0, description="duration")
+    steps: list[Step] = Field(default=[], description="the steps in their order")
     release: str | None = Field(
         default=None, description="folder of the release; null where none is made"
     )
     before: str | None = Field(default=None, description="version of the release before it")
     pin: str | None = Field(default=None, description="version that is pinned; null where none is")
-    logs: ChangedLogs | None = None
+    logs: ChangedLogs | None = Field(
+        default=None, description="how the raw logs changed; null without a release"
+    )
     runs: dict[str, int] = Field(default={}, description="runs by verdict")
     refused: list[RefusedLog] = Field(
         default=[], description=f"newly refused, the first {_LONGEST}"
