@@ -37,6 +37,12 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     assert fitted.predict(1.2, 30, 70, 0.5).outside
 
 
+def test_printed_law_shows_its_equation_and_the_digits_of_the_paper() -> None:
+    shown = repr(oilfilm.printed(4102))
+    assert shown == repr(oilfilm.printed("4102"))
+    assert shown.startswith("deng2026: mu = (A + B*S)*exp(-C*S) - A; A0 -0.01567792, A1 1.6654,")
+
+
 def test_search_that_misses_an_exact_fit_is_told() -> None:
     """The best search then leaves rounding alone, and the other is 1e19 times worse."""
     levels = np.meshgrid([1.0, 1.25, 1.5], [20, 30, 40], [25, 70, 120], np.linspace(0, 0.1, 12))

@@ -29,7 +29,7 @@ _OIL = "oil"
 _DRAWN = 200
 
 
-def printed(oil: str) -> FittedLaw:
+def printed(oil: str | int) -> FittedLaw:
     """The law with the constants that the paper prints for an oil: no intervals, no tested box.
 
     Args:
@@ -47,9 +47,9 @@ def printed(oil: str) -> FittedLaw:
         0.0204
     """
     constants = printed_constants(reference_file("printed_coefficients"))
-    if oil not in constants:
+    if (name := str(oil)) not in constants:
         raise OilfilmError(f"the paper prints no constants of {oil!r}; of {', '.join(constants)}.")
-    return FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, constants[oil]))
+    return FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, constants[name]))
 
 
 @dataclass(frozen=True)

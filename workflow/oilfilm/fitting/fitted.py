@@ -103,6 +103,12 @@ class FittedLaw:
     law: Law
     coefficients: Coefficients
 
+    def __repr__(self) -> str:
+        names = (constant.name for constant in self.law.constants)
+        values = zip(names, self.coefficients.constants, strict=True)
+        shown = ", ".join(f"{name} {value:.10g}" for name, value in values)
+        return f"{self.law.name}: mu = {self.law.equation}; {shown}"
+
     @classmethod
     def of(
         cls,
