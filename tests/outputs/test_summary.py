@@ -83,10 +83,12 @@ def test_sign_that_is_not_known_stands_beside_the_interval_that_holds_zero(demo:
     partner = {"oil": "4010", "law": "deng2026", "constant": "B1", "other": "B2"}
     together = results.replace(correlations=rows("correlations", partner | {"correlation": -0.97}))
     text = summarise(together, without(demo.config, "torque"))
+    (value,) = constants.loc[chosen, "value"]
     spans = "the joint interval spans -0.0213 to 0.774"
-    assert f"not determined: B2 ({spans}; correlated -0.97 with B1)" in text
+    assert f"not determined: B2 {value:.4g} ({spans}; correlated -0.97 with B1)" in text
     # what is determined is named first, and each word has its meaning below
-    assert re.search(r"determined by these data: A0, .*\n    not determined: B2", text)
+    known = r"determined by these data: A0 -0\.\d+ \+- \d.*, .*\n    not determined: B2"
+    assert re.search(known, text)
     assert "    joint interval: holds for all constants" in text
     assert "    correlated: near 1 or -1" in text
 

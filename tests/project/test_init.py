@@ -307,7 +307,7 @@ def test_damaged_and_foreign_files_are_named(
     damaged = {"a.gz": b"\x1f\x8bxx", "b.pdf": b"%PDF-1.4 \0\0", "c.tdms": b"TDSm\0", "d.csv": b""}
     for name, content in damaged.items():
         (tmp_path / name).write_bytes(content)
-    assert main(["init", str(tmp_path / "p"), *(str(tmp_path / name) for name in damaged)]) == 0
+    assert main(["init", str(tmp_path / "p"), *(str(tmp_path / name) for name in damaged)]) == 1
     printed = capsys.readouterr().out
     assert all(f"{name} could not be read: " in printed for name in damaged)
 

@@ -148,8 +148,12 @@ class ArrayFit:
             axes: Axes of matplotlib to draw into; new ones if not given.
         """
         if axes is None:
-            from matplotlib import pyplot  # noqa: PLC0415 - only who draws waits for it
-
+            try:
+                from matplotlib import pyplot  # noqa: PLC0415 - only who draws waits for it
+            except ModuleNotFoundError:
+                raise OilfilmError(
+                    "matplotlib is not installed. Install it: pip install 'oilfilm[report]'"
+                ) from None
             axes = pyplot.subplots(layout="constrained")[1]
         law = self.law
         for _, curve in self.points.groupby("run_id", sort=False):

@@ -1,6 +1,7 @@
 """What several commands read from the command line: quantities and folders."""
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,19 @@ from oilfilm.home import CONFIG
 from oilfilm.readers.base import LARGEST_READING
 from oilfilm.settings.resolve import read_config
 from oilfilm.units import conversion
+
+
+def need_workflow() -> None:
+    """Refuse to go on where Snakemake is not installed.
+
+    Raises:
+        OilfilmError: It is not.
+    """
+    if find_spec("snakemake") is None:
+        raise OilfilmError(
+            "Snakemake is not installed: this is the core of oilfilm alone. Install the workflow: "
+            "pip install 'oilfilm[workflow]'"
+        )
 
 
 def config_folder(given: Path | None) -> Path:

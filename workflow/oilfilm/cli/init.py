@@ -10,10 +10,10 @@ from oilfilm.project.folder import NewProject, make_project
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the folder and say what was found and what is to fill in."""
+    """Write the folder, say what was found and what is to fill in; 1 if a log cannot be read."""
     made = make_project(options.folder, options.logs, options.campaign)
     print("\n".join(map(printable, _report(made, str(options.folder)))))
-    return 0
+    return int(any(log.problem for log in made.found.logs))
 
 
 def _report(made: NewProject, folder: str) -> Iterator[str]:

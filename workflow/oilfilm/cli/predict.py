@@ -170,7 +170,10 @@ def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) 
     wanted = set(fit.law.conditions)
     for name in at:
         if name not in (*wanted, "slide_roll_ratio"):
-            raise OilfilmError(f"{oil}: the law {fit.law.name} does not take {name}.")
+            taken = ", ".join(fit.law.conditions)
+            raise OilfilmError(
+                f"{oil}: the law {fit.law.name} does not take {name}. It takes {taken}."
+            )
     for option, (name, _, example) in CONDITION_OPTIONS.items():
         if name in wanted and name not in at and name not in fixed:
             raise OilfilmError(

@@ -6,7 +6,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from oilfilm.cli.arguments import need_workflow
 from oilfilm.errors import OilfilmError
+from oilfilm.settings.resolve import resolve
 
 
 def run(options: argparse.Namespace) -> int:
@@ -24,6 +26,10 @@ def run(options: argparse.Namespace) -> int:
             f"{folder}: has no Snakefile, so it is no project folder. Name one, or make one: "
             "oilfilm init DIR LOG..."
         )
+    need_workflow()
+    if not arguments:
+        # said plainly here: Snakemake names its own file and line before it
+        resolve(folder / "config", {})
     command = [sys.executable, "-m", "snakemake", *arguments]
     # a list of arguments, no shell; they are those of the user who started this
     return subprocess.run(command, cwd=folder, check=False).returncode  # noqa: S603

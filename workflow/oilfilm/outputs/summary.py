@@ -239,18 +239,25 @@ def _fits(results: CampaignTables) -> list[str]:
 
 
 def _determined(rows: pd.DataFrame) -> list[str]:
-    """The constants of one oil that the data determine, and the others in words."""
+    """The constants of one oil that the data determine with their values, and the others."""
     sure = rows["verdict"].isin(DETERMINED)
-    lines = [f"    determined by these data: {', '.join(rows.loc[sure, 'constant']) or 'none'}"]
     # constants that no condition could give have a line of their own
     open_ones = rows[~sure & rows["identifiable"]]
-    if len(open_ones):
-        each = [
-            f"{row['constant']} ({row['determined'].removeprefix('no, ')})"
-            for row in tables.rows(open_ones)
+    unsure = open_ones["verdict"] == "no interval"
+    if unsure.any():
+        values = [f"{row['constant']} {row['value']:.4g}" for row in tables.rows(open_ones[unsure])]
+        lines = [f"    values without errors, because the runs are too few: {', '.join(values)}"]
+    else:
+        known = [
+            f"{row['constant']} {row['value']:.4g} +- {(row['upper'] - row['lower']) / 2:.2g}"
+            for row in tables.rows(rows[sure])
         ]
-        lines.append(f"    not determined: {', '.join(each)}")
-    return lines
+        lines = [f"    determined by these data: {', '.join(known) or 'none'}"]
+    each = [
+        f"{row['constant']} {row['value']:.4g} ({row['determined'].removeprefix('no, ')})"
+        for row in tables.rows(open_ones[~unsure])
+    ]
+    return [*lines, f"    not determined: {', '.join(each)}"] if each else lines
 
 
 def _claimed(claims: pd.DataFrame, campaign: Campaign) -> list[str]:

@@ -14,6 +14,9 @@ from oilfilm.readers.ingest import read_bytes
 from oilfilm.readers.raw_files import is_sheet, raw_files, unfit_name
 from oilfilm.settings.resolve import safe_name
 
+# Pages that messages and settings name.
+_PAGES = ("data/raw/README.md", "docs/configuration.md")
+
 
 @dataclass(frozen=True)
 class NewProject:
@@ -58,6 +61,9 @@ def make_project(folder: Path, given: Sequence[Path], campaign: str | None = Non
     for file, path in [*logs.items(), *([(sheet.name, sheet)] if sheet else [])]:
         (raw / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, raw / file)
+    for page in _PAGES:
+        (folder / page).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(HOME / page, folder / page)
     for file, text in files.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         # a mark at its beginning, so that spreadsheets read umlauts
@@ -67,7 +73,7 @@ def make_project(folder: Path, given: Sequence[Path], campaign: str | None = Non
         (file, number, line)
         for file, text in files.items()
         for number, line in enumerate(text.splitlines(), start=1)
-        if "FILL IN" in line and not line.startswith("# Written") and file != "README.txt"
+        if any(mark in line for mark in (stubs.FILL_IN, stubs.FOR_FILM)) and file != "README.txt"
     ]
     for_film = [each for each in marked if stubs.FOR_FILM in each[2]]
     return NewProject(

@@ -17,7 +17,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.rig import Rig
 
 # Marks what only the laboratory knows: the run stops without it. Behind "for the film" it does not.
-FILL_IN, FOR_FILM = "# FILL IN", "# FILL IN for the film"
+FILL_IN, FOR_FILM = "# FILL IN", "# for the film"
 _WIDTH = 34
 # So many ways of writing logs are listed; the others are counted.
 _FORMS_LISTED = 8
@@ -50,8 +50,9 @@ onerror:
 README = """\
 {name}: traction logs, evaluated by oilfilm
 
-1. Fill in the lines marked "FILL IN" in config/ (grep -rn "FILL IN" config). Look at those marked
-   "guess" as well. data/raw/{name}/runs.csv says what the headers of the logs do not.
+1. Fill in the lines marked FILL IN in config/ (grep -rn "FILL IN" config). Look at those marked
+   guess as well; lines marked "for the film" are needed for pressure and film thickness.
+   data/raw/{name}/runs.csv says what the headers of the logs do not.
 2. oilfilm check data/raw/{name}
    gives a verdict on every log in seconds, says how it was understood, and what to do.
 3. oilfilm run
@@ -78,7 +79,7 @@ def campaign_yaml(name: str, found: Findings) -> str:
 
 
 def _campaign(name: str, found: Findings) -> Iterator[str]:
-    yield "# Written by `oilfilm init`. FILL IN: only you know it. guess: look whether it is right."
+    yield "# Written by `oilfilm init`. Fill in what is marked so; look at each guess."
     # names come out of logs: a line end among them would end the comment
     yield from (f"# {printable(line)}" for line in summary(found))
     yield _line("description", f"logs of {name}", "one line: what was measured, where and when")
