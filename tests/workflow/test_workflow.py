@@ -244,7 +244,8 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     succeed(project, *target)
 
     (raw / "4102_P1.25_U40_T120.csv").unlink()
-    jobs = re.findall(r"log: results/two/logs/(\S+)\.log", succeed(project, *target))
+    shown = succeed(project, *target, "--printshellcmds")
+    jobs = re.findall(r"log: results/two/logs/(\S+)\.log", shown)
     assert {"fit-4102", "compare-4102", "fits", "comparisons"} <= set(jobs)
     assert not {"fit-4050", "compare-4050"} & set(jobs)
 

@@ -11,7 +11,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.fit import OilFit, fit_oil
-from oilfilm.fitting.fitted import Coefficients, FittedLaw, Prediction, predict
+from oilfilm.fitting.fitted import SLIP, Coefficients, FittedLaw, Prediction, in_unit
 from oilfilm.home import CONFIG, reference_file
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
@@ -21,9 +21,9 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.studies.best_law import best_laws
 from oilfilm.studies.law_comparison import compare_laws
 from oilfilm.traction import LAWS, PAPER_LAW
-from oilfilm.traction.law import CONDITIONS, QUANTITIES
+from oilfilm.traction.law import CONDITIONS
 
-_SLIP, _MU = "slide_roll_ratio", "traction_coefficient"
+_MU = "traction_coefficient"
 _OIL = "oil"
 # Of a curve drawn between its points.
 _DRAWN = 200
@@ -42,8 +42,7 @@ def printed(oil: str | int) -> FittedLaw:
 
     Examples:
         >>> law = printed("4102")
-        >>> at = predict(law.law, law.coefficients, 1.0, 20.0, 20.0, 0.05)
-        >>> print(f"{at.traction_coefficient:.4f}")
+        >>> print(f"{law.predict_at(1.0, 20.0, 20.0, 0.05).traction_coefficient:.4f}")
         0.0204
     """
     constants = printed_constants(reference_file("printed_coefficients"))
@@ -112,11 +111,8 @@ class ArrayFit:
         Raises:
             OilfilmError: A quantity has a unit of something else.
         """
-        given = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        names = (*CONDITIONS, _SLIP)
-        stress, speed, temperature, slip = map(_in_unit, given, names)
-        law = self.law
-        return predict(law.law, law.coefficients, stress, speed, temperature, slip, level)
+        at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+        return self.law.predict_at(*at, level=level)
 
     def compare(self) -> LawComparison:
         """Fit the other laws of these conditions as well, and name the best one.
@@ -157,13 +153,13 @@ class ArrayFit:
             axes = pyplot.subplots(layout="constrained")[1]
         law = self.law
         for _, curve in self.points.groupby("run_id", sort=False):
-            slip = np.linspace(0, curve[_SLIP].max(), _DRAWN)
+            slip = np.linspace(0, curve[SLIP].max(), _DRAWN)
             mu = law.traction(curve[list(CONDITIONS)].mean().to_numpy(), slip)
             label = "{:.3g} GPa, {:.3g} m/s, {:.3g} \N{DEGREE SIGN}C".format(
                 *curve[list(CONDITIONS)].mean()
             )
             (line,) = axes.plot(slip, mu, label=label)
-            axes.plot(curve[_SLIP], curve[_MU], "o", markersize=3, color=line.get_color())
+            axes.plot(curve[SLIP], curve[_MU], "o", markersize=3, color=line.get_color())
         axes.set_xlabel("Slide-roll ratio")
         axes.set_ylabel("Traction coefficient")
         return axes
@@ -213,14 +209,14 @@ def fit(
         known = ", ".join(name for name, each in LAWS.items() if each.conditions == CONDITIONS)
         raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
     given = (max_hertz_pressure, entrainment_speed, inlet_temperature)
-    at = [_in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]
-    arrays = (*at, _in_unit(slide_roll_ratio, _SLIP), np.asarray(traction_coefficient, float))
+    at = [in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]
+    arrays = (*at, in_unit(slide_roll_ratio, SLIP), np.asarray(traction_coefficient, float))
     try:
         columns = [array.ravel() for array in np.broadcast_arrays(*arrays)]
     except ValueError as error:
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
-    points = pd.DataFrame(dict(zip((*CONDITIONS, _SLIP, _MU), columns, strict=True)))
+    points = pd.DataFrame(dict(zip((*CONDITIONS, SLIP, _MU), columns, strict=True)))
     runs = points.groupby(list(CONDITIONS), sort=False).ngroup() if curve is None else curve
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
@@ -235,14 +231,3 @@ def _as_table(points: pd.DataFrame) -> pd.DataFrame:
     """Points as a table of points of a campaign."""
     whole = tables.empty("points").reindex(points.index)
     return whole.assign(**points, oil=_OIL, accepted=True, first_row=points.index)
-
-
-def _in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
-    """Values in the unit of a column; those of pint are converted."""
-    unit = "dimensionless" if name == _SLIP else QUANTITIES[name].unit
-    if hasattr(value, "magnitude") and hasattr(value, "to"):
-        try:
-            value = value.to(unit).magnitude
-        except Exception as error:
-            raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
-    return np.asarray(value, dtype=float)

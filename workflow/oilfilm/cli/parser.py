@@ -224,7 +224,11 @@ def _add_predict(commands: Any) -> None:
     )
     for option, (_, meaning, example) in CONDITION_OPTIONS.items():
         command.add_argument(option, metavar=example, help=f"{meaning}, as {example}")
-    command.add_argument("--slip", required=True, help="slide-roll ratio, as 0.05 or 5%%")
+    command.add_argument(
+        "--slip",
+        required=True,
+        help="slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%",
+    )
     _add_results(command)
     _add_json(command, "one JSON object")
 

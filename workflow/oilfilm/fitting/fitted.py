@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +13,16 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fitting.conditions import LEAST_SIZE, FixedCondition, away, from_text
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import CONDITIONS, FloatArray, Law, Observations, to_internal
+from oilfilm.traction.law import (
+    CONDITIONS,
+    QUANTITIES,
+    FloatArray,
+    Law,
+    Observations,
+    to_internal,
+)
 
+SLIP = "slide_roll_ratio"
 # Points predicted at once: about what fits a processor's cache.
 _CHUNK = 1 << 14
 
@@ -203,6 +212,18 @@ class FittedLaw:
         distance = np.where(off, np.inf, self._distance(conditions, slip))
         return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance, off)
 
+    def predict_at(
+        self,
+        max_hertz_pressure: Any,
+        entrainment_speed: Any,
+        inlet_temperature: Any,
+        slide_roll_ratio: Any,
+        level: float = 0.95,
+    ) -> Prediction:
+        """As the function `predict`, with this law."""
+        at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+        return predict(self.law, self.coefficients, *at, level=level)
+
     def on_line(self, conditions: FloatArray) -> FloatArray:
         """Conditions with those that the fit does not follow at their tested level or line.
 
@@ -295,13 +316,32 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     return FittedLaw.of(coefficients, oil, results.refits, results.fit_quality)
 
 
+def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
+    """Values of a condition or of the slide-roll ratio; quantities of pint are converted.
+
+    Args:
+        value: Numbers in the unit of the column `name`, or a quantity of pint.
+        name: Name of the column.
+
+    Raises:
+        OilfilmError: The quantity has a unit of something else.
+    """
+    unit = "dimensionless" if name == SLIP else QUANTITIES[name].unit
+    if hasattr(value, "magnitude") and hasattr(value, "to"):
+        try:
+            value = value.to(unit).magnitude
+        except Exception as error:
+            raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
+    return np.asarray(value, dtype=float)
+
+
 def predict(
     law: str | Law,
     coefficients: Coefficients | FloatArray,
-    max_hertz_pressure_gpa: npt.ArrayLike,
-    entrainment_speed_m_s: npt.ArrayLike,
-    inlet_temperature_c: npt.ArrayLike,
-    slide_roll_ratio: npt.ArrayLike,
+    max_hertz_pressure: Any,
+    entrainment_speed: Any,
+    inlet_temperature: Any,
+    slide_roll_ratio: Any,
     level: float = 0.95,
 ) -> Prediction:
     """Traction coefficient with its interval, and whether the point was ever tested.
@@ -310,9 +350,9 @@ def predict(
         law: A law of pressure, speed and temperature, or its name.
         coefficients: Of a fit (`read_fit(...).coefficients`), or bare constants in the law's
             order: these give mu without interval or box.
-        max_hertz_pressure_gpa: P, in GPa.
-        entrainment_speed_m_s: U, in m/s.
-        inlet_temperature_c: T, in degC. NaN for a condition that the fit does not follow asks for
+        max_hertz_pressure: P in GPa, or a quantity of pint, as the others.
+        entrainment_speed: U in m/s.
+        inlet_temperature: T in degC. NaN for a condition that the fit does not follow asks for
             its tested level.
         slide_roll_ratio: S. The four broadcast against each other.
         level: Of confidence.
@@ -342,9 +382,9 @@ def predict(
         )
     if not isinstance(coefficients, Coefficients):
         coefficients = Coefficients.bare(law, np.asarray(coefficients, dtype=float))
-    arrays = np.broadcast_arrays(
-        max_hertz_pressure_gpa, entrainment_speed_m_s, inlet_temperature_c, slide_roll_ratio
-    )
+    given = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+    names = (*CONDITIONS, SLIP)
+    arrays = np.broadcast_arrays(*map(in_unit, given, names))
     shape = arrays[0].shape
     *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
     prediction = FittedLaw(law, coefficients).predict(np.column_stack(conditions), slip, level)

@@ -66,7 +66,10 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     files = _Folder(folder)
     config = _config_file(folder)
     check_file(config, Config)
-    campaign = _campaign_file(files, overrides.get("campaign", config.values["campaign"]))
+    if "campaign" in overrides:
+        campaign = _campaign_file(files, overrides["campaign"], "campaign on the command line")
+    else:
+        campaign = _campaign_file(files, config.values["campaign"], folder / "config.yaml")
     check_file(campaign, CampaignFile)
     given = {name: value for name, value in overrides.items() if name != "campaign"}
     keys = _merged_keys(config, campaign, given)
@@ -154,8 +157,8 @@ def unresolve(settings: Settings) -> dict[str, str]:
     return {path: as_yaml(values) for path, values in {"config.yaml": config, **files}.items()}
 
 
-def _campaign_file(files: _Folder, given_name: object) -> YamlFile:
-    name = safe_name(given_name, files.own / "config.yaml")
+def _campaign_file(files: _Folder, given_name: object, named_at: object) -> YamlFile:
+    name = safe_name(given_name, named_at)
     path = files.file("campaigns", name)
     if not path.is_file():
         raise OilfilmError(

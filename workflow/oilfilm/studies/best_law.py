@@ -208,11 +208,11 @@ def jackknife_error(replicates: FloatArray) -> float:
     Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
 
     Examples:
-        Of a mean it is Student's: for 1, 2, 3, 4 it is t(3) s/sqrt(4) = 3.1824 * 1.2910/2
+        Of a mean it is Student's: for 1, 2, 3, 4 it is t(3) s/sqrt(4) = 3.18245 * 1.29099/2
 
         >>> values = np.array([1.0, 2.0, 3.0, 4.0])
         >>> print(f"{jackknife_error((values.sum() - values) / 3):.4f}")
-        2.0542
+        2.0543
     """
     count = len(replicates)
     variance = (count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)

@@ -141,7 +141,6 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         Column("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
         Column("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
         Column("verdict", "Verdict", is_verdict=True),
-        Column("determined", "Determined by these data?"),
     ]
     if rows["printed_value"].notna().any():
         columns.append(Column("printed_value", "Printed", unit=""))
