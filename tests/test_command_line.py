@@ -4,6 +4,7 @@ import argparse
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -101,3 +102,13 @@ def test_reader_that_stops_early_sees_no_traceback(arguments: list[str]) -> None
         process.stdout.close()
         assert "Traceback" not in (errors := process.stderr.read())
         assert "Broken pipe" not in errors
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--campaign", "june", "DIR", "a.csv"], ["DIR", "--campaign", "june", "a.csv"]],
+)
+def test_options_stand_before_or_between_files(arguments: list[str]) -> None:
+    options = parser().parse_args(["init", *arguments])
+    assert (options.folder, options.campaign) == (Path("DIR"), "june")
+    assert options.logs == [Path("a.csv")]

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,9 @@ def parser() -> argparse.ArgumentParser:
         metavar="SHELL",
         help="print a script that completes this command in bash, zsh, fish or tcsh, and stop",
     )
-    commands = top.add_subparsers(required=True, metavar="COMMAND", title="commands")
+    commands = top.add_subparsers(
+        required=True, metavar="COMMAND", title="commands", parser_class=_AnyOrder
+    )
     for add in (
         _add_init,
         _add_run,
@@ -52,6 +55,25 @@ def parser() -> argparse.ArgumentParser:
     ):
         add(commands)
     return top
+
+
+class _AnyOrder(argparse.ArgumentParser):
+    """Takes options before, between and after files: `init DIR --campaign june LOG`."""
+
+    _ordering = False
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        # what finds the order calls this method for options and files in turn
+        takes_the_rest = any(action.nargs == argparse.REMAINDER for action in self._actions)
+        if self._ordering or takes_the_rest:
+            return super().parse_known_args(args, namespace)
+        self._ordering = True
+        try:
+            return self.parse_known_intermixed_args(args, namespace)
+        finally:
+            self._ordering = False
 
 
 class _Version(argparse.Action):
@@ -128,7 +150,9 @@ def _add_init(commands: Any) -> None:
         "they seem to hold is written into the settings. Lines marked FILL IN need you.",
     )
     command.add_argument("folder", type=Path, metavar="DIR", help="a new or empty folder")
-    command.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="logs, folders of logs")
+    command.add_argument(
+        "logs", nargs="*", type=Path, default=[], metavar="LOG", help="logs, folders of logs"
+    )
     command.add_argument(
         "--campaign", type=_campaign_name, help="name of the campaign (default: that of DIR)"
     )
