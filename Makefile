@@ -158,11 +158,16 @@ bench-ga: rivals ## a genetic algorithm, as the paper used one, beside our fit: 
 COMPILE = $(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
 	--generate-hashes --no-emit-index-url --python-version 3.11 --custom-compile-command "make lock"
 
+# All but slurm, which would slow down every start of Snakemake in the tests.
+EXTRAS = report workflow clone dev
+
 lock: ## renew the lock files after a change of pyproject.toml
 	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) dev)
 	$(COMPILE) --extra workflow --extra clone pyproject.toml --output-file requirements.lock
-	$(COMPILE) --all-extras --constraint requirements.lock pyproject.toml \
+	$(COMPILE) $(EXTRAS:%=--extra %) --constraint requirements.lock pyproject.toml \
 		--output-file requirements-dev.lock
+	$(COMPILE) --extra slurm --constraint requirements.lock pyproject.toml \
+		--output-file requirements-slurm.lock
 	$(COMPILE) --constraint requirements.lock benchmarks/rivals.in \
 		--output-file benchmarks/rivals.lock
 

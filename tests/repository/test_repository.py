@@ -15,6 +15,7 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+PROFILES = sorted((ROOT / "profiles").glob("*/config.yaml"))
 
 MACHINE_PATH = re.compile(
     r"(?<![\w.~-])/(?:home|Users|root|work|opt|tmp|private|mnt)/\w|\b[A-Z]:\\Users"
@@ -118,6 +119,17 @@ def test_nothing_is_cached_but_downloads_that_the_lock_checks(path: Path):
         assert given.get("cache", "pip") == "pip"
         lock = "requirements-dev.lock"
         assert given.get("cache-dependency-path", lock) == lock
+
+
+@pytest.mark.parametrize("path", PROFILES, ids=lambda path: path.parent.name)
+def test_profiles_name_steps_of_the_workflow_and_agree_on_how_a_run_goes(path: Path):
+    smk = "".join(path.read_text("utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))
+    steps = set(re.findall(r"(?m)^ *(?:rule|checkpoint) (\w+):$", smk))
+    profile, default = workflow(path), workflow(ROOT / "profiles/default/config.yaml")
+    grouped = {pair.partition("=")[0] for pair in profile.get("groups", [])}
+    assert grouped | set(profile.get("set-resources", {})) <= steps
+    shared = default.keys() - {"cores"}
+    assert {key: profile[key] for key in shared} == {key: default[key] for key in shared}
 
 
 def test_actions_are_pinned_by_commit_with_their_version_beside():

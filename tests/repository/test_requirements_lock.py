@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 PYPROJECT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 RUN_LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
 LOCK = (ROOT / "requirements-dev.lock").read_text(encoding="utf-8")
+SLURM_LOCK = (ROOT / "requirements-slurm.lock").read_text(encoding="utf-8")
 EVERY_EXTRA = ("report", "workflow", "clone", "dev")
 
 Pins = dict[str, list[Requirement]]
@@ -118,7 +119,19 @@ def test_packages_that_run_are_the_same_in_both_locks():
 
 def test_extras_of_the_project_are_all_checked():
     project = tomllib.loads(PYPROJECT)["project"]
-    assert set(project["optional-dependencies"]) == set(EVERY_EXTRA)
+    assert set(project["optional-dependencies"]) == {*EVERY_EXTRA, "slurm"}
+
+
+def test_lock_of_the_cluster_has_the_plugin_and_changes_no_package_that_runs():
+    cluster, running = pins(SLURM_LOCK), pins(RUN_LOCK)
+    plugin = "snakemake-executor-plugin-slurm"
+    (asked,) = (each for each in wanted(PYPROJECT, ["slurm"]) if each.name == plugin)
+    (pin,) = cluster[plugin]
+    assert asked.specifier.contains(version(pin)), "run `make lock`"
+    assert plugin not in pins(LOCK), "it slows down every test that runs snakemake"
+    shared = cluster.keys() & running.keys()
+    assert "snakemake" in shared
+    assert {name: cluster[name] for name in shared} == {name: running[name] for name in shared}
 
 
 @pytest.mark.parametrize(

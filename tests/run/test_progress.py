@@ -106,6 +106,36 @@ def test_failed_step_is_named_with_its_log(monkeypatch: pytest.MonkeyPatch) -> N
     assert "Missing input files for rule fit" in text
 
 
+def test_failed_job_of_a_cluster_says_why_and_that_it_is_tried_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stream = io.StringIO()
+    to = handler(monkeypatch, stream)
+    start(to, 7, "fit", oil="4102")
+    send(to, "Job 7 has been submitted with SLURM jobid 31 (log: slurm/31.log).")
+    log, why = ["results/june/logs/fit-4102.log", "slurm/31.log"], "status is: 'OUT_OF_MEMORY'"
+    error = {"event": LogEvent.JOB_ERROR, "level": 40, "indent": False, "rule_msg": why}
+    send(to, **error, jobid=7, rule_name="fit", log=log)
+    send(to, "Trying to restart job 7.")
+    lines = [line.partition("] ")[2] for line in stream.getvalue().splitlines()]
+    assert lines == [f"FAILED: fit 4102 ({why}); its log: {', '.join(log)}", "It is tried again."]
+
+
+def test_failed_group_is_named_once_with_the_log_that_has_the_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stream = io.StringIO()
+    to = handler(monkeypatch, stream)
+    jobs = [{"rule_name": rule, "indent": True, "jobid": 1, "log": []} for rule in "abb"]
+    group = {"groupid": "share", "aux_logs": ["slurm/5.log"], "job_error_info": jobs}
+    send(to, "Error in group share", 40, event=LogEvent.GROUP_ERROR, **group)
+    for job in jobs:
+        send(to, "Error in rule", 40, event=LogEvent.JOB_ERROR, **job)
+    text = stream.getvalue()
+    assert "FAILED: one of a, b (group share); the log of all: slurm/5.log" in text
+    assert text.count("\n") == 1
+
+
 def test_what_is_not_said_at_every_run_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = io.StringIO()
     to = handler(monkeypatch, stream)

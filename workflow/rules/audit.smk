@@ -8,6 +8,7 @@ rule audit:
         **finished("claims", "selection"),
     log:
         "<logs>/audit.log",
+    localrule: True
     params:
         code=code("audit.py"),
         config=part(

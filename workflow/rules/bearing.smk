@@ -10,6 +10,7 @@ if TORQUE_SIMULATED:
             listing="<results>/twin/torque_logs.sha256",
         log:
             "<logs>/torque-twin.log",
+        localrule: True
         params:
             code=code("torque_twin.py"),
             config=part(
@@ -79,6 +80,7 @@ rule torque_control:
         torque_control="<tables>/torque_control.parquet",
     log:
         "<logs>/torque-control.log",
+    localrule: True
     params:
         code=code("torque_control.py"),
         config=part("audit", campaign=("oils", "twin")),
@@ -117,6 +119,7 @@ rule heat_balance:
         heat_balance="<tables>/heat_balance.parquet",
     log:
         "<logs>/heat-balance.log",
+    localrule: True
     params:
         code=code("heat_balance.py"),
         config=part(
@@ -134,6 +137,7 @@ rule test_plan:
         test_plan="<tables>/test_plan.parquet",
     log:
         "<logs>/test-plan.log",
+    localrule: True
     params:
         code=code("test_plan.py"),
         config=part(

@@ -35,6 +35,7 @@ rule comparisons:
         **finished(*COMPARE_TABLES),
     log:
         "<logs>/comparisons.log",
+    localrule: True
     params:
         code=code("fits.py"),
         config=part(),
@@ -57,6 +58,7 @@ rule law_verdicts:
         **finished("law_verdicts", "lack_of_fit"),
     log:
         "<logs>/law-verdicts.log",
+    localrule: True
     params:
         code=code("law_verdicts.py"),
         config=part("gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")),

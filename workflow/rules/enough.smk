@@ -20,6 +20,7 @@ rule enough:
         "<tables>/accepted_runs.txt",
     log:
         "<logs>/enough.log",
+    localrule: True
     params:
         code=code("enough.py"),
         config=part(campaign=("min_accepted_runs", "min_accepted_share", "torque")),

@@ -7,6 +7,7 @@ rule exports:
         folder=directory("<results>/exports"),
     log:
         "<logs>/exports.log",
+    localrule: True
     params:
         code=code("exports.py"),
         config=part("fit", "exports", "printed", campaign=("credit", "description")),

@@ -9,6 +9,7 @@ if SIMULATED:
             **finished(*EXTRAPOLATION_TABLES),
         log:
             "<logs>/extrapolation.log",
+        localrule: True
         params:
             code=code("extrapolation.py"),
             config=part("oils", "rigs", "same_set_point"),

@@ -11,6 +11,7 @@ for family, of_family in families(CAMPAIGN.figures).items():
             **files_of_figures(of_family),
         log:
             f"<logs>/{family}-figures.log",
+        localrule: True
         params:
             code=code("figures.py", *(figure.source for figure in of_family)),
             config=settings_of_figures(of_family),

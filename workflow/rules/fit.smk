@@ -33,6 +33,7 @@ rule fits:
         **finished(*FIT_TABLES),
     log:
         "<logs>/fits.log",
+    localrule: True
     params:
         code=code("fits.py"),
         config=part(),
@@ -48,6 +49,7 @@ rule certified:
         "<tables>/certificates.txt",
     log:
         "<logs>/certified.log",
+    localrule: True
     params:
         code=code("certified.py"),
         config=part("fit"),

@@ -10,6 +10,7 @@ if SIMULATED:
             listing="<results>/twin/logs.sha256",
         log:
             "<logs>/twin.log",
+        localrule: True
         params:
             code=code("twin.py"),
             config=part("seed", *TRUTH, campaign=("oils", "matrix", "twin")),
@@ -24,6 +25,7 @@ if SIMULATED:
             truth_grid="<results>/twin/truth_grid.parquet",
         log:
             "<logs>/truth.log",
+        localrule: True
         params:
             code=code("truth.py"),
             config=part("extrapolation", *TRUTH, campaign=("oils", "twin")),

@@ -25,6 +25,7 @@ rule metadata:
         package="<tables>/datapackage.json",
     log:
         "<logs>/metadata.log",
+    localrule: True
     params:
         code=code("metadata.py"),
         config=part("dataset", campaign=("description",)),
@@ -45,6 +46,7 @@ rule captions:
         ),
     log:
         "<logs>/captions.log",
+    localrule: True
     params:
         code=code("captions.py"),
         config=part(campaign=("description", *ORIGIN)),

@@ -7,6 +7,7 @@ rule printed:
         **finished("printed_judged"),
     log:
         "<logs>/printed.log",
+    localrule: True
     params:
         code=code("printed.py"),
         oils=OILS,
@@ -24,6 +25,7 @@ rule signs:
         **finished("signs", "sign_verdicts"),
     log:
         "<logs>/signs.log",
+    localrule: True
     params:
         code=code("signs.py"),
         oils=OILS,

@@ -6,6 +6,7 @@ rule coverage:
         **finished("coverage", "gate_counts"),
     log:
         "<logs>/coverage.log",
+    localrule: True
     params:
         code=code("coverage.py"),
         config=part("rigs", "oils", "same_set_point", campaign=("rigs", "matrix")),

@@ -6,6 +6,7 @@ rule release:
         rules.metadata.input.tables,
     log:
         "<logs>/release.log",
+    localrule: True
     params:
         code=code("release.py"),
         tree=TREE,

@@ -35,6 +35,7 @@ rule report:
         page="<results>/report.html",
     log:
         "<logs>/report.log",
+    localrule: True
     params:
         code=code("report.py"),
         # no digest of Python's modules covers these

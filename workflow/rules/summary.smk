@@ -29,6 +29,7 @@ rule summary:
         "<results>/summary.txt",
     log:
         "<logs>/summary.log",
+    localrule: True
     params:
         code=code("summary.py"),
         config=part(

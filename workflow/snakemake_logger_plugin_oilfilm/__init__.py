@@ -41,10 +41,13 @@ _USUAL = (
     "Updating checkpoint dependencies",
     "DAG of jobs will be updated",
     "Removing output files of failed job",
-    "Trying to restart job",
     "Complete log(s):",
     "Elapsed time:",
+    "SLURM run ID:",
+    "Cleaning up SLURM log files",
 )
+_SUBMITTED = "has been submitted with SLURM jobid"
+_RETRY = "Trying to restart job"
 
 
 class Progress:
@@ -122,6 +125,7 @@ class LogHandler(LogHandlerBase):
             LogEvent.JOB_FINISHED: self._finish,
             LogEvent.PROGRESS: self._count,
             LogEvent.JOB_ERROR: self._fail,
+            LogEvent.GROUP_ERROR: self._fail_group,
         }
         if self.as_usual:
             self.plain.emit(record)
@@ -132,7 +136,13 @@ class LogHandler(LogHandlerBase):
             if "CalledProcessError in file" not in record.getMessage():
                 self._erase()
                 self.plain.emit(record)
-        elif event is None and not (text := record.getMessage().strip()).startswith(_USUAL):
+        elif event is None:
+            self._say(record.getMessage().strip())
+
+    def _say(self, text: str) -> None:
+        if text.startswith(_RETRY):
+            self._write("It is tried again.")
+        elif not text.startswith(_USUAL) and _SUBMITTED not in text:
             self._erase()
             print(text, file=self.stream, flush=True)
 
@@ -159,7 +169,15 @@ class LogHandler(LogHandlerBase):
 
     def _fail(self, record: Any) -> None:
         label = self.progress.active.pop(record.jobid, record.rule_name)
-        self._write(f"FAILED: {label}; its log: {', '.join(record.log) or 'none'}")
+        if getattr(record, "indent", False):
+            return  # a member of a group, which is named as a whole
+        reason = f" ({message})" if (message := getattr(record, "rule_msg", None)) else ""
+        self._write(f"FAILED: {label}{reason}; its log: {', '.join(record.log) or 'none'}")
+
+    def _fail_group(self, record: Any) -> None:
+        rules = ", ".join(dict.fromkeys(job["rule_name"] for job in record.job_error_info))
+        logs = ", ".join(record.aux_logs) or "none"
+        self._write(f"FAILED: one of {rules} (group {record.groupid}); the log of all: {logs}")
 
     def _write(self, text: str) -> None:
         self._erase()
