@@ -114,7 +114,8 @@ def test_failed_job_of_a_cluster_says_why_and_that_it_is_tried_again(
     start(to, 7, "fit", oil="4102")
     send(to, "Job 7 has been submitted with SLURM jobid 31 (log: slurm/31.log).")
     log, why = ["results/june/logs/fit-4102.log", "slurm/31.log"], "status is: 'OUT_OF_MEMORY'"
-    error = {"event": LogEvent.JOB_ERROR, "level": 40, "indent": False, "rule_msg": why}
+    told = f"{why}For further error details see the log files."
+    error = {"event": LogEvent.JOB_ERROR, "level": 40, "indent": False, "rule_msg": told}
     send(to, **error, jobid=7, rule_name="fit", log=log)
     send(to, "Trying to restart job 7.")
     lines = [line.partition("] ")[2] for line in stream.getvalue().splitlines()]

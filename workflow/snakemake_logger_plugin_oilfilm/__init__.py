@@ -47,6 +47,8 @@ _USUAL = (
     "Cleaning up SLURM log files",
 )
 _SUBMITTED = "has been submitted with SLURM jobid"
+# to the logs, which the same line names
+_POINTER = "For further error details"
 _RETRY = "Trying to restart job"
 
 
@@ -171,7 +173,8 @@ class LogHandler(LogHandlerBase):
         label = self.progress.active.pop(record.jobid, record.rule_name)
         if getattr(record, "indent", False):
             return  # a member of a group, which is named as a whole
-        reason = f" ({message})" if (message := getattr(record, "rule_msg", None)) else ""
+        message = (getattr(record, "rule_msg", None) or "").partition(_POINTER)[0]
+        reason = f" ({message})" if message else ""
         self._write(f"FAILED: {label}{reason}; its log: {', '.join(record.log) or 'none'}")
 
     def _fail_group(self, record: Any) -> None:
