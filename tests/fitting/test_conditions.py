@@ -18,7 +18,7 @@ from oilfilm.fitting.conditions import (
     to_text,
 )
 from oilfilm.fitting.fit import OilFit, fit_oil
-from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fitting.fitted import FittedLaw, predict
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction.law import CONDITIONS
@@ -79,6 +79,31 @@ def test_corner_of_the_box_away_from_the_line_is_refused(
         prediction(heated, "4102", at)
     del at["inlet_temperature_c"]
     assert "in step with" in prediction(heated, "4102", at).fixed[0]
+
+
+@pytest.mark.parametrize(
+    ("speed", "temperature", "listed"),
+    [
+        (90.0, 70.0, {"entrainment_speed_m_s"}),
+        (30.0, 120.0, {"inlet_temperature_c"}),
+        (90.0, 120.0, {"entrainment_speed_m_s", "inlet_temperature_c"}),
+    ],
+)
+def test_refusal_lists_the_conditions_away_from_the_tested_ones_and_no_others(
+    quick: FitSettings, speed: float, temperature: float, listed: set[str]
+) -> None:
+    law = fitted(
+        fit_oil(
+            make_points("4102", [(p, 30.0, 70.0) for p in PRESSURES], 1e-6), "4102", quick, SEED
+        )
+    )
+    at = dict(zip((*CONDITIONS, "slide_roll_ratio"), (1.2, speed, temperature, 0.05), strict=True))
+    with pytest.raises(OilfilmError) as refusal:
+        prediction(law, "4102", at)
+    assert {name for name in CONDITIONS if f"{name} was tested" in str(refusal.value)} == listed
+    said = "; ".join(f"{name} was tested at .* only .*" for name in CONDITIONS if name in listed)
+    with pytest.warns(UserWarning, match=f"NaN at 1 of 1 points: {said}$"):
+        predict("deng2026", law.coefficients, *at.values())
 
 
 def test_exponents_along_a_line_are_not_those_of_one_condition(quick: FitSettings) -> None:

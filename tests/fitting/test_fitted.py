@@ -131,6 +131,14 @@ def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> Non
     assert np.isnan(result.traction_coefficient[1])
     assert list(result.outside) == [False, True]
     assert np.isinf(result.distance[1])
+    assert [each.condition for each in law.away_from(np.array([[1.25, 30.0, 90.0]]))] == [
+        "inlet_temperature_c"
+    ]
+    said = r"NaN at 1 of 2 points: inlet_temperature_c was tested at 70 degC only"
+    with pytest.warns(UserWarning, match=said):
+        predict("deng2026", law.coefficients, 1.25, 30.0, [70.0, 90.0], 0.1)
+    # what is on the level, or asks for it, is no reason to warn
+    predict("deng2026", law.coefficients, 1.25, 30.0, [70.0, np.nan], 0.1)
 
 
 def test_nothing_fitted_gives_nothing(config: Settings) -> None:
@@ -142,6 +150,8 @@ def test_nothing_fitted_gives_nothing(config: Settings) -> None:
     assert np.isnan(
         [result.traction_coefficient, result.lower, result.upper, result.distance]
     ).all()
+    with pytest.warns(UserWarning, match="nothing could be fitted"):
+        predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.1)
 
 
 def test_unknown_law_and_impossible_conditions_are_told() -> None:

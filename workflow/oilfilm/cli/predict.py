@@ -112,15 +112,16 @@ def prediction(
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
     line = dict(zip(fit.law.conditions, fit.on_line(conditions)[0].tolist(), strict=True))
-    where = [
-        each.sentence() + ("" if np.isnan(line[name]) else f"; here that is {line[name]:.4g}")
+    where = {
+        each: each.sentence() + ("" if np.isnan(line[name]) else f"; here that is {line[name]:.4g}")
         for name, each in fixed.items()
-    ]
-    if predicted.away[0]:
-        unknown = any(each.level is None for each in fixed.values())
+    }
+    if away := fit.away_from(conditions):
+        unknown = any(each.level is None for each in away)
         advice = "Ask for a point on it, or leave the option out to be given the tested value."
         raise OilfilmError(
-            f"{oil}: mu is not known there: {'; '.join(where)}." + ("" if unknown else f" {advice}")
+            f"{oil}: mu is not known there: {'; '.join(where[each] for each in away)}."
+            + ("" if unknown else f" {advice}")
         )
     at = {**line, "slide_roll_ratio": at["slide_roll_ratio"]}
     mu, lower, upper = (
@@ -137,7 +138,7 @@ def prediction(
         traction_coefficient=mu,
         lower=lower,
         upper=upper,
-        fixed=where,
+        fixed=[*where.values()],
         outside=list(_outside(fit, at)),
         tested_ranges_outside=_known(predicted.distance[0]),
         no_interval=_no_interval(fit) if lower is None else "",

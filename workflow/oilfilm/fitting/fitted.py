@@ -1,5 +1,6 @@
 """A fitted law, read back from its tables: traction at any condition, with its interval."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -189,7 +190,8 @@ class FittedLaw:
             level: Of confidence.
         """
         root = self.coefficients.root(self.law)
-        off = self._away(conditions)
+        none = np.zeros(len(conditions), dtype=bool)
+        off = np.any([none, *self.away_from(conditions).values()], axis=0)
         conditions = self.on_line(conditions)
         unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
         lost = off | unknown.any(axis=1)
@@ -247,11 +249,16 @@ class FittedLaw:
         box = self.coefficients.box
         return box + within * np.maximum(np.abs(box), least) * [-1.0, 1.0]
 
-    def _away(self, conditions: FloatArray) -> npt.NDArray[np.bool_]:
+    def away_from(self, conditions: FloatArray) -> dict[FixedCondition, npt.NDArray[np.bool_]]:
+        """The conditions that rows ask for away from where they were tested, and which rows do.
+
+        Args:
+            conditions: Rows of the law's conditions.
+        """
         levels, coefficients = self._by_name(conditions), self.coefficients
         fixed = () if np.isnan(coefficients.constants).any() else coefficients.fixed
-        off = [away(condition, levels) for condition in fixed]
-        return np.asarray(np.any([np.zeros(len(conditions), dtype=bool), *off], axis=0))
+        rows = {condition: away(condition, levels) for condition in fixed}
+        return {condition: off for condition, off in rows.items() if off.any()}
 
     def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
         return dict(zip(self.law.conditions, conditions.T, strict=True))
@@ -360,6 +367,9 @@ def predict(
     Returns:
         Arrays of the broadcast shape.
 
+    Warns:
+        UserWarning: mu is NaN at some points because it is not known there; it says why.
+
     Raises:
         OilfilmError: There is no such law, or it is one of load; `FittedLaw.predict` takes those.
         ValueError: A condition is not above zero, where power laws have no value.
@@ -387,5 +397,16 @@ def predict(
     arrays = np.broadcast_arrays(*map(in_unit, given, names))
     shape = arrays[0].shape
     *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
-    prediction = FittedLaw(law, coefficients).predict(np.column_stack(conditions), slip, level)
+    fit, rows = FittedLaw(law, coefficients), np.column_stack(conditions)
+    prediction = fit.predict(rows, slip, level)
+    if why := _why_unknown(fit, rows):
+        lost = int(np.isnan(prediction.traction_coefficient).sum())
+        warnings.warn(f"mu is NaN at {lost} of {len(slip)} points: {why}", stacklevel=2)
     return Prediction(**{name: array.reshape(shape) for name, array in vars(prediction).items()})
+
+
+def _why_unknown(fit: FittedLaw, conditions: FloatArray) -> str:
+    """Why mu is not known at some rows of conditions; empty where it is, or where they are NaN."""
+    if np.isnan(fit.coefficients.constants).any():
+        return "nothing could be fitted"
+    return "; ".join(condition.sentence() for condition in fit.away_from(conditions))
