@@ -346,7 +346,7 @@ def test_rows_and_logs_without_each_other_are_named() -> None:
     remarks = found.quarantine.set_index("rule")
     assert remarks["file"].unique().tolist() == ["runs.csv"]
     unmatched = remarks.at["sheet_row_unmatched", "reason"]
-    assert unmatched == "row 2: 'a.cvs' matches no log; the nearest name is 'a.csv'"
+    assert unmatched == "row 2: 'a.cvs' matches no log; did you mean 'a.csv'?"
     unlisted = remarks.at["logs_not_in_sheet", "reason"]
     assert unlisted == "no row for 1 of 2 logs: a.csv"
     assert found.runs["run_id"].tolist() == ["a.csv", "b.csv"]
@@ -464,7 +464,15 @@ def test_check_uses_the_sheet_beside_the_logs(
     assert "has no row" not in output
     (raw / "june/b.csv").write_bytes(BARE)
     main(["check", str(raw / "june/b.csv"), *where])
-    assert "b.csv: the run sheet has no row for this log" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "b.csv: the run sheet has no row for this log" in said
+    assert "did you mean" not in said
+    # a slip of the pen, other capitals, another folder's stroke
+    for cell in ("bb.csv", "B.CVS", "june\\B.csv.txt"):
+        (raw / "runs.csv").write_text(f"{HEAD}a.csv,4102,{SET_POINTS}\n{cell},4102,{SET_POINTS}\n")
+        main(["check", str(raw / "june/b.csv"), *where])
+        said = " ".join(capsys.readouterr().out.split())
+        assert f"no row for this log; did you mean this log in row 3: {cell!r}?" in said
     (raw / "runs.csv").write_text("file,exclude\na.csv,pump failed\n")
     assert main(["check", str(raw / "june/a.csv"), *where]) == 1
     assert "excluded: runs.csv excludes it: pump failed" in capsys.readouterr().out

@@ -52,9 +52,10 @@ def report(logs: Sequence[CheckedLog]) -> str:
 
 def _verdict(log: CheckedLog) -> Iterator[str]:
     """The verdict on each run, with the reason and the advice right below it."""
-    if log.run_sheet_rows == 0:
-        yield f"{printable(log.file)}: the run sheet has no row for this log"
-        yield from _wrapped("-> Only its header counts. Correct the name in the sheet.", "    ")
+    if log.without_row:
+        problem, advice = log.without_row
+        yield printable(f"{log.file}: {problem}")
+        yield from _wrapped(f"-> {advice}", "    ")
     if not log.runs:
         yield f"{printable(log.file)}: {log.verdict.upper()}"
     accepted = [run for run in log.runs if run.verdict == "accepted"]

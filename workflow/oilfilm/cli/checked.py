@@ -156,8 +156,23 @@ class CheckedLog(Group):
     run_sheet_rows: int | None = key(
         "Rows of the run sheet about the log; null where its folder has no run sheet."
     )
+    run_sheet_near: str = key(
+        "Row of the run sheet that matches no log and resembles the name of a log without a row; "
+        "empty where there is none."
+    )
     refusals: list[Refused] = key("What was refused.")
     runs: list[CheckedRun] = key("Runs of the log.")
+
+    @property
+    def without_row(self) -> tuple[str, str] | None:
+        """What is wrong where the run sheet has no row for the log, and what to do."""
+        if self.run_sheet_rows != 0:
+            return None
+        near = f"; did you mean this log in {self.run_sheet_near}?" if self.run_sheet_near else ""
+        return (
+            f"the run sheet has no row for this log{near}",
+            "Only its header counts. Correct the name in the sheet.",
+        )
 
 
 def checked_logs(
@@ -186,6 +201,7 @@ def checked_logs(
             rows=log.rows,
             refused_rows=int(refused["refused_rows"].sum()),
             run_sheet_rows=len(sheet.rows[log.file]) if log.file in sheet.rows else None,
+            run_sheet_near=sheet.near.get(log.file, ""),
             refusals=[_refused(row) for row in tables.rows(refused)],
             runs=[_checked_run(row, log, curated, settings, kind) for row in tables.rows(runs)],
         )

@@ -265,11 +265,6 @@ def _problems(checked: CheckedLog) -> Iterator[Problem]:
         part = run_id.removeprefix(checked.file).strip(":")
         return f"{part}: " if several and part else ""
 
-    if checked.run_sheet_rows == 0:
-        advice = "Only its header counts. Correct the name in the sheet."
-        sheet = [Problem("the run sheet has no row for this log", advice)]
-    else:
-        sheet = []
     for refused in checked.refusals:
         found = f"{about(refused.run_id)}{refused.rule}: {refused.reason}"
         yield Problem(found, refused.advice)
@@ -281,7 +276,8 @@ def _problems(checked: CheckedLog) -> Iterator[Problem]:
             if (run.run_id, gate.gate) not in explained:
                 found = f"{gate.gate}: {gate.plateaus} plateaus, first at row {gate.first_row}"
                 yield Problem(f"{about(run.run_id)}{found}", gate.advice)
-    yield from sheet
+    if checked.without_row:
+        yield Problem(*checked.without_row)
 
 
 def _run(run: CheckedRun, log: str) -> dict[str, Any]:

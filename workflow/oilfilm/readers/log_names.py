@@ -45,8 +45,9 @@ class LogNames:
 
     def nearest(self, cell: str) -> str | None:
         """The log whose name resembles a cell most."""
-        lasts = {last: file for file, last in self._last.items()}
-        near = difflib.get_close_matches(PurePosixPath(cell).name, lasts, 1)
+        lasts = {_unpacked(last).casefold(): file for file, last in self._last.items()}
+        name = PurePosixPath(_plain(cell).replace("\\", "/")).name
+        near = difflib.get_close_matches(_unpacked(name).casefold(), lasts, 1)
         return lasts[near[0]] if near else None
 
 

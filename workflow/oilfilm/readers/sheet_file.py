@@ -118,6 +118,7 @@ def read_run_sheet(
     sheet.stop()
     matched: dict[str, list[SheetRow]] = {}
     remarks: list[Refusal] = []
+    near: dict[str, str] = {}
     strays = 0
     logs = LogNames(files)
     for row_number, row in rows:
@@ -131,14 +132,18 @@ def read_run_sheet(
             matched.setdefault(file, []).append(row)
         strays += not found
         if not found and strays <= _LISTED:
-            remarks.append(_unmatched(row_number, row.file, logs))
+            nearest = logs.nearest(row.file)
+            remarks.append(_unmatched(row_number, row.file, nearest))
+            near |= {nearest: f"row {row_number}: {row.file!r}"} if nearest else {}
     sheet.stop()
     if strays > _LISTED:
         reason = f"{strays - _LISTED} more rows match no log"
         remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
     if rows and len(matched) < len(files):
         remarks.append(_unlisted([file for file in files if file not in matched], files))
-    return RunSheet(path.name, {file: tuple(of) for file, of in matched.items()}, tuple(remarks))
+    near = {file: row for file, row in near.items() if file not in matched}
+    rows_of = {file: tuple(of) for file, of in matched.items()}
+    return RunSheet(path.name, rows_of, tuple(remarks), near)
 
 
 def is_run_sheet(path: Path, raw: Path) -> bool:
@@ -161,6 +166,7 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
     """
     sheets: dict[str, RunSheet] = {}
     rows: dict[str, tuple[SheetRow, ...]] = {}
+    near: dict[str, str] = {}
     name, inside = "", raw.resolve()
     for path in paths:
         real = path.resolve()
@@ -172,8 +178,10 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
         sheet = sheets[top]
         if sheet.name:
             name = sheet.name
-            rows[str(path)] = sheet.rows.get("/".join(below), ())
-    return RunSheet(name, rows)
+            file = "/".join(below)
+            rows[str(path)] = sheet.rows.get(file, ())
+            near |= {str(path): sheet.near[file]} if file in sheet.near else {}
+    return RunSheet(name, rows, near=near)
 
 
 def _sheet_of(folder: Path, settings: Settings, kind: LogKind) -> RunSheet:
@@ -387,9 +395,8 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     return (value if set_point(column.key, value) is not None else None), expected
 
 
-def _unmatched(row: int, cell: str, logs: LogNames) -> Refusal:
-    near = logs.nearest(cell)
-    hint = f"; the nearest name is {near!r}" if near else ""
+def _unmatched(row: int, cell: str, nearest: str | None) -> Refusal:
+    hint = f"; did you mean {nearest!r}?" if nearest else ""
     reason = printable(f"row {row}: {cell!r} matches no log{hint}")
     return Refusal(UNMATCHED, reason, UNMATCHED_ADVICE)
 
