@@ -1,5 +1,6 @@
 """From one run's signals to its plateaus: zero, means, standard errors, changes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,10 +49,16 @@ def measure(
         return Measured(_readings(signals, kind), signals)
     curation, limits = settings.curation, kind.limits(settings)
     spike = curation.spikes.threshold
-    signals = kind.usable(signals)
+    logged, signals = signals, kind.usable(signals, settings)
     division = kind.divide(signals, rig, settings)
-    usable, missing = _usable_phases(signals, division, kind, settings)
-    starts, stops = _without(division, usable, signals, curation.plateaus.min_duration_s)
+    phases, resting = division.rest, signals
+    still = kind.standstill(logged, settings)
+    at_standstill = kind.zero_at_standstill(rig, settings)
+    if at_standstill:
+        phases, resting = still, logged
+    usable, missing = _usable_phases(resting, phases, kind, settings, at_standstill)
+    served = [] if at_standstill else usable
+    starts, stops = _without(division, served, signals, curation.plateaus.min_duration_s)
     averages = average(signals, starts, stops, kind, spike, curation.plateaus.transient_share)
     averages["duration_s"] = (stops - starts) * signals.interval_s
     flaw: tuple[str, Finding] | None = None
@@ -59,7 +66,7 @@ def measure(
         output = output_se = nothing(len(starts))
         flaw = "zero_missing", missing
     else:
-        zero = zero_reference(signals, kind.sensor.column, division.rest, spike)
+        zero = zero_reference(resting, kind.sensor.column, phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
         if abs(zero.drift) > limits.zero_drift_max:
             sensor, unit = kind.sensor.name, kind.sensor.unit
@@ -69,7 +76,36 @@ def measure(
             )
             flaw = "zero_drift", Finding(sentence)
     plateaus = kind.derive(averages, output, output_se)
+    if not at_standstill:
+        rest = {name: resting.at(part) for name, part in phases.items()}
+        flaw = flaw or kind.zero_fault(rest, plateaus, rig, settings)
+        flaw = _by_standstill(flaw, logged, still, kind, rig, settings)
     return Measured(plateaus, signals.at(division.working), flaw, division.too_short)
+
+
+def _by_standstill(
+    flaw: tuple[str, Finding] | None,
+    logged: Signals,
+    still: Mapping[str, slice],
+    kind: RigKind,
+    rig: str,
+    settings: Settings,
+) -> tuple[str, Finding] | None:
+    """What is wrong with the zero, with what the readings at standstill say of it."""
+    least_s = kind.limits(settings).zero_min_duration_s
+    spike = settings.curation.spikes.threshold
+    zeros = {
+        name: zero_reference(logged, kind.sensor.column, {name: part}, spike)
+        for name, part in still.items()
+        if phase_too_short(logged, part, name, least_s) is None
+    }
+    if flaw is None:
+        return kind.standstill_fault(zeros, rig, settings)
+    rule, finding = flaw
+    if rule != "zero_missing":
+        return flaw
+    hint = kind.standstill_hint(zeros, rig, settings)
+    return rule, finding._replace(sentence=f"{finding.sentence}{hint}")
 
 
 def _readings(signals: Signals, kind: RigKind) -> Columns:
@@ -92,14 +128,20 @@ def _readings(signals: Signals, kind: RigKind) -> Columns:
 
 
 def _usable_phases(
-    signals: Signals, division: Division, kind: RigKind, settings: Settings
+    signals: Signals,
+    phases: Mapping[str, slice],
+    kind: RigKind,
+    settings: Settings,
+    at_standstill: bool,
 ) -> tuple[list[slice], Finding | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
     least_s = kind.limits(settings).zero_min_duration_s
+    rest = "standstill" if at_standstill else kind.words["rest"]
     usable: list[slice] = []
-    for name, part in division.rest.items():
-        problem = phase_too_short(signals, part, f"{name} phase of {kind.words['rest']}", least_s)
-        problem = problem or kind.phase_problem(signals, part, name, settings)
+    for name, part in phases.items():
+        problem = phase_too_short(signals, part, f"{name} phase of {rest}", least_s)
+        if not at_standstill:
+            problem = problem or kind.phase_problem(signals, part, name, settings)
         if problem is not None:
             return usable, problem
         usable.append(part)

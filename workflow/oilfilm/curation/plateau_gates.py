@@ -246,7 +246,10 @@ def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
 
 
 @gate(
-    *BOTH, advice="Look for a loose contact or a disturbance near the cable of the {sensor} sensor."
+    *BOTH,
+    advice="Look for a loose contact or a disturbance near the cable of the {sensor} sensor. Where "
+    "the spikes are at the beginning or end of the plateau, a ramp of the {level} or of the speeds "
+    "reaches into it: raise settle_s or guard_s of config.yaml.",
 )
 def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Too many readings of a plateau are spikes."""
@@ -324,8 +327,24 @@ def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
     mu = mu.where(slip >= limits.gates.slide_roll_ratio_min, mu.abs())
     return Judgement(
         (mu < least) | (mu > most),
-        f"the traction coefficient is {_span(mu, '.4f')}; expected {least:g} to {most:g}",
+        f"the traction coefficient is {_span(mu, '.4f')}; expected {least:g} to {most:g}"
+        f"{possible_load_units(points, limits)}",
     )
+
+
+def possible_load_units(points: pd.DataFrame, limits: TractionLimits) -> str:
+    """The units of the load that make usual traction coefficients of too large ones, as a hint."""
+    sizes = points["traction_coefficient"].abs()
+    sliding = points["slide_roll_ratio"].abs() > limits.gates.sign_slip_min
+    middle, largest = sizes[sliding].median(), sizes.max()
+    usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
+    scales = {unit: conversion(unit, ("N",)).scale for unit in _LOAD_UNITS}
+    units = [
+        f"{unit} (times {scale:.4g})"
+        for unit, scale in scales.items()
+        if largest > most and usual <= middle / scale and largest / scale <= most
+    ]
+    return f"; the load labelled N may be in {' or '.join(units)}" if units else ""
 
 
 def slip_is_held(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]":

@@ -10,6 +10,7 @@ import pandas as pd
 from oilfilm.curation.gate import BoolArray, Channel, Columns, Finding, Limits
 from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.signals import IndexArray, Signals
+from oilfilm.curation.zero import ZeroReference
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
@@ -86,7 +87,7 @@ class RigKind(Protocol):
         """The signals of one run of a rig, in the senses that the gates take them."""
         ...
 
-    def usable(self, signals: Signals) -> Signals:
+    def usable(self, signals: Signals, settings: Settings) -> Signals:
         """The samples from which plateaus can be made: all of them, where a rig has no reason."""
         return signals
 
@@ -99,6 +100,39 @@ class RigKind(Protocol):
     ) -> Finding | None:
         """Why a phase that is long enough gives no zero, if a rig has such a reason."""
         return None
+
+    def standstill(self, signals: Signals, settings: Settings) -> Mapping[str, slice]:
+        """Opening and closing standstill of all samples, where a rig's zero is taken elsewhere."""
+        return {}
+
+    def zero_at_standstill(self, rig: str, settings: Settings) -> bool:
+        """Whether the phases of `standstill` give the zero, and not those of `divide`."""
+        return False
+
+    def zero_fault(
+        self, rest: Mapping[str, Signals], plateaus: Columns, rig: str, settings: Settings
+    ) -> tuple[str, Finding] | None:
+        """Rule and finding where phases give a zero that the plateaus contradict.
+
+        Args:
+            rest: The phases that gave the zero.
+            plateaus: As derived with it.
+            rig: Name of the rig.
+            settings: Settings of the run.
+        """
+        return None
+
+    def standstill_fault(
+        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
+    ) -> tuple[str, Finding] | None:
+        """Rule and finding where the readings at standstill contradict the source of the zero."""
+        return None
+
+    def standstill_hint(
+        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
+    ) -> str:
+        """What to write so that the readings at standstill give the zero."""
+        return ""
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Plateaus with the zero removed and what follows from one plateau alone.

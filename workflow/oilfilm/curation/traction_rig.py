@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
+from oilfilm.curation import statistics
 from oilfilm.curation.calibration import with_calibration
 from oilfilm.curation.film_state import LEAST_LOAD_N, with_film
 from oilfilm.curation.gate import TRACTION as NAME
@@ -15,7 +16,10 @@ from oilfilm.curation.gate import Channel, Columns, Finding, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, traction_hypotheses
 from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, RigKind, nothing
+from oilfilm.curation.rolling import initial_slope
 from oilfilm.curation.signals import Signals
+from oilfilm.curation.standstill import phases_at_standstill, turns_steadily
+from oilfilm.curation.zero import ZeroReference
 from oilfilm.readers.log_kind import LogKind
 from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -23,10 +27,13 @@ from oilfilm.units import FloatArray
 
 # No rig that means to roll slides so much, and no sweep begins with a negative slip.
 _ABSURD_SLIP = 0.5
+# So many standard errors are no chance.
+_SURE = 5
 # Phases of pure rolling that a zero procedure needs.
 _PHASES = {
     "rolling_phases": ("opening", "closing"),
     "opening_phase": ("opening",),
+    "standstill": (),
     "already_removed": (),
 }
 _LOGGED = (
@@ -71,7 +78,10 @@ class TractionRig(RigKind):
         "campaign file's semantics (slide_roll_ratio, slower_body); logged_twice of config.yaml "
         "says how far they may differ.",
         "zero_missing": "Begin and end every run with a few seconds of pure rolling. Where it "
-        "did roll, check columns, units and signs of the speeds and the track radii of the rig.",
+        "did roll, check columns, units and signs of the speeds and the track radii of the rig. "
+        "Readings at standstill give the zero where the campaign file says so (semantics: zero).",
+        "zero_left": "Set semantics: zero of the campaign file to what gives the zero, as "
+        "standstill or rolling_phases, or find out what holds a force there.",
     }
     carried: tuple[str, ...] = (
         "oil",
@@ -105,9 +115,18 @@ class TractionRig(RigKind):
         }
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def usable(self, signals: Signals) -> Signals:
-        """The samples at which the rig turns; at the others S has no value."""
-        return signals.where(np.isfinite(signals["slide_roll_ratio"]))
+    def usable(self, signals: Signals, settings: Settings) -> Signals:
+        """The samples at which the rig turns, without ramps; at the others S has no value."""
+        turning = turns_steadily(signals, settings.curation)
+        return signals.where(np.isfinite(signals["slide_roll_ratio"]) & turning)
+
+    def standstill(self, signals: Signals, settings: Settings) -> Mapping[str, slice]:
+        """See `RigKind.standstill`."""
+        return phases_at_standstill(signals, settings.curation)
+
+    def zero_at_standstill(self, rig: str, settings: Settings) -> bool:
+        """As the campaign file says."""
+        return settings.campaign.semantics_for(rig).zero == "standstill"
 
     def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
@@ -138,6 +157,64 @@ class TractionRig(RigKind):
         return Finding(
             f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; expected pure rolling, "
             f"within {limit}{hint if wrong else ''}"
+        )
+
+    def zero_fault(
+        self, rest: Mapping[str, Signals], plateaus: Columns, rig: str, settings: Settings
+    ) -> tuple[str, Finding] | None:
+        """A phase taken for pure rolling that is part of the curve, or a force without slip."""
+        limits = settings.curation.zero_reference
+        if settings.campaign.semantics_for(rig).zero == "already_removed":
+            return _left_without_slip(plateaus, limits.max_drift_n)
+        slips, mu = plateaus["slide_roll_ratio"], plateaus["traction_coefficient"]
+        largest = float(np.nanmax(np.abs(mu), initial=0.0))
+        for name, phase in rest.items():
+            values = phase["slide_roll_ratio"][np.newaxis]
+            inside = np.ones(values.shape, dtype=bool)
+            slip = float(statistics.means(values, inside)[0])
+            if abs(slip) <= _SURE * float(statistics.standard_errors(values, inside)[0]):
+                continue
+            slope = initial_slope(slips, mu, slip)
+            swallowed = abs(slope * slip)
+            if swallowed > limits.max_traction_share * largest:
+                return "zero_missing", Finding(
+                    f"the {name} phase is no pure rolling: it runs at a slide-roll ratio of "
+                    f"{slip:.4f}, where by the run's own slope ({slope:.3g}) the traction "
+                    f"coefficient is {swallowed:.2g}, {swallowed / largest:.0%} of the run's "
+                    f"largest; allowed {limits.max_traction_share:.0%}"
+                )
+        return None
+
+    def standstill_fault(
+        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
+    ) -> tuple[str, Finding] | None:
+        """A force at standstill although the rig is said to have removed its zero."""
+        if settings.campaign.semantics_for(rig).zero != "already_removed":
+            return None
+        allowed_n = settings.curation.zero_reference.max_drift_n
+        for name, zero in still.items():
+            force_n, error_n = float(zero.output[0]), float(zero.output_se[0])
+            if abs(force_n) > allowed_n + _SURE * error_n:
+                return _left(force_n, f"in the {name} phase of standstill", allowed_n)
+        return None
+
+    def standstill_hint(
+        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
+    ) -> str:
+        """See `RigKind.standstill_hint`."""
+        if "opening" not in still:
+            return ""
+        when = {"opening": "before", "closing": "after"}
+        forces = " and ".join(
+            f"{zero.output[0]:.3g} N {when[name]} the run" for name, zero in still.items()
+        )
+        setting = "semantics: {zero: standstill}"
+        if rig in settings.campaign.semantics_of_rig:
+            setting = f"semantics_of_rig: {{{rig}: {{zero: standstill}}}}"
+        return (
+            f". The rig stands still, with a force of {forces}. Where no load is held sideways "
+            f"there, that is the zero: write `{setting}` into the campaign's file in "
+            "config/campaigns"
         )
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
@@ -198,6 +275,23 @@ class TractionRig(RigKind):
 
 
 TRACTION_RIG = TractionRig()
+
+
+def _left_without_slip(plateaus: Columns, allowed_n: float) -> tuple[str, Finding] | None:
+    """A force on plateaus whose slip is none within its error; see `_left`."""
+    rolling = np.abs(plateaus["slide_roll_ratio"]) <= _SURE * plateaus["slide_roll_ratio_se"]
+    force_n = plateaus["traction_force_n"]
+    error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
+    off = force_n[rolling & (np.abs(force_n) > allowed_n + _SURE * error_n)]
+    return _left(float(off[0]), "without slip", allowed_n) if len(off) else None
+
+
+def _left(force_n: float, where: str, allowed_n: float) -> tuple[str, Finding]:
+    """The refusal of a run whose zero its rig is said to have removed, and has not."""
+    return "zero_left", Finding(
+        f"the traction force is {force_n:.3g} N {where}, but semantics: zero is already_removed; "
+        f"allowed {allowed_n:g} N"
+    )
 
 
 def _asymmetry(averages: Columns) -> FloatArray:

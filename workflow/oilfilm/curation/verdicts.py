@@ -4,7 +4,11 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.curation.gate import Finding, Limits, TractionLimits
-from oilfilm.curation.plateau_gates import slip_is_held, surely_unphysical
+from oilfilm.curation.plateau_gates import (
+    possible_load_units,
+    slip_is_held,
+    surely_unphysical,
+)
 from oilfilm.curation.refusals import plateau_gates, refusal
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.readers.base import Refusal
@@ -86,13 +90,14 @@ def why_not_used(
         if failed[gate.name].all():
             return refusal(gate.name, Finding(gate.judge(points, limits).sentence), kind, run_id)
     unphysical = _unphysical(points, failed, limits)
-    if unphysical.any():
+    if unphysical.any() and isinstance(limits, TractionLimits):
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
         sentence = (
             f"on {unphysical.sum()} of the {len(points)} plateaus slip and load are as they should "
             "be, but the traction coefficient is impossible, as "
             f"{worst['traction_coefficient']:.4f} at a slide-roll ratio of "
             f"{worst['slide_roll_ratio']:.4f}, so that the others cannot be trusted"
+            f"{possible_load_units(points, limits)}"
         )
         rows = int(worst["first_row"]), int(worst["last_row"])
         return refusal("impossible_traction", Finding(sentence, *rows), kind, run_id)

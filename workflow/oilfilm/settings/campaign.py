@@ -175,7 +175,7 @@ class Semantics(Group):
         "surface speeds.",
         default="over_mean",
     )
-    zero: Literal["rolling_phases", "opening_phase", "already_removed"] = key(
+    zero: Literal["rolling_phases", "opening_phase", "standstill", "already_removed"] = key(
         "Source of the zero of the traction force.", default="rolling_phases"
     )
 

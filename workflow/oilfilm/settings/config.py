@@ -87,6 +87,15 @@ class ZeroReferenceSettings(Group):
     min_duration_s: DurationS = key("Shortest part of a rolling phase that gives a zero.")
     max_drift_n: float = key("Largest change of the zero during a run.", unit="N", gt=0, le=1e6)
     max_slide_roll_ratio: SlipChange = key("A phase with |S| below this is pure rolling.")
+    max_traction_share: Tolerance = key(
+        "Traction of a rolling phase, by the run's own slope, over the run's largest."
+    )
+    standstill_share: Tolerance = key(
+        "Surfaces slower than this share of the run's speed stand still."
+    )
+    ramp_tolerance: Tolerance = key(
+        "Relative change of the speed within a window beside a standstill that is no ramp."
+    )
 
 
 class PlateauSettings(Group):
