@@ -12,9 +12,10 @@ import pytest
 import yaml
 
 import formats
+import standstill
 from blind_lab.bench import Recording
 from blind_lab.dialects import NAMES, draw_dialect
-from campaigns import ETM
+from campaigns import ETM, ROOT
 from command_line import printed_objects
 from foreign_logs import (
     CONDITIONS,
@@ -25,8 +26,11 @@ from foreign_logs import (
     write_logs,
 )
 from oilfilm.cli import main
+from oilfilm.curation.curate import check_logs
 from oilfilm.errors import OilfilmError
 from oilfilm.project.folder import NewProject, make_project
+from oilfilm.readers.sheet_file import sheet_of_paths
+from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolve import resolve
 
 FILM = "film_unjudged: {accept: true, reason: thick by experience}"
@@ -157,18 +161,68 @@ def test_header_in_another_unit_goes_to_the_run_sheet(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changed", "semantics"),
     [
-        (lambda run: run, None),
+        (lambda run: run, {}),
         (reversed_force, {"traction_sign": -1}),
         (exchanged_bodies, {"slower_body": "disc"}),
     ],
 )
 def test_signs_are_those_of_the_rig(
-    tmp_path: Path, changed: Callable[[Recording], Recording], semantics: dict[str, Any] | None
+    tmp_path: Path, changed: Callable[[Recording], Recording], semantics: dict[str, Any]
 ) -> None:
     bench, runs = bench_and_runs()
     logs = write_logs(tmp_path / "logs", bench, [changed(run) for run in runs], METRES)
     made = make_project(tmp_path / "p", logs)
-    assert campaign_of(tmp_path / "p", made).get("semantics") == semantics
+    assert campaign_of(tmp_path / "p", made)["semantics"] == {"zero": "rolling_phases", **semantics}
+
+
+def reversed_log(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {**values, "traction_force": -values["traction_force"]}
+
+
+@pytest.mark.parametrize(
+    ("values", "source"),
+    [
+        (standstill.log((0.0, *standstill.LEVELS, 0.0)), "rolling_phases"),
+        (standstill.log((0.0, *standstill.LEVELS)), "opening_phase"),
+        # S = 0.002 is within the limit of pure rolling, but part of this curve
+        (standstill.log(), "standstill"),
+        (reversed_log(standstill.log()), "standstill"),
+        (standstill.log(still_s=(0.0, 0.0), ramp_s=0.0), None),
+    ],
+)
+def test_source_of_the_zero_is_the_one_that_the_log_has(
+    tmp_path: Path, values: dict[str, np.ndarray], source: str | None
+) -> None:
+    log = tmp_path / "log.csv"
+    log.write_bytes(formats.csv(values, standstill.UNITS, {"oil": "B-12"}))
+    made = make_project(tmp_path / "p", [log])
+    assert campaign_of(tmp_path / "p", made)["semantics"]["zero"] == source
+    text = (tmp_path / "p/config/campaigns/p.yaml").read_text(encoding="utf-8")
+    (line,) = (line for line in text.splitlines() if line.startswith("  zero:"))
+    assert ("# FILL IN" in line) == (source is None)
+    assert ("# guess" in line) == (source is not None)
+
+
+@pytest.mark.parametrize("offset_n", [0.35, -1.2])
+def test_log_with_standstill_is_right_after_one_line(tmp_path: Path, offset_n: float) -> None:
+    (tmp_path / "log.csv").write_bytes(
+        formats.csv(standstill.log(offset_n=offset_n), standstill.UNITS, {"oil": "B-12"})
+    )
+    project = tmp_path / "p"
+    made = make_project(project, [tmp_path / "log.csv"])
+    # levels of the rows that turn, although a third of the log is at standstill
+    assert sheet_of(project, made)[1].startswith("log.csv,40,2,70,")
+    assert edit(project, made, {}) == 1
+    settings = resolve(project / "config", {})
+    raw = project / "data/raw"
+    path = raw / "p/log.csv"
+    sheet = sheet_of_paths([path], raw, settings, TRACTION)
+    curated = check_logs([(str(path), path.read_bytes())], settings, sheet=sheet)
+    points = curated.points
+    assert points["accepted"].tolist() == [True] * len(standstill.LEVELS)
+    truth = standstill.planted(points["slide_roll_ratio"].to_numpy())
+    # five standard errors of a mean of 0.01 N over 2 s at 20 Hz, twice, over 40 N
+    np.testing.assert_allclose(points["traction_coefficient"], truth, atol=4e-4)
 
 
 def test_run_without_rolling_asks_for_the_zero(tmp_path: Path) -> None:
@@ -176,6 +230,49 @@ def test_run_without_rolling_asks_for_the_zero(tmp_path: Path) -> None:
     cut = [run.rows(np.arange(run.steps[1] + 50, run.steps[-2])) for run in runs]
     made = make_project(tmp_path / "p", write_logs(tmp_path / "logs", bench, cut, METRES))
     assert any("zero:" in line for _, _, line in made.to_fill_in)
+
+
+def test_load_in_another_unit_than_its_label_is_doubted(tmp_path: Path) -> None:
+    values = standstill.log()
+    values["load"] = values["load"] / 9.80665  # N in a kgf
+    log = tmp_path / "log.csv"
+    log.write_bytes(formats.csv(values, standstill.UNITS, {"oil": "B-12", "Load": 40}))
+    made = make_project(tmp_path / "p", [log])
+    doubt = "load is 40 in the header and 4.08 in the log: is the log in kgf?"
+    assert doubt in sheet_of(tmp_path / "p", made)[1]
+    assert f"# log.csv: {doubt}" in (tmp_path / "p/config/campaigns/p.yaml").read_text("utf-8")
+    # the same header over a load in N
+    log.write_bytes(formats.csv(standstill.log(), standstill.UNITS, {"oil": "B-12", "Load": 40}))
+    made = make_project(tmp_path / "q", [log])
+    assert "is the log in" not in sheet_of(tmp_path / "q", made)[1]
+
+
+def test_files_that_are_no_logs_are_named_and_not_copied(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lab = tmp_path / "lab"
+    bench, runs = bench_and_runs()
+    write_logs(lab, bench, runs[:1])
+    pictures = {"rig.jpg": b"\xff\xd8\xff\xe0\0\x10JFIF", "a.bin": bytes(range(250, 240, -1))}
+    texts = {"LICENSE.txt": (ROOT / "LICENSE").read_bytes(), "notes.txt": b"Oil changed, 3 May."}
+    for name, content in {**pictures, **texts}.items():
+        (lab / name).write_bytes(content)
+    # columns that nobody knows are those of a log all the same
+    (lab / "unknown.csv").write_text("qa;qb;qc\n1,5;2,5;3,5\n1,6;2,6;3,6\n", encoding="utf-8")
+    assert main(["init", str(tmp_path / "p"), str(lab)]) == 1  # for unknown.csv
+    said = capsys.readouterr().out
+    for name in (*pictures, *texts):
+        assert f"{name} is no log and was not copied: " in said
+    assert "it is a JPEG picture" in said
+    assert "its first bytes are fa f9 f8" in said
+    assert "\\x" not in said
+    raw = tmp_path / "p/data/raw/p"
+    assert {path.name for path in raw.iterdir()} == {"Messung_0.csv", "unknown.csv", "runs.csv"}
+    sheet = (raw / "runs.csv").read_text("utf-8-sig")
+    assert "LICENSE" not in sheet
+    (lab / "unknown.csv").unlink()
+    assert main(["init", str(tmp_path / "q"), str(lab)]) == 0
+    assert main(["init", str(tmp_path / "r"), str(lab / "LICENSE.txt")]) == 1
 
 
 def test_what_is_left_empty_is_named_with_file_line_and_key(tmp_path: Path) -> None:
@@ -309,7 +406,12 @@ def test_damaged_and_foreign_files_are_named(
         (tmp_path / name).write_bytes(content)
     assert main(["init", str(tmp_path / "p"), *(str(tmp_path / name) for name in damaged)]) == 1
     printed = capsys.readouterr().out
-    assert all(f"{name} could not be read: " in printed for name in damaged)
+    # what may be a damaged log is copied, so that the workflow refuses it by name
+    copied = {path.name for path in (tmp_path / "p/data/raw/p").iterdir()} - {"runs.csv"}
+    assert copied == {"a.gz", "c.tdms"}
+    for name in damaged:
+        said = "could not be read" if name in copied else "is no log and was not copied"
+        assert f"{name} {said}: " in printed
 
 
 def test_project_without_logs_says_what_to_do(

@@ -13,12 +13,16 @@ def run(options: argparse.Namespace) -> int:
     """Write the folder, say what was found and what is to fill in; 1 if a log cannot be read."""
     made = make_project(options.folder, options.logs, options.campaign)
     print("\n".join(map(printable, _report(made, str(options.folder)))))
-    return int(any(log.problem for log in made.found.logs))
+    given = {path.name for path in options.logs}
+    stopped = [*made.found.logs, *(log for log in made.no_logs if log.file in given)]
+    return int(any(log.problem for log in stopped))
 
 
 def _report(made: NewProject, folder: str) -> Iterator[str]:
     yield f"{folder}: a project with the campaign {made.campaign}"
     yield from (f"  {line}" for line in stubs.summary(made.found))
+    for log in made.no_logs:
+        yield f"  {log.file} is no log and was not copied: {log.problem}"
     for quantity, names in made.found.columns.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
     yield "Written:"

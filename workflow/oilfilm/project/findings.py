@@ -142,10 +142,14 @@ class Findings:
             default = Semantics.model_fields[key].default
             if most and most[0][0] != default:
                 found[key] = most[0][0]
-        both = Counter(run.rolling for run in runs).most_common(1)
-        if both and not all(both[0][0]):
-            found["zero"] = "opening_phase" if both[0][0][0] else None
+        if self.zeros:
+            found["zero"] = self.zeros.most_common(1)[0][0]
         return found
+
+    @cached_property
+    def zeros(self) -> Counter[str | None]:
+        """How many runs each source of the zero suits; None: none does."""
+        return Counter(run.zero for run in self.runs if run.interval_s > 0 and run.zero != "")
 
     @property
     def slip_is_logged(self) -> bool:

@@ -9,7 +9,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
 from oilfilm.project import stubs
 from oilfilm.project.findings import Findings, shipped
-from oilfilm.project.sniff import sniff
+from oilfilm.project.sniff import Sniffed, sniff
 from oilfilm.readers.ingest import read_bytes
 from oilfilm.readers.raw_files import is_sheet, raw_files, unfit_name
 from oilfilm.settings.resolve import safe_name
@@ -25,6 +25,7 @@ class NewProject:
     Attributes:
         campaign: Name of the campaign.
         found: What the logs seem to hold.
+        no_logs: Files that were given and are no logs; they are not copied.
         files: The files that were written, below the folder; no logs.
         to_fill_in: The lines that only the laboratory can fill in: file, line number, text.
         for_film: The same of lines that the film thickness needs.
@@ -32,6 +33,7 @@ class NewProject:
 
     campaign: str
     found: Findings
+    no_logs: Sequence[Sniffed]
     files: Sequence[str]
     to_fill_in: Sequence[tuple[str, int, str]]
     for_film: Sequence[tuple[str, int, str]]
@@ -54,11 +56,15 @@ def make_project(folder: Path, given: Sequence[Path], campaign: str | None = Non
             f"{folder}: is there already and not empty. Name a new or an empty folder."
         )
     logs, sheet = _gathered(given)
-    found = Findings([sniff(file, read_bytes(path)) for file, path in logs.items()])
+    sniffed = [sniff(file, read_bytes(path)) for file, path in logs.items()]
+    found = Findings([log for log in sniffed if log.is_log])
+    no_logs = [log for log in sniffed if not log.is_log]
     files = _files(name, found, written_sheet=sheet is None)
     raw = folder / "data/raw" / name
     raw.mkdir(parents=True)
-    for file, path in [*logs.items(), *([(sheet.name, sheet)] if sheet else [])]:
+    copied = {log.file: logs[log.file] for log in found.logs}
+    copied |= {sheet.name: sheet} if sheet else {}
+    for file, path in copied.items():
         (raw / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, raw / file)
     for page in _PAGES:
@@ -77,7 +83,12 @@ def make_project(folder: Path, given: Sequence[Path], campaign: str | None = Non
     ]
     for_film = [each for each in marked if stubs.FOR_FILM in each[2]]
     return NewProject(
-        name, found, [*files], [each for each in marked if each not in for_film], for_film
+        name,
+        found,
+        no_logs,
+        [*files],
+        [each for each in marked if each not in for_film],
+        for_film,
     )
 
 

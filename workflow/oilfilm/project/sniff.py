@@ -1,11 +1,13 @@
 """What logs of an unknown laboratory hold: read by the readers themselves, under guessed names."""
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
 
+from oilfilm.curation.gate import BoolArray
+from oilfilm.curation.zero_source import BEST_FIRST, zero_source
 from oilfilm.home import CONFIG
 from oilfilm.project.words import guessed, guessed_columns, unit_in_name
 from oilfilm.readers.base import (
@@ -22,6 +24,7 @@ from oilfilm.readers.base import (
 from oilfilm.readers.columns import meaning
 from oilfilm.readers.header import SET_POINT_UNITS, apart, number_and_unit, oil_key
 from oilfilm.readers.ingest import read_log, unpack
+from oilfilm.readers.layout import may_be_table
 from oilfilm.readers.log_kind import ContinuousLog, FloatArray, LogKind
 from oilfilm.readers.registry import READERS, recognised_format
 from oilfilm.readers.traction_log import TRACTION
@@ -34,8 +37,6 @@ from oilfilm.units import conversion
 VOCABULARY = TRACTION.vocabulary
 # A header line without a unit is a set point where the signal is as near to it as this.
 _NEAR, _NEAR_C = 0.05, 3.0
-# Means over so long a time show whether the bodies roll, whatever the noise.
-_WINDOW_S = 0.5
 _READ = ("time", "load", "traction_force", "inlet_temperature")
 # Units of set points as `plain_key` leaves them -> the set point.
 _UNITS = {unit: key for key, (*_, units) in SET_POINT_UNITS.items() for unit in units}
@@ -67,10 +68,12 @@ class Run:
         measured: Levels of load, speed and temperature, by set point; NaN: none is held.
         slip: Smallest and largest slide-roll ratio; None where the speeds do not give it.
         interval_s: Time between two rows; NaN where each row is a settled reading.
-        rolling: Whether it begins, and whether it ends with pure rolling.
+        zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
+            told, None where none suits.
         slower_body: The body that is slowed; empty where that cannot be told.
         traction_sign: -1 where the force is against the slip, 1 where it is with it, else 0.
         units: The unit of each quantity.
+        doubts: What contradicts the units, in sentences.
     """
 
     part: str = ""
@@ -82,10 +85,11 @@ class Run:
     measured: Mapping[str, float] = field(default_factory=dict)
     slip: tuple[float, float] | None = None
     interval_s: float = np.nan
-    rolling: tuple[bool, bool] = (True, True)
+    zero: str | None = ""
     slower_body: str = ""
     traction_sign: int = 0
     units: Mapping[str, str] = field(default_factory=dict)
+    doubts: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,7 @@ class Sniffed:
         names: All names of its columns.
         problem: Why it cannot be read, if so.
         runs: Its runs.
+        is_log: Whether it can be a log at all, if a damaged one.
     """
 
     file: str
@@ -111,12 +116,19 @@ class Sniffed:
     names: Sequence[str]
     problem: str
     runs: Sequence[Run]
+    is_log: bool
 
 
 @cache
 def _settings() -> Settings:
     """Settings of a campaign that knows nothing of rig and oil: the readers ask for some."""
     return resolve(CONFIG, {"campaign": "etm-slim"})
+
+
+@cache
+def _settings_by_zero() -> Mapping[str, Settings]:
+    changes = {source: {"campaign": {"semantics": {"zero": source}}} for source in BEST_FIRST}
+    return {source: _settings().with_changes(change) for source, change in changes.items()}
 
 
 def sniff(file: str, content: bytes) -> Sniffed:
@@ -161,7 +173,18 @@ def sniff(file: str, content: bytes) -> Sniffed:
         list(dict.fromkeys(name for name, _ in names if name)),
         "" if runs else refused,
         runs,
+        bool(runs) or _may_be_log(content),
     )
+
+
+def _may_be_log(content: bytes) -> bool:
+    """Whether it has a format of logs, is packed and damaged, or is text with rows of numbers."""
+    try:
+        content = unpack(content)
+    except OSError:
+        return True
+    name = recognised_format(content)
+    return name not in (None, "csv") or (name == "csv" and may_be_table(content))
 
 
 def _candidates(content: bytes) -> tuple[str | None, list[Names]]:
@@ -228,12 +251,22 @@ def _unit(quantity: str, column: tuple[str, str]) -> str | None:
 def _run(log: ContinuousLog, part: str) -> Run:
     units = {column.quantity: column.to.unit for column in log.columns}
     values = {quantity: log.values.get(quantity, np.array([])) for quantity in _READ}
-    speeds, slower, slip = _speeds(log.values, units)
-    measured = {
+    ball, disc = _surface_speeds(log.values, units)
+    mean = (ball + disc) / 2
+    turning = _turning(mean)
+    slip = (disc - ball)[turning] / mean[turning]
+    speeds = np.array([]) if units.get("ball_speed") == "rpm" else mean
+    of_level = {
         "max_hertz_pressure_gpa" if units.get("load") == "GPa" else "load_n": values["load"],
-        "entrainment_speed_m_s": np.array([]) if units.get("ball_speed") == "rpm" else speeds,
+        "entrainment_speed_m_s": speeds,
         "inlet_temperature_c": values["inlet_temperature"],
     }
+    # what is logged at standstill is no level of the run
+    measured = {
+        name: each[turning] if len(each) == len(turning) and turning.any() else each
+        for name, each in of_level.items()
+    }
+    force = values["traction_force"]
     medians = {name: _level(name, values) for name, values in measured.items() if len(values)}
     steps = log.keys.get("log_kind") == "steps"
     interval = np.diff(values["time"])
@@ -242,20 +275,22 @@ def _run(log: ContinuousLog, part: str) -> Run:
     said = log.understood.sources.get("oil") == "header"
     keys = {key: text for key, text in log.keys.items() if said or key != "oil"}
     named = "oil" if said else oil_key(keys) or ""
+    lines, doubts = _lines(keys, medians)
     return Run(
         part,
         named,
         keys.get(named, ""),
         keys.get("rig", ""),
         "" if keys.get("simulated", "no") == "no" else keys["simulated"],
-        _lines(keys, medians),
+        lines,
         medians,
         (float(slip.min()), float(slip.max())) if len(slip) else None,
         step,
-        (True, True) if steps else _rolling(slip, step),
-        slower,
-        _sign(slip, values["traction_force"]),
+        _zero(values, ball, disc, step),
+        _slower(slip) if "ball_speed" in units else "",
+        _sign(slip, force[turning]) if len(force) == len(turning) else 0,
         units,
+        doubts,
     )
 
 
@@ -282,32 +317,41 @@ def _level(key: str, values: FloatArray) -> float:
     return float(f"{median:.3g}") if high - low <= _NEAR * median else np.nan
 
 
-def _speeds(
+def _surface_speeds(
     values: Mapping[str, FloatArray], units: Mapping[str, str]
-) -> tuple[FloatArray, str, FloatArray]:
-    """Mean speed, the body that is slowed, and slip with the disc faster, of the turning rig.
+) -> tuple[FloatArray, FloatArray]:
+    """Speeds of ball and disc; empty where the log does not give them.
 
     Of spindle speeds the beginning is taken for pure rolling, because the radii are not known.
     """
-    if "entrainment_speed" in values and "ball_speed" not in values:
-        return values["entrainment_speed"], "", values["slide_roll_ratio"]
-    if "ball_speed" not in values:
-        return np.array([]), "", np.array([])
-    ball, disc = values["ball_speed"], values["disc_speed"]
-    if units["ball_speed"] == "rpm" and len(ball):
-        first = slice(0, max(1, len(ball) // 50))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            disc = disc * (np.median(ball[first]) / np.median(disc[first]))
-    mean = (ball + disc) / 2
-    fast = np.quantile(np.abs(mean), 0.9) if len(mean) and np.isfinite(mean).all() else 0.0
-    turning = np.abs(mean) > fast / 2
-    slip = ((disc - ball)[turning] / mean[turning]) if fast else np.array([])
+    if {"ball_speed", "disc_speed"} <= values.keys():
+        ball, disc = values["ball_speed"], values["disc_speed"]
+        if units["ball_speed"] == "rpm":
+            first = np.flatnonzero(_turning(ball) & _turning(disc))[: max(1, len(ball) // 50)]
+            if len(first):
+                disc = disc * (np.median(ball[first]) / np.median(disc[first]))
+        return ball, disc
+    if {"entrainment_speed", "slide_roll_ratio"} <= values.keys():
+        mean, half = values["entrainment_speed"], values["slide_roll_ratio"] / 2
+        return mean * (1 - half), mean * (1 + half)
+    return np.array([]), np.array([])
+
+
+def _turning(speed: FloatArray) -> BoolArray:
+    """The rows at more than half of the speed of the fastest ones."""
+    known = len(speed) > 0 and np.isfinite(speed).all()
+    fast = np.quantile(np.abs(speed), 0.9) if known else 0.0
+    return np.abs(speed) > fast / 2 if fast else np.zeros(len(speed), dtype=bool)
+
+
+def _slower(slip: FloatArray) -> str:
+    """The body that is slowed; empty where that cannot be told."""
     if not len(slip):
-        return mean, "", slip
+        return ""
     least, most = np.quantile(slip, (0.02, 0.98))
     sides = {"ball": most, "disc": -least}
     slower = max(sides, key=lambda body: sides[body])
-    return mean, slower if min(sides.values()) < sides[slower] / 10 else "", slip
+    return slower if min(sides.values()) < sides[slower] / 10 else ""
 
 
 def _sign(slip: FloatArray, force: FloatArray) -> int:
@@ -318,36 +362,63 @@ def _sign(slip: FloatArray, force: FloatArray) -> int:
     return 0 if abs(together) < 0.3 else 1 if together > 0 else -1
 
 
-def _rolling(slip: FloatArray, interval_s: float) -> tuple[bool, bool]:
-    """Whether a run begins and ends with pure rolling that is long enough for a zero."""
-    settings = _settings().curation.zero_reference
-    if not interval_s > 0 or not len(slip):
-        return True, True
-    rows = max(1, round(_WINDOW_S / interval_s))
-    count = len(slip) // rows
-    means = np.abs(slip[: count * rows].reshape(count, rows).mean(axis=1))
-    windows = max(1, round(settings.min_duration_s / _WINDOW_S))
-    still = means <= settings.max_slide_roll_ratio
-    return bool(count and still[:windows].all()), bool(count and still[-windows:].all())
+def _zero(
+    values: Mapping[str, FloatArray], ball: FloatArray, disc: FloatArray, interval_s: float
+) -> str | None:
+    """See `Run.zero`."""
+    signals = (values["time"], ball, disc, values["load"], values["traction_force"])
+    known = all(len(each) == len(ball) and np.isfinite(each).all() for each in signals)
+    if not (known and len(ball) and interval_s > 0):
+        return ""
+    return zero_source(*signals, _settings_by_zero())
 
 
 # ---------------------------------------------------------------- header lines
 
 
-def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, Line]:
-    """The set points of a header by the project's key; where two may be one, the first."""
+def _lines(
+    keys: Mapping[str, str], measured: Mapping[str, float]
+) -> tuple[dict[str, Line], list[str]]:
+    """The set points of a header by the project's key; where two may be one, the first.
+
+    And sentences on those that the signal has in another unit than that of its label.
+    """
     lines: dict[str, Line] = {}
+    doubts: list[str] = []
     for name, text in keys.items():
-        if name in SET_POINTS:
-            value = set_point(name, text)
-            found = {} if value is None else {name: Line(name, value, True)}
-        else:
-            found = _line(name, text, measured)
-        lines = {**found, **lines}
-    return lines
+        for key, line, given in _possible_lines(name, text):
+            is_near = _is_near(key, line.value, measured)
+            if unit := "" if is_near else _unit_of_signal(key, line.value, measured):
+                doubts.append(
+                    f"{line.name} is {line.value:g} in the header and {measured[key]:g} in the "
+                    f"log: is the log in {unit}?"
+                )
+            if given or is_near:
+                lines.setdefault(key, line)
+                break
+    return lines, doubts
 
 
-def _line(name: str, text: str, measured: Mapping[str, float]) -> dict[str, Line]:
+def _unit_of_signal(key: str, value: float, measured: Mapping[str, float]) -> str:
+    """The unit in which a signal has the value of a set point; empty where there is none."""
+    _, own, units = SET_POINT_UNITS[key]
+    level = np.array(measured.get(key, np.nan))
+    others = (unit for unit in dict.fromkeys(units.values()) if unit != own)
+    fitting = (
+        unit
+        for unit in others
+        if _is_near(key, value, {key: float(conversion(unit, (own,)).of(level))})
+    )
+    return next(fitting, "")
+
+
+def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
+    """The set points that a header line may be, and whether its unit or name says so."""
+    if name in SET_POINTS:
+        value = set_point(name, text)
+        if value is not None:
+            yield name, Line(name, value, True), True
+        return
     digits, behind = number_and_unit(text)
     bare, beside = apart(name)
     words = bare.replace("_", " ")
@@ -362,11 +433,10 @@ def _line(name: str, text: str, measured: Mapping[str, float]) -> dict[str, Line
         if not digits or meant != quantity.replace("max_hertz_pressure", "load"):
             continue
         value = set_point(key, f"{float(to.of(np.array(number(digits.replace(',', '.'))))):.12g}")
-        if value is not None and (given or _is_near(key, value, measured)):
+        if value is not None:
             # a unit in brackets or behind the number is read; one in the name must be the key's
             plain = bool(behind or beside) or (to.scale, to.offset) == (1, 0)
-            return {key: Line(words, value, plain)}
-    return {}
+            yield key, Line(words, value, plain), bool(given)
 
 
 def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:

@@ -19,6 +19,15 @@ from oilfilm.settings.rig import Rig
 # Marks what only the laboratory knows: the run stops without it. Behind "for the film" it does not.
 FILL_IN, FOR_FILM = "# FILL IN", "# for the film"
 _WIDTH = 34
+# Why a source of the zero of the force suits some runs.
+_ZEROS = {
+    "rolling_phases": "guess: {which} begin and end with pure rolling",
+    "opening_phase": "guess: {which} begin with pure rolling and do not end with it",
+    "standstill": "guess: {which} stand still before the first level and have no pure rolling; is "
+    "that the sensor's zero?",
+    None: f"{FILL_IN}: {{which}} have neither pure rolling nor standstill; already_removed if the "
+    "logger took the zero of the force off",
+}
 # So many ways of writing logs are listed; the others are counted.
 _FORMS_LISTED = 8
 
@@ -115,6 +124,11 @@ def summary(found: Findings) -> Iterator[str]:
     if others := sum(count for _, count in forms[_FORMS_LISTED:]):
         yield f"{others} logs that are written in other ways"
     yield from (f"{log.file} could not be read: {log.problem}" for log in found.logs if log.problem)
+    doubtful = {log.file: run.doubts[0] for log in found.logs for run in log.runs if run.doubts}
+    if doubtful:
+        file, doubt = next(iter(doubtful.items()))
+        others = f" (and {len(doubtful) - 1} more logs)" if len(doubtful) > 1 else ""
+        yield f"{file}{others}: {doubt}"
     if found.slip:
         yield f"slide-roll ratio {found.slip[0]:.3f} to {found.slip[1]:.3f}"
 
@@ -193,13 +207,13 @@ def _semantics(found: Findings) -> Iterator[str]:
         why = "guess: the force falls where the slip rises"
         yield _line("  traction_sign", meant["traction_sign"], why)
     if "zero" in meant:
-        why = "guess: the runs do not end with pure rolling"
-        if meant["zero"] is None:
-            why = (
-                f"{FILL_IN}: the runs have no pure rolling; already_removed if the logger took the "
-                "zero of the force off"
-            )
-        yield _line("  zero", meant["zero"], why)
+        source = meant["zero"]
+        count, total = found.zeros[source], found.zeros.total()
+        which = "the runs" if count == total else f"{count} of {total} runs"
+        why = _ZEROS[source].format(which=which)
+        if found.needs_radii and source in ("rolling_phases", "opening_phase"):
+            why += "; true where the radii of the tracks make the beginning pure rolling"
+        yield _line("  zero", source, why)
     if found.slip_is_logged:
         why = "guess: over_mean, over_sum or over_faster speed"
         yield _line("  slide_roll_ratio", "over_mean", why)
@@ -290,6 +304,7 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, str]]:
             remarks.append("guess: set points are medians of the log")
         if found.unnamed_oil and not run.oil:
             remarks.append("FILL IN: the oil")
+        remarks += run.doubts
         yield {**row, "remarks": ". ".join(remarks)}
 
 

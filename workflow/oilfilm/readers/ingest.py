@@ -34,6 +34,15 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
 
 _LONGEST_LABEL = 200
+# How files begin that are no logs.
+_FOREIGN = {
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"\x89PNG": "a PNG picture",
+    b"GIF8": "a GIF picture",
+    b"%PDF": "a PDF document",
+    b"PK": "an Excel workbook or a zip archive: export it as csv, or unpack it",
+    b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
+}
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
@@ -241,12 +250,20 @@ def _codec(content: bytes) -> str | None:
 
 
 def _unknown(content: bytes) -> Reading:
-    beginning = content[:40].decode("utf-8", "backslashreplace")
-    reason = f"no reader knows this content, which begins {beginning!r}"
-    if content.startswith(b"PK"):
-        reason += "; an Excel workbook or a zip archive: export it as csv, or unpack it"
+    reason = f"no reader knows this content: it {_what_it_seems(content[:40])}"
     advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
     return refused_file(0, "unknown_format", reason if content else "the file is empty", advice)
+
+
+def _what_it_seems(head: bytes) -> str:
+    """What the first bytes of a file show, without bytes that no terminal can show."""
+    kind = next((kind for mark, kind in _FOREIGN.items() if head.startswith(mark)), None)
+    if kind is not None:
+        return f"is {kind}"
+    text = head.decode("utf-8", "ignore")
+    if text and all(letter.isprintable() or letter.isspace() for letter in text):
+        return f"begins {text!r}"
+    return f"is no text; its first bytes are {head[:8].hex(' ')} (hexadecimal)"
 
 
 def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:

@@ -229,6 +229,17 @@ def holds_rows_of_numbers(lines: Sequence[str]) -> bool:
     return any(len(row) >= _FEWEST_COLUMNS and all(map(_is_number, row[1:])) for row in rows)
 
 
+def may_be_table(content: bytes) -> bool:
+    """Whether some line near the top of a text is a row of numbers for the most part."""
+    lines = normalise(content[:HEAD_SEARCHED]).decode("utf-8", "replace").split("\n")
+    return any(
+        _FEWEST_COLUMNS <= numbers and len(cells) <= 2 * numbers
+        for line in lines
+        for delimiter in (*_DELIMITERS, _BLANKS)
+        if (numbers := sum(map(_is_number, cells := _split(line, delimiter))))
+    )
+
+
 def _blank_parted(line: str, renamed: Renamed, vocabulary: Vocabulary) -> Iterator[list[str]]:
     """Names that blanks part: by two at least, or by one and known as a whole."""
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
