@@ -41,6 +41,8 @@ _FOREIGN = {
     b"GIF8": "a GIF picture",
     b"%PDF": "a PDF document",
     b"PK": "an Excel workbook or a zip archive: export it as csv, or unpack it",
+    b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
+    b"\x1f\x8b": "a log that was packed twice: unpack it once",
     b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
 }
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
