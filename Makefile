@@ -41,7 +41,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-fit bench-ga bench-coverage bench-plan bench-start lock schemas licences upgrade clean help
+	bench-ingest bench-fit bench-ga bench-coverage bench-plan bench-slurm bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -82,6 +82,9 @@ bench-bearing: $(DEV) ## equilibria of a bearing, one by one and by the thousand
 
 bench-faults: $(DEV) ## 30 runs killed at random moments and run again (half an hour)
 	$(BIN)/python benchmarks/faults.py 30
+
+bench-slurm: $(DEV) ## the demonstration with and without a Slurm of this machine; as root (10 min)
+	$(BIN)/python benchmarks/slurm.py
 
 bench-cpu: $(DEV) ## how far numbers move on other types of CPU (5 min)
 	$(BIN)/python benchmarks/cpu_types.py
