@@ -41,7 +41,7 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-fit bench-ga bench-coverage bench-plan bench-slurm bench-start lock schemas licences upgrade clean help
+	bench-ingest bench-refits bench-fit bench-ga bench-coverage bench-plan bench-slurm bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -130,6 +130,9 @@ bench-start: $(DEV) ## what a command takes to start, against `import numpy` (se
 
 bench-plan: $(DEV) ## planned tests against random ones, on simulated campaigns (a minute)
 	$(BIN)/python benchmarks/plan.py
+
+bench-refits: $(DEV) ## resampled refits of every law against SciPy, one by one (5 min)
+	$(BIN)/python benchmarks/refits.py
 
 bench-ingest: $(DEV) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py

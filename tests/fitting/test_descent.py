@@ -6,11 +6,13 @@ from scipy.optimize import least_squares
 
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, problem_of
-from oilfilm.fitting.descent import descend
-from oilfilm.fitting.engine import polish
-from oilfilm.fitting.problem import Problem
+from law_points import EVERY_LAW, internal_of, points_of
+from oilfilm.fitting.descent import descend, refit
+from oilfilm.fitting.engine import Optimum, polish
+from oilfilm.fitting.problem import Problem, build_problem, curve_data
+from oilfilm.fitting.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.randomness import generator
-from oilfilm.traction.law import to_internal
+from oilfilm.traction.law import FloatArray, IndexArray, to_internal
 
 
 @pytest.fixture(scope="module")
@@ -34,28 +36,63 @@ def test_descents_from_many_starts_end_where_scipy_ends(task: Problem) -> None:
     np.testing.assert_allclose(ends[at_best], np.tile(best.values, (at_best.sum(), 1)), atol=1e-4)
 
 
+def fitted(name: str) -> tuple[Problem, Optimum]:
+    """A law fitted to noisy points of its own."""
+    law = EVERY_LAW[name]
+    data = curve_data(points_of(law, 2e-4), law.conditions)
+    problem = build_problem(law, data, np.ones(3, dtype=bool))
+    return problem, polish(problem, internal_of(law)[problem.free])
+
+
+def scipy_end(task: Problem, start: FloatArray, copies: IndexArray) -> tuple[FloatArray, float]:
+    """Constants and SSE of SciPy's fit to as many copies of each curve."""
+    curves = np.repeat(np.arange(task.curves), copies)
+    points = np.concatenate([np.flatnonzero(task.at.curve == curve) for curve in curves])
+    end = least_squares(
+        lambda values: task.residual(values)[points],
+        start,
+        lambda values: task.jacobian(values)[points],
+        method="lm",
+        x_scale="jac",
+        xtol=1e-14,
+        ftol=1e-14,
+    )
+    return end.x, 2 * end.cost
+
+
 def test_weight_of_a_curve_is_that_many_copies_of_it(task: Problem) -> None:
-    random = generator(2, "weights")
-    copies = random.integers(0, 3, (5, task.curves))
+    copies = generator(2, "weights").integers(0, 3, (5, task.curves))
     start = to_internal(LAW, printed()["4050"])
-    ends, sse = descend(task, np.tile(start, (5, 1)), copies.astype(float), tolerance=1e-13)
+    ends, sse = refit(task, start, copies.astype(float), tolerance=1e-13)
     for end, total, counts in zip(ends, sse, copies, strict=True):
-        points = np.concatenate(
-            [
-                np.flatnonzero(task.at.curve == curve)
-                for curve in np.repeat(np.arange(len(counts)), counts)
-            ]
-        )
-        expected = least_squares(
-            lambda values, points=points: task.residual(values)[points],
-            start,
-            lambda values, points=points: task.jacobian(values)[points],
-            method="lm",
-            xtol=1e-14,
-            ftol=1e-14,
-        )
-        assert total == pytest.approx(2 * expected.cost, rel=1e-9)
-        np.testing.assert_allclose(end, expected.x, atol=1e-5)
+        expected, least = scipy_end(task, start, counts)
+        assert total == pytest.approx(least, rel=1e-9)
+        np.testing.assert_allclose(end, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", EVERY_LAW)
+def test_resampled_refits_end_where_scipy_ends(name: str) -> None:
+    """A thousandth of a standard error is far below any digit that is reported of it."""
+    problem, best = fitted(name)
+    refits = curve_bootstrap(problem, best, 12, generator(3, "refits"))
+    draws = draw_curves(problem.at.design, 12, generator(3, "refits"))
+    expected = [scipy_end(problem, best.values, draw)[0] for draw in draws]
+    apart = np.abs(refits - expected) / np.std(refits, axis=0)
+    assert apart.max() < 1e-3
+
+
+@pytest.mark.parametrize("name", ["deng2026", "eyring"])
+def test_bytes_of_a_refit_do_not_depend_on_the_others(name: str) -> None:
+    problem, best = fitted(name)
+    weights = draw_curves(problem.at.design, 30, generator(4, "refits")).astype(float)
+    together = refit(problem, best.values, weights)
+    for size in (1, 7, 29):
+        parts = [
+            refit(problem, best.values, weights[first : first + size])
+            for first in range(0, len(weights), size)
+        ]
+        for whole, split in zip(together, zip(*parts, strict=True), strict=True):
+            assert whole.tobytes() == np.concatenate(split).tobytes()
 
 
 def test_held_constants_stay_and_the_others_reach_their_best(task: Problem) -> None:

@@ -59,6 +59,24 @@ def test_values_and_jacobian_are_those_of_the_text(law: Law) -> None:
         np.testing.assert_allclose(column, expected, rtol=0, atol=2e-16)
 
 
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_curvatures_are_the_slopes_of_the_slopes(law: Law) -> None:
+    """By central differences, of some of the coefficients and in their order."""
+    at, step = observe(law), 1e-5
+    sizes = law.sizes(internal_of(law), at.design)[:, at.curve]
+    by = tuple(range(len(law.coefficients)))[-3:]
+    mu, slopes, curvatures = law.value_slopes_and_curvatures(sizes, at.slip, by)
+    known, all_slopes = law.value_and_slopes(sizes, at.slip)
+    np.testing.assert_array_equal(mu, known)
+    np.testing.assert_array_equal(slopes, [all_slopes[index] for index in by])
+    pairs = [(first, second) for first in by for second in by if second <= first]
+    for curvature, (first, second) in zip(curvatures, pairs, strict=True):
+        moved = np.exp(step * (np.arange(len(sizes)) == second))[:, np.newaxis]
+        up = law.value_and_slopes(sizes * moved, at.slip)[1][first]
+        down = law.value_and_slopes(sizes / moved, at.slip)[1][first]
+        np.testing.assert_allclose(curvature + 0 * up, (up - down) / (2 * step), atol=1e-9)
+
+
 def test_equation_with_an_unknown_name_is_told() -> None:
     with pytest.raises(ValueError, match="found 'cos\\(S\\)'; expected numbers, S"):
         expression.parse("1 - cos(S)", {"S": expression.name("S")})

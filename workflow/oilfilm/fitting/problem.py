@@ -65,6 +65,11 @@ class Problem:
         return np.searchsorted(self.at.curve, np.arange(self.curves))
 
     @cached_property
+    def lengths(self) -> IndexArray:
+        """Number of points of each curve."""
+        return np.diff(self.starts, append=len(self.mu))
+
+    @cached_property
     def names(self) -> list[str]:
         """Names of the free constants.
 

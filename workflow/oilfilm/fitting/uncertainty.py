@@ -4,13 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oilfilm.fitting.descent import descend
+from oilfilm.fitting.descent import refit
 from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.problem import Problem
 from oilfilm.traction.law import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
-_REFIT_TOLERANCE = 1e-9
+_REFIT_TOLERANCE = 1e-10
+# Draws checked at once.
+_DRAWS = 100
 
 
 @dataclass(frozen=True)
@@ -89,17 +91,17 @@ def curve_bootstrap(
 
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
-    draws = _draws(problem.at.design, refits, random)
-    starts = np.tile(optimum.values, (refits, 1))
-    return descend(problem, starts, draws.astype(float), tolerance=_REFIT_TOLERANCE)[0]
+    draws = draw_curves(problem.at.design, refits, random)
+    return refit(problem, optimum.values, draws.astype(float), _REFIT_TOLERANCE)[0]
 
 
-def _draws(design: FloatArray, count: int, random: np.random.Generator) -> IndexArray:
+def draw_curves(design: FloatArray, count: int, random: np.random.Generator) -> IndexArray:
     """How often each curve is drawn, shape (count, curves); every draw identifies what all do."""
     curves, rank = len(design), np.linalg.matrix_rank(design)
-    draws: list[IndexArray] = []
+    draws = np.empty((0, curves), dtype=np.int64)
     while len(draws) < count:
-        draw = random.multinomial(curves, np.full(curves, 1 / curves))
-        if np.linalg.matrix_rank(design[draw > 0]) == rank:
-            draws.append(draw)
-    return np.array(draws)
+        some = min(count - len(draws), _DRAWS)
+        more = random.multinomial(curves, np.full(curves, 1 / curves), some)
+        drawn = np.where(more[:, :, np.newaxis] > 0, design, 0.0)
+        draws = np.concatenate([draws, more[np.linalg.matrix_rank(drawn) == rank]])
+    return draws

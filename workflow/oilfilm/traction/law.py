@@ -164,6 +164,24 @@ class Law:
         mu, *slopes = self._value_and_slopes(*sizes, slip)
         return mu, tuple(slopes)
 
+    def value_slopes_and_curvatures(
+        self, sizes: FloatArray, slip: FloatArray, by: tuple[int, ...]
+    ) -> tuple[FloatArray, tuple[FloatArray, ...], tuple[FloatArray | float, ...]]:
+        """mu, its first and its second derivatives by the ln|X| of some coefficients.
+
+        Args:
+            sizes: |X| of each coefficient, shape (coefficients, ...).
+            slip: Slide-roll ratio, shape (...).
+            by: Indices of the coefficients to differentiate by.
+
+        Returns:
+            mu; its slopes; the lower triangle of its second derivatives row by row, where one that
+            is zero everywhere is a number.
+        """
+        function = _to_second_order(self.graphs, self.local_constants, by)
+        mu, *rest = function(*sizes, slip)
+        return mu, tuple(rest[: len(by)]), tuple(rest[len(by) :])
+
     def definitions(self) -> list[tuple[str, Node]]:
         """The equation as it is written: mu, then its parts, by signed coefficients and S."""
         return expression.parse_steps(self.steps, (*self.local_constants, "S"))[::-1]
@@ -242,8 +260,12 @@ class Law:
 
     def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
         """|X| of each coefficient: shape (coefficients, rows of design[, population])."""
-        blocks = internal.reshape(len(self.coefficients), -1, *internal.shape[1:])
-        return np.asarray(np.exp(np.einsum("cd,ld...->lc...", design, blocks)))
+        population = internal.shape[1:]
+        blocks = internal.reshape(len(self.coefficients), -1, 1, *population).swapaxes(0, 1)
+        columns = design.T.reshape(*design.T.shape, *(1 for _ in population))
+        # term by term: the bytes of one member do not depend on how many others there are
+        logarithms = sum(column * block for column, block in zip(columns, blocks, strict=True))
+        return np.asarray(np.exp(logarithms))
 
     def traction(self, internal: FloatArray, at: Observations) -> FloatArray:
         """mu at each point: shape (points,) or (points, population)."""
@@ -278,6 +300,20 @@ def _graphs(
 @cache
 def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[..., Any]:
     return expression.compiled(names, graphs)
+
+
+@cache
+def _to_second_order(
+    graphs: tuple[Node, ...], names: tuple[str, ...], by: tuple[int, ...]
+) -> Callable[..., Any]:
+    """A function that gives mu, its slopes and their slopes, of mu and all its slopes."""
+    slopes = [graphs[1 + index] for index in by]
+    curvatures = [
+        expression.logarithmic_derivative(slope, names[index])
+        for row, slope in enumerate(slopes)
+        for index in by[: row + 1]
+    ]
+    return _compiled((graphs[0], *slopes, *curvatures), (*names, "S"))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,163 @@
+"""Resampled refits of every law against SciPy's, in one run (`make bench-refits`).
+
+For each law and each oil of the demonstration, both refit the same resampled curves from the same
+start, on one core: ours all at once, `scipy.optimize.least_squares(method="lm")` one after the
+other, as fast as it can be: analytic Jacobian, its own tolerances (1e-8; ours are 1e-10), a curve
+drawn twice as one curve of weight 2. Both hold a constant that leaves its bounds. Printed per law:
+CPU time per refit, the ratio, the largest distance of a constant from SciPy's in standard errors
+where both end in one valley (SSE equal to 1e-6), and how many end elsewhere and who lower.
+
+    python benchmarks/refits.py [refits per oil]
+"""
+
+import os
+import sys
+import time
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+# As Snakemake does for its jobs.
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from oilfilm.fitting.conditions import varied
+from oilfilm.fitting.engine import Optimum, at_bounds, search
+from oilfilm.fitting.problem import CurveData, Problem, build_problem
+from oilfilm.fitting.uncertainty import curve_bootstrap, draw_curves
+from oilfilm.randomness import generator
+from oilfilm.rig_twin.plateaus import simulate_curves
+from oilfilm.settings.reference import printed_constants
+from oilfilm.settings.resolve import resolve
+from oilfilm.studies.law_comparison import laws_of
+from oilfilm.traction import LAW_NAMES
+from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations
+
+ROOT = Path(__file__).parents[1]
+CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
+PRINTED = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
+OILS = ("4102", "4050", "4010")
+SAME = 1e-6
+
+
+def curves(oil: str) -> CurveData:
+    """The demonstration's matrix, simulated."""
+    matrix, twin = CONFIG.campaign.matrix, CONFIG.campaign.twin
+    assert matrix is not None and twin is not None
+    conditions = np.array(list(product(*matrix.model_dump().values())))
+    rig = next(iter(CONFIG.rigs.values()))
+    random = generator(CONFIG.seed, "bench-refits", oil)
+    return simulate_curves(PRINTED[oil], conditions, twin, rig, random)
+
+
+def fitted(law: Law, data: CurveData) -> tuple[Problem, Optimum]:
+    """The problem of a law and its optimum; what ended at a bound stays there."""
+    if "load_n" in law.conditions:
+        contact = CONFIG.common_contact()
+        assert contact is not None
+        load_n = contact.load_n(data.conditions[:, 0])
+        data = replace(data, conditions=np.column_stack([load_n, data.conditions[:, 1:]]))
+    problem = build_problem(law, data, varied(law.conditions, data.conditions, CONFIG.fit))
+    random = [generator(seed, "refits") for seed in range(CONFIG.fit.searches)]
+    best = min((search(problem, CONFIG.fit, each) for each in random), key=lambda end: end.sse)
+    stuck = at_bounds(problem, best.values)
+    return problem.holding(best.values, stuck), Optimum(best.values[~stuck], best.sse)
+
+
+@dataclass(frozen=True)
+class Resample:
+    """The problem of the curves drawn, with the square root of each point's weight."""
+
+    problem: Problem
+    weight: FloatArray
+
+    @classmethod
+    def of(cls, problem: Problem, draw: IndexArray) -> "Resample":
+        """Of how often each curve was drawn."""
+        curves, points = draw > 0, draw[problem.at.curve] > 0
+        curve = (np.cumsum(curves) - 1)[problem.at.curve[points]]
+        at = Observations(problem.at.design[curves], curve, problem.at.slip[points])
+        weight = np.sqrt(draw[problem.at.curve[points]])
+        return cls(replace(problem, at=at, mu=problem.mu[points]), weight)
+
+    def residual(self, values: FloatArray) -> FloatArray:
+        """Of each point drawn, weighted."""
+        return self.weight * self.problem.residual(values)
+
+    def jacobian(self, values: FloatArray) -> FloatArray:
+        """Derivatives of the residual."""
+        return self.weight[:, np.newaxis] * self.problem.jacobian(values)
+
+    def end(self, values: FloatArray) -> FloatArray:
+        """One refit by MINPACK; the constant farthest outside its bounds stays at its bound."""
+        low, high = self.problem.limits.T
+        values, held = values.copy(), np.zeros(len(values), dtype=bool)
+        while True:
+            part = replace(self, problem=self.problem.holding(values, held))
+            values[~held] = least_squares(
+                part.residual, values[~held], part.jacobian, method="lm", x_scale="jac"
+            ).x
+            outside = ~held * self.problem.beyond(values)
+            if not outside.any():
+                return values
+            values = np.where(outside > 0, np.clip(values, low, high), values)
+            held[np.argmax(outside)] = True
+
+
+@dataclass(frozen=True)
+class Race:
+    """Both on one oil: CPU time in s, distance in standard errors, and lower SSE in relation."""
+
+    ours_s: float
+    scipy_s: float
+    apart: FloatArray
+    excess: FloatArray
+
+
+def race(problem: Problem, best: Optimum, refits: int) -> Race:
+    """Both refit the same resamples."""
+    draws = draw_curves(problem.at.design, refits, generator(1, "refits"))
+    tasks = [Resample.of(problem, draw) for draw in draws]
+    times = [time.process_time()]
+    ours = curve_bootstrap(problem, best, refits, generator(1, "refits"))
+    times.append(time.process_time())
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        theirs = np.array([task.end(best.values) for task in tasks])
+    times.append(time.process_time())
+    sums = [
+        [float(np.sum(task.residual(end) ** 2)) for task, end in zip(tasks, ends, strict=True)]
+        for ends in (ours, theirs)
+    ]
+    apart = (np.abs(ours - theirs) / ours.std(axis=0)).max(axis=1)
+    ours_s, scipy_s = np.diff(times)
+    return Race(ours_s, scipy_s, apart, np.array(sums[0]) / np.array(sums[1]) - 1)
+
+
+def main(refits: int = 200) -> None:
+    """Print a row per law."""
+    print(f"{refits} refits for each of {len(OILS)} oils")
+    print(
+        "law                      ours ms  SciPy ms  ratio   apart   elsewhere: ours, SciPy lower"
+    )
+    for name in LAW_NAMES:
+        races = []
+        for oil in OILS:
+            problem, best = fitted(laws_of(oil, CONFIG)[name], curves(oil))
+            # the law is compiled at its first use: a refit of 1000 does not notice
+            curve_bootstrap(problem, best, 2, generator(2, "refits"))
+            races.append(race(problem, best, refits))
+        count = refits * len(OILS)
+        ours, scipy = sum(each.ours_s for each in races), sum(each.scipy_s for each in races)
+        excess = np.concatenate([each.excess for each in races])
+        apart = np.concatenate([each.apart for each in races])[np.abs(excess) <= SAME]
+        print(
+            f"{name:24s} {1e3 * ours / count:7.2f} {1e3 * scipy / count:9.2f} {scipy / ours:6.1f} "
+            f"{apart.max():7.0e} {(excess < -SAME).sum():16d}, {(excess > SAME).sum()}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main(*(int(argument) for argument in sys.argv[1:2]))
