@@ -41,7 +41,8 @@ IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-refits bench-fit bench-ga bench-coverage bench-plan bench-slurm bench-start lock schemas licences upgrade clean help
+	bench-ingest bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-plan bench-slurm bench-start \
+	lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -133,6 +134,9 @@ bench-plan: $(DEV) ## planned tests against random ones, on simulated campaigns 
 
 bench-refits: $(DEV) ## resampled refits of every law against SciPy, one by one (5 min)
 	$(BIN)/python benchmarks/refits.py
+
+bench-left-out: $(DEV) ## leaving curves out of 300, 1000 and 3000: time and its growth (minutes)
+	$(BIN)/python benchmarks/left_out.py
 
 bench-ingest: $(DEV) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py
