@@ -135,7 +135,7 @@ bench-plan: $(DEV) ## planned tests against random ones, on simulated campaigns 
 bench-refits: $(DEV) ## resampled refits of every law against SciPy, one by one (5 min)
 	$(BIN)/python benchmarks/refits.py
 
-bench-left-out: $(DEV) ## leaving curves out of 300, 1000 and 3000: time and its growth (minutes)
+bench-left-out: $(DEV) ## leaving curves out of 300, 1000 and 3000: time and its growth (12 min)
 	$(BIN)/python benchmarks/left_out.py
 
 bench-ingest: $(DEV) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
