@@ -127,8 +127,8 @@ def summary(found: Findings) -> Iterator[str]:
     doubtful = {log.file: run.doubts[0] for log in found.logs for run in log.runs if run.doubts}
     if doubtful:
         file, doubt = next(iter(doubtful.items()))
-        others = f" (and {len(doubtful) - 1} more logs)" if len(doubtful) > 1 else ""
-        yield f"{file}{others}: {doubt}"
+        more = f" (and {len(doubtful) - 1} more logs)" if len(doubtful) > 1 else ""
+        yield f"{file}{more}: {doubt}"
     if found.slip:
         yield f"slide-roll ratio {found.slip[0]:.3f} to {found.slip[1]:.3f}"
 
@@ -207,8 +207,8 @@ def _semantics(found: Findings) -> Iterator[str]:
         why = "guess: the force falls where the slip rises"
         yield _line("  traction_sign", meant["traction_sign"], why)
     if "zero" in meant:
-        source = meant["zero"]
-        count, total = found.zeros[source], found.zeros.total()
+        ((source, count),) = found.zeros.most_common(1)
+        total = found.zeros.total()
         which = "the runs" if count == total else f"{count} of {total} runs"
         why = _ZEROS[source].format(which=which)
         if found.needs_radii and source in ("rolling_phases", "opening_phase"):
