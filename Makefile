@@ -165,8 +165,11 @@ bench-ga: rivals ## a genetic algorithm, as the paper used one, beside our fit: 
 
 # Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
 # for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
-COMPILE = $(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
-	--generate-hashes --no-emit-index-url --python-version 3.11 --custom-compile-command "make lock"
+# The client of object storage takes no newer python-dateutil. It is the same without the client: what
+# a release was made with must not depend on where it is kept.
+COMPILE = echo 'python-dateutil<3' | $(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
+	--generate-hashes --no-emit-index-url --python-version 3.11 --custom-compile-command "make lock" \
+	--constraint -
 
 # All but slurm, which would slow down every start of Snakemake in the tests.
 EXTRAS = report workflow clone dev
@@ -174,6 +177,8 @@ EXTRAS = report workflow clone dev
 lock: ## renew the lock files after a change of pyproject.toml
 	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) dev)
 	$(COMPILE) --extra workflow --extra clone pyproject.toml --output-file requirements.lock
+	$(COMPILE) --extra s3 --constraint requirements.lock pyproject.toml \
+		--output-file requirements-s3.lock
 	$(COMPILE) $(EXTRAS:%=--extra %) --constraint requirements.lock pyproject.toml \
 		--output-file requirements-dev.lock
 	$(COMPILE) --extra slurm --constraint requirements.lock pyproject.toml \

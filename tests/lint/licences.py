@@ -16,8 +16,8 @@ TABLE = ROOT / "docs/licences.csv"
 
 # Permissive, or weak enough to bind nobody who only imports the package.
 ALLOWED = {
-    *("0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "ISC", "MIT", "MIT-CMU"),
-    *("PSF-2.0", "Zlib", "Artistic-1.0-Perl"),
+    *("0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "ISC", "MIT", "MIT-0"),
+    *("MIT-CMU", "PSF-2.0", "Zlib", "Artistic-1.0-Perl"),
     *("LGPL-3.0-only", "MPL-2.0"),
 }
 
@@ -38,6 +38,7 @@ READ = {
     "conda-inject": "MIT",
     "docutils": "BSD-2-Clause",  # most of it is in the public domain; its GPL part is for Emacs
     "packaging": "Apache-2.0 OR BSD-2-Clause",
+    "python-dateutil": "BSD-3-Clause",  # it covers all of the code, Apache-2.0 the newer part too
     "snakemake-interface-common": "MIT",
     "snakemake-interface-logger-plugins": "MIT",
     "snakemake-interface-report-plugins": "MIT",

@@ -15,7 +15,8 @@ PYPROJECT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 RUN_LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
 LOCK = (ROOT / "requirements-dev.lock").read_text(encoding="utf-8")
 SLURM_LOCK = (ROOT / "requirements-slurm.lock").read_text(encoding="utf-8")
-EVERY_EXTRA = ("report", "workflow", "clone", "dev")
+S3_LOCK = (ROOT / "requirements-s3.lock").read_text(encoding="utf-8")
+EVERY_EXTRA = ("report", "workflow", "clone", "s3", "dev")
 
 Pins = dict[str, list[Requirement]]
 
@@ -115,6 +116,16 @@ def test_packages_that_run_are_the_same_in_both_locks():
     dev = pins(LOCK)
     for name, pinned in pins(RUN_LOCK).items():
         assert [version(pin) for pin in pinned] == [version(pin) for pin in dev[name]]
+
+
+def test_lock_of_object_storage_changes_no_package_that_runs():
+    stored, running = pins(S3_LOCK), pins(RUN_LOCK)
+    plugin = "snakemake-storage-plugin-s3"
+    (asked,) = (each for each in wanted(PYPROJECT, ["s3"]) if each.name == plugin)
+    assert asked.specifier.contains(version(stored[plugin][0])), "run `make lock`"
+    shared = stored.keys() & running.keys()
+    assert "snakemake" in shared
+    assert {name: stored[name] for name in shared} == {name: running[name] for name in shared}
 
 
 def test_extras_of_the_project_are_all_checked():

@@ -3,8 +3,11 @@
 In a clone this is its top folder. The wheel carries the same files in `oilfilm/shipped`.
 """
 
+import os
 from pathlib import Path
 
+# Variable with the folder of Snakemake's local copies of results that are kept in object storage.
+COPIES = "OILFILM_COPIES"
 PACKAGE = Path(__file__).resolve().parent
 _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
@@ -19,5 +22,11 @@ def reference_file(name: str) -> Path:
 
 
 def portable(path: Path) -> str:
-    """A path without the folder of the installation, so that results do not depend on it."""
-    return (path.relative_to(HOME) if path.is_relative_to(HOME) else path).as_posix()
+    """A path without the folder of the installation, so that results do not depend on it.
+
+    Nor on where Snakemake puts the local copies of results that are kept in object storage.
+    """
+    tops = (HOME, Path(os.environ.get(COPIES, HOME)))
+    return next(
+        (path.relative_to(top) for top in tops if path.is_relative_to(top)), path
+    ).as_posix()

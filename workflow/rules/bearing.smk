@@ -29,11 +29,7 @@ rule torque_runs:
     "Steady plateaus of the torque logs, zero removed, with every gate's verdict."
     input:
         **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
-        logs=(
-            TORQUE_RAW.as_posix()
-            if TORQUE_SIMULATED
-            else [(TORQUE_RAW / file).as_posix() for file in TORQUE_FILES]
-        ),
+        logs=TORQUE_RAW.as_posix() if TORQUE_SIMULATED else logs_in(TORQUE_RAW, TORQUE_FILES),
     output:
         torque_runs="<tables>/torque_runs.parquet",
         torque_quarantine="<tables>/torque_quarantine.parquet",
@@ -42,6 +38,7 @@ rule torque_runs:
     params:
         code=code("torque_runs.py"),
         files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
+        place=STORED.get(TORQUE_RAW.as_posix(), ""),
         sheet=sheet_of_torque_logs,
         config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),
     script:

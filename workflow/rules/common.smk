@@ -1,5 +1,6 @@
 import atexit
 import mimetypes
+import os
 import shutil
 from contextlib import suppress
 from functools import cache
@@ -16,13 +17,16 @@ from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import lock_run, clear_leftovers
 from oilfilm.digest_cache import DigestCache
 from oilfilm.digests import code_digest, file_digest
-from oilfilm.home import HOME, PACKAGE, reference_file
+from oilfilm import home, object_storage
+from oilfilm.home import HOME, PACKAGE
 from oilfilm.readers.raw_files import (
     find_sheet,
     raw_files,
     refuse_altered,
     refuse_strangers,
     shard_of,
+    stored_logs,
+    stored_sheet,
 )
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
@@ -35,9 +39,36 @@ KEPT_DIGESTS = DigestCache(RECORDS / "oilfilm-digests.json")
 SHEETS = {}
 
 
+# Where all results go with `--default-storage-provider`, and Snakemake's local copies of them.
+DEFAULT_STORAGE = workflow.storage_registry.default_storage_provider
+RESULTS_PLACE = (workflow.storage_settings.default_storage_prefix or "").rstrip("/")
+COPIES = Path()
+if DEFAULT_STORAGE is not None:
+    COPIES = DEFAULT_STORAGE.object(f"{RESULTS_PLACE}/results").local_path().parent
+os.environ[home.COPIES] = str(COPIES if DEFAULT_STORAGE else HOME)  # for the jobs
+# Folders of logs that are in object storage, each with its place there.
+STORED = {}
+# The state of each stored log, by its folder and name.
+STATES = {}
+
+
+def measured_logs(folder):
+    """Names of the logs that a laboratory has measured, from the folder or its place in storage."""
+    if SETTINGS.storage.raw is None:
+        return raw_files(folder)
+    STORED[folder.as_posix()] = f"{SETTINGS.storage.raw}/{folder.name}"
+    states = stored_logs(STORED[folder.as_posix()])
+    STATES.update({folder / file: state for file, state in states.items()})
+    return list(states)
+
+
 def run_sheet(folder, files):
     """What the run sheet in a folder of logs says of them; None where there is none."""
-    path = find_sheet(folder)
+    place = STORED.get(folder.as_posix())
+    if place is None:
+        path = find_sheet(folder)
+    else:
+        path = folder / name if (name := stored_sheet(place)) else None
     if path is None:
         return None
     # imported where needed: pandas comes with them
@@ -46,12 +77,14 @@ def run_sheet(folder, files):
     from oilfilm.readers.traction_log import TRACTION
 
     kind = TRACTION if folder == RAW else TORQUE
-    content = path.read_bytes()
+    content = object_storage.content(f"{place}/{path.name}") if place else path.read_bytes()
     SHEETS[path.as_posix()] = sha256(content).hexdigest()
     return read_run_sheet(content, path, files, SETTINGS, kind)
 
 
 try:
+    if workflow.is_main_process and RESULTS_PLACE.startswith("s3://"):
+        object_storage.need_bucket(RESULTS_PLACE)
     typed = workflow.config_settings.overwrite_config
     SETTINGS = resolve(Path("config"), overrides_of(config, Path("config"), typed))
     CAMPAIGN = SETTINGS.campaign
@@ -63,7 +96,7 @@ try:
         listing = Path("results", CAMPAIGN.name, "twin/logs.sha256")
         refuse_altered(RAW, listing, KEPT_DIGESTS.digest)
     else:
-        FILES = raw_files(RAW)
+        FILES = measured_logs(RAW)
     SHEET = None if SIMULATED else run_sheet(RAW, FILES)
     TORQUE_RAW = Path("data/raw", f"{CAMPAIGN.name}-torque")
     TORQUE_SIMULATED = CAMPAIGN.torque is not None and CAMPAIGN.torque.twin is not None
@@ -75,7 +108,7 @@ try:
         listing = Path("results", CAMPAIGN.name, "twin/torque_logs.sha256")
         refuse_altered(TORQUE_RAW, listing, KEPT_DIGESTS.digest)
     elif CAMPAIGN.torque is not None:
-        TORQUE_FILES = raw_files(TORQUE_RAW)
+        TORQUE_FILES = measured_logs(TORQUE_RAW)
         TORQUE_SHEET = run_sheet(TORQUE_RAW, TORQUE_FILES)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
@@ -83,9 +116,13 @@ except OilfilmError as mistake:
 # A release must not name packages that its results were not made with.
 PACKAGES = file_digest(HOME / "requirements.lock")[:8]
 
+twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
 if workflow.is_main_process:
-    twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
     clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
+
+if DEFAULT_STORAGE is not None:
+    for folder in twins:
+        STORED[folder.as_posix()] = f"{RESULTS_PLACE}/{folder.as_posix()}"
 
 # Taken now: what ran is what lay here when the run began.
 TREE = code_tree_digest(HOME)
@@ -103,6 +140,9 @@ OILS = list(SETTINGS.oils)
 # What the twin's truth is computed from, beside the campaign file.
 TRUTH = ["rigs", "oils"] if SIMULATED and CAMPAIGN.twin.thermal_ehl else ["rigs"]
 SHARDS = sorted({shard_of(file, SETTINGS.shards) for file in FILES})
+# The samples of one share. Patterns are texts of their own where several rules expand them: an
+# output of a rule that is kept in object storage cannot be expanded.
+SAMPLES = [f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS]
 
 
 pathvars:
@@ -127,6 +167,11 @@ TORQUE_TABLES = (
     "test_plan",
 )
 EXTRAPOLATION_TABLES = ("extrapolation", "extrapolation_errors")
+
+
+def reference_file(name):
+    """A file of data/reference; it stays in the folder where results go to object storage."""
+    return local(home.reference_file(name).as_posix())
 
 
 def finished(*names):
@@ -206,8 +251,12 @@ if workflow.is_main_process:
 
 
 def with_digests(folder, files, simulated):
-    """Each log with its digest, whatever its time stamp says; the twin has yet to write its own."""
-    return {file: "" if simulated else digest_of_log(folder / file) for file in files}
+    """Each log with its digest, whatever its time stamp says; the twin has yet to write its own.
+
+    A log in object storage has its state instead: it is read by its job alone.
+    """
+    state = STATES.get if folder.as_posix() in STORED else digest_of_log
+    return {file: "" if simulated else state(folder / file) for file in files}
 
 
 def raw_with_digests(wildcards):
@@ -236,16 +285,30 @@ def sheet_of_torque_logs(wildcards):
 
 def logs_of_shard(wildcards):
     """The logs of one share; the twin's folder as a whole, because one job writes it."""
-    if SIMULATED:
-        return RAW.as_posix()
-    return [(RAW / file).as_posix() for file in files_of_shard(wildcards)]
+    return RAW.as_posix() if SIMULATED else logs_in(RAW, files_of_shard(wildcards))
+
+
+def logs_in(folder, files):
+    """Measured logs as inputs of a job; those in object storage are read by the job itself."""
+    if folder.as_posix() in STORED:
+        return []
+    return [local((folder / file).as_posix()) for file in files]
 
 
 def begin():
     try:
         lock_run(RECORDS)
+        releases = any(job.rule.name == "release" for job in workflow.dag.jobs)
+        for place in (RESULTS_PLACE, SETTINGS.storage.releases if releases else None):
+            if place and place.startswith("s3://"):
+                object_storage.prepare(place)
     except OilfilmError as mistake:
         raise WorkflowError(str(mistake)) from None
+
+
+def folder_of_results(wildcards):
+    """The results of the campaign, or their local copies if they are in object storage."""
+    return (COPIES / "results" / CAMPAIGN.name).as_posix()
 
 
 def logs_of_jobs(wildcards):
@@ -258,9 +321,19 @@ def keep_log(logs):
     """Keep Snakemake's own log, which has every detail, beside those of the jobs; its path."""
     kept = Path("results", CAMPAIGN.name, "logs/snakemake.log")
     with suppress(OSError):  # the disk may be full
+        kept.parent.mkdir(parents=True, exist_ok=True)  # other results may be in object storage
         for log in logs:
             shutil.copyfile(log, kept)
     return kept
+
+
+def finished_text(path):
+    """Text of a file that a run has made, wherever it is; empty where there is none."""
+    if RESULTS_PLACE.startswith("s3://"):
+        with suppress(OilfilmError):  # a run of one table makes no summary
+            return object_storage.content(f"{RESULTS_PLACE}/{path}").decode("utf-8")
+        return ""
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def end_well(logs):
@@ -270,8 +343,8 @@ def end_well(logs):
 
     summary = Path("results", CAMPAIGN.name, "summary.txt")
     lines = []
-    if summary.is_file():
-        lines.append(at_the_end_of_a_run(summary.read_text(encoding="utf-8"), str(summary)))
+    if text := finished_text(summary):
+        lines.append(at_the_end_of_a_run(text, str(summary)))
     if any(job.rule.name == "release" for job in workflow.dag.jobs):
         release = Path("results/releases", CAMPAIGN.name, "latest")
         lines.append(f"Release: {release.parent / release.readlink()}")

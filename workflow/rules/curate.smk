@@ -28,12 +28,12 @@ rule curate:
 checkpoint collect:
     "All runs and points of the campaign, judged by the gates that compare runs."
     input:
-        points=expand(rules.curate.output.points, shard=SHARDS),
-        runs=expand(rules.curate.output.runs, shard=SHARDS),
+        points=expand("<parts>/curate/{shard}/points.parquet", shard=SHARDS),
+        runs=expand("<parts>/curate/{shard}/runs.parquet", shard=SHARDS),
         quarantine=expand(
-            [rules.ingest.output.quarantine, rules.curate.output.quarantine], shard=SHARDS
+            "<parts>/{stage}/{shard}/quarantine.parquet", stage=["ingest", "curate"], shard=SHARDS
         ),
-        samples=expand(rules.ingest.output.samples, shard=SHARDS),
+        samples=expand(SAMPLES, shard=SHARDS),
     output:
         **finished("points", "runs", "quarantine"),
         spreadsheet="<tables>/quarantine.csv",

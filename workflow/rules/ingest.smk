@@ -39,7 +39,7 @@ rule ingest:
         **({"listing": rules.twin.output.listing} if SIMULATED else {}),
         logs=logs_of_shard,
     output:
-        samples=[f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS],
+        samples=SAMPLES,
         runs="<parts>/ingest/{shard}/runs.parquet",
         quarantine="<parts>/ingest/{shard}/quarantine.parquet",
     log:
@@ -47,6 +47,7 @@ rule ingest:
     params:
         code=code("ingest.py"),
         files=lambda wildcards: with_digests(RAW, files_of_shard(wildcards), SIMULATED),
+        place=STORED.get(RAW.as_posix(), ""),
         sheet=sheet_of_shard,
         config=part(
             "rigs",

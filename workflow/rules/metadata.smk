@@ -19,7 +19,7 @@ rule metadata:
                 in_report(path, caption=caption_file("tables", Path(path).stem), category="Tables")
                 for path in TABLE_FILES
             ),
-            expand(rules.ingest.output.samples, shard=SHARDS),
+            expand(SAMPLES, shard=SHARDS),
         ],
     output:
         package="<tables>/datapackage.json",

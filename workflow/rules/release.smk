@@ -10,7 +10,10 @@ rule release:
     params:
         code=code("release.py"),
         tree=TREE,
+        results=folder_of_results,
         releases=f"results/releases/{CAMPAIGN.name}",
+        place=SETTINGS.storage.releases or "",
+        stored=STORED,
         raw=raw_with_digests,
         logs=logs_of_jobs,
         config=SETTINGS.plain(),

@@ -12,7 +12,8 @@ with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", settings.campaign.name)
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
     sheet = RunSheet.of_plain(snakemake.params.sheet)
-    ingested = ingest_logs(unchanged_logs(folder, digests), settings, sheet=sheet)
+    logs = unchanged_logs(folder, digests, snakemake.params.place, provenance["inputs"])
+    ingested = ingest_logs(logs, settings, sheet=sheet)
     for frame, path in zip(ingested.samples.values(), snakemake.output.samples, strict=True):
         tables.write(frame, "samples", Path(path), provenance)
     tables.write(ingested.runs, "runs", Path(snakemake.output.runs), provenance)

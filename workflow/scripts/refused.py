@@ -22,7 +22,8 @@ with job(snakemake) as (settings, provenance):
         folder = Path("data/raw", f"{settings.campaign.name}-torque")
         digests = expected_digests(snakemake.params.files, inputs.get("listing"))
         named = {name: digests[name] for name in digests if name in set(refused["file"])}
-        logs, sheet = unchanged_logs(folder, named), RunSheet.of_plain(snakemake.params.sheet)
+        logs = unchanged_logs(folder, named, snakemake.params.place)
+        sheet = RunSheet.of_plain(snakemake.params.sheet)
         rigs.append(judged_torque_logs(logs, refused, settings, sheet))
     with atomic_folder(Path(snakemake.output.pages)) as folder:
         pages = draw_pages(rigs, settings, snakemake.params.pages_max, folder)

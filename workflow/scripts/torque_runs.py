@@ -13,6 +13,7 @@ with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", f"{settings.campaign.name}-torque")
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
     sheet = RunSheet.of_plain(snakemake.params.sheet)
-    curated = check_logs(unchanged_logs(folder, digests), settings, TORQUE_RIG, sheet)
+    logs = unchanged_logs(folder, digests, snakemake.params.place, provenance["inputs"])
+    curated = check_logs(logs, settings, TORQUE_RIG, sheet)
     frames = {"torque_runs": curated.points, "torque_quarantine": curated.quarantine}
     write_tables(frames, snakemake.output, provenance)

@@ -48,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
         _add_predict,
         _add_plan,
         _add_verify,
+        _add_fetch,
         _add_diff,
         _add_pin,
         _add_export,
@@ -318,6 +319,27 @@ def _add_verify(commands: Any) -> None:
     )
     command.add_argument("--cores", default="all", help="cores for --rebuild (default: all)")
     _add_json(command, "one JSON object")
+
+
+def _add_fetch(commands: Any) -> None:
+    command = _command(
+        commands,
+        "fetch",
+        "copy a release from object storage and check it",
+        "Copy a release from S3-compatible storage and check every file of it. The folder appears "
+        "when all of it is there and as released. The key is read from AWS_ACCESS_KEY_ID and "
+        "AWS_SECRET_ACCESS_KEY, the server's address from AWS_ENDPOINT_URL_S3.",
+    )
+    command.add_argument(
+        "address", type=_storage_address, metavar="ADDRESS", help="its place, as s3://lab/june/v1-0"
+    )
+    command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
+
+
+def _storage_address(text: str) -> str:
+    if not text.startswith("s3://") or "/" not in text.removeprefix("s3://").strip("/"):
+        raise argparse.ArgumentTypeError(f"found {text!r}; expected s3://BUCKET/PLACE")
+    return text.rstrip("/")
 
 
 def _add_diff(commands: Any) -> None:

@@ -3,12 +3,15 @@
 import hashlib
 import re
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from pathlib import Path, PurePosixPath
 
+from oilfilm import object_storage
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 
+# Before the ETag of a log in object storage, where others have a sha256.
+_ETAG = "etag:"
 # The run sheet, in whatever case, in the campaign's folder itself.
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # What Excel writes beside a workbook while it is open.
@@ -52,18 +55,71 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
     for path in sorted(folder.rglob("*")):
         relative = path.relative_to(folder)
         name, fault = relative.as_posix(), ""
-        hidden = any(part.startswith((".", _LOCK_FILE)) for part in relative.parts)
+        hidden = _is_hidden(relative)
         if path.is_symlink() and path.is_dir() and not hidden:
             yield name, f"{path}: is a link to a folder. Copy the logs into {folder}."
             continue
-        if hidden or not path.is_file() or path.stem.upper() == "README" or is_sheet(path, folder):
+        if hidden or not path.is_file() or _is_readme(path) or is_sheet(path, folder):
             continue
         if not path.resolve().is_relative_to(inside):
             fault = f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
         yield name, fault or unfit_name(name, path)
 
 
-def unfit_name(name: str, path: Path) -> str:
+def stored_logs(address: str) -> dict[str, str]:
+    """The same of a raw folder in object storage: each log's name with the state it is in.
+
+    Args:
+        address: Where the folder is, as s3://bucket/logs/june.
+
+    Raises:
+        OilfilmError: The storage cannot be read, there are no logs, or a log has a name that
+            cannot be used.
+    """
+    listed = object_storage.listing(address)
+    logs = {}
+    for name in sorted(listed, key=PurePosixPath):
+        path = PurePosixPath(name)
+        # as in a folder, where no path leads out of it
+        if path.as_posix() != name or path.is_absolute() or ".." in path.parts:
+            raise OilfilmError(f"{address}/{name}: is no path below the campaign. Rename it.")
+        if _is_hidden(path) or _is_readme(path) or name.lower() in _SHEETS:
+            continue
+        if fault := unfit_name(name, f"{address}/{name}"):
+            raise OilfilmError(fault)
+        logs[name] = _ETAG + listed[name]
+    if not logs:
+        raise OilfilmError(f"{address}: holds no logs. Put the campaign's logs there.")
+    return logs
+
+
+def stored_sheet(address: str) -> str:
+    """Name of the run sheet of a raw folder in object storage; empty where it has none.
+
+    Raises:
+        OilfilmError: As `find_sheet`.
+    """
+    sheets = sorted(name for name in object_storage.listing(address) if name.lower() in _SHEETS)
+    _refuse_several(sheets, address)
+    return sheets[0] if sheets else ""
+
+
+def _is_hidden(relative: PurePosixPath | Path) -> bool:
+    return any(part.startswith((".", _LOCK_FILE)) for part in relative.parts)
+
+
+def _is_readme(path: PurePosixPath | Path) -> bool:
+    return path.stem.upper() == "README"
+
+
+def _refuse_several(sheets: Sequence[str], folder: object) -> None:
+    if len(sheets) > 1:
+        raise OilfilmError(
+            f"{folder}: has the run sheets {' and '.join(sheets)}. Leave one of them."
+        )
+
+
+def unfit_name(name: str, path: Path | str) -> str:
     """Why a log cannot have its name below its campaign's folder; empty where it can.
 
     Args:
@@ -93,9 +149,7 @@ def find_sheet(folder: Path) -> Path | None:
     sheets = [
         path for path in sorted(folder.glob("*")) if is_sheet(path, folder) and path.is_file()
     ]
-    if len(sheets) > 1:
-        names = " and ".join(path.name for path in sheets)
-        raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
+    _refuse_several([path.name for path in sheets], folder)
     for path in sheets:
         if not path.resolve().is_relative_to(folder.resolve()):
             raise OilfilmError(
@@ -163,26 +217,50 @@ def expected_digests(files: Mapping[str, str], written: str | None) -> dict[str,
     return {name: listed[name] for name in files}
 
 
-def unchanged_logs(folder: Path, digests: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
+def unchanged_logs(
+    folder: Path,
+    digests: Mapping[str, str],
+    address: str = "",
+    inputs: MutableMapping[str, str] | None = None,
+) -> Iterator[tuple[str, bytes]]:
     """Name and content of each log.
+
+    Args:
+        folder: Where the logs are.
+        digests: sha256 of each log by its name, or its state from `stored_logs`.
+        address: Where they are in object storage, if they are there.
+        inputs: Gets the digest of each log that only object storage has, because it is no input
+            file of the job whose provenance this is.
 
     Raises:
         OilfilmError: A log cannot be read, or has changed since its digest was taken.
     """
     for name, digest in digests.items():
-        path = folder / name
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise OilfilmError(
-                f"{path}: cannot be read ({error.strerror}). Check its rights."
-            ) from error
-        if hashlib.sha256(content).hexdigest() != digest:
+        path = f"{address or folder}/{name}"
+        etag = etag_of(digest)
+        content = object_storage.content(path, etag) if address else _content(folder / name)
+        if not etag and hashlib.sha256(content).hexdigest() != digest:
             raise OilfilmError(
                 f"{path}: has changed since the run began. When it is complete, run snakemake "
                 "again."
             )
+        if etag and inputs is not None:
+            inputs[f"{folder}/{name}"] = hashlib.sha256(content).hexdigest()[:16]
         yield name, content
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise OilfilmError(
+            f"{path}: cannot be read ({error.strerror}). Check its rights."
+        ) from error
+
+
+def etag_of(state: str) -> str:
+    """The ETag in the state of a log; empty for a log in a folder, whose state is its sha256."""
+    return state.removeprefix(_ETAG) if state.startswith(_ETAG) else ""
 
 
 def remove_others(parts: Iterable[Path]) -> None:

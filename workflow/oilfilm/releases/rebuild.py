@@ -4,10 +4,12 @@ import os
 import subprocess
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from oilfilm import home
+from oilfilm import home, object_storage
+from oilfilm.atomic_write import write_bytes
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
@@ -15,7 +17,7 @@ from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.tree import code_files, copy_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.messages import check
-from oilfilm.settings.resolve import unresolve
+from oilfilm.settings.resolve import resolve, unresolve
 from oilfilm.settings.resolved import Settings
 
 # What a run needs beside its code. The configuration comes from the release.
@@ -73,14 +75,26 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
         # the rig twin writes these logs again
         if record.path.split("/")[2] in simulated:
             continue
-        source = root / record.path
-        if not source.is_file() or FileRecord.of(root, record.path) != record:
+        source: object = root / record.path
+        if (root / record.path).is_file():
+            copy_file(root / record.path, folder / record.path)
+        elif place := _place_of_logs(root, campaign):
+            source = f"{place}/{record.path.removeprefix('data/raw/')}"
+            write_bytes(object_storage.content(str(source)), folder / record.path)
+        if not (folder / record.path).is_file() or FileRecord.of(folder, record.path) != record:
             raise OilfilmError(
                 f"{source}: is not the log that release {campaign} "
                 f"{stored.manifest.version} was made from. "
                 "Put the original back, then try again."
             )
-        copy_file(source, folder / record.path)
+
+
+@cache
+def _place_of_logs(root: Path, campaign: str) -> str | None:
+    """Where the project keeps its raw logs in object storage, if it does."""
+    config = root / "config"
+    own = (config / "config.yaml").is_file()
+    return resolve(config, {"campaign": campaign}).storage.raw if own else None
 
 
 def _simulated_folders(settings: Settings) -> set[str]:

@@ -3,16 +3,18 @@
 import os
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from oilfilm import tables
+from oilfilm import object_storage, tables
 from oilfilm.errors import OilfilmError
 from oilfilm.outputs.metadata import data_package, table_file
 from oilfilm.outputs.report.release_id import with_release
+from oilfilm.readers.raw_files import etag_of
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
@@ -50,9 +52,10 @@ class FinishedRun:
         settings: All settings of the run.
         results: Folder of the campaign's results.
         files: Output files and folders below it, all up to date.
-        raw: Paths of the raw logs with the sha256 that each had when the run read it; empty for
-            simulated logs, which the run wrote itself.
+        raw: Paths of the raw logs with the sha256, or the state in object storage, that each had
+            when the run read it; empty for simulated logs, which the run wrote itself.
         logs: Logs of the jobs.
+        stored: Folders of raw logs that are in object storage, each with its place there.
     """
 
     root: Path
@@ -62,6 +65,7 @@ class FinishedRun:
     files: Sequence[Path]
     raw: Mapping[str, str]
     logs: Sequence[Path]
+    stored: Mapping[str, str] = field(default_factory=dict)
 
 
 def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
@@ -103,7 +107,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
 
 def _made_from(run: FinishedRun) -> dict[str, Any]:
     """The stable part of the manifest: what the version depends on."""
-    raw = records_of(run.root, list(run.raw))
+    raw = tuple(_raw_record(run, path) for path in sorted(run.raw))
     _refuse_changed(raw, run)
     return {
         "campaign": run.settings.campaign.name,
@@ -116,6 +120,16 @@ def _made_from(run: FinishedRun) -> dict[str, Any]:
         "environment": environment(run.home),
         "raw": [asdict(record) for record in raw],
     }
+
+
+def _raw_record(run: FinishedRun, path: str) -> FileRecord:
+    folder = next((each for each in run.stored if path.startswith(f"{each}/")), None)
+    if folder is None:
+        return FileRecord.of(run.root, path)
+    content = object_storage.content(
+        run.stored[folder] + path[len(folder) :], etag_of(run.raw[path])
+    )
+    return FileRecord(path, sha256(content).hexdigest(), len(content))
 
 
 def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> Manifest:
@@ -167,7 +181,7 @@ def _refuse_changed(raw: Sequence[FileRecord], run: FinishedRun) -> None:
     read = logs_read(run.settings.campaign.name, table, {record.path for record in raw})
     for record in raw:
         # a log that could not be read at all has no row in any table
-        before = {run.raw[record.path]}
+        before = {"" if etag_of(run.raw[record.path]) else run.raw[record.path]}
         if record.path in read:
             before.add(read[record.path].sha256)
         for other in sorted(before - {"", record.sha256}):

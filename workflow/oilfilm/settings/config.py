@@ -34,6 +34,7 @@ from oilfilm.settings.base import (
     SlipChange,
     SpeedMs,
     SpeedRpm,
+    StorageAddress,
     TemperatureC,
     TemperatureDifferenceC,
     TemperatureErrorC,
@@ -736,6 +737,19 @@ class DriftSettings(Group):
     )
 
 
+class StorageSettings(Group):
+    """S3-compatible object storage. Where files are kept is no part of any result."""
+
+    raw: StorageAddress | None = key(
+        "Place of the raw logs in object storage, instead of the folder data/raw; below it are the "
+        "same folders, one per campaign.",
+        default=None,
+    )
+    releases: StorageAddress | None = key(
+        "Place to which each release is copied: <place>/<campaign>/<version>.", default=None
+    )
+
+
 class ConfigKeys(Group):
     """The keys of config/config.yaml that a campaign may override."""
 
@@ -770,3 +784,6 @@ class Config(ConfigKeys):
     """The keys of config/config.yaml."""
 
     campaign: Name = key("Campaign to run: a file of config/campaigns, without .yaml.")
+    storage: StorageSettings = key(
+        "Object storage, where raw logs or releases are kept there.", default=StorageSettings()
+    )

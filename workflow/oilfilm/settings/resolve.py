@@ -12,7 +12,7 @@ from oilfilm.home import CONFIG
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile, Dataset
-from oilfilm.settings.config import Config
+from oilfilm.settings.config import Config, StorageSettings
 from oilfilm.settings.contradictions import contradictions
 from oilfilm.settings.messages import Steps, check, check_file
 from oilfilm.settings.oil import OilFile
@@ -73,6 +73,7 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     check_file(campaign, CampaignFile)
     given = {name: value for name, value in overrides.items() if name != "campaign"}
     keys = _merged_keys(config, campaign, given)
+    storage = StorageSettings(**keys.pop("storage", {}))
     written = campaign.values
     about = {name: written[name] for name in Dataset.model_fields if name in written}
     others = {name: written[name] for name in written if name not in {"settings", *about}}
@@ -87,7 +88,8 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
             },
             "bearings": _bearings(files, campaign),
             "oils": _oils(files, campaign),
-        }
+        },
+        storage,
     )
     for steps, sentence in contradictions(settings):
         raise OilfilmError(f"{campaign.location_of(steps)}: {sentence}")

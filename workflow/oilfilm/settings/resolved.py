@@ -13,7 +13,7 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.settings.base import Group, key, plain_key, present
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import Campaign, Dataset
-from oilfilm.settings.config import ConfigKeys
+from oilfilm.settings.config import ConfigKeys, StorageSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.rig import Rig
@@ -55,14 +55,20 @@ class Settings(ConfigKeys, _PartOf):
     bearings: dict[str, BearingFile] = key("Bearings by name.")
 
     _plain: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _storage: StorageSettings = PrivateAttr(default_factory=StorageSettings)
 
     @classmethod
-    def of(cls, plain: Mapping[str, Any]) -> Self:
+    def of(cls, plain: Mapping[str, Any], storage: StorageSettings | None = None) -> Self:
         """Settings from their plain values.
 
         Plain values that lack a key are the part that a rule lists. In a part, keys of the
         campaign that are not there are refused when they are read; in whole settings they have
         their defaults.
+
+        Args:
+            plain: The values.
+            storage: Where logs and releases are kept. It is apart from the values, so that results
+                are the same bytes wherever that is.
 
         Raises:
             OilfilmError: A value is not as its model declares it.
@@ -72,7 +78,13 @@ class Settings(ConfigKeys, _PartOf):
         else:
             settings = _part_of(cls, plain)
         settings._plain = dict(plain)
+        settings._storage = storage or StorageSettings()
         return settings
+
+    @property
+    def storage(self) -> StorageSettings:
+        """Where logs and releases are kept in object storage; known to whole settings alone."""
+        return self._storage
 
     def plain(self) -> dict[str, Any]:
         """Plain values, as JSON and Snakemake's params hold them."""

@@ -1,0 +1,217 @@
+"""Logs and releases in object storage: the same names and bytes as in folders, or a sentence."""
+
+from collections.abc import Iterator
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from oilfilm import object_storage
+from oilfilm.errors import OilfilmError
+from oilfilm.readers.raw_files import raw_files, stored_logs, stored_sheet, unchanged_logs
+from oilfilm.releases.transfer import download_release, upload_release
+from oilfilm.releases.verify import verify
+from oilfilm.settings.resolve import resolve
+from releases import made, project, released, runs_of
+from storage_servers import (
+    SECRET,
+    Storage,
+    cut_after,
+    in_environment,
+    keys_are_checked,
+    moto_storage,
+)
+
+ROOT = Path(__file__).parents[2]
+LOGS = {
+    "b/second.csv": b"2",
+    "b-side.csv": b"3",
+    "a.csv": b"1",
+    "Runs.CSV": b"file;oil\n",
+    "README.md": b"read me",
+    ".hidden": b"no log",
+    "b/.cache/x.csv": b"no log",
+}
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Storage]:
+    with moto_storage() as storage:
+        yield storage
+
+
+@pytest.fixture
+def storage(server: Storage, request: pytest.FixtureRequest) -> Iterator[Storage]:
+    """A server with one empty bucket, `lab`, which this process can use."""
+    client = server.client()
+    client.create_bucket(Bucket="lab")
+    for key in server.files("lab"):
+        client.delete_object(Bucket="lab", Key=key)
+    with in_environment(server):
+        yield server
+
+
+@pytest.fixture
+def release(tmp_path: Path) -> Path:
+    settings = resolve(ROOT / "config", {"campaign": "demo"})
+    raw = {"a.csv": b"1,2\n"}
+    frames = {"runs": runs_of(raw, tmp_path)}
+    return released(made(project(tmp_path / "project"), settings, raw, frames))
+
+
+def test_logs_in_a_bucket_are_those_of_the_same_files_in_a_folder(
+    storage: Storage, tmp_path: Path
+) -> None:
+    storage.put("lab", {f"logs/june/{name}": content for name, content in LOGS.items()})
+    storage.put("lab", {"logs/june-torque/t.csv": b"another folder"})
+    for name, content in LOGS.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    states = stored_logs("s3://lab/logs/june")
+    # Folders before files whose names begin alike, as pathlib sorts.
+    assert list(states) == raw_files(tmp_path) == ["a.csv", "b/second.csv", "b-side.csv"]
+    assert stored_sheet("s3://lab/logs/june") == "Runs.CSV"
+    inputs: dict[str, str] = {}
+    folder = Path("data/raw/june")
+    read = dict(unchanged_logs(folder, states, "s3://lab/logs/june", inputs))
+    assert read == {name: LOGS[name] for name in states}
+    assert inputs["data/raw/june/a.csv"] == sha256(b"1").hexdigest()[:16]
+
+
+def test_log_that_changes_after_the_listing_is_refused(storage: Storage) -> None:
+    storage.put("lab", {"june/a.csv": b"1"})
+    states = stored_logs("s3://lab/june")
+    storage.put("lab", {"june/a.csv": b"2"})
+    with pytest.raises(OilfilmError, match=r"s3://lab/june/a.csv: has changed since the run began"):
+        list(unchanged_logs(Path("data/raw/june"), states, "s3://lab/june"))
+
+
+@pytest.mark.parametrize("name", ["../a.csv", "b//a.csv", "/a.csv", "b/./a.csv"])
+def test_name_that_leads_out_of_the_campaign_is_refused(storage: Storage, name: str) -> None:
+    storage.put("lab", {f"june/{name}": b"1"})
+    if not object_storage.listing("s3://lab/june"):
+        pytest.skip("the server does not keep such a name")
+    with pytest.raises(OilfilmError, match="is no path below the campaign"):
+        stored_logs("s3://lab/june")
+
+
+def test_empty_place_is_refused(storage: Storage) -> None:
+    with pytest.raises(OilfilmError, match="s3://lab/june: holds no logs"):
+        stored_logs("s3://lab/june")
+
+
+def test_missing_bucket_is_named(storage: Storage) -> None:
+    with pytest.raises(OilfilmError, match="s3://nobody: there is no such bucket"):
+        object_storage.need_bucket("s3://nobody/june")
+
+
+def test_wrong_key_ends_in_a_sentence_without_it(storage: Storage) -> None:
+    with (
+        keys_are_checked(),
+        in_environment(storage.with_wrong_key()),
+        pytest.raises(OilfilmError, match=r"s3://lab: the storage refuses the key") as refused,
+    ):
+        object_storage.need_bucket("s3://lab")
+    assert "AWS_SECRET_ACCESS_KEY" in str(refused.value)
+    assert not {SECRET, "stranger"} & set(str(refused.value).split())
+
+
+def test_missing_credentials_are_named(storage: Storage, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("AWS_EC2_METADATA_DISABLED", "true")
+    monkeypatch.setenv("AWS_SHARED_CREDENTIALS_FILE", "/nowhere")
+    object_storage._client.cache_clear()
+    with pytest.raises(OilfilmError, match="Set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY"):
+        object_storage.need_bucket("s3://lab")
+
+
+def test_server_that_is_not_there_is_named(storage: Storage) -> None:
+    gone = Storage("http://127.0.0.1:9")
+    with (
+        in_environment(gone),
+        pytest.raises(OilfilmError, match=r"did not answer to the end .*AWS_ENDPOINT_URL_S3"),
+    ):
+        object_storage.need_bucket("s3://lab")
+
+
+def test_large_object_is_not_there_when_its_upload_is_cut(storage: Storage, tmp_path: Path) -> None:
+    file = tmp_path / "large.parquet"
+    file.write_bytes(bytes(20_000_000))  # sent in parts
+    with (
+        cut_after(storage, 12_000_000) as cut,
+        in_environment(cut),
+        pytest.raises(OilfilmError, match=r"s3://lab/large.parquet: the storage did not answer"),
+    ):
+        object_storage.upload(file, "s3://lab/large.parquet")
+    assert storage.files("lab") == {}
+    object_storage.upload(file, "s3://lab/large.parquet")
+    assert storage.files("lab") == {"large.parquet": file.read_bytes()}
+
+
+def test_release_comes_back_as_it_was(storage: Storage, release: Path, tmp_path: Path) -> None:
+    place = "s3://lab/releases/demo/v1-0"
+    assert upload_release(release, place)
+    assert not upload_release(release, place)
+    download_release(place, tmp_path / "again")
+    assert verify(tmp_path / "again") == []
+    for path in release.rglob("*"):
+        if path.is_file():
+            assert (
+                tmp_path / "again" / path.relative_to(release)
+            ).read_bytes() == path.read_bytes()
+
+
+def test_release_whose_upload_was_cut_is_none_and_the_next_upload_completes_it(
+    storage: Storage, release: Path, tmp_path: Path
+) -> None:
+    place = "s3://lab/releases/demo/v1-0"
+    sizes = [path.stat().st_size for path in release.rglob("*") if path.is_file()]
+    with (
+        cut_after(storage, sum(sizes) // 2) as cut,
+        in_environment(cut),
+        pytest.raises(OilfilmError, match="did not answer to the end"),
+    ):
+        upload_release(release, place)
+    begun = storage.files("lab", "releases/demo/v1-0/")
+    assert 0 < len(begun) < len(sizes)
+    # What is there is whole, and no manifest makes a release of it.
+    assert all(content == (release / name).read_bytes() for name, content in begun.items())
+    with pytest.raises(OilfilmError, match=r"manifest.json: there is no such object"):
+        download_release(place, tmp_path / "again")
+    assert not (tmp_path / "again").exists()
+    assert upload_release(release, place)
+    download_release(place, tmp_path / "again")
+    assert verify(tmp_path / "again") == []
+
+
+def test_release_that_was_altered_in_the_bucket_is_refused(
+    storage: Storage, release: Path, tmp_path: Path
+) -> None:
+    upload_release(release, "s3://lab/v1-0")
+    storage.put("lab", {"v1-0/summary.txt": b"FINE\n"})
+    with pytest.raises(OilfilmError, match=r"is not as it was released: summary.txt: differs"):
+        download_release("s3://lab/v1-0", tmp_path / "again")
+    assert not (tmp_path / "again").exists()
+
+
+def test_place_of_another_release_is_left_as_it_is(storage: Storage, release: Path) -> None:
+    storage.put("lab", {"v1-0/manifest.json": b"another"})
+    with pytest.raises(OilfilmError, match="has another release than"):
+        upload_release(release, "s3://lab/v1-0")
+    assert storage.files("lab") == {"v1-0/manifest.json": b"another"}
+
+
+@pytest.mark.parametrize(
+    "address", ["s3://key:secret@lab/june", "lab/june", "https://lab", "s3://"]
+)
+def test_place_is_a_bucket_without_credentials(address: str) -> None:
+    with pytest.raises(OilfilmError, match=r"storage.raw"):
+        resolve(ROOT / "config", {"campaign": "demo", "storage": {"raw": address}})
+
+
+def test_place_of_the_logs_is_no_part_of_the_results() -> None:
+    here = resolve(ROOT / "config", {"campaign": "demo"})
+    there = resolve(ROOT / "config", {"campaign": "demo", "storage": {"raw": "s3://lab/logs"}})
+    assert there.storage.raw == "s3://lab/logs"
+    assert there.plain() == here.plain()

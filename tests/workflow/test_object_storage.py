@@ -1,0 +1,200 @@
+"""Whole runs with logs, results or releases in object storage: the bytes of a run in folders."""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from campaigns import lay_out_measured, lay_out_small, read_campaign, write_campaign
+from oilfilm.cli import main
+from oilfilm.releases.table_diff import file_difference
+from oilfilm.releases.verify import verify
+from reproduce import Surroundings, fail, succeed
+from storage_servers import (
+    SECRET,
+    Storage,
+    cut_after,
+    in_environment,
+    moto_storage,
+    seaweed_storage,
+)
+
+pytestmark = pytest.mark.workflow
+
+SMALL = ("--config", "campaign=small")
+OWN = ("--config", "campaign=own")
+# All results in a bucket.
+IN_BUCKET = ("--default-storage-provider", "s3", "--default-storage-prefix")
+
+
+def around(storage: Storage) -> Surroundings:
+    return Surroundings("2", storage.environment)
+
+
+@pytest.fixture(scope="module")
+def quick() -> Iterator[Storage]:
+    with moto_storage() as storage:
+        storage.client().create_bucket(Bucket="lab")
+        yield storage
+
+
+@pytest.fixture(scope="module")
+def real(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Storage]:
+    with seaweed_storage(tmp_path_factory.mktemp("seaweed")) as storage:
+        storage.client().create_bucket(Bucket="lab")
+        yield storage
+
+
+def lay_out_stored(simulated: Path, project: Path, storage: Storage) -> None:
+    """The measured campaign `own` with its logs in the bucket, and none in the folder."""
+    lay_out_small(project)
+    raw = lay_out_measured(simulated, project)
+    storage.put("lab", {f"logs/own/{path.name}": path.read_bytes() for path in raw.iterdir()})
+    shutil.rmtree(raw)
+    campaign = read_campaign(project, "own")
+    campaign["settings"]["storage"] = {"raw": "s3://lab/logs", "releases": "s3://lab/releases"}
+    write_campaign(project, "own", campaign)
+
+
+def assert_same(local: Path, stored: dict[str, bytes], folder: Path) -> None:
+    """Every file of the bucket has the bytes of the local run; the first difference is named."""
+    for name, content in sorted(stored.items()):
+        if name == ".oilfilm":  # it only keeps the bucket
+            continue
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        assert content == (local / name).read_bytes(), file_difference(local / name, path)
+
+
+def test_points_from_logs_in_a_bucket_are_those_from_a_folder(
+    released_project: Path, quick: Storage, tmp_path: Path
+) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    lay_out_small(here)
+    lay_out_measured(released_project, here)
+    lay_out_stored(released_project, there, quick)
+    points = "results/own/tables/points.parquet"
+    succeed(here, points, *OWN)
+    output = succeed(there, points, *OWN, around=around(quick))
+    assert SECRET not in output
+    for path in (here / "results/own").rglob("*.parquet"):
+        same = there / path.relative_to(here)
+        assert path.read_bytes() == same.read_bytes(), file_difference(path, same)
+    # A log that is put anew into the bucket is read anew, the others are not.
+    changed, others = sorted(quick.files("lab", "logs/own/"))[0], "s3://lab/logs/own/"
+    content = quick.files("lab", "logs/own/")[changed]
+    assert "Nothing to be done" in succeed(there, points, *OWN, "-n", around=around(quick)), others
+    quick.put("lab", {f"logs/own/{changed}": content.replace(b"\n", b"\r\n")})
+    planned = succeed(there, points, *OWN, "-n", around=around(quick))
+    assert planned.count("rule ingest:") == 1
+
+
+def test_points_that_go_to_a_bucket_are_those_of_a_folder(
+    released_project: Path, quick: Storage, tmp_path: Path
+) -> None:
+    lay_out_small(tmp_path / "project")
+    points = "results/small/tables/points.parquet"
+    arguments = (points, *SMALL, *IN_BUCKET, "s3://lab/quick")
+    output = succeed(tmp_path / "project", *arguments, around=around(quick))
+    assert SECRET not in output
+    assert len(output.splitlines()) < 20
+    stored = quick.files("lab", "quick/")
+    assert points in stored
+    assert_same(released_project, stored, tmp_path / "stored")
+
+
+def test_missing_bucket_ends_a_run_and_is_not_made(quick: Storage, tmp_path: Path) -> None:
+    lay_out_small(tmp_path)
+    output = fail(tmp_path, *SMALL, *IN_BUCKET, "s3://nobody/x", around=around(quick))
+    assert "s3://nobody: there is no such bucket." in output
+    names = [each["Name"] for each in quick.client().list_buckets()["Buckets"]]
+    assert "nobody" not in names
+
+
+@pytest.mark.nightly
+def test_run_with_results_and_release_on_a_real_server(
+    released_project: Path, real: Storage, tmp_path: Path
+) -> None:
+    project = tmp_path / "project"
+    lay_out_small(project)
+    campaign = read_campaign(project, "small")
+    campaign["settings"]["storage"] = {"releases": "s3://lab/releases"}
+    write_campaign(project, "small", campaign)
+    output = succeed(
+        project, "release", *SMALL, *IN_BUCKET, "s3://lab/all/of/it", around=around(real)
+    )
+    stored = real.files("lab", "all/of/it/")
+    assert "results/small/report.html" in stored
+    # what the release adds to its folder is in the folder
+    assert_same(released_project, stored, tmp_path / "stored")
+    local = released_project / "results/releases/small/latest"
+    version = local.readlink().name
+    assert_same(local, real.files("lab", f"releases/small/{version}/"), tmp_path / "release")
+    assert verify(tmp_path / "release") == []
+    for text in (output, *(path.read_text() for path in project.rglob("*.log"))):
+        assert SECRET not in text
+    assert all(SECRET.encode() not in content for content in stored.values())
+
+
+@pytest.mark.nightly
+def test_logs_on_a_real_server_give_the_release_of_a_folder(
+    released_project: Path, real: Storage, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    lay_out_small(here)
+    lay_out_measured(released_project, here)
+    lay_out_stored(released_project, there, real)
+    succeed(here, "release", *OWN)
+    succeed(there, "release", *OWN, around=around(real))
+    local = here / "results/releases/own/latest"
+    place = f"s3://lab/releases/own/{local.readlink().name}"
+    fetched = tmp_path / "fetched"
+    with in_environment(real):
+        assert main(["fetch", place, str(fetched)]) == 0
+    assert "all files are as released" in capsys.readouterr().out
+    for path in local.rglob("*"):
+        if path.is_file():
+            assert path.read_bytes() == (fetched / path.relative_to(local)).read_bytes(), path
+
+
+@pytest.mark.nightly
+def test_wrong_key_and_missing_bucket_of_a_real_server_end_in_a_sentence(
+    real: Storage, tmp_path: Path
+) -> None:
+    lay_out_small(tmp_path)
+    wrong = around(real.with_wrong_key())
+    output = fail(tmp_path, *SMALL, *IN_BUCKET, "s3://lab/x", around=wrong)
+    assert "s3://lab: the storage refuses the key (InvalidAccessKeyId)" in output
+    assert SECRET not in output
+    output = fail(tmp_path, *SMALL, *IN_BUCKET, "s3://nobody/x", around=around(real))
+    assert "s3://nobody: there is no such bucket" in output
+    assert not real.files("lab", "x/")
+
+
+@pytest.mark.nightly
+def test_run_whose_connection_breaks_is_completed_by_the_next_one(
+    released_project: Path, real: Storage, tmp_path: Path
+) -> None:
+    project = tmp_path / "project"
+    lay_out_small(project)
+    points = "results/small/tables/points.parquet"
+    arguments = (points, *SMALL, *IN_BUCKET, "s3://lab/cut")
+    whole = sum(
+        path.stat().st_size
+        for folder in ("data/raw/small", "results/small/tables/samples")
+        for path in (released_project / folder).rglob("*")
+        if path.is_file()
+    )
+    with cut_after(real, whole // 2) as cut:
+        output = fail(project, *arguments, around=around(cut))
+    assert "storage" in output
+    begun = real.files("lab", "cut/")
+    assert points not in begun
+    # every object is whole
+    assert_same(released_project, begun, tmp_path / "begun")
+    succeed(project, *arguments, around=around(real))
+    stored = real.files("lab", "cut/")
+    assert points in stored
+    assert_same(released_project, stored, tmp_path / "stored")
