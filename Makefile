@@ -7,6 +7,13 @@ BIN := $(VENV)/bin
 # One stamp for the packages that running needs, one for oilfilm itself, one for the packages of
 # the tests: a change of pyproject.toml alone installs nothing twice. Each is touched last, so that
 # a half-made .venv never counts as done.
+# What a shell, PATH or Snakemake would take for something else (oilfilm/run/folder.py says why).
+UNUSABLE := $(shell printf %s "$$(pwd -P)" | tr -cd '{}:$$`"\\[:cntrl:]' | tr '[:cntrl:]' '?')
+ifneq ($(UNUSABLE),)
+$(error The path of this folder has $(UNUSABLE) in it, with which jobs cannot be started. None of { } : $$ ` " \
+\ and no control character may be in it. Rename the folder, or move what is in it; blanks and letters do no harm)
+endif
+
 # A .venv knows its own path, hence the checksum of the folder: a moved clone is set up again.
 PLACE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
 LOCKED := $(VENV)/locked-$(PLACE)
@@ -36,7 +43,8 @@ INSTALL = $(if $(UV),uv pip install --quiet --compile-bytecode --python $(BIN)/p
 	PIP_USE_PEP517=1 $(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 # What Snakemake starts must find the same environment first.
-IN_VENV = PATH="$(CURDIR)/$(BIN):$$PATH"
+# The shell's own PWD, because make would let the shell run what a folder's name may hold.
+IN_VENV = PATH="$$PWD/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 

@@ -7,6 +7,8 @@ import os
 import re
 import shutil
 import subprocess
+import sys
+import sysconfig
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -60,6 +62,29 @@ def new(tmp_path: Path) -> Path:
 def test_run_needs_no_network_and_unpickles_nothing(released_project: Path) -> None:
     """The guard (tests/guard) would have raised, and written down what was tried."""
     assert not (released_project / "guard.log").exists()
+
+
+def test_run_in_a_folder_of_any_name_ends_in_the_same_bytes(
+    undisturbed: Path, tmp_path: Path
+) -> None:
+    """Blank, umlaut, quote, semicolon, hash, percent, hyphen, and an interpreter in there too."""
+    lab = tmp_path / "My Lab" / "Prüfstand; it's #1 %d" / "-x"
+    python = lab / "env/bin/python"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", lab / "env"], check=True)
+    (packages,) = (lab / "env/lib").glob("python*/site-packages")
+    (packages / "outer.pth").write_text(f"{sysconfig.get_path('purelib')}\n", encoding="utf-8")
+    lay_out_small(lab / "project")
+    _, environment = command(lab / "project")
+    done = subprocess.run(
+        [python, "-m", "snakemake", "--cores", "2", "release", *SMALL],
+        cwd=lab / "project",
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert compare(undisturbed, lab / "project") == ""
 
 
 def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
