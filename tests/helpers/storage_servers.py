@@ -116,6 +116,8 @@ def seaweed_storage(folder: Path) -> Iterator[Storage]:
         *(_weed(folder), "server", "-ip=127.0.0.1", f"-dir={folder}", "-volume.max=100", "-s3"),
         *(f"-s3.port={storage.endpoint.rpartition(':')[2]}", f"-s3.config={settings}"),
         *(f"-s3.port.grpc={_free_port()}", *ports),
+        # without the two catalogues, whose ports are fixed, and without a report to its makers
+        *("-s3.port.iceberg=0", "-s3.port.lance=0", "-master.telemetry=false"),
     ]
     with (folder / "weed.log").open("w") as log:
         server = subprocess.Popen(command, cwd=folder, stdout=log, stderr=log)

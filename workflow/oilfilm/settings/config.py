@@ -746,7 +746,7 @@ class StorageSettings(Group):
         default=None,
     )
     releases: StorageAddress | None = key(
-        "Place to which each release is copied: <place>/<campaign>/<version>.", default=None
+        "Place to which each release is copied, as PLACE/CAMPAIGN/VERSION.", default=None
     )
 
 
