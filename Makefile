@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 # One stamp for the packages that running needs, one for oilfilm itself, one for the packages of
 # the tests: a change of pyproject.toml alone installs nothing twice. Each is touched last, so that
 # a half-made .venv never counts as done.
-# What a shell, PATH or Snakemake would take for something else (oilfilm/run/folder.py says why).
+# What a shell, PATH or Snakemake would take for something else (oilfilm/run/start.py says why).
 UNUSABLE := $(shell printf %s "$$(pwd -P)" | tr -cd '{}:$$`"\\[:cntrl:]' | tr '[:cntrl:]' '?')
 ifneq ($(UNUSABLE),)
 $(error The path of this folder has $(UNUSABLE) in it, with which jobs cannot be started. None of { } : $$ ` " \

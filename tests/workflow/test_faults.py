@@ -76,7 +76,7 @@ def test_run_in_a_folder_of_any_name_ends_in_the_same_bytes(
     lay_out_small(lab / "project")
     _, environment = command(lab / "project")
     done = subprocess.run(
-        [python, "-m", "snakemake", "--cores", "2", "release", *SMALL],
+        [python, "-m", "snakemake", "--cores", "2", POINTS, *SMALL],
         cwd=lab / "project",
         env=environment,
         capture_output=True,
@@ -84,7 +84,7 @@ def test_run_in_a_folder_of_any_name_ends_in_the_same_bytes(
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert compare(undisturbed, lab / "project") == ""
+    assert file_difference(undisturbed / POINTS, lab / "project" / POINTS) == ""
 
 
 def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
@@ -199,9 +199,39 @@ def test_read_only_and_full_disk_are_told_and_the_next_run_goes_on(
     read_only, full = ((new / f"{name}.txt").read_text() for name in ("read-only", "full"))
     assert done.returncode == 0, read_only + full
     assert "Traceback" not in read_only + full
-    assert "Read-only file system" in read_only
+    assert "The disk can only be read" in read_only
     assert "The disk is full. Make room on it" in full
     assert file_difference(undisturbed / POINTS, new / "points.parquet") == ""
+
+
+@pytest.mark.skipif(
+    not works([*_DISK, "mount -t tmpfs tmpfs /mnt"]), reason="no file system may be mounted here"
+)
+def test_records_that_cannot_be_written_are_told_before_the_first_step(new: Path) -> None:
+    (new / ".snakemake").mkdir()
+    snakemake, environment = command(new, "--dry-run", *SMALL)
+    for mount, fault in (
+        ("mount -t tmpfs -o ro tmpfs .snakemake", "The disk can only be read"),
+        (
+            "mount -t tmpfs -o size=8k tmpfs .snakemake; head -c 8k /dev/zero >.snakemake/x",
+            "The disk is full",
+        ),
+    ):
+        done = subprocess.run(
+            [*_DISK, f'{mount}; exec "$@"', "sh", *snakemake],
+            cwd=new,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode != 0
+        assert f".snakemake: {fault}" in done.stdout + done.stderr
+        assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_home_that_takes_no_file_stops_no_run(new: Path) -> None:
+    succeed(new, "--dry-run", *SMALL, around=Surroundings("1", {"HOME": "/dev/null"}))
 
 
 def test_file_too_large_for_the_quota_is_told(undisturbed: Path, new: Path) -> None:

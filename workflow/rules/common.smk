@@ -14,8 +14,8 @@ from snakemake.io import report as in_report  # at the start of a line `report` 
 from oilfilm.figure_catalogue import families
 from oilfilm.settings.resolve import overrides_of, resolve
 from oilfilm.errors import OilfilmError
-from oilfilm.run.folder import refuse_unusable, start_python_by_name
 from oilfilm.run.lock import lock_run, clear_leftovers
+from oilfilm.run.start import ask_machine, start_python_by_name
 from oilfilm.digest_cache import DigestCache
 from oilfilm.digests import code_digest, file_digest
 from oilfilm import home, object_storage
@@ -85,7 +85,8 @@ def run_sheet(folder, files):
 
 start_python_by_name()
 try:
-    refuse_unusable(Path.cwd())
+    if workflow.is_main_process:
+        ask_machine([RECORDS, Path("results")])
     if workflow.is_main_process and RESULTS_PLACE.startswith("s3://"):
         object_storage.need_bucket(RESULTS_PLACE)
     typed = workflow.config_settings.overwrite_config

@@ -1,6 +1,5 @@
 """What every script of the workflow does around its one call of the library."""
 
-import errno
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -11,6 +10,7 @@ from oilfilm.digests import input_digest, settings_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.home import portable
 from oilfilm.run.lock import job_lock
+from oilfilm.run.start import machine_fault
 from oilfilm.settings.resolved import Settings
 
 
@@ -33,26 +33,20 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
     except OilfilmError as mistake:
         _end(str(mistake), log)
     except OSError as error:
-        if error.errno not in _MACHINE:
+        if not (fault := machine_fault(error)):
             raise
-        _end(f"{_MACHINE[error.errno]} ({error}). What is done is kept: run snakemake again.", log)
+        _end(f"{fault} ({error}). What is done is kept: run snakemake again.", log)
+    except MemoryError:
+        _end(
+            "There is not enough memory for this step. Free some, raise the limit of the job, or "
+            "raise `shards` in config.yaml, then run snakemake again.",
+            log,
+        )
 
 
 def say(text: str, stream: TextIO = sys.stdout) -> None:
     """Print a text; at a terminal it takes the place of the line of progress."""
     print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
-
-
-# What the machine refuses is no fault of the program: in words, with what to do.
-_MACHINE = {
-    errno.ENOSPC: "The disk is full. Make room on it",
-    errno.EDQUOT: "The quota on this disk is used up. Make room",
-    errno.EFBIG: "A file would be larger than is allowed here. Raise the limit (ulimit -f)",
-    errno.EROFS: "The disk can only be read. Mount it for writing",
-    errno.EACCES: "A file or folder may not be read or written. Change its rights",
-    errno.EPERM: "A file or folder may not be changed. Change its rights",
-    errno.EIO: "The disk could not be read or written. Have it checked",
-}
 
 
 def _end(sentence: str, log: Path) -> NoReturn:

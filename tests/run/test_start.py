@@ -1,5 +1,6 @@
 """Folders whose names mean something to a shell, to make or to Snakemake."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -9,7 +10,13 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm.errors import OilfilmError
-from oilfilm.run.folder import UNUSABLE, refuse_unusable, start_python_by_name
+from oilfilm.run.start import (
+    UNUSABLE,
+    ask_machine,
+    keep_a_cache,
+    refuse_unusable,
+    start_python_by_name,
+)
 
 HARMLESS = ["My Lab", "Prüfstand", "it's", "a#b%c;d", "-x", "l" * 200]
 # The shell that make asks loses a newline at the end.
@@ -68,3 +75,31 @@ def test_python_in_a_folder_with_a_blank_is_found_by_its_name(
     # as Snakemake starts a job: without quotes
     found = subprocess.run(sys.executable, shell=True, capture_output=True, text=True, check=True)
     assert found.stdout == "found\n"
+
+
+def test_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    """A file in the place of a folder stops the administrator as well, whom no rights stop."""
+    (tmp_path / "results").write_text("a file", encoding="utf-8")
+    with pytest.raises(OilfilmError, match="results"):
+        ask_machine([tmp_path / "results" / "demo"])
+    ask_machine([tmp_path / "new" / "folder"])
+    assert [path.name for path in tmp_path.iterdir()] == ["results"]
+
+
+def test_little_address_space_is_told(tmp_path: Path) -> None:
+    script = "from oilfilm.run.start import ask_machine; ask_machine([])"
+    limited = ["sh", "-c", 'ulimit -v 2000000 && exec "$@"', "sh", sys.executable, "-c", script]
+    done = subprocess.run(limited, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "limited to 1.9 GiB here; expected at least 4 GiB" in done.stderr
+
+
+def test_cache_goes_elsewhere_only_where_the_usual_place_takes_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    keep_a_cache(tmp_path / "other")
+    assert os.environ["XDG_CACHE_HOME"] == str(tmp_path / "cache")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null/cache")
+    keep_a_cache(tmp_path / "other")
+    assert os.environ["XDG_CACHE_HOME"] == str(tmp_path / "other")
