@@ -1,6 +1,7 @@
 """The command `oilfilm init`: a project folder, with what logs seem to hold written into it."""
 
 import argparse
+import sys
 from collections.abc import Iterator
 from shlex import quote
 
@@ -11,11 +12,19 @@ from oilfilm.project.folder import NewProject, make_project
 
 def run(options: argparse.Namespace) -> int:
     """Write the folder, say what was found and what is to fill in; 1 if a log cannot be read."""
-    made = make_project(options.folder, options.logs, options.campaign)
+    made = make_project(options.folder, options.logs, options.campaign, _progress)
+    if sys.stderr.isatty():
+        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
     print("\n".join(map(printable, _report(made, str(options.folder)))))
     given = {path.name for path in options.logs}
     stopped = [*made.found.logs, *(log for log in made.no_logs if log.file in given)]
     return int(any(log.problem for log in stopped))
+
+
+def _progress(read: int, count: int) -> None:
+    """One line at a terminal, because hundreds of logs take a minute."""
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{read} of {count} logs read", end="", file=sys.stderr, flush=True)
 
 
 def _report(made: NewProject, folder: str) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Writes a new project folder; nothing that is there already is changed."""
 
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,13 +39,19 @@ class NewProject:
     for_film: Sequence[tuple[str, int, str]]
 
 
-def make_project(folder: Path, given: Sequence[Path], campaign: str | None = None) -> NewProject:
+def make_project(
+    folder: Path,
+    given: Sequence[Path],
+    campaign: str | None = None,
+    progress: Callable[[int, int], None] = lambda read, count: None,
+) -> NewProject:
     """Write a project folder for logs, which are copied into it.
 
     Args:
         folder: The folder; it must not exist, or be empty.
         given: Logs, and folders of logs.
         campaign: Name of the campaign; that of the folder if not given.
+        progress: Called before each log, with the number of those read and of all.
 
     Raises:
         OilfilmError: The folder is not empty, the name cannot be one, or a log cannot be read.
@@ -56,7 +62,10 @@ def make_project(folder: Path, given: Sequence[Path], campaign: str | None = Non
             f"{folder}: is there already and not empty. Name a new or an empty folder."
         )
     logs, sheet = _gathered(given)
-    sniffed = [sniff(file, read_bytes(path)) for file, path in logs.items()]
+    sniffed = []
+    for file, path in logs.items():
+        progress(len(sniffed), len(logs))
+        sniffed.append(sniff(file, read_bytes(path)))
     found = Findings([log for log in sniffed if log.is_log])
     no_logs = [log for log in sniffed if not log.is_log]
     files = _files(name, found, written_sheet=sheet is None)
