@@ -25,13 +25,13 @@ UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE - {"\x00"})]
 
 @pytest.mark.parametrize("name", HARMLESS)
 def test_harmless_folder_is_accepted(name: str) -> None:
-    refuse_unusable(Path("/home/x", name, "project"))
+    refuse_unusable(Path("/labs", name, "project"))
 
 
 @pytest.mark.parametrize("name", UNUSABLE_NAMES)
 def test_unusable_folder_is_refused_with_the_character(name: str) -> None:
     with pytest.raises(OilfilmError, match="Rename the folder") as refused:
-        refuse_unusable(Path("/home/x", name, "project"))
+        refuse_unusable(Path("/labs", name, "project"))
     assert repr(name[1]) in str(refused.value)
 
 
