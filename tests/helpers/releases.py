@@ -12,10 +12,12 @@ from campaigns import ROOT, Campaign
 from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.releases.manifest import (
+    CHECKSUMS,
     MANIFEST,
     PINNED_MANIFEST,
     FileRecord,
     Manifest,
+    checksums,
     read_manifest,
 )
 from oilfilm.releases.release import FinishedRun, make_release
@@ -120,6 +122,9 @@ def write_manifest(release: Path, manifest: Manifest) -> None:
     path = release / (PINNED_MANIFEST if pinned else MANIFEST)
     path.chmod(0o644)
     path.write_text(manifest.text(), encoding="utf-8")
+    if not pinned:
+        (release / CHECKSUMS).chmod(0o644)
+        (release / CHECKSUMS).write_text(checksums(manifest), encoding="utf-8")
 
 
 def tables_of(campaign: Campaign, oils: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -28,6 +28,7 @@ from oilfilm.releases import release as making
 from oilfilm.releases.crate import CRATE
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
+    CHECKSUMS,
     MANIFEST,
     canonical,
     is_inside,
@@ -90,7 +91,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
         "tables/samples/oil=4102/part-0.parquet"
     ]
     assert [record.path for record in manifest.raw] == ["data/raw/demo/a.csv", SECOND]
-    assert set(bytes_of(release)) == {*paths, MANIFEST}
+    assert set(bytes_of(release)) == {*paths, MANIFEST, CHECKSUMS}
     package = json.loads((release / "tables/datapackage.json").read_text(encoding="utf-8"))
     assert [resource["name"] for resource in package["resources"]] == ["runs"]
 

@@ -48,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
         _add_predict,
         _add_plan,
         _add_verify,
+        _add_sign,
         _add_fetch,
         _add_diff,
         _add_pin,
@@ -318,7 +319,27 @@ def _add_verify(commands: Any) -> None:
         "--rebuild", action="store_true", help="run the workflow on the raw logs again and compare"
     )
     command.add_argument("--cores", default="all", help="cores for --rebuild (default: all)")
+    command.add_argument(
+        "--signers",
+        type=Path,
+        metavar="FILE",
+        help="also check who signed it: names and SSH keys that you trust (ssh-keygen)",
+    )
     _add_json(command, "one JSON object")
+
+
+def _add_sign(commands: Any) -> None:
+    command = _command(
+        commands,
+        "sign",
+        "vouch for a release with an SSH key",
+        "Sign the manifest of a release with an SSH key (ssh-keygen -Y sign). `oilfilm verify "
+        "--signers` checks the signature.",
+    )
+    command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")
+    command.add_argument(
+        "--key", type=Path, required=True, help="your SSH key, as ~/.ssh/id_ed25519"
+    )
 
 
 def _add_fetch(commands: Any) -> None:

@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from oilfilm.errors import printable
 from oilfilm.releases.manifest import read_manifest
+from oilfilm.releases.signature import NotSignedError, signer
 from oilfilm.releases.verify import verify
 
 
@@ -20,6 +21,9 @@ class Verified(BaseModel):
     pin: bool = Field(description="true for a pin: only the files that it keeps are checked")
     files: int = Field(description="files that the manifest names")
     not_as_released: list[str] = Field(description="one sentence per file; empty where all agree")
+    signed_by: str | None = Field(
+        description="name of the signer in the file of trusted signers; null where none was asked"
+    )
     rebuilt: list[str] | None = Field(
         description="differences of a rebuild from the raw logs, the first of them; empty where "
         "there are none; null where nothing was rebuilt"
@@ -36,7 +40,8 @@ class Verified(BaseModel):
             head = f"{self.folder}: {len(self.not_as_released)} files are not as released:"
             return "\n".join([head, *self.not_as_released])
         checked = "the files in the pin" if self.pin else f"all {self.files} files"
-        return f"{printable(self.version)}: {checked} are as released"
+        signed = f"; signed by {printable(self.signed_by)}" if self.signed_by else ""
+        return f"{printable(self.version)}: {checked} are as released{signed}"
 
     def rebuilt_text(self) -> str:
         """Whether the rebuild gave the same bytes, in sentences."""
@@ -48,7 +53,12 @@ class Verified(BaseModel):
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a file is not as released or the rebuild differs."""
-    complaints = verify(options.release)
+    complaints, signed_by = verify(options.release), None
+    if options.signers:
+        try:
+            signed_by = signer(options.release, options.signers)
+        except NotSignedError as fault:
+            complaints.append(str(fault))
     manifest, pinned = read_manifest(options.release)
     found = Verified(
         folder=str(options.release),
@@ -56,6 +66,7 @@ def run(options: argparse.Namespace) -> int:
         pin=pinned,
         files=len(manifest.files),
         not_as_released=complaints,
+        signed_by=signed_by,
         rebuilt=None,
     )
     if not options.json:

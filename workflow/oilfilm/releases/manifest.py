@@ -19,6 +19,8 @@ from oilfilm.settings.messages import first_mistake
 MANIFEST = "manifest.json"
 # The same in a pin, which keeps only some of the files that its manifest names.
 PINNED_MANIFEST = "pinned-manifest.json"
+# Beside a manifest: the same hashes for `sha256sum -c`, and the signature of the manifest.
+CHECKSUMS, SIGNATURE = "SHA256SUMS", "manifest.json.sig"
 # Files of every release, and the folder of its code.
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
 # A manifest of a hundred thousand files has about this many bytes.
@@ -81,6 +83,13 @@ class Manifest:
             "samples": [asdict(file) for file in self.samples],
         }
         return canonical({**content, "sha256": _digest(content)})
+
+
+def checksums(manifest: Manifest) -> str:
+    """The hashes of a release as `sha256sum -c` reads them, that of the manifest first."""
+    hashes = {MANIFEST: sha256_of(manifest.text())}
+    hashes |= {record.path: record.sha256 for record in manifest.files}
+    return "".join(f"{digest}  {path}\n" for path, digest in hashes.items())
 
 
 def version_of(made_from: Mapping[str, Any]) -> str:
@@ -149,7 +158,8 @@ def _parse(path: Path) -> Manifest:
         if not is_inside(record.path):
             raise OilfilmError(f"{path}: names {record.path!r}; expected a path below the folder.")
     paths = [record.path for record in files]
-    if len(set(paths)) < len(paths) or {MANIFEST, PINNED_MANIFEST} & set(paths):
+    own = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
+    if len(set(paths)) < len(paths) or own & set(paths):
         raise OilfilmError(f"{path}: names a file twice, or itself.")
     if lacking := {CONFIG, LOCK, ENVIRONMENT} - set(paths):
         raise OilfilmError(f"{path}: does not name {min(lacking)}, which every release has.")

@@ -18,6 +18,7 @@ from oilfilm.readers.raw_files import etag_of
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
+    CHECKSUMS,
     CODE,
     CONFIG,
     ENVIRONMENT,
@@ -26,6 +27,7 @@ from oilfilm.releases.manifest import (
     FileRecord,
     Manifest,
     canonical,
+    checksums,
     files_below,
     read_manifest,
     records_of,
@@ -155,6 +157,7 @@ def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> 
     files = records_of(temporary, files_below(temporary))
     manifest = Manifest(made_from, files, records_of(results, samples))
     _write(temporary / MANIFEST, manifest.text())
+    _write(temporary / CHECKSUMS, checksums(manifest))
     return manifest
 
 

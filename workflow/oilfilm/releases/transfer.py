@@ -9,7 +9,13 @@ from pathlib import Path
 from oilfilm import object_storage
 from oilfilm.atomic_write import atomic_folder, write_bytes
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.manifest import MANIFEST, files_below, read_manifest
+from oilfilm.releases.manifest import (
+    CHECKSUMS,
+    MANIFEST,
+    SIGNATURE,
+    files_below,
+    read_manifest,
+)
 from oilfilm.releases.verify import verify
 
 
@@ -26,6 +32,8 @@ def upload_release(folder: Path, address: str) -> bool:
     present = object_storage.listing(address)
     if MANIFEST in present:
         if object_storage.content(f"{address}/{MANIFEST}") == (folder / MANIFEST).read_bytes():
+            if (folder / SIGNATURE).is_file() and SIGNATURE not in present:  # signed since
+                object_storage.upload(folder / SIGNATURE, f"{address}/{SIGNATURE}")
             return False
         raise OilfilmError(
             f"{address}: has another release than {folder}, and a release never changes. Move it "
@@ -52,6 +60,8 @@ def download_release(address: str, folder: Path) -> None:
     with atomic_folder(folder) as temporary:
         write_bytes(object_storage.content(f"{address}/{MANIFEST}"), temporary / MANIFEST)
         manifest, _ = read_manifest(temporary)
+        for name in {CHECKSUMS, SIGNATURE} & set(object_storage.listing(address)):
+            write_bytes(object_storage.content(f"{address}/{name}"), temporary / name)
         for record in manifest.files:
             write_bytes(object_storage.content(f"{address}/{record.path}"), temporary / record.path)
         if complaints := verify(temporary):

@@ -1,14 +1,19 @@
 """Check every file of a release against the hashes of its manifest."""
 
 import stat
+from hashlib import sha256
 from pathlib import Path
 
 from oilfilm.digests import file_digest
 from oilfilm.errors import printable
 from oilfilm.releases.manifest import (
+    CHECKSUMS,
     MANIFEST,
     PINNED_MANIFEST,
+    SIGNATURE,
     FileRecord,
+    Manifest,
+    checksums,
     files_below,
     read_manifest,
 )
@@ -24,7 +29,8 @@ def verify(folder: Path) -> list[str]:
     """
     manifest, pinned = read_manifest(folder)
     expected = {record.path: record for record in manifest.files}
-    present = set(files_below(folder)) - {PINNED_MANIFEST if pinned else MANIFEST}
+    beside = {PINNED_MANIFEST} if pinned else {MANIFEST, CHECKSUMS, SIGNATURE}
+    present = set(files_below(folder)) - beside
     complaints = [
         complaint
         for path, record in expected.items()
@@ -35,7 +41,17 @@ def verify(folder: Path) -> list[str]:
         f"{printable(path)}: is extra: the manifest does not name it."
         for path in present - set(expected)
     ]
-    return sorted([*complaints, *extra])
+    return sorted([*complaints, *extra, *_wrong_checksums(folder, manifest)])
+
+
+def _wrong_checksums(folder: Path, manifest: Manifest) -> list[str]:
+    """Why `sha256sum -c` would check something else; an old release has no such file."""
+    path = folder / CHECKSUMS
+    if not path.exists() and not path.is_symlink():
+        return []
+    text = checksums(manifest).encode()
+    expected = FileRecord(CHECKSUMS, sha256(text).hexdigest(), len(text))
+    return [complaint] if (complaint := file_mismatch(folder, expected)) else []
 
 
 def file_mismatch(folder: Path, record: FileRecord) -> str:
