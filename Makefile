@@ -49,8 +49,8 @@ IN_VENV = PATH="$$PWD/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-plan bench-slurm bench-start \
-	lock schemas licences upgrade clean help
+	bench-ingest bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-plan bench-run bench-slurm \
+	bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
 all: $(READY) ## set up .venv, then run the default campaign (snakemake)
@@ -91,6 +91,9 @@ bench-bearing: $(DEV) ## equilibria of a bearing, one by one and by the thousand
 
 bench-faults: $(DEV) ## 30 runs killed at random moments and run again (half an hour)
 	$(BIN)/python benchmarks/faults.py 30
+
+bench-run: $(DEV) ## what the workflow costs beside its computing, on the demonstration (15 min)
+	$(BIN)/python benchmarks/run.py
 
 bench-slurm: $(DEV) ## the demonstration with and without a Slurm of this machine; as root (10 min)
 	$(BIN)/python benchmarks/slurm.py
