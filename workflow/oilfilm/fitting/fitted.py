@@ -222,7 +222,7 @@ class FittedLaw:
         slide_roll_ratio: Any,
         level: float = 0.95,
     ) -> Prediction:
-        """As the function `predict`, with this law."""
+        """As the function `predict`, with this law: GPa, m/s, degC, or quantities of pint."""
         at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
         return predict(self.law, self.coefficients, *at, level=level)
 
@@ -371,7 +371,8 @@ def predict(
         UserWarning: mu is NaN at some points because it is not known there; it says why.
 
     Raises:
-        OilfilmError: There is no such law, or it is one of load; `FittedLaw.predict` takes those.
+        OilfilmError: There is no such law, or it is one of load, which `FittedLaw.predict` takes;
+            or a quantity has a unit of something else.
         ValueError: A condition is not above zero, where power laws have no value.
 
     Examples:
