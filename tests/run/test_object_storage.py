@@ -9,6 +9,7 @@ import pytest
 from oilfilm import object_storage
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.raw_files import raw_files, stored_logs, stored_sheet, unchanged_logs
+from oilfilm.releases import rebuild, transfer
 from oilfilm.releases.transfer import download_release, upload_release
 from oilfilm.releases.verify import verify
 from oilfilm.settings.resolve import resolve
@@ -116,6 +117,13 @@ def test_wrong_key_ends_in_a_sentence_without_it(storage: Storage) -> None:
     assert not {SECRET, "stranger"} & set(str(refused.value).split())
 
 
+@pytest.mark.parametrize("bucket", [f"key:{SECRET}@lab", "no bucket"])
+def test_address_without_a_bucket_is_refused_and_not_quoted(storage: Storage, bucket: str) -> None:
+    with pytest.raises(OilfilmError, match=r"expected s3://BUCKET/PLACE") as refused:
+        object_storage.need_bucket(f"s3://{bucket}/june")
+    assert bucket not in str(refused.value)
+
+
 def test_missing_credentials_are_named(storage: Storage, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
         monkeypatch.delenv(name)
@@ -195,6 +203,33 @@ def test_release_that_was_altered_in_the_bucket_is_refused(
     assert not (tmp_path / "again").exists()
 
 
+def test_objects_larger_than_their_manifest_says_are_not_read(
+    storage: Storage, release: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    upload_release(release, "s3://lab/v1-0")
+    larger = (release / "summary.txt").read_bytes() + b" "
+    storage.put("lab", {"v1-0/summary.txt": larger})
+    with pytest.raises(OilfilmError, match=rf"summary.txt: has {len(larger)} bytes; expected at"):
+        download_release("s3://lab/v1-0", tmp_path / "again")
+    monkeypatch.setattr(transfer, "LARGEST", 10)
+    with pytest.raises(OilfilmError, match=r"manifest.json: has \d+ bytes; expected at most 10"):
+        download_release("s3://lab/v1-0", tmp_path / "again")
+    assert not (tmp_path / "again").exists()
+
+
+def test_manifest_that_leads_out_of_its_folder_brings_nothing(
+    storage: Storage, release: Path, tmp_path: Path
+) -> None:
+    upload_release(release, "s3://lab/v1-0")
+    manifest = (release / "manifest.json").read_text(encoding="utf-8")
+    for path in ("../summary.txt", str(tmp_path / "summary.txt")):
+        altered = manifest.replace('"path": "summary.txt"', f'"path": "{path}"')
+        storage.put("lab", {"v1-0/manifest.json": altered.encode()})
+        with pytest.raises(OilfilmError, match="expected a path below the folder"):
+            download_release("s3://lab/v1-0", tmp_path / "below" / "again")
+    assert [path for path in tmp_path.rglob("summary.txt") if "project" not in path.parts] == []
+
+
 def test_place_of_another_release_is_left_as_it_is(storage: Storage, release: Path) -> None:
     storage.put("lab", {"v1-0/manifest.json": b"another"})
     with pytest.raises(OilfilmError, match="has another release than"):
@@ -208,6 +243,15 @@ def test_place_of_another_release_is_left_as_it_is(storage: Storage, release: Pa
 def test_place_is_a_bucket_without_credentials(address: str) -> None:
     with pytest.raises(OilfilmError, match=r"storage.raw"):
         resolve(ROOT / "config", {"campaign": "demo", "storage": {"raw": address}})
+
+
+def test_rebuild_asks_for_the_place_of_logs_of_its_own_campaigns_only(tmp_path: Path) -> None:
+    """A release of others may be of a campaign that the project does not have."""
+    (tmp_path / "config").mkdir()
+    settings = "campaign: demo\nstorage: {raw: s3://lab/logs}\n"
+    (tmp_path / "config/config.yaml").write_text(settings, encoding="utf-8")
+    assert rebuild._place_of_logs(tmp_path, "demo") == "s3://lab/logs"
+    assert rebuild._place_of_logs(tmp_path, "of-others") is None
 
 
 def test_place_of_the_logs_is_no_part_of_the_results() -> None:

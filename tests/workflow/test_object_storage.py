@@ -113,6 +113,17 @@ def test_missing_bucket_ends_a_run_and_is_not_made(quick: Storage, tmp_path: Pat
     assert "nobody" not in names
 
 
+@pytest.mark.parametrize("prefix", [[], ["--default-storage-prefix", f"s3://key:{SECRET}@lab/x"]])
+def test_results_without_a_bucket_end_a_run_in_a_sentence(
+    quick: Storage, tmp_path: Path, prefix: list[str]
+) -> None:
+    lay_out_small(tmp_path)
+    output = fail(tmp_path, *SMALL, *IN_BUCKET[:2], *prefix, around=around(quick))
+    assert "s3://BUCKET/PLACE" in output
+    assert "Traceback" not in output
+    assert SECRET not in output
+
+
 @pytest.mark.nightly
 def test_run_with_results_and_release_on_a_real_server(
     released_project: Path, real: Storage, tmp_path: Path

@@ -57,15 +57,16 @@ def prepare(address: str) -> None:
         _client().put_object(Bucket=bucket, Key=f"{prefix}/.oilfilm".lstrip("/"), Body=b"")
 
 
-def content(address: str, etag: str = "") -> bytes:
+def content(address: str, etag: str = "", largest: int | None = None) -> bytes:
     """The content of one object.
 
     Args:
         address: Where it is.
         etag: The ETag that it must have, if given.
+        largest: Most bytes that are read, if given: a bucket of strangers may have any size in it.
 
     Raises:
-        OilfilmError: It is missing or has another ETag, or as `listing`.
+        OilfilmError: It is missing, has another ETag or is larger, or as `listing`.
     """
     bucket, key = _place(address)
     with _in_words(address):
@@ -74,6 +75,11 @@ def content(address: str, etag: str = "") -> bytes:
             raise OilfilmError(
                 f"{address}: has changed since the run began. When it is complete, run snakemake "
                 "again."
+            )
+        if largest is not None and answer["ContentLength"] > largest:
+            raise OilfilmError(
+                f"{address}: has {answer['ContentLength']} bytes; expected at most {largest}. It "
+                "was not read."
             )
         body: bytes = answer["Body"].read()
         return body
@@ -132,6 +138,7 @@ def _in_words(address: str) -> Iterator[None]:
         BotoCoreError,
         ClientError,
         NoCredentialsError,
+        ParamValidationError,
         PartialCredentialsError,
     )
 
@@ -141,6 +148,12 @@ def _in_words(address: str) -> Iterator[None]:
     except (NoCredentialsError, PartialCredentialsError):
         raise OilfilmError(
             f"{bucket}: there are no credentials. Set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY."
+        ) from None
+    except ParamValidationError:
+        # what is no name of a bucket may be a key, so it is not quoted
+        raise OilfilmError(
+            "The address of a place in object storage has no valid name of a bucket; expected "
+            "s3://BUCKET/PLACE, without a key or a server."
         ) from None
     except (BotoCoreError, ClientError, Boto3Error, OSError) as error:
         # an upload says why it failed in the error that it comes from

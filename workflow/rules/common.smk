@@ -42,9 +42,13 @@ SHEETS = {}
 
 # Where all results go with `--default-storage-provider`, and Snakemake's local copies of them.
 DEFAULT_STORAGE = workflow.storage_registry.default_storage_provider
-RESULTS_PLACE = (workflow.storage_settings.default_storage_prefix or "").rstrip("/")
-COPIES = Path()
+RESULTS_PLACE, COPIES = "", Path()
 if DEFAULT_STORAGE is not None:
+    RESULTS_PLACE = (workflow.storage_settings.default_storage_prefix or "").rstrip("/")
+    if not RESULTS_PLACE:
+        raise WorkflowError(
+            "--default-storage-provider needs --default-storage-prefix, as s3://BUCKET/PLACE."
+        )
     COPIES = DEFAULT_STORAGE.object(f"{RESULTS_PLACE}/results").local_path().parent
 os.environ[home.COPIES] = str(COPIES if DEFAULT_STORAGE else HOME)  # for the jobs
 # Folders of logs that are in object storage, each with its place there.

@@ -67,7 +67,7 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
 
 
 def stored_logs(address: str) -> dict[str, str]:
-    """The same of a raw folder in object storage: each log's name with the state it is in.
+    """Logs of a raw folder in object storage: the state, which changes with the content, by name.
 
     Args:
         address: Where the folder is, as s3://bucket/logs/june.

@@ -23,8 +23,8 @@ PINNED_MANIFEST = "pinned-manifest.json"
 CHECKSUMS, SIGNATURE = "SHA256SUMS", "manifest.json.sig"
 # Files of every release, and the folder of its code.
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
-# A manifest of a hundred thousand files has about this many bytes.
-_LARGEST = 1 << 25
+# Most bytes of a manifest: about those of one with a hundred thousand files.
+LARGEST = 1 << 25
 # Characters of a message that quotes the manifest.
 _LONGEST = 500
 
@@ -139,8 +139,8 @@ def read_manifest(folder: Path) -> tuple[Manifest, bool]:
 
 
 def _parse(path: Path) -> Manifest:
-    if path.stat().st_size > _LARGEST:
-        raise OilfilmError(f"{path}: is larger than {_LARGEST} bytes, which no manifest is.")
+    if path.stat().st_size > LARGEST:
+        raise OilfilmError(f"{path}: is larger than {LARGEST} bytes, which no manifest is.")
     try:
         text = path.read_bytes().decode("utf-8")
         content = json.loads(text)

@@ -91,10 +91,12 @@ def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: 
 
 @cache
 def _place_of_logs(root: Path, campaign: str) -> str | None:
-    """Where the project keeps its raw logs in object storage, if it does."""
+    """Where the project keeps the raw logs of a campaign in object storage, if it does."""
     config = root / "config"
-    own = (config / "config.yaml").is_file()
-    return resolve(config, {"campaign": campaign}).storage.raw if own else None
+    files = [folder / "campaigns" / f"{campaign}.yaml" for folder in (config, home.CONFIG)]
+    # a release of others may be of a campaign that the project does not have
+    known = (config / "config.yaml").is_file() and any(file.is_file() for file in files)
+    return resolve(config, {"campaign": campaign}).storage.raw if known else None
 
 
 def _simulated_folders(settings: Settings) -> set[str]:

@@ -11,6 +11,7 @@ from oilfilm.atomic_write import atomic_folder, write_bytes
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import (
     CHECKSUMS,
+    LARGEST,
     MANIFEST,
     SIGNATURE,
     files_below,
@@ -58,11 +59,14 @@ def download_release(address: str, folder: Path) -> None:
     if folder.exists():
         raise OilfilmError(f"{folder}: is there already. Name a new folder.")
     with atomic_folder(folder) as temporary:
-        write_bytes(object_storage.content(f"{address}/{MANIFEST}"), temporary / MANIFEST)
+        content = object_storage.content(f"{address}/{MANIFEST}", largest=LARGEST)
+        write_bytes(content, temporary / MANIFEST)
         manifest, _ = read_manifest(temporary)
         for name in {CHECKSUMS, SIGNATURE} & set(object_storage.listing(address)):
-            write_bytes(object_storage.content(f"{address}/{name}"), temporary / name)
+            content = object_storage.content(f"{address}/{name}", largest=LARGEST)
+            write_bytes(content, temporary / name)
         for record in manifest.files:
-            write_bytes(object_storage.content(f"{address}/{record.path}"), temporary / record.path)
+            content = object_storage.content(f"{address}/{record.path}", largest=record.size)
+            write_bytes(content, temporary / record.path)
         if complaints := verify(temporary):
             raise OilfilmError(f"{address}: is not as it was released: {complaints[0]}")
