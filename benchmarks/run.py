@@ -52,7 +52,7 @@ def main(campaign: str) -> None:
         options = ("--skip-script-cleanup", "--config", f"campaign={campaign}")
         succeed(place, *options, around=Surroundings(str(CORES)))
         by_snakemake = time.perf_counter() - begun
-        taken = seconds_of_rules(place, campaign)
+        taken = seconds_of_rules(place)
         steps = sorted(steps_of(place), key=lambda step: step.script.stat().st_mtime)
         lay_out(again)
         import_all()
@@ -61,6 +61,9 @@ def main(campaign: str) -> None:
         warm = run_warm(steps)
         in_one_process = time.perf_counter() - begun
         os.chdir("/")
+        # snakemake's own mark in folders that are outputs as a whole
+        for mark in place.rglob(".snakemake_timestamp"):
+            mark.unlink()
         report(taken, warm)
         print(f"\n{len(steps)} jobs by snakemake {by_snakemake:.1f} s, warm {in_one_process:.1f} s")
         print(f"overhead of the workflow: {by_snakemake / in_one_process - 1:.0%}")
@@ -79,16 +82,15 @@ def steps_of(place: Path) -> Iterator[Step]:
         yield Step(made.rule, script, *files, str(made.log[0]))
 
 
-def seconds_of_rules(place: Path, campaign: str) -> dict[str, float]:
-    """Wall time of the jobs of each rule, as snakemake recorded it."""
-    seconds: dict[str, float] = defaultdict(float)
-    jobs = set()
+def seconds_of_rules(place: Path) -> dict[str, float]:
+    """Wall time of the jobs of each rule, as snakemake recorded it beside each output."""
+    times: dict[tuple[str, str], list[float]] = defaultdict(list)
     for record in (place / ".snakemake/metadata").iterdir():
         known = json.loads(record.read_text(encoding="utf-8"))
-        job = known["rule"], known["starttime"], known["endtime"]
-        if job not in jobs:
-            jobs.add(job)
-            seconds[known["rule"]] += known["endtime"] - known["starttime"]
+        times[known["rule"], str(known["log"])] += [known["starttime"], known["endtime"]]
+    seconds: dict[str, float] = defaultdict(float)
+    for (rule, _), moments in times.items():
+        seconds[rule] += max(moments) - min(moments)
     return seconds
 
 
