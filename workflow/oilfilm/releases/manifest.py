@@ -25,6 +25,8 @@ CHECKSUMS, SIGNATURE = "SHA256SUMS", "manifest.json.sig"
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
 # Most bytes of a manifest: about those of one with a hundred thousand files.
 LARGEST = 1 << 25
+# A backslash parts folders on Windows; a line break would be a line of SHA256SUMS.
+_UNFIT = {"\\", "\x7f"} | {chr(code) for code in range(32)}
 # Characters of a message that quotes the manifest.
 _LONGEST = 500
 
@@ -204,10 +206,12 @@ def is_inside(path: str) -> bool:
         [True, False, False, False, False]
         >>> is_inside("data/raw/demo/12:30.csv")  # only at the start is it a drive
         True
+        >>> is_inside("a\\nb")
+        False
     """
     return (
         bool(path)
-        and not set(path) & set("\\\0")
+        and not set(path) & _UNFIT
         and not PureWindowsPath(path).drive
         and PurePosixPath(path).as_posix() == path
         and not path.startswith("/")
