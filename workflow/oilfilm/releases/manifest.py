@@ -206,7 +206,7 @@ def is_inside(path: str) -> bool:
         [True, False, False, False, False]
         >>> is_inside("data/raw/demo/12:30.csv")  # only at the start is it a drive
         True
-        >>> is_inside("a\\nb")
+        >>> is_inside("a" + chr(10) + "b")
         False
     """
     return (
