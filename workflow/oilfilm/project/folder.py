@@ -62,7 +62,7 @@ def make_project(
             f"{folder}: is there already and not empty. Name a new or an empty folder."
         )
     logs, sheet = _gathered(given)
-    sniffed = []
+    sniffed: list[Sniffed] = []
     for file, path in logs.items():
         progress(len(sniffed), len(logs))
         sniffed.append(sniff(file, read_bytes(path)))

@@ -112,7 +112,7 @@ def _words(row: dict[str, Any], parts: LackOfFit, runs_above: float) -> dict[str
             "finding": f"{residual}; noise and lack of fit cannot be told apart, because no runs "
             f"repeat a condition{plateaus}",
             "advice": "Run some conditions again, best the extreme ones, and set "
-            f"`repeated_conditions: accept` in the campaign file: {many}",
+            f"repeated_conditions: accept in the campaign file: {many}",
         }
     runs = "run repeats" if parts.repeats == 1 else "runs repeat"
     finding = (

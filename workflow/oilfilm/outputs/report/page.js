@@ -1,4 +1,4 @@
-// The explorer of the report: fitted laws with their intervals, measured points, the paper's advice.
+// The explorer of the report: fitted laws with their intervals, points of the logs, the paper's advice.
 //
 // Laws and intervals are those of oilfilm.fitting.fitted, the advice is that of oilfilm.studies.selection;
 // tests/outputs/test_report_browser.py holds both against Python. Names from logs reach the page as text
@@ -205,7 +205,7 @@ function curve(oil) {
   });
 }
 
-// Numbers of the measured points whose conditions but the abscissa are near those of the sliders.
+// Numbers of the points whose conditions but the abscissa are near those of the sliders.
 function nearby(oil) {
   const along = abscissa();
   const near = DATA.axes.map((axis, i) => {
@@ -288,7 +288,7 @@ function draw() {
   Object.assign(model("below"), { left: axis.low, right: Math.max(low, axis.low) });
   Object.assign(model("above"), { left: Math.min(high, axis.high), right: axis.high });
   model("sliders").location = state.point[along];
-  byId("chart-note").textContent = `${shown || "No"} measured points near this operating point. Shaded: outside all tested ranges. Dashed: the sliders.`;
+  byId("chart-note").textContent = `${shown || "No"} points of the logs near this operating point. Shaded: outside all tested ranges. Dashed: the sliders.`;
 }
 
 function cells(row, values) {

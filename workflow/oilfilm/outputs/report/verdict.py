@@ -176,11 +176,11 @@ def _paper(results: CampaignTables, settings: Settings) -> str:
     if len(findings) == 1 and set(counts.index) == {"cannot be checked"}:
         return f"No claim of the paper is judged on this campaign's fits: {findings[0]}."
     verdicts = [
-        f"{counts[verdict]} {verdict}"
+        f"{verdict} {counts[verdict]}"
         for verdict in ("holds", "by construction", "holds in part", "fails", "cannot be checked")
         if verdict in counts
     ]
-    sentence = f"Of {len(refit)} claims on this campaign's fits: {', '.join(verdicts)}."
+    sentence = f"Verdicts on {len(refit)} claims by this campaign's fits: {', '.join(verdicts)}."
     about = [sentence, *filter(None, [circular(settings.campaign)])]
     return " ".join([*about, *_torque(results)])
 
