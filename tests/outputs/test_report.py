@@ -161,7 +161,7 @@ def test_verdict_is_a_few_lines_with_the_numbers(results: CampaignTables, config
     assert "1 run refused (stuck sensor)" in lines["Trouble"]
     assert "1 log could not be read" in lines["Trouble"]
     assert "STAND-IN" in lines["Trouble"]
-    assert "1 holds" in lines["Paper"]
+    assert "holds 1." in lines["Paper"]
     assert "20.0 % in the median, 30.0 % at worst" in lines["Paper"]  # of 0.1 and -0.3
 
 
