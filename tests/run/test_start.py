@@ -15,6 +15,7 @@ from oilfilm.run.start import (
     ask_machine,
     keep_a_cache,
     refuse_unusable,
+    refuse_unwritable,
     start_python_by_name,
 )
 
@@ -103,3 +104,36 @@ def test_cache_goes_elsewhere_only_where_the_usual_place_takes_no_file(
     monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null/cache")
     keep_a_cache(tmp_path / "other")
     assert os.environ["XDG_CACHE_HOME"] == str(tmp_path / "other")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="users of Windows have no entry in a password file")
+def test_user_without_a_home_needs_none_for_the_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a container that runs with a number for which it knows no user."""
+
+    def unknown(_: int) -> None:
+        raise KeyError("uid not found")
+
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pwd.getpwuid", unknown)
+    monkeypatch.chdir(tmp_path)
+    keep_a_cache(tmp_path / "other")
+
+
+def test_folder_below_one_that_may_not_be_entered_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The administrator may enter everywhere, so the system's answer is put in place here."""
+    stat, locked = os.stat, str(tmp_path / "locked")
+
+    def refusing(path: object, *args: object, **options: object) -> os.stat_result:
+        if str(path).startswith(f"{locked}/"):
+            raise PermissionError(13, "Permission denied", str(path))
+        return stat(path, *args, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(os, "stat", refusing)
+    (tmp_path / "locked").write_text("takes no file", encoding="utf-8")
+    with pytest.raises(OilfilmError, match="locked: "):
+        refuse_unwritable(tmp_path / "locked" / "results")

@@ -148,8 +148,8 @@ def _add_init(commands: Any) -> None:
         commands,
         "init",
         "make a project folder from your logs",
-        "Make a project folder: settings, run sheet and Snakefile. Logs are copied into it. What "
-        "they seem to hold is written into the settings. Lines marked FILL IN need you.",
+        "Make a project folder: settings, run sheet and Snakefile. Logs are copied into it. The "
+        "settings get what the logs seem to hold. Fill in the lines marked FILL IN.",
     )
     command.add_argument("folder", type=Path, metavar="DIR", help="a new or empty folder")
     command.add_argument(

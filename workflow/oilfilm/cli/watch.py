@@ -18,7 +18,7 @@ from oilfilm.settings.resolve import resolve
 # How long to wait for a change while a log is being written, and else: folders of a network drive
 # may report no changes.
 _SOON_S, _LATER_S = 1.0, 5.0
-# How often the page is written anew though nothing has changed, so that it shows its age.
+# How often the page is written again even if nothing has changed, so that it shows its age.
 _HEARTBEAT_S = 10.0
 
 

@@ -20,7 +20,7 @@ from oilfilm.curation.coverage import (
 from oilfilm.errors import printable
 from oilfilm.settings.resolved import Settings
 
-# How often a browser loads the page anew, and after how long without a new one it warns.
+# How often a browser reloads the page, and after how long without a new one it warns.
 _REFRESH_S, _STALE_S = 5, 60
 # More are counted, not listed.
 _STEPS_LISTED, _LOGS_LISTED = 5, 200

@@ -79,7 +79,7 @@ def signer(folder: Path, signers: Path) -> str:
     if known.returncode or not name:
         raise NotSignedError(
             f"{SIGNATURE}: no signer in {signers} has made it. Do not trust the release, or add "
-            "the key of its maker after you have asked for it on another way."
+            "the key of its maker after you have checked it by another channel."
         )
     checked = _ssh_keygen(["-Y", "verify", *both, "-I", name], (folder / MANIFEST).read_bytes())
     if checked.returncode:

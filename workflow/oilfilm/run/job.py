@@ -35,7 +35,7 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
     except OSError as error:
         if not (fault := machine_fault(error)):
             raise
-        _end(f"{fault} ({error}). What is done is kept: run snakemake again.", log)
+        _end(f"{fault} ({error}). Finished steps are kept: run snakemake again.", log)
     except MemoryError:
         _end(
             "There is not enough memory for this step. Free some, raise the limit of the job, or "

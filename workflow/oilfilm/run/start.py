@@ -72,7 +72,9 @@ def refuse_unwritable(folder: Path) -> None:
     Raises:
         OilfilmError: Which folder, why, and what to do.
     """
-    existing = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    places = (folder, *folder.absolute().parents)
+    # unlike Path.exists, this does not raise where a folder above may not be entered
+    existing = next(each for each in places if os.path.exists(each))  # noqa: PTH110
     try:
         with tempfile.TemporaryFile(dir=existing) as file:
             file.write(_BLOCK)
@@ -112,14 +114,16 @@ def start_python_by_name() -> None:
         sys.executable = python.name
 
 
-def keep_a_cache(home: Path) -> None:
+def keep_a_cache(other: Path) -> None:
     """Give Snakemake another folder for its cache where it cannot make one in the user's.
 
     Args:
-        home: The folder to take instead.
+        other: The folder to take instead.
     """
-    usual = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    # as Snakemake finds it; Path.home raises where the user has no home at all
+    home_cache = os.path.expanduser("~/.cache")  # noqa: PTH111
+    usual = Path(os.environ.get("XDG_CACHE_HOME") or home_cache)
     try:
         refuse_unwritable(usual)
     except OilfilmError:
-        os.environ["XDG_CACHE_HOME"] = str(home.absolute())
+        os.environ["XDG_CACHE_HOME"] = str(other.absolute())

@@ -384,7 +384,7 @@ class SizeEffectSettings(Group):
 
 
 class BearingSettings(Group):
-    """What a bearing's torque is calculated with, beside the traction law."""
+    """Settings of the calculation of a bearing's torque, beside the traction law."""
 
     drag_coefficient: float = key(
         "Of a ball in its row, by its frontal area.", unit="1", ge=0, le=10
@@ -765,7 +765,7 @@ class ConfigKeys(Group):
     fit: FitSettings = key("The fit of a law.")
     torque_logs: TorqueLogSettings = key("Logs of a bearing's friction torque.")
     compare: CompareSettings = key("Laws compared on the same points.")
-    bearing: BearingSettings = key("What a bearing's torque is calculated with, beside the law.")
+    bearing: BearingSettings = key("Calculation of a bearing's torque, beside the law.")
     plan: PlanSettings = key("Which tests to run next.")
     exports: ExportSettings = key("Laws for other programs.")
     printed: PrintedSettings = key("How the printed constants are judged.")
