@@ -6,7 +6,7 @@ from scipy.optimize import least_squares
 
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, problem_of
-from law_points import EVERY_LAW, internal_of, points_of
+from law_points import EVERY_LAW, TRUTH, internal_of, points_of
 from oilfilm.fitting.descent import descend, refit
 from oilfilm.fitting.engine import Optimum, polish
 from oilfilm.fitting.problem import Problem, build_problem, curve_data
@@ -79,6 +79,24 @@ def test_resampled_refits_end_where_scipy_ends(name: str) -> None:
     expected = [scipy_end(problem, best.values, draw)[0] for draw in draws]
     apart = np.abs(refits - expected) / np.std(refits, axis=0)
     assert apart.max() < 1e-3
+
+
+def test_refits_that_leave_a_bound_end_on_it_where_scipy_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A critical load far below all loads: some resamples say nothing of it."""
+    law = EVERY_LAW["wang-deng-critical-load"]
+    weak = [*TRUTH["wang-deng-load"], 0.01, -1.0, 0.0, 0.0]
+    monkeypatch.setitem(TRUTH, law.name, weak)
+    data = curve_data(points_of(law, 1e-3), law.conditions)
+    problem = build_problem(law, data, np.ones(3, dtype=bool))
+    best = polish(problem, internal_of(law)[problem.free])
+    draws = draw_curves(problem.at.design, 12, generator(3, "refits"))
+    ends, sse = refit(problem, best.values, draws.astype(float))
+    expected = [polish(problem, best.values, draw[problem.at.curve]) for draw in draws]
+    np.testing.assert_allclose(sse, [end.sse for end in expected], rtol=1e-8)
+    at_bound = ends[:, -1] == problem.limits[-1, 0]
+    assert 0 < at_bound.sum() < len(ends)
 
 
 @pytest.mark.parametrize("name", ["deng2026", "eyring"])

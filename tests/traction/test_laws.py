@@ -77,6 +77,21 @@ def test_curvatures_are_the_slopes_of_the_slopes(law: Law) -> None:
         np.testing.assert_allclose(curvature + 0 * up, (up - down) / (2 * step), atol=1e-9)
 
 
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_coefficients_in_which_mu_is_linear_are_those_of_equal_differences(law: Law) -> None:
+    start = law.sizes(internal_of(law), observe(law).design)
+    slip = np.full(start.shape[1], 0.04)
+    terms = len(law.constants) // len(law.coefficients)
+    for index in range(len(start)):
+        mu = []
+        for factor in (0.9, 1.0, 1.1):
+            sizes = start.copy()
+            sizes[index] *= factor
+            mu.append(law.value(sizes, slip))
+        linear = np.allclose(np.diff(mu, n=2, axis=0), 0, atol=1e-12)
+        assert law.linear_in[index * terms] == linear
+
+
 def test_equation_with_an_unknown_name_is_told() -> None:
     with pytest.raises(ValueError, match="found 'cos\\(S\\)'; expected numbers, S"):
         expression.parse("1 - cos(S)", {"S": expression.name("S")})

@@ -105,6 +105,11 @@ class Problem:
         return self.law.signs[self.free]
 
     @cached_property
+    def linear(self) -> BoolArray:
+        """True for the free constants ln|X0| with mu linear in X0."""
+        return self.law.linear_in[self.free]
+
+    @cached_property
     def limits(self) -> FloatArray:
         """Bounds of the free internal constants, shape (free, 2)."""
         return bounds(self.law)[self.free]

@@ -204,6 +204,18 @@ class Law:
         return _graphs(self.equation, self.parts, signs)
 
     @cached_property
+    def linear_in(self) -> BoolArray:
+        """For each constant, whether it is the X0 of a coefficient in which mu is linear."""
+        terms = len(self.constants) // len(self.coefficients)
+        linear = np.zeros(len(self.constants), dtype=bool)
+        # X g + h is linear in X: its change per relative change of X is X g, and so is that of X g
+        linear[::terms] = [
+            expression.logarithmic_derivative(slope, name) is slope
+            for name, slope in zip(self.local_constants, self.graphs[1:], strict=True)
+        ]
+        return linear
+
+    @cached_property
     def _value(self) -> Callable[..., Any]:
         return _compiled(self.graphs[:1], (*self.local_constants, "S"))
 
