@@ -305,7 +305,7 @@ def logs_in(folder, files):
 
 def begin():
     try:
-        lock_run(RECORDS)
+        lock_run(RECORDS, CAMPAIGN.name)
         releases = any(job.rule.name == "release" for job in workflow.dag.jobs)
         for place in (RESULTS_PLACE, SETTINGS.storage.releases if releases else None):
             if place and place.startswith("s3://"):
