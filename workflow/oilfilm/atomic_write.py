@@ -1,6 +1,8 @@
 """Write files and folders completely or not at all: write under a hidden name, then rename.
 
-A killed run leaves a path that begins with a dot. The next run overwrites it.
+A killed run leaves a path that begins with a dot. The next run overwrites it. After a power failure
+a path has its old content or the whole new one: content is flushed to disk before the rename, the
+name after it.
 """
 
 import os
@@ -13,15 +15,15 @@ from pathlib import Path
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
     """Yield a temporary path to write to; rename it to `path` when no error occurred."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     temporary = _temporary(path)
     try:
         yield temporary
-        _flush_to_disk(temporary)
+        flush(temporary)
     except BaseException:
         temporary.unlink(missing_ok=True)  # a full disk needs the space
         raise
-    temporary.replace(path)
+    rename_flushed(temporary, path)
 
 
 @contextmanager
@@ -29,17 +31,15 @@ def atomic_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary folder to fill; it replaces `path` when no error occurred."""
     temporary = _temporary(path)
     shutil.rmtree(temporary, ignore_errors=True)
-    temporary.mkdir(parents=True)
+    make_folder(temporary)
     try:
         yield temporary
-        for file in temporary.rglob("*"):
-            if file.is_file():
-                _flush_to_disk(file)
+        flush(temporary)
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
     shutil.rmtree(path, ignore_errors=True)
-    temporary.replace(path)
+    rename_flushed(temporary, path)
 
 
 def write_bytes(content: bytes, path: Path) -> None:
@@ -59,7 +59,38 @@ def _temporary(path: Path) -> Path:
     return path.with_name(f".{path.name}.part")
 
 
-def _flush_to_disk(file: Path) -> None:
-    """Force the content to disk: a power failure after the rename must not leave an empty file."""
-    with file.open("r+b") as written:  # Windows flushes no file that is open for reading only
-        os.fsync(written.fileno())
+def flush(path: Path) -> None:
+    """Force a file, or a folder and all in it, to disk: what is renamed next must not be empty."""
+    if not path.is_dir():
+        with path.open("r+b") as written:  # Windows flushes no file that is open for reading only
+            os.fsync(written.fileno())
+        return
+    for each in path.iterdir():
+        if not each.is_symlink():  # a link is content of its folder
+            flush(each)
+    _flush_names(path)
+
+
+def rename_flushed(temporary: Path, path: Path) -> None:
+    """Give what has been flushed, or a link, its name, in one step and for good."""
+    temporary.replace(path)
+    _flush_names(path.parent)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it, for good."""
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for each in missing:
+        _flush_names(each.parent)
+
+
+def _flush_names(folder: Path) -> None:
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except PermissionError:  # Windows opens no folder, and needs no flush of names
+        return
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,8 +1,8 @@
 """Pins: the small part of a release that a repository keeps as reference for later releases."""
 
-import shutil
 from pathlib import Path
 
+from oilfilm.atomic_write import atomic_folder
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import PINNED_MANIFEST
 from oilfilm.releases.stored_release import StoredRelease
@@ -29,13 +29,9 @@ def pin(release: Path, root: Path) -> Path:
     if stored.pinned:
         raise OilfilmError(f"{release}: is a pin already; expected a release.")
     folder = root / PINS / stored.manifest.made_from["campaign"]
-    temporary = folder.with_name(f".{folder.name}.part")
-    shutil.rmtree(temporary, ignore_errors=True)
-    for path in _KEPT:
-        if path in stored.files:
-            copy_file(stored.file(path), temporary / path)
-    (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
-    if folder.exists():
-        shutil.rmtree(folder)
-    temporary.rename(folder)
+    with atomic_folder(folder) as temporary:
+        for path in _KEPT:
+            if path in stored.files:
+                copy_file(stored.file(path), temporary / path)
+        (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
     return folder

@@ -1,6 +1,5 @@
 """Make a release: collect every file in a temporary folder, then rename the folder."""
 
-import os
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -11,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from oilfilm import object_storage, tables
+from oilfilm.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.errors import OilfilmError
 from oilfilm.outputs.metadata import data_package, table_file
 from oilfilm.outputs.report.release_id import with_release
@@ -90,6 +90,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     made_from = _made_from(run)
     version = version_of(made_from)
     temporary, folder = releases / f".{version}.part", releases / version
+    make_folder(releases)
     # left by a killed run
     for leftover in releases.glob(".*.part"):
         shutil.rmtree(leftover)
@@ -98,7 +99,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         manifest = _gather(run, made_from, temporary)
         if new:
             _close(temporary)
-            temporary.rename(folder)
+            rename_flushed(temporary, folder)
         else:
             _refuse_other(folder, manifest)
     finally:
@@ -220,15 +221,10 @@ def _write(path: Path, text: str) -> None:
 
 
 def _close(folder: Path) -> None:
-    """Make every file read-only and flush it to disk before the folder gets its name."""
+    """Flush every file to disk and make it read-only before the folder gets its name."""
+    flush(folder)
     for name in files_below(folder):
         (folder / name).chmod(0o444)
-    for path in [folder, *folder.rglob("*")]:
-        descriptor = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
 
 
 def _refuse_other(folder: Path, manifest: Manifest) -> None:
@@ -259,4 +255,4 @@ def _point(link: Path, version: str) -> None:
     temporary = link.with_name(".latest.new")
     temporary.unlink(missing_ok=True)
     temporary.symlink_to(version)
-    temporary.replace(link)
+    rename_flushed(temporary, link)
