@@ -324,6 +324,38 @@ def test_warning_names_little_traction_and_soft_saturation() -> None:
     assert soft["warning"].startswith("soft_saturation")
 
 
+@pytest.mark.parametrize(
+    ("row", "change_s", "steps"),
+    [(400, 0.03, 2), (400, -0.02, 2), (slice(600, None), 0.1, 1)],
+    ids=["digit too large", "digit too small", "a tenth lost"],
+)
+def test_warning_names_a_digit_of_the_time_that_is_wrong(
+    row: int | slice, change_s: float, steps: int
+) -> None:
+    """Rows come every 0.05 s; none of these changes turns the clock back."""
+    values = good(SWEEP)
+    assert judged(values).runs.at[0, "warning"] == ""
+    time_s = values["time"].copy()
+    time_s[row] += change_s
+    run = judged({**values, "time": time_s}).runs.iloc[0]
+    assert run["verdict"] == "accepted"
+    place = row if isinstance(row, int) else row.start
+    # rows are counted from 1
+    between = f"{0.05 + change_s:g} s pass between row {place} and row {place + 1}"
+    assert run["warning"].startswith("uneven_clock: rows come every 0.05 s")
+    assert between in run["warning"]
+    assert f"({steps} such steps)" in run["warning"]
+
+
+@pytest.mark.parametrize("jitter_s", [0.0, 0.0005, 0.005])
+def test_clock_of_a_program_is_no_wrong_digit(jitter_s: float) -> None:
+    values = good(SWEEP)
+    late_s = jitter_s * np.random.default_rng(7).standard_exponential(len(values["time"]))
+    # with the three decimals of many loggers
+    run = judged({**values, "time": np.round(values["time"] + late_s, 3)}).runs.iloc[0]
+    assert run["warning"] == ""
+
+
 # --- runs against each other -------------------------------------------------------------------
 
 

@@ -195,6 +195,12 @@ def test_hostile_text_stays_text(folder: Path) -> None:
     assert package["description"].startswith(HOSTILE)
 
 
+def test_log_that_was_changed_has_its_reason_in_the_package(folder: Path) -> None:
+    log = {"log": "data/raw/june/a.csv", "was": "0" * 16, "now": "1" * 16, "reason": HOSTILE}
+    package = package_of(folder, settings_with({"acknowledged_changes": [log]}))
+    assert f"data/raw/june/a.csv ({'0' * 16}, now {'1' * 16}): {HOSTILE}" in package["description"]
+
+
 def test_name_that_a_package_may_not_have_is_changed(folder: Path) -> None:
     package = package_of(folder, settings_with({}, name="Prüfung.1"))
     assert (package["name"], package["title"]) == ("pr-fung.1", "Traction campaign Prüfung.1")

@@ -132,9 +132,14 @@ def test_hostile_names_are_text(
     results: CampaignTables, config: Settings, page: Page, tmp_path: Path
 ) -> None:
     about = {"title": HOSTILE[1], "creators": [HOSTILE[2], HOSTILE[3]], "licence": "MIT"}
+    changed = {"log": "data/raw/june/a.csv", "was": "0" * 16, "now": "1" * 16, "reason": HOSTILE[0]}
     changes = {
         "campaign": {"description": HOSTILE[0]},
-        "dataset": {**about, "sources": [{"title": HOSTILE[1]}]},
+        "dataset": {
+            **about,
+            "sources": [{"title": HOSTILE[1]}],
+            "acknowledged_changes": [changed],
+        },
     }
     named = with_hostile_names(results)
     hostile = Page(report_of(named, config.with_changes(changes), tmp_path))

@@ -148,3 +148,15 @@ def test_every_reader_has_its_section_in_the_guide() -> None:
     guide = (ROOT / "data/raw/README.md").read_text(encoding="utf-8")
     assert [name for name in READERS if f"## `{name}`" not in guide] == []
     assert set(READERS) == {*WRITERS, "pcs"}
+
+
+def test_changed_bit_of_a_packed_log_is_found(config: Settings) -> None:
+    """Its checksum shows it, even where the text would be a log with another number."""
+    example = EXAMPLES["traction"]
+    packed = gzip.compress(write(example, "csv", 200))
+    random = np.random.default_rng(4)
+    for place in random.integers(20, len(packed), 100):
+        changed = bytearray(packed)
+        changed[place] ^= 1 << random.integers(8)
+        (refusal,) = read(bytes(changed), config, example).refusals
+        assert refusal.rule == "damaged_archive"

@@ -56,6 +56,33 @@ def test_column_of_anything_else_is_refused_in_words(read, column: Any) -> None:
     assert (reading.rows, refusal.refused_rows) == (40, 40)
 
 
+def test_bit_changed_in_a_page_with_a_checksum_is_found(read) -> None:
+    """The digit stays a plausible load: only the checksum shows it."""
+    load = np.arange(80.0, 81.0, 0.025)
+    table = formats.table(VALUES)
+    field = arrow.field("load", arrow.float64(), metadata={"unit": "N"})
+    table = table.set_column(table.schema.get_field_index("load"), field, arrow.array(load))
+    for checksums in (True, False):
+        buffer = io.BytesIO()
+        parquet.write_table(
+            table,
+            buffer,
+            compression="none",
+            use_dictionary=False,
+            write_page_checksum=checksums,
+        )
+        content = bytearray(buffer.getvalue())
+        place = content.index(load.tobytes())
+        content[place + 8 * 20 + 6] ^= 1  # of the twentieth row's 80.5
+        reading = read(bytes(content))
+        if checksums:
+            assert [refusal.rule for refusal in reading.refusals] == ["damaged_file"]
+        else:
+            changed = reading.runs[0].samples["load_n"][20]
+            assert changed != load[20]
+            assert 80 < changed < 90
+
+
 def test_nulls_are_refused_by_row(read) -> None:
     reading = read(with_load(arrow.array([*range(38), None, None], arrow.int64())))
     assert [(r.rule, r.first_row, r.last_row) for r in reading.refusals] == [

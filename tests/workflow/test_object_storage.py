@@ -87,6 +87,9 @@ def test_points_from_logs_in_a_bucket_are_those_from_a_folder(
     content = quick.files("lab", "logs/own/")[changed]
     assert "Nothing to be done" in succeed(there, points, *OWN, "-n", around=around(quick)), others
     quick.put("lab", {f"logs/own/{changed}": content.replace(b"\n", b"\r\n")})
+    message = fail(there, points, *OWN, "-n", around=around(quick))
+    assert f"data/raw/own/{changed}: has changed since a run first read it" in message
+    (there / "data/first_seen/own.sha256").unlink()
     planned = succeed(there, points, *OWN, "-n", around=around(quick))
     assert planned.count("rule ingest:") == 1
 

@@ -215,8 +215,16 @@ def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None
     succeed(project, points, "--config", "campaign=own")
     simulated = tables.read("points", project / "results/small/tables/points.parquet")
     assert simulated.equals(tables.read("points", project / points))
-    with (own / "4102_P1.50_U40_T120.csv").open("a", encoding="utf-8") as log:
+    name = "4102_P1.50_U40_T120.csv"
+    with (own / name).open("a", encoding="utf-8") as log:
         log.write("99.0,142.0,0.1,30000,7500,120.0\n")
+    # other bytes than those that a run has read need a reason in the campaign file
+    message = fail(project, points, "--config", "campaign=own")
+    assert f"data/raw/own/{name}: has changed since a run first read it" in message
+    lines = re.search(r"(?ms)^acknowledged_changes:.*?reason:", message)
+    assert lines, message
+    with (project / "config/campaigns/own.yaml").open("a", encoding="utf-8") as file:
+        file.write(f"{lines[0]} the rig wrote one more row\n")
     jobs = planned(project, points, "--config", "campaign=own")
     assert (jobs["ingest"], jobs["curate"]) == (1, 1)
 
@@ -282,6 +290,7 @@ def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project:
 
 def test_changed_row_of_the_run_sheet_redoes_only_its_own_share(project: Path, own: Path) -> None:
     log, sheet = own / "4102_P1.25_U25_T050.csv", own / "runs.csv"
+    (project / "data/first_seen/own.sha256").unlink(missing_ok=True)  # no run has read it before
     lines = log.read_text(encoding="utf-8").splitlines(keepends=True)
     log.write_text("".join(line for line in lines if not line.startswith("#")), encoding="utf-8")
     rows = (

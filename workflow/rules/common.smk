@@ -20,6 +20,7 @@ from oilfilm.digest_cache import DigestCache
 from oilfilm.digests import code_digest, file_digest
 from oilfilm import home, object_storage
 from oilfilm.home import HOME, PACKAGE
+from oilfilm.readers.first_seen import FirstSeen
 from oilfilm.readers.raw_files import (
     find_sheet,
     raw_files,
@@ -279,6 +280,48 @@ def raw_with_digests(wildcards):
     }
 
 
+def state_of_log(path):
+    """State of a measured log; empty for one that cannot be read, which its job says in words."""
+    try:
+        return STATES.get(path) or digest_of_log(path)
+    except OSError:
+        return ""
+
+
+def refuse_changed_logs():
+    """Refuse measured logs that have changed since a run first read them."""
+    folders = ((RAW, FILES, SIMULATED), (TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED))
+    logs = [folder / file for folder, files, twin in folders if not twin for file in files]
+    acknowledged = SETTINGS.dataset.acknowledged_changes
+    try:
+        first_seen = FirstSeen(CAMPAIGN.name)
+        first_seen.refuse_changed(logs, state_of_log, acknowledged)
+    except OilfilmError as mistake:
+        raise WorkflowError(str(mistake)) from None
+    return first_seen
+
+
+if workflow.is_main_process:
+    FIRST_SEEN = refuse_changed_logs()
+
+
+def keep_first_seen():
+    """Add the logs that jobs have read, whether in this run or before, to the campaign's listing."""
+    states = {}
+    for job in filter(workflow.dag.noneedrun_finished, workflow.dag.jobs):
+        folder = {"ingest": RAW, "torque_runs": TORQUE_RAW}.get(job.rule.name)
+        if folder is not None:
+            files = job.params.files
+            states |= {(folder / file).as_posix(): state for file, state in files.items()}
+    try:
+        FIRST_SEEN.add(states)
+    except OSError as error:
+        logger.warning(
+            f"{error.filename}: cannot be written ({error.strerror}). Logs that change after this "
+            "run will not be noticed."
+        )
+
+
 def sheet_of_shard(wildcards):
     """What the run sheet says of the logs of one share: a changed row reads only its logs again."""
     if SHEET is None:
@@ -346,6 +389,7 @@ def finished_text(path):
 
 def end_well(logs):
     """Print the summary and where everything is."""
+    keep_first_seen()
     # a dry run need not wait for it
     from oilfilm.outputs.summary import at_the_end_of_a_run
 
@@ -361,6 +405,7 @@ def end_well(logs):
 
 
 def end_badly(logs):
+    keep_first_seen()
     # a log that changed without a trace in its times must not stop the next run as well
     with suppress(OSError):
         KEPT_DIGESTS.forget()

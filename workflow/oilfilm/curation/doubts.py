@@ -15,6 +15,10 @@ _SMALL, _LARGE, _ALMOST_ALL = 0.2, 0.8, 0.99
 _CHANGES = 60
 # Sensors have the same noise at any reading, and vibrations add to it.
 _NOISE_LEFT = 0.6
+# A fixed interval is kept to so much of it: a logger's hardware does, a program's timer does not.
+_FIXED = 0.03
+# Steps this many times further off than almost all others are not its rounding.
+_FAR_OFF = 3
 
 
 def little_traction(run: Run, limits: Limits) -> str:
@@ -54,8 +58,33 @@ def soft_saturation(run: Run, limits: Limits) -> str:
     )
 
 
+def uneven_clock(run: Run, limits: Limits) -> str:
+    """Rows come at a fixed interval, but a few of them do not: a digit of their time may be wrong.
+
+    A clock that runs backwards or stands still is refused before.
+    """
+    gap_s, step = np.diff(run.signals.time_s), np.diff(run.signals.row)
+    if len(gap_s) < _CHANGES:
+        return ""
+    beside = step == np.median(step)  # no row between them was refused
+    interval_s = run.signals.interval_s
+    off_s = np.where(beside, np.abs(gap_s - interval_s), 0.0)
+    usual_s = float(np.quantile(off_s[beside], _ALMOST_ALL))
+    if usual_s > _FIXED * interval_s:
+        return ""
+    odd = np.flatnonzero(off_s > max(_FAR_OFF * usual_s, _FIXED * interval_s))
+    if len(odd) == 0:
+        return ""
+    first = int(odd[0])
+    before, after = run.signals.row[[first, first + 1]]
+    return (
+        f"rows come every {interval_s:g} s, but {gap_s[first]:g} s pass between row {before} and "
+        f"row {after} ({len(odd)} such steps); a digit of the time may be wrong, or rows are lost"
+    )
+
+
 DOUBTS: dict[str, Callable[[Run, Any], str]] = {
-    each.__name__: each for each in (little_traction, soft_saturation)
+    each.__name__: each for each in (little_traction, soft_saturation, uneven_clock)
 }
 
 

@@ -94,6 +94,11 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
         _ORIGIN[campaign.data],
         f"Licence: {about.licence or _NOT_STATED}.",
         f"Creators: {', '.join(creators) or _NOT_STATED}.",
+        *(
+            f"Changed after it was first read: {each.log} ({each.was}, now {each.now}): "
+            f"{each.reason}"
+            for each in about.acknowledged_changes
+        ),
     )
     descriptor: dict[str, Any] = {
         # The standard allows fewer letters in a name than a campaign may have.

@@ -72,6 +72,21 @@ class Source(Group):
     address: WebAddress | None = key("Address, where it has one.", default=None)
 
 
+# As the refusal of a changed log prints them.
+LogState = Annotated[str, Field(pattern=r"^([0-9a-f]{12,64}|etag:[!-~]{1,64})$")]
+
+
+class AcknowledgedChange(Group):
+    """A raw log that was changed on purpose after a run had read it."""
+
+    log: Annotated[str, Field(pattern=r"^data/raw/[^/]+/.")] = key(
+        "Path of the log from the top folder."
+    )
+    was: LogState = key("First digits of the sha256 that data/first_seen has of it.")
+    now: LogState = key("First digits of its sha256 now.")
+    reason: Annotated[str, Field(pattern=r"\S")] = key("Why it was changed.")
+
+
 class Dataset(Group):
     """What describes the data and changes no number."""
 
@@ -87,6 +102,10 @@ class Dataset(Group):
     )
     sources: Annotated[list[Source], Field(min_length=1)] | None = key(
         "What the data come from, beside the raw logs.", default=None
+    )
+    acknowledged_changes: list[AcknowledgedChange] = key(
+        "Raw logs that were changed on purpose after a run had read them; a run refuses others.",
+        default=[],
     )
 
 

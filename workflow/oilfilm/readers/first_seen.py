@@ -1,0 +1,127 @@
+"""Raw logs as they were when a run first read them: one that has changed since is refused."""
+
+import json
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from oilfilm.atomic_write import write_text
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.campaign import AcknowledgedChange
+
+FOLDER = Path("data/first_seen")
+# The listings are for people and version control; so many digits tell any two logs apart.
+_DIGITS = 16
+_LINE = re.compile(r"([0-9a-f]{64}|etag:\S+)  (data/raw/.+)")
+
+
+@dataclass(frozen=True)
+class _Change:
+    log: str
+    was: str
+    now: str
+
+    def lines(self) -> str:
+        """The entry of the campaign file, without its reason."""
+        log, was, now = map(json.dumps, (self.log, self.was[:_DIGITS], self.now[:_DIGITS]))
+        return f"  - log: {log}\n    was: {was}\n    now: {now}\n    reason: "
+
+
+class FirstSeen:
+    """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed.
+
+    A log in object storage has its ETag there, because its bytes are read by its job alone.
+    """
+
+    def __init__(self, campaign: str, folder: Path = FOLDER) -> None:
+        """Read the listing; a campaign that has not run has none.
+
+        Args:
+            campaign: Its name.
+            folder: Where the listings are.
+
+        Raises:
+            OilfilmError: A line of it is damaged.
+        """
+        self._campaign = campaign
+        self._path = folder / f"{campaign}.sha256"
+        self._states: dict[tuple[str, bool], str] = {}
+        text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
+        for number, line in enumerate(text.split("\n")[:-1], start=1):
+            parts = _LINE.fullmatch(line)
+            if parts is None:
+                raise OilfilmError(
+                    f"{self._path}, line {number}: expected a sha256, two blanks and the path of a "
+                    "log below data/raw. Put the file back from version control or a backup."
+                )
+            self._states[parts[2], _is_etag(parts[1])] = parts[1]
+
+    def refuse_changed(
+        self,
+        logs: Iterable[Path],
+        state_of: Callable[[Path], str],
+        acknowledged: Iterable[AcknowledgedChange],
+    ) -> None:
+        """Refuse logs that have other bytes than at first, unless the campaign file says why.
+
+        Args:
+            logs: The logs, from the top folder.
+            state_of: Gives the sha256 of a log, or its ETag after `etag:`; empty if unknown.
+            acknowledged: Changes that are meant.
+
+        Raises:
+            OilfilmError: Which logs, and the lines that acknowledge their changes.
+        """
+        entries = list(acknowledged)
+        changes = []
+        for path in logs:
+            log = path.as_posix()
+            if not {(log, False), (log, True)} & self._states.keys():
+                continue
+            now = _plain(state_of(path))
+            was = self._states.get((log, _is_etag(now)), now)
+            known = any(
+                each.log == log and was.startswith(each.was) and now.startswith(each.now)
+                for each in entries
+            )
+            if now not in (was, "") and not known:
+                changes.append(_Change(log, was, now))
+        if changes:
+            raise OilfilmError(self._refusal(changes, bool(entries)))
+
+    def _refusal(self, changes: list[_Change], others: bool) -> str:
+        first = changes[0]
+        more = f", and {len(changes) - 1} more" if len(changes) > 1 else ""
+        place = "at the end of `acknowledged_changes` in" if others else "to"
+        key = "" if others else "acknowledged_changes:\n"
+        return (
+            f"{first.log}: has changed since a run first read it (it was {first.was[:_DIGITS]} "
+            f"then, {self._path} says){more}. Put it back. If the change is meant, add these lines "
+            f"{place} config/campaigns/{self._campaign}.yaml, with the reason:\n"
+            + key
+            + "\n".join(change.lines() for change in changes)
+        )
+
+    def add(self, states: Mapping[str, str]) -> None:
+        """Keep the state of logs that are new; the others keep theirs.
+
+        Raises:
+            OSError: The listing cannot be written.
+        """
+        plain = {log: _plain(state) for log, state in states.items() if state}
+        new = {(log, _is_etag(state)): state for log, state in plain.items()}
+        together = new | self._states
+        if together != self._states:
+            lines = [f"{state}  {log}\n" for (log, _), state in sorted(together.items())]
+            write_text("".join(lines), self._path)
+            self._states = together
+
+
+def _is_etag(state: str) -> bool:
+    return state.startswith("etag:")
+
+
+def _plain(state: str) -> str:
+    """A state without the quotes of an ETag, which YAML would take for its own."""
+    return state.replace('"', "")
