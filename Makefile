@@ -79,7 +79,7 @@ lint: $(DEV) ## every static check: style, format, types, imports, workflow
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 
-nightly: $(DEV) ## long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
+nightly: $(DEV) audit ## what audit says, long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
 	$(IN_VENV) $(BIN)/pytest -m nightly
 	$(IN_VENV) $(BIN)/oilfilm nightly --campaign $(CAMPAIGN) --rebuild
 
@@ -174,6 +174,24 @@ bench-fit: rivals ## the fit against other optimisers, 20 seeds on each oil (hal
 bench-ga: rivals ## a genetic algorithm, as the paper used one, beside our fit: renews its table (10 min)
 	$(RIVALS)/bin/python benchmarks/genetic.py
 
+# What searches the code, the workflows of GitHub and the locked packages for known weaknesses.
+AUDIT := .venv-audit
+AUDITED := $(AUDIT)/locked-$(PLACE)
+
+$(AUDITED): tests/lint/audit.lock $(DEV)
+	@rm -rf $(AUDIT) && $(if $(UV),uv venv --quiet --python $(BIN)/python $(AUDIT),$(BIN)/python -m venv $(AUDIT))
+	@$(if $(UV),uv pip install --quiet --python $(AUDIT)/bin/python,\
+		$(AUDIT)/bin/python -m pip install --quiet --disable-pip-version-check) \
+		--require-hashes --requirement tests/lint/audit.lock
+	@touch $@
+
+.PHONY: audit
+audit: $(AUDITED) ## known weaknesses: bandit, zizmor, licences; advisories, if there is a network (a minute)
+	$(AUDIT)/bin/bandit --quiet --recursive --configfile pyproject.toml workflow
+	$(AUDIT)/bin/zizmor --offline --quiet --persona=pedantic .github/workflows docs/nightly/github-self-hosted.yml
+	$(BIN)/python tests/lint/licences.py
+	$(BIN)/python tests/lint/advisories.py $(AUDIT)/bin/pip-audit
+
 # Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
 # for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
 # The client of object storage takes no newer python-dateutil. It is the same without the client: what
@@ -196,6 +214,7 @@ lock: ## renew the lock files after a change of pyproject.toml
 		--output-file requirements-slurm.lock
 	$(COMPILE) --constraint requirements.lock benchmarks/rivals.in \
 		--output-file benchmarks/rivals.lock
+	$(COMPILE) tests/lint/audit.in --output-file tests/lint/audit.lock
 
 schemas: $(DEV) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.settings.schemas

@@ -107,7 +107,8 @@ def test_what_github_runs_can_be_run_anywhere(path: Path):
 def test_workflows_may_only_read_but_for_the_one_that_publishes(path: Path):
     assert workflow(path)["permissions"] == {"contents": "read"}
     more = [job["permissions"] for job in workflow(path)["jobs"].values() if "permissions" in job]
-    assert more == ([{"contents": "write"}] if path.name == "release.yml" else [])
+    publish = {"contents": "write", "attestations": "write", "id-token": "write"}
+    assert more == ([publish] if path.name == "release.yml" else [])
     assert "secrets." not in path.read_text(encoding="utf-8")
 
 
@@ -130,6 +131,17 @@ def test_profiles_name_steps_of_the_workflow_and_agree_on_how_a_run_goes(path: P
     assert grouped | set(profile.get("set-resources", {})) <= steps
     shared = default.keys() - {"cores"} if "executor" in profile else set()
     assert {key: profile[key] for key in shared} == {key: default[key] for key in shared}
+
+
+def test_what_may_sign_and_publish_runs_nothing_that_was_installed():
+    """No test and no package has the rights of the job that attests what is published."""
+    publish = workflow(ROOT / ".github/workflows/release.yml")["jobs"]["publish"]
+    assert publish["needs"] == "release"
+    used = [step.get("uses", step.get("run")).partition("@")[0] for step in publish["steps"]]
+    assert used == [
+        *("actions/checkout", "actions/download-artifact", "actions/attest"),
+        '.ci/publish "$GITHUB_REF_NAME"',
+    ]
 
 
 def test_actions_are_pinned_by_commit_with_their_version_beside():
@@ -156,6 +168,7 @@ def test_published_archives_are_the_same_bytes_whatever_the_umask(tmp_path: Path
         (release / "tables/runs.parquet").write_bytes(b"PAR1")
         (release / "tables/runs.parquet").chmod(0o444)
         (release.parent / "latest").symlink_to(release.name)
+        subprocess.run([ROOT / ".ci/pack"], cwd=project, check=True)
         done = subprocess.run(
             [ROOT / ".ci/publish", "v1"],
             cwd=project,
