@@ -9,6 +9,17 @@ def printable(text: object) -> str:
     )
 
 
+def cut(text: object, longest: int = 200) -> str:
+    """Text of unknown origin for a message: its beginning, where it is longer than is read.
+
+    Examples:
+        >>> cut("x" * 9, 5)
+        'xxxxx... (9 letters)'
+    """
+    whole = str(text)
+    return whole if len(whole) <= longest else f"{whole[:longest]}... ({len(whole)} letters)"
+
+
 class OilfilmError(Exception):
     """A mistake in data or configuration, as a sentence that the user can act on.
 

@@ -13,6 +13,7 @@ import scipy
 from oilfilm.errors import OilfilmError
 from oilfilm.fitting.conditions import LEAST_SIZE, FixedCondition, away, from_text
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import (
     CONDITIONS,
@@ -313,6 +314,8 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     Raises:
         OilfilmError: There are no such results, or no such oil in them.
     """
+    for name in ("coefficients", "refits", "fit_quality"):
+        refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
     coefficients = results.coefficients
     oils = sorted(coefficients["oil"].unique())

@@ -1,6 +1,7 @@
 """A comparison as one self-contained page, with the figures side by side."""
 
 import base64
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,12 @@ from oilfilm.releases.compare import Comparison, Section
 from oilfilm.releases.stored_release import StoredRelease
 
 _PNG = b"\x89PNG\r\n\x1a\n"
-_LARGEST_PNG = 1 << 24
+# Width and height behind the mark, and the length and name of the first chunk.
+_HEAD = struct.Struct(">16x2I")
+# A small PNG may unfold to more pixels than a browser has memory for.
+_LARGEST_PNG, _MOST_PIXELS = 1 << 24, 1 << 26
+# Bytes of all pictures of a page.
+_LARGEST_PAGE = 1 << 28
 
 
 @dataclass(frozen=True)
@@ -21,11 +27,19 @@ class Picture:
     lacking: str = ""
 
 
+_NO_ROOM = Picture(lacking="left out: the page would be too large")
+
+
 def page(comparison: Comparison, moved: Section) -> str:
     """The page. Everything of a release is text in it; nothing in it runs or is fetched."""
     before, after = comparison.before, comparison.after
     names = sorted(_figures(before) | _figures(after))
     differ = [name for name in names if before.files.get(name) != after.files.get(name)]
+    room, figures = _LARGEST_PAGE, {}
+    for name in differ:
+        pair = _picture(before, name), _picture(after, name)
+        room -= sum(len(picture.address) for picture in pair)
+        figures[name] = pair if room >= 0 else (_NO_ROOM, _NO_ROOM)
     templates = FileSystemLoader(Path(__file__).parent)
     # escaping does not depend on the name of the template
     environment = Environment(
@@ -38,7 +52,7 @@ def page(comparison: Comparison, moved: Section) -> str:
         moved=moved,
         sections=comparison.sections,
         same=[name for name in names if name not in differ],
-        figures={name: (_picture(before, name), _picture(after, name)) for name in differ},
+        figures=figures,
     )
 
 
@@ -55,6 +69,9 @@ def _picture(stored: StoredRelease, path: str) -> Picture:
         return Picture(lacking=f"larger than {_LARGEST_PNG} bytes")
     content = stored.file(path).read_bytes()
     # a browser would guess what other bytes are
-    if not content.startswith(_PNG):
+    if not content.startswith(_PNG) or len(content) < _HEAD.size:
         return Picture(lacking="no PNG")
+    width, height = _HEAD.unpack_from(content)
+    if width * height > _MOST_PIXELS:
+        return Picture(lacking=f"{width} x {height} pixels, more than {_MOST_PIXELS}")
     return Picture("data:image/png;base64," + base64.b64encode(content).decode("ascii"))

@@ -6,24 +6,18 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import pyarrow as arrow
-import pyarrow.compute as compute
-import pyarrow.parquet as parquet
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, read_manifest
 from oilfilm.releases.verify import file_mismatch
 from oilfilm.settings.yaml_file import read_yaml
+from oilfilm.tables.limits import LARGEST_TABLE, UNREADABLE, refuse_unpacking
 
 # Bytes of one file that is read into memory, of a table once it is unpacked, of a configuration.
 _LARGEST_FILE = 1 << 28
-_LARGEST_TABLE = 1 << 30
+_LARGEST_TABLE = LARGEST_TABLE
 _LARGEST_CONFIG = 1 << 20
-# Types of at most 8 bytes a value.
-_PLAIN = {"BOOLEAN", "INT32", "INT64", "FLOAT", "DOUBLE"}
-# Errors of Arrow for a file that is not Parquet or is damaged.
-_UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
 
 
 @dataclass(frozen=True)
@@ -73,7 +67,7 @@ class StoredRelease:
         if complaint := file_mismatch(self.folder, record):
             raise OilfilmError(f"{self.folder}: {complaint}")
         if path.endswith(".parquet"):
-            _refuse_unpacking(self.folder / path)
+            refuse_unpacking(self.folder / path, _LARGEST_TABLE)
         return self.folder / path
 
     def table(self, name: str) -> pd.DataFrame | None:
@@ -95,7 +89,7 @@ class StoredRelease:
         file = self.file(path)
         try:
             return tables.read(name, file)
-        except _UNREADABLE as error:
+        except UNREADABLE as error:
             raise OilfilmError(f"{file}: is no table that can be read ({error}).") from error
 
     def config(self) -> dict[str, Any] | None:
@@ -111,39 +105,3 @@ class StoredRelease:
             return read_yaml(path).values
         except RecursionError:
             raise OilfilmError(f"{path}: its groups are nested too deeply.") from None
-
-
-def _refuse_unpacking(file: Path) -> None:
-    """Refuse a small file that unpacks to more than memory can hold (one value, repeated)."""
-    try:
-        size = _size_unpacked(file)
-    except _UNREADABLE as error:
-        raise OilfilmError(f"{file}: is no table that can be read ({error}).") from error
-    if size > _LARGEST_TABLE:
-        raise OilfilmError(
-            f"{file}: unpacks to {size} bytes, more than are read ({_LARGEST_TABLE})."
-        )
-
-
-def _size_unpacked(file: Path) -> int:
-    """Bytes of a Parquet file's values in memory, or a size too large on the way to them."""
-    metadata = parquet.read_metadata(file)
-    if any(arrow.types.is_nested(kind) for kind in metadata.schema.to_arrow_schema().types):
-        raise ValueError("its columns hold lists, which no table here does")
-    groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
-    chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
-    if unknown := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
-        raise ValueError(f"its columns hold {min(unknown)}, which no table here does")
-    size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
-    # Only here a value has a length of its own. Read as a dictionary it lies in memory once.
-    text = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
-    if size > _LARGEST_TABLE or not text:
-        return size
-    for batch in parquet.ParquetFile(file, read_dictionary=text).iter_batches(columns=text):
-        for column in batch.columns:
-            if isinstance(column, arrow.DictionaryArray):
-                lengths = compute.binary_length(column.dictionary.cast(arrow.large_binary()))
-                size += compute.sum(lengths.take(column.indices)).as_py() or 0
-            else:
-                size += column.nbytes
-    return size

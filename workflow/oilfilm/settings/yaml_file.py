@@ -205,7 +205,7 @@ def _refuse_repeated_keys(node: yaml.Node, path: Path) -> None:
 def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
     mark = getattr(error, "problem_mark", None)
     location = f"{path}, line {_line(mark)}" if mark is not None else str(path)
-    reason = getattr(error, "problem", None) or str(error)
+    reason = " ".join((getattr(error, "problem", None) or str(error)).split())
     if "\\t" in reason:
         reason += "; indent with spaces, not with tabs"
     if "mapping values" in reason:

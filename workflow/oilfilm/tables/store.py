@@ -12,7 +12,7 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.atomic_write import atomic_file
-from oilfilm.errors import OilfilmError
+from oilfilm.errors import OilfilmError, cut
 from oilfilm.tables import bearing, fits, paper, rig
 from oilfilm.tables.declaration import Column, Table, by_name
 
@@ -75,14 +75,14 @@ def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
     if missing or unknown:
         raise OilfilmError(
             f"{where}: table {table!r} lacks {missing or 'no column'} and has the unknown "
-            f"{unknown or 'none'}. It was made by another version: rebuild it."
+            f"{cut(unknown or 'none')}. It was made by another version: rebuild it."
         )
     frame = frame.reset_index(drop=True)
     checked = {column.name: _checked(frame, column, model, where) for column in model.columns}
     # one block of all columns would be one more copy of a large table
     conformed = pd.DataFrame(checked, columns=model.names, copy=False)
     for complaint in model.complaints(conformed):
-        raise OilfilmError(f"{where}: table {table!r}: {complaint}.")
+        raise OilfilmError(f"{where}: table {table!r}: {cut(complaint, 1000)}.")
     return conformed
 
 
@@ -101,7 +101,7 @@ def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> p
         expected = case.get("check", column.dtype)
         raise OilfilmError(
             f"{where}: table {model.name!r}, column {column.name!r} ({column.description}): found "
-            f"{case['failure_case']!r} at row {case['index']}, expected {expected}."
+            f"{cut(repr(case['failure_case']))} at row {case['index']}, expected {expected}."
         ) from error
     return validated[column.name]
 
@@ -224,10 +224,10 @@ def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
 def _check_footer(table: str, path: Path) -> None:
     footer = read_footer(path)
     if footer.get("table") != table or footer.get("schema_version") != SCHEMA_VERSION:
+        found, version = (cut(repr(footer.get(key))) for key in ("table", "schema_version"))
         raise OilfilmError(
-            f"{path}: holds table {footer.get('table')!r}, schema version "
-            f"{footer.get('schema_version')!r}; expected {table!r}, version {SCHEMA_VERSION}. "
-            "Delete it and run snakemake again."
+            f"{path}: holds table {found}, schema version {version}; expected {table!r}, version "
+            f"{SCHEMA_VERSION}. Delete it and run snakemake again."
         )
 
 

@@ -1,0 +1,224 @@
+"""Releases and tables of strangers: what is too much, or made to deceive, ends in a sentence."""
+
+import json
+import shutil
+import struct
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+import pytest
+
+from campaigns import ROOT
+from oilfilm import read_fit
+from oilfilm.cli import main
+from oilfilm.errors import OilfilmError
+from oilfilm.releases.compare import compare
+from oilfilm.releases.drift import drift_table
+from oilfilm.releases.listing import list_releases
+from oilfilm.releases.manifest import MANIFEST, Manifest, read_manifest
+from oilfilm.releases.page import page
+from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.yaml_file import as_yaml
+from oilfilm.tables import SCHEMA_VERSION
+from releases import PNG, alter, made, project, released, runs_of, write_manifest
+
+CONFIG = ["--config", str(ROOT / "config")]
+DRIFT = resolve(ROOT / "config", {"campaign": "demo"}).drift
+RAW = {"a.csv": b"load_n\n1\n"}
+# Markup, a template, an address that runs a script, and what steers a terminal or turns a line.
+HOSTILE = "<img src=x onerror=alert(1)>{{ 7 * 7 }}\u202e\x1b[31m"
+
+
+@pytest.fixture(scope="module")
+def before(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("strangers")
+    return released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
+
+
+@pytest.fixture
+def stranger(before: Path, tmp_path: Path) -> Path:
+    """A copy of the release, for a stranger to change."""
+    return shutil.copytree(before, tmp_path / "stranger")
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """What a command prints that ends in a mistake: one short sentence that steers no terminal."""
+    assert main([str(each) for each in arguments]) == 2
+    printed = capsys.readouterr().err
+    assert "Traceback" not in printed
+    assert len(printed) < 3000
+    assert printed.rstrip("\n").isprintable()
+    return printed
+
+
+def page_of(before: Path, after: Path) -> str:
+    comparison = compare(StoredRelease.open(before), StoredRelease.open(after), DRIFT)
+    return page(comparison, drift_table(comparison, DRIFT))
+
+
+# ---------------------------------------------------------------- manifest and configuration
+
+
+@pytest.mark.parametrize("key", ["version", "made_from", "sha256"])
+def test_key_that_a_manifest_has_twice_is_refused(
+    stranger: Path, key: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Other readers of JSON take the first of the two: what they see is not what was checked."""
+    path = stranger / MANIFEST
+    content = json.loads(path.read_text(encoding="utf-8"))
+    twice = f'{{\n  "{key}": {json.dumps(content[key])},'
+    path.chmod(0o644)
+    path.write_text(path.read_text(encoding="utf-8").replace("{", twice, 1), encoding="utf-8")
+    assert "is not as it was written" in refusal(capsys, "verify", stranger)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("a: 1\na: 2\n", "duplicate key 'a'"),
+        ("a: &x [1]\nb: *x\n", "found the alias *x"),
+        ("a: " + "[" * 60 + "]" * 60 + "\n", "nested more than 50 deep"),
+        ("a: !!python/object/apply:os.system [x]\n", "not valid YAML"),
+        ("a: \x1b[31m\n", "not valid YAML"),
+    ],
+    ids=["twice", "alias", "deep", "tag", "control"],
+)
+def test_configuration_made_to_deceive_is_refused(
+    before: Path, stranger: Path, text: str, sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alter(stranger, "config.yaml", text.encode())
+    assert sentence in refusal(capsys, "diff", before, stranger, *CONFIG)
+
+
+@pytest.mark.parametrize("name", ["../../evil", "/evil", "a/b", "C:evil", ""])
+def test_name_in_a_configuration_leads_nowhere(
+    stranger: Path, config: Settings, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A rebuild writes one file for each oil and rig."""
+    plain = config.plain()
+    oils = {name: plain["oils"]["4102"], **plain["oils"]}
+    alter(stranger, "config.yaml", as_yaml({**plain, "oils": oils}).encode())
+    printed = refusal(capsys, "verify", stranger, "--rebuild", "--cores", "1")
+    assert "is no resolved configuration" in printed
+
+
+# ---------------------------------------------------------------- tables
+
+
+def written(path: Path, content: arrow.Table, table: str = "coefficients", **options: Any) -> Path:
+    """A Parquet file that says it is a table of oilfilm."""
+    footer = {"table": table, "schema_version": SCHEMA_VERSION, "campaign": "demo"}
+    content = content.replace_schema_metadata({"oilfilm": json.dumps(footer)})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    parquet.write_table(content, path, **options)
+    return path
+
+
+def repeated(text: str, rows: int) -> arrow.Array:
+    """One text in many rows, which a file holds once."""
+    indices = arrow.array([0] * rows, arrow.int32())
+    return arrow.DictionaryArray.from_arrays(indices, arrow.array([text]))
+
+
+TOO_MUCH = {
+    "columns": (arrow.table({f"c{number}": [1.0] for number in range(3_000)}), {}),
+    "long text": (arrow.table({"oil": repeated("x" * 10_000, 200_000)}), {}),
+    "lists": (arrow.table({"oil": [[["x"]]]}), {}),
+    "parts": (arrow.table({"oil": ["x"] * 500, "law": ["x"] * 500}), {"row_group_size": 1}),
+    "names": (arrow.table({HOSTILE: ["x"], "y" * 100_000: ["x"]}), {}),
+    "values": (arrow.table({"oil": [HOSTILE]}), {}),
+}
+
+
+@pytest.mark.parametrize("kind", TOO_MUCH)
+def test_table_that_is_too_much_or_deceives_is_no_fit(kind: str, tmp_path: Path) -> None:
+    content, options = TOO_MUCH[kind]
+    for name in ("coefficients", "refits", "fit_quality"):
+        written(tmp_path / f"tables/{name}.parquet", content, name, **options)
+    with pytest.raises(OilfilmError) as refused:
+        read_fit(tmp_path, "4102")
+    assert len(str(refused.value)) < 3000
+    assert all(line.isprintable() for line in str(refused.value).split("\n"))
+
+
+def test_table_of_very_many_parts_is_not_walked_through(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("oilfilm.tables.limits._MOST_CHUNKS", 1000)
+    content = arrow.table({f"c{number}": [1.0] * 11 for number in range(100)})
+    written(tmp_path / "tables/coefficients.parquet", content, row_group_size=1)
+    with pytest.raises(OilfilmError, match="100 columns in 11 parts; expected at most 1000"):
+        read_fit(tmp_path, "4102")
+
+
+# ---------------------------------------------------------------- what a browser shows
+
+
+def with_figure(stranger: Path, content: bytes) -> Path:
+    alter(stranger, "figures/fig02.png", content)
+    return stranger
+
+
+def test_picture_that_unfolds_in_the_browser_is_left_out(before: Path, stranger: Path) -> None:
+    head = struct.pack(">I4s2I", 13, b"IHDR", 100_000, 100_000)
+    text = page_of(before, with_figure(stranger, PNG[:8] + head + bytes(64)))
+    assert "100000 x 100000 pixels, more than" in text
+    assert text.count("data:image/png;base64,") == 1
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b'<svg onload="alert(1)"><script>alert(1)</script></svg>',
+        b"<!doctype html><script>alert(1)</script>",
+        PNG[:8],
+    ],
+    ids=["svg", "html", "cut"],
+)
+def test_what_only_has_the_name_of_a_picture_is_no_part_of_the_page(
+    before: Path, stranger: Path, content: bytes
+) -> None:
+    text = page_of(before, with_figure(stranger, content))
+    assert "<p>no PNG</p>" in text
+    assert "alert" not in text
+
+
+def test_page_has_a_largest_size(
+    before: Path, stranger: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("oilfilm.releases.page._LARGEST_PAGE", 100)
+    text = page_of(before, with_figure(stranger, PNG + b"x"))
+    assert "data:image/png;base64," not in text
+    assert text.count("left out: the page would be too large") == 2
+
+
+def test_names_of_logs_files_and_settings_are_text(before: Path, stranger: Path) -> None:
+    name = HOSTILE.partition("\x1b")[0]
+    manifest, _ = read_manifest(stranger)
+    log = {"path": f"data/raw/demo/{name}.csv", "sha256": sha256(b"1").hexdigest(), "size": 1}
+    made_from = {**manifest.made_from, "raw": [log]}
+    first, *others = manifest.files
+    more = replace(first, path=f"figures/{name}.png")
+    files = tuple(sorted((first, *others, more)))
+    write_manifest(stranger, Manifest(made_from, files, manifest.samples))
+    (stranger / more.path).write_bytes((stranger / first.path).read_bytes())
+    text = page_of(before, stranger)
+    assert "<img src=x" not in text
+    assert "&lt;img src=x onerror=alert(1)&gt;{{ 7 * 7 }}" in text
+    assert "49" not in text.partition("</style>")[2].split()
+
+
+def test_folder_of_a_release_is_no_address_that_runs(before: Path, tmp_path: Path) -> None:
+    releases = tmp_path / "demo"
+    releases.mkdir()
+    for name in ("javascript:alert(1)", '" onmouseover="alert(1)'):
+        shutil.copytree(before, releases / name)
+    text = list_releases(releases, DRIFT).read_text(encoding="utf-8")
+    assert 'href="javascript:' not in text
+    assert '" onmouseover="' not in text
