@@ -36,10 +36,11 @@ FIND_PYTHON = for name in $(PYTHONS); do \
 	print(sys._base_executable)' 2>/dev/null) && break; python=; done
 
 # uv where the user has one; not the one inside .venv, for the same reason.
-UV = $(shell case "$$(command -v uv)" in (""|*/$(BIN)/uv) ;; (*) uv --version >/dev/null 2>&1 && echo uv ;; esac)
+UV := $(shell PATH="$$(printf %s "$$PATH" | tr : '\n' | grep -vxF "$$PWD/$(BIN)" | paste -sd : -)"; \
+	found="$$(command -v uv)" && "$$found" --version >/dev/null 2>&1 && printf %s "$$found")
 # Every job starts a Python of its own: without bytecode each would compile pandas anew (1.5 s).
 # PIP_USE_PEP517 spares old releases of pip a way of building that setuptools has given up.
-INSTALL = $(if $(UV),uv pip install --quiet --compile-bytecode --python $(BIN)/python,\
+INSTALL = $(if $(UV),'$(UV)' pip install --quiet --compile-bytecode --python $(BIN)/python,\
 	PIP_USE_PEP517=1 $(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 # What Snakemake starts must find the same environment first.
@@ -116,7 +117,7 @@ $(LOCKED): requirements.lock
 	fi; \
 	echo "Setting up $(VENV) from requirements.lock: $$python, $(if $(UV),uv,pip (a minute or two))"; \
 	rm -rf $(VENV) && \
-	$(if $(UV),uv venv --quiet --python "$$python" $(VENV),"$$python" -m venv $(VENV))
+	$(if $(UV),'$(UV)' venv --quiet --python "$$python" $(VENV),"$$python" -m venv $(VENV))
 # Some packages come as source only. They are built with the setuptools of the lock, not with
 # whatever is newest today in a build environment that no hash covers.
 	@awk '/^[^ ]/ {keep = /^setuptools==/} keep' requirements.lock > $(VENV)/setuptools.lock
@@ -164,7 +165,7 @@ RIVALS := .venv-rivals
 .PHONY: rivals
 rivals:
 	@$(MAKE) --no-print-directory VENV=$(RIVALS) setup
-	@$(if $(UV),uv pip install --quiet --compile-bytecode --python $(RIVALS)/bin/python,\
+	@$(if $(UV),'$(UV)' pip install --quiet --compile-bytecode --python $(RIVALS)/bin/python,\
 		$(RIVALS)/bin/python -m pip install --quiet --disable-pip-version-check) \
 		--require-hashes --requirement benchmarks/rivals.lock
 
@@ -179,8 +180,8 @@ AUDIT := .venv-audit
 AUDITED := $(AUDIT)/locked-$(PLACE)
 
 $(AUDITED): tests/lint/audit.lock $(DEV)
-	@rm -rf $(AUDIT) && $(if $(UV),uv venv --quiet --python $(BIN)/python $(AUDIT),$(BIN)/python -m venv $(AUDIT))
-	@$(if $(UV),uv pip install --quiet --python $(AUDIT)/bin/python,\
+	@rm -rf $(AUDIT) && $(if $(UV),'$(UV)' venv --quiet --python $(BIN)/python $(AUDIT),$(BIN)/python -m venv $(AUDIT))
+	@$(if $(UV),'$(UV)' pip install --quiet --python $(AUDIT)/bin/python,\
 		$(AUDIT)/bin/python -m pip install --quiet --disable-pip-version-check) \
 		--require-hashes --requirement tests/lint/audit.lock
 	@touch $@

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from campaigns import ROOT, Campaign
+from campaigns import ROOT, Campaign, without
 from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.releases.manifest import (
@@ -94,6 +94,16 @@ def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
         digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
         rows.append({**text, **counts, **nominal, **digests, "run_id": name, "file": name})
     return tables.from_rows(rows, "runs")
+
+
+def measured_run(config: Settings, root: Path, raw: dict[str, bytes]) -> FinishedRun:
+    """A finished run of measured logs, with the profile that a rebuild runs by."""
+    campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["fig02"]}})
+    project(root)
+    (root / "profiles/default").mkdir(parents=True)
+    shutil.copy(ROOT / "profiles/default/config.yaml", root / "profiles/default")
+    own = Settings.of({**campaign.plain(), "bearings": {}})
+    return made(root, own, raw, {"runs": runs_of(raw, root.parent)})
 
 
 def released(run: FinishedRun) -> Path:

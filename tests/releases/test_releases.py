@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from campaigns import ROOT, without
+from campaigns import ROOT
 from command_line import printed_objects
 from oilfilm import home, tables
 from oilfilm.cli import main
@@ -39,7 +39,7 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
 from oilfilm.settings.resolve import resolve, unresolve
 from oilfilm.settings.resolved import Settings
-from releases import made, project, released, runs_of
+from releases import made, measured_run, project, released, runs_of
 
 Change = Callable[[making.FinishedRun], making.FinishedRun]
 Verify = Callable[[], tuple[int, str]]
@@ -547,13 +547,9 @@ def measured(
     config: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> making.FinishedRun:
     """A run of measured logs, which a rebuild has to find again; the project is the folder."""
-    campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["fig02"]}})
-    root = project(tmp_path / "project")
-    (root / "profiles/default").mkdir(parents=True)
-    shutil.copy(ROOT / "profiles/default/config.yaml", root / "profiles/default")
-    monkeypatch.chdir(root)
-    own = Settings.of({**campaign.plain(), "bearings": {}})
-    return made(root, own, RAW, {"runs": runs_of(RAW, tmp_path)})
+    run = measured_run(config, tmp_path / "project", RAW)
+    monkeypatch.chdir(run.root)
+    return run
 
 
 @pytest.fixture

@@ -49,6 +49,8 @@ def parser() -> argparse.ArgumentParser:
         _add_plan,
         _add_verify,
         _add_sign,
+        _add_archive,
+        _add_restore,
         _add_fetch,
         _add_diff,
         _add_pin,
@@ -354,6 +356,36 @@ def _add_fetch(commands: Any) -> None:
     command.add_argument(
         "address", type=_storage_address, metavar="ADDRESS", help="its place, as s3://lab/june/v1-0"
     )
+    command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
+
+
+def _add_archive(commands: Any) -> None:
+    command = _command(
+        commands,
+        "archive",
+        "write a release, its logs, code and packages into one file",
+        "Write a release with all that making it again takes into one file: measured logs, code, "
+        "settings and the packages of the lock, which are downloaded. The file is a bag (BagIt) in "
+        "a tar archive, compressed by Zstandard. `oilfilm restore` checks and unpacks it.",
+    )
+    command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")
+    command.add_argument("file", type=Path, metavar="FILE", help="a new file, as june.tar.zst")
+    command.add_argument(
+        "--no-packages",
+        action="store_true",
+        help="leave the packages out: about 200 MB less, but a rebuild needs a network",
+    )
+
+
+def _add_restore(commands: Any) -> None:
+    command = _command(
+        commands,
+        "restore",
+        "check an archive of a release and unpack it",
+        "Check every file of an archive of `oilfilm archive` and unpack it. The folder appears "
+        "when all is there and as archived. Its RESTORE.txt says how to make the release again.",
+    )
+    command.add_argument("file", type=Path, metavar="FILE", help="the archive")
     command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
 
 

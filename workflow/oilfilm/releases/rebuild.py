@@ -6,7 +6,6 @@ import sys
 import tempfile
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from oilfilm import home, object_storage
 from oilfilm.atomic_write import write_bytes
@@ -38,20 +37,26 @@ def rebuild(release: Path, root: Path, cores: str) -> list[str]:
         OilfilmError: It is a pin, a raw log is missing or has changed, or the run fails.
     """
     stored = StoredRelease.open(release)
-    config = stored.config()
-    if stored.pinned or config is None:
-        raise OilfilmError(f"{release}: is a pin, which cannot be rebuilt; expected a release.")
     with tempfile.TemporaryDirectory(prefix="oilfilm-rebuild-") as temporary:
         folder = Path(temporary)
-        _lay_out(stored, config, root, folder)
+        lay_out(stored, root, folder)
         _run(folder, stored, cores)
         campaign = stored.manifest.made_from["campaign"]
         rebuilt = StoredRelease.open(folder / "results" / "releases" / campaign / "latest")
         return differences(stored, rebuilt)
 
 
-def _lay_out(stored: StoredRelease, config: dict[str, Any], root: Path, folder: Path) -> None:
-    """Code, configuration and raw logs in a fresh folder."""
+def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
+    """Local code, and a release's configuration and measured logs, in a fresh folder.
+
+    Raises:
+        OilfilmError: It is a pin, its configuration is none, a raw log is missing or has changed.
+    """
+    config = stored.config()
+    if stored.pinned or config is None:
+        raise OilfilmError(
+            f"{stored.folder}: is a pin, which cannot be rebuilt; expected a release."
+        )
     for path, file in {
         **code_files(home.HOME),
         **{path: home.HOME / path for path in _OTHER_FILES},
