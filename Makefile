@@ -19,6 +19,9 @@ PLACE := $(shell pwd -P | cksum | cut -d ' ' -f 1)
 LOCKED := $(VENV)/locked-$(PLACE)
 READY := $(VENV)/ready-$(PLACE)
 DEV := $(VENV)/dev-$(PLACE)
+DOCS := $(VENV)/docs-$(PLACE)
+# A warning is an error; all of them are shown.
+SPHINX := --fail-on-warning --keep-going --nitpicky --quiet --fresh-env
 
 # Choose another one with `make PYTHON=...`. 3.14 comes late because one package behind Snakemake
 # has no wheel for it and needs a C compiler; nothing newer has wheels of NumPy in the lock.
@@ -49,7 +52,7 @@ IN_VENV = PATH="$$PWD/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: all setup dev test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
+.PHONY: all setup dev docs docs-links test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
 	bench-ingest bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-plan bench-run bench-slurm \
 	bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
@@ -80,7 +83,13 @@ lint: $(DEV) ## every static check: style, format, types, imports, workflow
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 
-nightly: $(DEV) audit ## what audit says, long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
+docs: $(DOCS) ## the documentation as a site in docs/_build/html, without a network (a minute)
+	$(IN_VENV) $(BIN)/sphinx-build $(SPHINX) --builder html docs docs/_build/html
+
+docs-links: $(DOCS) ## whether the addresses that the documentation names still answer
+	$(IN_VENV) $(BIN)/sphinx-build $(SPHINX) --builder linkcheck docs docs/_build/links
+
+nightly: $(DEV) $(DOCS) audit ## what audit says, long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
 	$(IN_VENV) $(BIN)/pytest -m nightly
 	$(IN_VENV) $(BIN)/oilfilm nightly --campaign $(CAMPAIGN) --rebuild
 
@@ -136,6 +145,11 @@ $(READY): $(LOCKED) pyproject.toml
 $(DEV): $(READY) requirements-dev.lock
 	@echo "Adding what tests and checks need, from requirements-dev.lock"
 	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements-dev.lock
+	@touch $@
+
+$(DOCS): $(READY) requirements-docs.lock
+	@echo "Adding what the documentation needs, from requirements-docs.lock"
+	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements-docs.lock
 	@touch $@
 
 bench-start: $(DEV) ## what a command takes to start, against `import numpy` (seconds)
@@ -211,6 +225,8 @@ lock: ## renew the lock files after a change of pyproject.toml
 		--output-file requirements-s3.lock
 	$(COMPILE) $(EXTRAS:%=--extra %) --constraint requirements.lock pyproject.toml \
 		--output-file requirements-dev.lock
+	$(COMPILE) --extra docs --constraint requirements-dev.lock pyproject.toml \
+		--output-file requirements-docs.lock
 	$(COMPILE) --extra slurm --constraint requirements.lock pyproject.toml \
 		--output-file requirements-slurm.lock
 	$(COMPILE) --constraint requirements.lock benchmarks/rivals.in \
@@ -221,7 +237,9 @@ schemas: $(DEV) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.settings.schemas
 	$(BIN)/python -m oilfilm.outputs.tables_page
 	$(BIN)/python -m oilfilm.cli.schema
+	$(BIN)/python -m oilfilm.outputs.gates_page
 	$(BIN)/python -m oilfilm.cli.commands_page
+	$(BIN)/python -m oilfilm.cli.messages_page
 
 notebooks: $(READY) ## run docs/notebooks and store their text and pictures anew
 	$(BIN)/python tests/helpers/notebooks.py

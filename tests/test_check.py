@@ -257,7 +257,7 @@ def test_page_shows_what_is_printed(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    page = (ROOT / "docs/check.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/how-to/check.md").read_text(encoding="utf-8")
     command, _, shown = page.partition("$ oilfilm ")[2].partition("```")[0].partition("\n")
     (tmp_path / "data/raw").mkdir(parents=True)
     (tmp_path / "data/raw/demo").symlink_to(demo.folder)

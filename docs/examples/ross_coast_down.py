@@ -10,7 +10,7 @@ at one slide-roll ratio, so that the ring has the torque
     M = n mu(P, U, T, S) Q r
 
 with n balls, the load Q of a ball and the radius r of the groove. In a real bearing S follows from
-the equilibrium of cage and balls (docs/bearing.md of oilfilm).
+the equilibrium of cage and balls (docs/explanation/bearing.md of oilfilm).
 """
 
 import sys

@@ -46,7 +46,7 @@ def test_genetic_algorithm_never_ends_below_the_certified_optimum(
 
 
 def test_tables_of_the_method_page_are_those_of_the_study(study: ModuleType) -> None:
-    page = (ROOT / "docs/method.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/explanation/method.md").read_text(encoding="utf-8")
     rows = study.read_table()
     for line in (*study.quality_lines(rows), *study.constant_lines(rows)):
         assert line in page

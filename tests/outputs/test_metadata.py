@@ -24,7 +24,7 @@ RIG = ("runs", "points", "quarantine", "coverage", "coefficients", "fit_quality"
 BEARING = ("torque_runs", "torque", "cage_slip", "slip_advice", "size_effect")
 DESCRIBED = ("samples", *RIG, *BEARING)
 HOSTILE = 'two "quotes", </script><script>alert(1)</script> \\ and\na line; <b>µ</b>'
-RESULTS_PAGE = (ROOT / "docs/results.md").read_text(encoding="utf-8")
+RESULTS_PAGE = (ROOT / "docs/reference/results.md").read_text(encoding="utf-8")
 ONE_LINERS = re.findall(r"^(?:duckdb|pandas|polars)\..*$", RESULTS_PAGE, re.M)
 
 

@@ -6,7 +6,6 @@ Needs chromium or Chrome (`.ci/tools` installs Debian's chromium); skipped where
 import codecs
 import csv
 import io
-import shutil
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from browsers import CHROMIUM, QUIET
 from oilfilm import predict
 from oilfilm.fitting.conditions import FixedCondition, InStep
 from oilfilm.fitting.fitted import Coefficients, FittedLaw
@@ -36,18 +36,8 @@ if sys.platform != "linux":
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, sync_playwright
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 if CHROMIUM is None:
     pytest.skip("there is no chromium (.ci/tools installs it)", allow_module_level=True)
-QUIET = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 LOADED = "#explorer[data-ready]"
 
 

@@ -1,4 +1,4 @@
-"""docs/using-constants.md and docs/examples: every block of code does what the page says."""
+"""docs/how-to/using-constants.md and docs/examples: every block of code does what the page says."""
 
 import importlib.util
 import re
@@ -15,7 +15,7 @@ from campaigns import ROOT, printed
 from oilfilm.cli import main
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
-PAGE = (ROOT / "docs/using-constants.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs/how-to/using-constants.md").read_text(encoding="utf-8")
 
 
 def block(language: str) -> str:

@@ -15,6 +15,7 @@ PYPROJECT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 RUN_LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
 LOCK = (ROOT / "requirements-dev.lock").read_text(encoding="utf-8")
 SLURM_LOCK = (ROOT / "requirements-slurm.lock").read_text(encoding="utf-8")
+DOCS_LOCK = (ROOT / "requirements-docs.lock").read_text(encoding="utf-8")
 S3_LOCK = (ROOT / "requirements-s3.lock").read_text(encoding="utf-8")
 EVERY_EXTRA = ("report", "workflow", "clone", "s3", "dev")
 
@@ -79,7 +80,7 @@ def faults(pyproject: str, lock: str, extras: Iterable[str] = EVERY_EXTRA) -> li
     pinned = pins(lock)
     found = []
     reached: set[str] = set()
-    seen: set[tuple[str, frozenset[str]]] = set()
+    seen: set[tuple[str, frozenset[str], bool]] = set()
     queue = [("pyproject.toml", each, holds(each, set())) for each in wanted(pyproject, extras)]
     while queue:
         asker, needed, here = queue.pop()
@@ -94,10 +95,11 @@ def faults(pyproject: str, lock: str, extras: Iterable[str] = EVERY_EXTRA) -> li
         if here and not any(needed.specifier.contains(version(pin), True) for pin in candidates):
             have = ", ".join(version(pin) for pin in candidates) or "nothing"
             found.append(f"{asker} asks for {needed}, the lock has {have}")
-        key = (name, frozenset(needed.extras))
+        key = (name, frozenset(needed.extras), here)
         if key not in seen:
             seen.add(key)
-            queue += dependencies(needed)
+            # what is installed for another lock alone asks for nothing here
+            queue += [(by, each, here and applies) for by, each, applies in dependencies(needed)]
     found += [f"nothing asks for {name}, which the lock has" for name in pinned.keys() - reached]
     return sorted(found)
 
@@ -130,7 +132,20 @@ def test_lock_of_object_storage_changes_no_package_that_runs():
 
 def test_extras_of_the_project_are_all_checked():
     project = tomllib.loads(PYPROJECT)["project"]
-    assert set(project["optional-dependencies"]) == {*EVERY_EXTRA, "slurm"}
+    assert set(project["optional-dependencies"]) == {*EVERY_EXTRA, "slurm", "docs"}
+
+
+def test_lock_of_the_documentation_changes_no_package_of_the_others():
+    site, others = pins(DOCS_LOCK), pins(LOCK)
+    asked = {canonicalize_name(each.name): each for each in wanted(PYPROJECT, ["docs"])}
+    for name in asked.keys() & site.keys():
+        assert asked[name].specifier.contains(version(site[name][0])), "run `make lock`"
+    shared = site.keys() & others.keys()
+    assert {"matplotlib", "jinja2"} <= shared
+    assert {"sphinx", "myst-nb"} <= site.keys() - others.keys()
+    assert {name: [version(pin) for pin in site[name]] for name in shared} == {
+        name: [version(pin) for pin in others[name]] for name in shared
+    }
 
 
 def test_lock_of_the_cluster_has_the_plugin_and_changes_no_package_that_runs():

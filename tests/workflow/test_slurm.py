@@ -1,4 +1,4 @@
-"""The workflow on a real Slurm, as docs/cluster.md says, with what goes wrong on clusters."""
+"""The workflow on a real Slurm, as docs/how-to/cluster.md says, and what goes wrong on clusters."""
 
 import os
 import signal

@@ -15,7 +15,7 @@ from oilfilm.readers.base import Refusal
 from oilfilm.readers.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 
 # What to do about a refusal by a rule that is no gate, on any rig.
-_ADVICE = {
+OTHER_ADVICE = {
     "zero_drift": "Let the {sensor} sensor warm up, check its mounting, and repeat the run.",
     "no_rows": "Look whether the logger wrote anything, or repeat the run.",
     "no_plateau": "Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
@@ -47,7 +47,8 @@ def advice_for(rule: str, kind: RigKind) -> str:
     """What to do about a refusal by the gate or rule of that name."""
     gates: list[Gate[Any]] = [*RUN_GATES, *PLATEAU_GATES]
     of_gates = {gate.name: gate.advice for gate in gates}
-    return {**of_gates, **_ADVICE, **HYPOTHESIS_ADVICE, **kind.advice}[rule].format(**kind.words)
+    advice = {**of_gates, **OTHER_ADVICE, **HYPOTHESIS_ADVICE, **kind.advice}
+    return advice[rule].format(**kind.words)
 
 
 def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:

@@ -15,7 +15,7 @@ from oilfilm.readers.raw_files import is_sheet, raw_files, unfit_name
 from oilfilm.settings.resolve import safe_name
 
 # Pages that messages and settings name.
-_PAGES = ("data/raw/README.md", "docs/configuration.md")
+_PAGES = ("data/raw/README.md", "docs/reference/configuration.md")
 
 
 @dataclass(frozen=True)

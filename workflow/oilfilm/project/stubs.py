@@ -77,7 +77,7 @@ results/{name}: everything that is made; may be deleted
 def config_yaml(name: str) -> str:
     """`config/config.yaml`."""
     return (
-        "# What differs from the defaults of oilfilm; its docs/configuration.md lists every key.\n"
+        "# What differs from the defaults; all keys: docs/reference/configuration.md of oilfilm.\n"
         f"{_line('campaign', name)}\n"
     )
 

@@ -205,7 +205,7 @@ class GateSettings(SignalGateSettings):
     )
     branch_points: int = key("Fewest points of a branch.", ge=2)
     film_trend_factor: float = key(
-        "Factor by which a measured film may leave its power law in speed.", unit="1", gt=1
+        "Largest factor between a measured film and its power law in speed.", unit="1", gt=1
     )
     sign_slip_min: SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
     sliding_traction_min: float = key(

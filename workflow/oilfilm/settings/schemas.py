@@ -59,8 +59,8 @@ def generated_files() -> dict[str, str]:
     }
     return {
         **schemas,
-        "docs/configuration.md": reference_page(),
-        "docs/laws.md": laws_page(LAWS.values()),
+        "docs/reference/configuration.md": reference_page(),
+        "docs/reference/laws.md": laws_page(LAWS.values()),
     }
 
 

@@ -3,7 +3,7 @@
 The text is arithmetic as Python and SymPy read it: "A*tanh(B*S/A)". A parsed equation is a graph
 of `Node` in which equal parts are one object, so that a part that occurs twice is computed once.
 No package for algebra is needed at run time, and nothing generated is stored (why not SymPy:
-docs/architecture.md, How to add a law).
+docs/how-to/extend.md).
 """
 
 import ast

@@ -1,0 +1,63 @@
+"""The documentation site; `make docs` builds it without a network."""
+
+import sys
+import tomllib
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_ext"))
+
+project = "oilfilm"
+author = "the oilfilm developers"
+version = release = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["project"][
+    "version"
+]
+language = "en"
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "docstrings",
+    "read_aloud",
+    "pictures",
+    "repository_pages",
+]
+exclude_patterns = ["_build"]
+
+html_theme = "pydata_sphinx_theme"
+html_title = "oilfilm"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+html_math_renderer = "mathml"
+html_theme_options = {
+    "navbar_end": ["theme-switcher"],
+    "footer_start": [],
+    "footer_end": [],
+    "show_prev_next": False,
+    "navigation_with_keys": False,
+    # readable by everyone: the theme's own choice of colours for code misses the contrast of axe
+    "pygments_light_style": "a11y-high-contrast-light",
+    "pygments_dark_style": "a11y-high-contrast-dark",
+}
+
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+myst_update_mathjax = False
+nb_execution_mode = "off"  # tests run the notebooks; what they store is shown
+
+autodoc_typehints = "none"  # docstrings have units and shapes
+nitpick_ignore_regex = [("py:class", r"(numpy|pandas|oilfilm)\..+")]  # types of attributes
+autodoc_member_order = "bysource"
+napoleon_use_rtype = False
+default_role = "literal"  # docstrings have single backticks
+
+copybutton_exclude = ".linenos, .gp, .go"
+copybutton_prompt_text = "$ "
+
+linkcheck_timeout = 20
+linkcheck_ignore = [r"https://github\.com/OWNER/"]
