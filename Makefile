@@ -53,7 +53,7 @@ IN_VENV = PATH="$$PWD/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev docs docs-links test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-plan bench-run bench-slurm \
+	bench-ingest bench-attack bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-plan bench-run bench-slurm \
 	bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
@@ -110,6 +110,9 @@ bench-slurm: $(DEV) ## the demonstration with and without a Slurm of this machin
 
 bench-cpu: $(DEV) ## how far numbers move on other types of CPU (5 min)
 	$(BIN)/python benchmarks/cpu_types.py
+
+bench-attack: $(DEV) ## damaged logs, flipped bits, hostile releases, kills: who finds what (an hour)
+	$(IN_VENV) $(BIN)/python benchmarks/attack.py
 
 bench-fuzz: $(DEV) ## 20 000 damaged logs: a verdict for each (about half an hour)
 	$(BIN)/python benchmarks/fuzz.py 20000

@@ -1,0 +1,190 @@
+"""Attacks from outside, with counts (`make bench-attack`).
+
+- Logs with damages that `make bench-fuzz` does not make: each must end in a verdict. Rows of plain
+  csv logs are counted by another program than the reader: accepted and quarantined rows must be
+  all that were written.
+- One bit flipped in each file of a finished run and of its release: found by the reader of the
+  table, by `oilfilm verify`, or by nothing.
+- Folders, limits, two runs at a time, power failures, forged and hostile releases and archives:
+  the tests of these, with the number of cases.
+
+    python benchmarks/attack.py [logs [seed]]
+"""
+
+import multiprocessing
+import shutil
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests/helpers"))
+
+from attacks import attack, rows_written  # noqa: E402
+from campaigns import lay_out_small  # noqa: E402
+from damages import SOUND  # noqa: E402
+from oilfilm import tables  # noqa: E402
+from oilfilm.curation.curate import check_logs  # noqa: E402
+from oilfilm.errors import OilfilmError  # noqa: E402
+from oilfilm.randomness import generator  # noqa: E402
+from oilfilm.releases.manifest import files_below  # noqa: E402
+from oilfilm.releases.verify import verify  # noqa: E402
+from reproduce import succeed  # noqa: E402
+
+SHARE = 100
+FORMATS = ("csv", "csv", "csv", "tdms", "lvm", "parquet")
+CASES = {
+    "folders, limits, full disks, kills": ["tests/run", "tests/workflow/test_faults.py"],
+    "forged and hostile releases, archives and tables": [
+        "tests/releases/test_strangers.py",
+        "tests/releases/test_signature.py",
+        "tests/releases/test_archive.py",
+        "tests/releases/test_releases.py",
+    ],
+    "hostile settings": ["tests/settings"],
+}
+
+
+@dataclass
+class Logs:
+    """What became of damaged logs.
+
+    Attributes:
+        verdicts: How many ended in each rule or verdict.
+        rows: How many plain csv logs kept all rows (True) or not (False), by verdict.
+        failures: What went wrong.
+    """
+
+    verdicts: Counter[str] = field(default_factory=Counter)
+    rows: Counter[tuple[str, bool]] = field(default_factory=Counter)
+    failures: list[str] = field(default_factory=list)
+
+
+def share(job: tuple[int, int]) -> Logs:
+    """One share of the damaged logs."""
+    seed, number = job
+    random, found = generator(seed, "attack", str(number)), Logs()
+    for index in range(SHARE):
+        log = SOUND[("traction", "torque")[index % 2]]
+        donor = SOUND[("torque", "traction")[int(random.integers(0, 2))]].text()
+        name = FORMATS[index // 2 % len(FORMATS)]
+        content = attack(log.text() if name == "csv" else log.written(name), donor, random)
+        try:
+            verdict = check_logs([("log", content)], log.config, log.kind)
+        except Exception:  # any exception at all is what this looks for
+            found.failures.append(f"share {number}, log {index}:\n{traceback.format_exc()}")
+            continue
+        runs, quarantine = verdict.runs, verdict.quarantine
+        ended = runs["verdict"].iloc[0] if len(runs) else "not a run"
+        found.verdicts[quarantine["rule"].iloc[0] if len(quarantine) else ended] += 1
+        written = rows_written(content) if name == "csv" and len(runs) else None
+        if written is not None:
+            kept = written == runs["samples"].sum() + runs["refused_rows"].sum()
+            found.rows[ended, kept] += 1
+            if not kept:
+                found.failures.append(f"share {number}, log {index}: {written} rows were written")
+    return found
+
+
+def damaged_logs(logs: int, seed: int) -> bool:
+    """Print what became of damaged logs; whether all is well."""
+    whole, jobs = Logs(), [(seed, number) for number in range(logs // SHARE)]
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        for done, part in enumerate(pool.imap_unordered(share, jobs), start=1):
+            whole.verdicts += part.verdicts
+            whole.rows += part.rows
+            whole.failures += part.failures
+            if sys.stderr.isatty():
+                print(f"\r{SHARE * done} of {logs}", end="", file=sys.stderr)
+    ended = sum(whole.verdicts.values())
+    print(f"damaged logs: {ended} of {SHARE * len(jobs)} ended in a verdict")
+    print(f"  {dict(whole.verdicts.most_common())}")
+    for (verdict, kept), count in sorted(whole.rows.items()):
+        print(f"  {verdict}, rows counted apart: {count} {'all there' if kept else 'ROWS LOST'}")
+    print("\n".join(whole.failures[:5]), flush=True)
+    return not whole.failures
+
+
+def flipped(file: Path, seed: int) -> None:
+    """One bit of a file changed in place, its date kept."""
+    content = bytearray(file.read_bytes())
+    random = generator(seed, "flip", file.name)
+    content[random.integers(0, len(content))] ^= 1 << int(random.integers(0, 8))
+    file.chmod(0o644)
+    file.write_bytes(content)
+
+
+def found_by_reader(file: Path, table: str) -> bool:
+    """Whether reading a damaged table is refused."""
+    try:
+        tables.read(table, file)
+    except OilfilmError:
+        return True
+    return False
+
+
+def flipped_bits(seed: int) -> bool:
+    """Flip a bit in each file of a run and of its release, and print who finds it."""
+    with tempfile.TemporaryDirectory(prefix="oilfilm-attack-") as folder:
+        project = Path(folder, "project")
+        lay_out_small(project)
+        succeed(project, "release", "--config", "campaign=small")
+        release = (project / "results/releases/small/latest").resolve()
+        counts: Counter[str] = Counter()
+        for path in files_below(release):
+            if not (release / path).stat().st_size:
+                continue
+            copy = Path(folder, "copy")
+            shutil.copytree(release, copy, copy_function=shutil.copyfile)
+            flipped(copy / path, seed)
+            counts["release, " + ("found" if complaints(copy) else f"NOT FOUND: {path}")] += 1
+            shutil.rmtree(copy)
+        results = project / "results/small"
+        for path in files_below(results):
+            file = results / path
+            if not file.stat().st_size:
+                continue
+            if file.suffix != ".parquet":
+                counts[f"run, {file.suffix or file.name}: no checksum before a release"] += 1
+                continue
+            table = tables.read_footer(file)["table"]
+            flipped(file, seed)
+            found = found_by_reader(file, table)
+            counts["run, table: " + ("found by its reader" if found else f"NOT FOUND: {path}")] += 1
+    for what, count in sorted(counts.items()):
+        print(f"one bit flipped in a file of a {what}: {count}", flush=True)
+    return not any("NOT FOUND" in what for what in counts)
+
+
+def complaints(release: Path) -> bool:
+    """Whether `oilfilm verify` finds fault with a release."""
+    try:
+        return bool(verify(release))
+    except OilfilmError:
+        return True
+
+
+def cases() -> bool:
+    """Run the tests of attacks and print how many cases each kind has."""
+    well = True
+    for name, files in CASES.items():
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "-m", "", *files]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        print(f"{name}: {done.stdout.strip().splitlines()[-1]}", flush=True)
+        well &= done.returncode == 0
+    return well
+
+
+def main(logs: int = 10_000, seed: int = 1) -> int:
+    """All attacks; 0 where everything held."""
+    held = [damaged_logs(logs, seed), flipped_bits(seed), cases()]
+    print("everything held" if all(held) else "NOT EVERYTHING HELD")
+    return int(not all(held))
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(int, sys.argv[1:3])))

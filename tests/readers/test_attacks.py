@@ -1,0 +1,50 @@
+"""Damages of another kind than those of the fuzz tests, and rows counted without a reader."""
+
+from collections.abc import Callable
+
+import pytest
+from numpy.random import Generator
+
+from attacks import MUTATORS, attack, rows_written
+from damages import SOUND
+from formats import WRITERS
+from mutations import carry
+from oilfilm.curation.curate import check_logs
+from oilfilm.randomness import generator
+
+Mutator = Callable[[bytes, bytes, Generator], bytes]
+
+
+@pytest.mark.parametrize("mutator", MUTATORS, ids=lambda mutator: mutator.__name__.strip("_"))
+@pytest.mark.parametrize("rig", SOUND)
+def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) -> None:
+    """`make bench-attack` takes 10 000 logs."""
+    log, random = SOUND[rig], generator(1, "attack", rig)
+    donor = SOUND["torque" if rig == "traction" else "traction"].text()
+    content = mutator(log.text(), donor, random)
+    runs = check_logs([("log", content)], log.config, log.kind).runs
+    written = rows_written(content)
+    if len(runs) and written is not None:
+        assert runs["samples"].sum() + runs["refused_rows"].sum() == written
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_several_damages_end_in_a_verdict(name: str) -> None:
+    log, random = SOUND["traction"], generator(1, "attacks", name)
+    content, donor = log.written(name), log.text()
+    verdicts = {carry(attack(content, donor, random), log.config) for _ in range(5)}
+    assert len(verdicts) >= 2
+
+
+@pytest.mark.parametrize(
+    ("content", "rows"),
+    [
+        (b"# oil: 4102\na,b\n1,2\n3,4\n", 2),
+        (b"a,b\r\n1,2\r\n\r\n , \r\n3,4", 2),
+        (b"# 1\n", None),
+        (b'a,b\n"1",2\n', None),
+        (b"\xff\xfea\0", None),
+    ],
+)
+def test_rows_are_counted_as_by_hand(content: bytes, rows: int | None) -> None:
+    assert rows_written(content) == rows
