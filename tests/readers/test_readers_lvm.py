@@ -116,6 +116,16 @@ def test_comments_beside_rows_are_no_numbers_and_do_no_harm(read) -> None:
     assert len(read("\n".join(lines)).runs[0]) == 40
 
 
+@pytest.mark.parametrize("mark", [".", ","])
+def test_rows_of_numbers_alone_are_read_as_lvm_read_reads_them(read, mark: str) -> None:
+    text = formats.lvm(VALUES, mark=mark).decode()
+    (alone,) = read(text).runs
+    # a comment gives the rows to lvm-read
+    (beside,) = read(text.removesuffix("\r\n") + "\tswitched off\r\n").runs
+    for name, column in alone.samples.items():
+        np.testing.assert_array_equal(column, beside.samples[name])
+
+
 def test_header_cells_are_never_evaluated(read) -> None:
     content = formats.lvm(VALUES).replace(b"Channels\t5", b"Channels\t" + 9000 * b"(")
     assert len(read(content).runs[0]) == 40

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from oilfilm import tables
-from oilfilm.readers.ingest import ingest_logs
-from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.readers.ingest import ingest_logs, sample_files
+from oilfilm.readers.raw_files import etag_of, expected_digests, unchanged_logs
 from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
 
@@ -13,8 +13,9 @@ with job(snakemake) as (settings, provenance):
     digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     logs = unchanged_logs(folder, digests, snakemake.params.place, provenance["inputs"])
-    ingested = ingest_logs(logs, settings, sheet=sheet)
-    for frame, path in zip(ingested.samples.values(), snakemake.output.samples, strict=True):
-        tables.write(frame, "samples", Path(path), provenance)
+    paths = dict(zip(settings.oils, map(Path, snakemake.output.samples), strict=True))
+    with sample_files(paths, provenance) as keep:
+        verified = {name: digest for name, digest in digests.items() if not etag_of(digest)}
+        ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=verified)
     tables.write(ingested.runs, "runs", Path(snakemake.output.runs), provenance)
     tables.write(ingested.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

@@ -4,7 +4,7 @@ samples -> signals -> zero -> plateaus -> derived quantities -> gates -> verdict
 says what differs between the rigs.
 """
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -23,6 +23,7 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import not_usable, why_not_used, with_gates
+from oilfilm.errors import OilfilmError
 from oilfilm.readers.base import Refusal
 from oilfilm.readers.ingest import Ingested, ingest_logs
 from oilfilm.readers.run_sheet import NO_SHEET, RunSheet
@@ -77,53 +78,92 @@ def curate(
         settings: Settings of the run.
         kind: The kind of rig.
     """
+    return curate_parts(lambda: [samples], runs, settings, kind)
+
+
+def curate_parts(
+    samples: Callable[[], Iterable[pd.DataFrame]],
+    runs: pd.DataFrame,
+    settings: Settings,
+    kind: RigKind = TRACTION_RIG,
+) -> Curated:
+    """The same of samples that come in parts, each with whole runs, of which one is held at a time.
+
+    Args:
+        samples: Gives the parts anew at each call: refused runs are looked at a second time.
+        runs: Table of runs as ingested.
+        settings: Settings of the run.
+        kind: The kind of rig.
+
+    Raises:
+        OilfilmError: Two parts have rows of one run.
+    """
     limits = kind.limits(settings)
+    labels = {run["run_id"]: run for run in tables.rows(runs)}
+    looks = {
+        run_id: _look(of_run, labels[run_id], settings, kind, limits)
+        for run_id, of_run in _by_run(samples())
+        if run_id in labels
+    }
     refused: dict[str, Refusal] = {}
     partly: list[Refusal] = []
-    warnings: dict[str, str] = {}
-    plateaus_of: dict[str, Columns] = {}
-    rows_of = _rows_by_run(samples)
-    arrays = arrays_of(samples)
-    for run in runs.to_dict("records"):
-        run_id = run["run_id"]
+    for run_id, run in labels.items():
+        look = looks.get(run_id)
         if run["rule"]:
             refused[run_id] = refusal(run["rule"], Finding(run["reason"]), kind, run_id)
-        if run_id not in rows_of:
+        elif look is None:
             finding = Finding("the log has no readable row of data")
-            refused.setdefault(run_id, refusal("no_rows", finding, kind, run_id))
-            continue
-        of_run = {name: array[rows_of[run_id]] for name, array in arrays.items()}
-        signals = kind.signals(of_run, run["rig"], settings)
-        measured = measure(signals, kind, run["rig"], settings, settled=run["log_kind"] == "steps")
-        plateaus_of[run_id] = measured.plateaus
-        if run_id in refused:
-            continue
-        fault = first_fault(signals, measured, kind, limits)
-        if fault is not None:
-            refused[run_id] = refusal(*fault, kind, run_id)
+            refused[run_id] = refusal("no_rows", finding, kind, run_id)
+        elif look.fault is not None:
+            refused[run_id] = refusal(*look.fault, kind, run_id)
         else:
-            warnings[run_id] = warning(_run(signals, measured, kind), limits)
-            partly += [refusal("too_short", each, kind, run_id) for each in measured.too_short]
-    runs = runs.assign(warning=[warnings.get(run_id, "") for run_id in runs["run_id"]])
+            partly += [refusal("too_short", each, kind, run_id) for each in look.too_short]
+    warnings = {run_id: look.warning for run_id, look in looks.items()}
+    runs = runs.assign(warning=[warnings.get(run_id, "") for run_id in labels])
     by_run = runs.set_index("run_id")
+    plateaus_of = {run_id: looks[run_id].plateaus for run_id in labels if run_id in looks}
     points = _table_of_plateaus(plateaus_of, by_run, settings, kind)
     judged = _judge(points, runs, refused, partly, kind, limits)
-    explained: dict[str, Refusal] = {}
     doubtful = judged.runs[judged.runs["rule"].isin(DOUBTFUL)]
-    for run in doubtful.to_dict("records"):
-        run_id = run["run_id"]
-        of_run = {name: array[rows_of[run_id]] for name, array in arrays.items()}
-        cause = _explanation(of_run, run, by_run, settings, kind)
-        if cause is not None:
-            explained[run_id] = cause
+    doubted = {run["run_id"]: run for run in tables.rows(doubtful)}
+    explained = {
+        run_id: cause
+        for run_id, of_run in _by_run(samples() if doubted else ())
+        if run_id in doubted
+        and (cause := _explanation(of_run, doubted[run_id], by_run, settings, kind)) is not None
+    }
     if not explained:
         return judged
     return _judge(points, runs, {**refused, **explained}, partly, kind, limits)
 
 
+@dataclass(frozen=True)
+class _Look:
+    """What the samples of one run give: its plateaus, and the fault or the warning about it."""
+
+    plateaus: Columns
+    fault: tuple[str, Finding] | None = None
+    warning: str = ""
+    too_short: Sequence[Finding] = ()
+
+
+def _look(
+    samples: Columns, run: Mapping[str, Any], settings: Settings, kind: RigKind, limits: Limits
+) -> _Look:
+    signals = kind.signals(samples, run["rig"], settings)
+    measured = measure(signals, kind, run["rig"], settings, settled=run["log_kind"] == "steps")
+    if run["rule"]:
+        return _Look(measured.plateaus)
+    fault = first_fault(signals, measured, kind, limits)
+    if fault is not None:
+        return _Look(measured.plateaus, fault)
+    doubts = warning(_run(signals, measured, kind), limits)
+    return _Look(measured.plateaus, None, doubts, measured.too_short)
+
+
 def _explanation(
     samples: Columns,
-    run: Mapping[Hashable, Any],
+    run: Mapping[str, Any],
     runs: pd.DataFrame,
     settings: Settings,
     kind: RigKind,
@@ -199,6 +239,21 @@ def collect(
 def arrays_of(samples: pd.DataFrame) -> Columns:
     """The columns of samples but for the run they belong to."""
     return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
+
+
+def _by_run(parts: Iterable[pd.DataFrame]) -> Iterator[tuple[str, Columns]]:
+    """Each run of some parts of the samples with its columns."""
+    seen: set[str] = set()
+    for samples in parts:
+        arrays = arrays_of(samples)
+        for run_id, rows in _rows_by_run(samples).items():
+            if run_id in seen:
+                raise OilfilmError(
+                    f"the rows of run {run_id} are in two parts of the samples; expected them "
+                    "together. Delete the samples and run snakemake again."
+                )
+            seen.add(run_id)
+            yield run_id, {name: array[rows] for name, array in arrays.items()}
 
 
 def _rows_by_run(samples: pd.DataFrame) -> dict[str, slice]:
@@ -300,11 +355,11 @@ def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind
 
 def _with_rules(runs: pd.DataFrame, refused: list[Refusal]) -> pd.DataFrame:
     """Runs with the rule and the sentence of their refusal."""
-    runs = runs.set_index("run_id", drop=False)
-    columns = runs[["rule", "reason"]].astype(object)
-    for each in refused:
-        columns.loc[each.run_id] = [each.rule, each.reason]
-    return runs.assign(**columns.astype(str)).reset_index(drop=True)
+    of_run = {each.run_id: (each.rule, each.reason) for each in refused}
+    as_they_are = zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
+    texts = [of_run.get(run_id, (rule, reason)) for run_id, rule, reason in as_they_are]
+    columns = pd.DataFrame(texts, runs.index, ["rule", "reason"], dtype="str")
+    return runs.assign(**columns).reset_index(drop=True)
 
 
 def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:

@@ -7,6 +7,7 @@ import numpy as np
 
 from oilfilm.curation.gate import Limits, Run, TractionLimits
 from oilfilm.curation.plateaus import MAD_TO_SIGMA
+from oilfilm.curation.quantiles import median, quantile
 from oilfilm.curation.run_gates import median_sliding_traction, possible_force_units
 from oilfilm.curation.statistics import changed, is_noise
 
@@ -41,14 +42,14 @@ def soft_saturation(run: Run, limits: Limits) -> str:
         return ""  # settled readings
     readings = run.working[run.sensor.column]
     size = np.abs(readings[1:-1])
-    largest = float(np.quantile(size, _ALMOST_ALL)) if len(size) else 0.0
+    largest = quantile(size, _ALMOST_ALL) if len(size) else 0.0
     # no ramp shows in second differences, which have six times the variance of the noise
     change = np.abs(np.diff(readings, 2)) / np.sqrt(6)
     parts = size < _SMALL * largest, size > _LARGE * largest
-    if min(part.sum() for part in parts) < _CHANGES or not is_noise(changed(size[parts[0]])):
+    if min(map(np.count_nonzero, parts)) < _CHANGES:
         return ""
-    small, large = (MAD_TO_SIGMA * float(np.median(change[part])) for part in parts)
-    if large >= _NOISE_LEFT * small:
+    small, large = (MAD_TO_SIGMA * median(change[part]) for part in parts)
+    if large >= _NOISE_LEFT * small or not is_noise(changed(size[parts[0]])):
         return ""
     name, unit = run.sensor.name, run.sensor.unit
     return (

@@ -11,6 +11,7 @@ from itertools import permutations
 import numpy as np
 
 from oilfilm.curation.gate import Columns
+from oilfilm.curation.quantiles import median
 from oilfilm.settings.rig import Rig
 from oilfilm.units import RAD_S_PER_RPM
 
@@ -103,7 +104,7 @@ def _clock_off_by(factor: float) -> Callable[[Columns, int], bool]:
 
     def plausible(samples: Columns, levels: int) -> bool:
         time_s = samples["time_s"]
-        interval_s = float(np.median(np.diff(time_s)))
+        interval_s = median(np.diff(time_s))
         hold_s = float(time_s[-1] - time_s[0]) / max(levels, 1)
 
         def usual(scale: float) -> bool:
@@ -194,7 +195,7 @@ def _rolls_with(undo: Callable[[Columns], Columns]) -> Callable[[Columns, int], 
 
     def plausible(samples: Columns, levels: int) -> bool:
         undone = undo(samples)
-        ball, disc = (float(np.median(undone[name])) for name in (_BALL, _DISC))
+        ball, disc = (median(undone[name]) for name in (_BALL, _DISC))
         return 1 / _ROLLING < abs(ball / disc) < _ROLLING if disc else False
 
     return plausible

@@ -194,10 +194,16 @@ def average(
     index = {name: place for place, name in enumerate(wanted.means, start=1)}
     wild = statistics.spikes(values[index[kind.sensor.column]], inside, spike)
     inside &= ~wild
-    time_s, *means = statistics.means(values, inside)
+    all_means = statistics.means(values, inside)
+    time_s, *means = all_means
+
+    def places(names: tuple[str, ...]) -> list[int]:
+        return [index[name] for name in names]
 
     def of(names: tuple[str, ...]) -> FloatArray:
-        return values[[index[name] for name in names]]
+        return values[places(names)]
+
+    errors = statistics.standard_errors(of(wanted.errors), inside, all_means[places(wanted.errors)])
 
     averages = {
         "first_row": signals.row[starts],
@@ -208,7 +214,7 @@ def average(
     }
     for ending, names, rows in (
         ("", wanted.means, means),
-        ("_se", wanted.errors, statistics.standard_errors(of(wanted.errors), inside)),
+        ("_se", wanted.errors, errors),
         ("_change", wanted.changes, _difference(of(wanted.changes), inside, 1 / 2)),
         (
             "_transient",

@@ -3,6 +3,7 @@
 import numpy as np
 import scipy
 
+from oilfilm.curation.quantiles import median
 from oilfilm.curation.signals import IndexArray
 from oilfilm.settings.config import PlateauSettings, TorquePlateauSettings
 from oilfilm.units import FloatArray
@@ -38,7 +39,7 @@ def find_steps(
     sums = total[window:] - total[:-window]
     # the first difference is at the first sample with a full window before it
     change = np.abs(sums[window:] - sums[:-window]) / window
-    noise = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(level)))) / np.sqrt(2)
+    noise = MAD_TO_SIGMA * median(np.abs(np.diff(level))) / np.sqrt(2)
     limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
     # two peaks within a window are one step seen twice through the noise: the higher one counts
     highest = scipy.ndimage.maximum_filter1d(change, 2 * window + 1, mode="constant")

@@ -59,9 +59,12 @@ def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:
 
 def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame) -> pd.DataFrame:
     """The table of quarantine of refusals by curation; `runs` has the run of each."""
-    of_run = runs.set_index("run_id")
+    of_run = dict(
+        zip(runs["run_id"], zip(runs["campaign"], runs["file"], strict=True), strict=True)
+    )
     rows = [
-        {**of_run.loc[each.run_id, ["campaign", "file"]], "stage": "curate", **asdict(each)}
+        {"campaign": campaign, "file": file, "stage": "curate", **asdict(each)}
         for each in refusals
+        for campaign, file in [of_run[each.run_id]]
     ]
     return tables.from_rows(rows, "quarantine")

@@ -6,7 +6,7 @@ others contradict are refused.
 """
 
 from collections.abc import Callable, Iterator
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -121,10 +121,10 @@ RULES: dict[str, Rule] = {
 
 def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
     """Runs with the same values of some columns, two or more; empty values are not compared."""
-    known = runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)
-    for _, group in runs[known].groupby(key, sort=False):
-        if len(group) > 1:
-            yield list(group.itertuples())
+    known = runs[runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)]
+    # a group takes its time, and hardly any run has a second one in its own
+    for _, group in known[known.duplicated(key, keep=False)].groupby(key, sort=False):
+        yield list(group.itertuples())
 
 
 def _same_readings(
@@ -136,10 +136,8 @@ def _same_readings(
         yield from ((first, later) for later in others)
     named = {run.run_id: run for run in runs.itertuples()}
     alike: dict[tuple[int, ...], list[tuple[Any, FloatArray]]] = {}
-    for run_id, plateaus in points[points["run_id"].isin(named)].groupby("run_id"):
-        if len(plateaus) >= _PLATEAUS:
-            rows = tuple(plateaus["first_row"])
-            means = plateaus[list(kind.averaging.means)].to_numpy(float)
+    for run_id, rows, means in _plateaus_by_run(points, kind):
+        if run_id in named and len(rows) >= _PLATEAUS:
             alike.setdefault(rows, []).append((named[run_id], means))
     for group in alike.values():
         values = np.array([means for _, means in group])
@@ -153,6 +151,22 @@ def _same_readings(
             same &= unknown[later] == unknown[index]
             alike_ones = np.flatnonzero(same.all(axis=(1, 2)))
             yield from ((first, group[index + 1 + other][0]) for other in alike_ones)
+
+
+def _plateaus_by_run(
+    points: pd.DataFrame, kind: RigKind
+) -> Iterator[tuple[str, tuple[int, ...], FloatArray]]:
+    """Each run with the first rows and the means of its plateaus, sorted by name.
+
+    Arrays are cut, because a table per run takes a hundred times as long.
+    """
+    codes, names = pd.factorize(points["run_id"], sort=True)
+    order = np.argsort(codes, kind="stable")
+    first_rows = points["first_row"].to_numpy()[order].tolist()
+    means = points[list(kind.averaging.means)].to_numpy(float)[order]
+    edges = np.searchsorted(codes[order], np.arange(len(names) + 1)).tolist()
+    for name, (start, stop) in zip(names, pairwise(edges), strict=True):
+        yield str(name), tuple(first_rows[start:stop]), means[start:stop]
 
 
 def _place(run: Any) -> str:

@@ -15,6 +15,7 @@ from oilfilm.curation.gate import (
     TractionLimits,
     gate,
 )
+from oilfilm.curation.quantiles import median
 from oilfilm.curation.statistics import changed, is_noise, longest_hold
 from oilfilm.units import FloatArray, conversion
 
@@ -49,7 +50,7 @@ def missing_readings(run: Run, limits: Limits) -> Finding | None:
     row = run.signals.row
     steps = np.diff(row)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest = limits.signals.clock_jump_intervals * float(np.median(steps)) if len(steps) else 0.0
+    longest = limits.signals.clock_jump_intervals * median(steps) if len(steps) else 0.0
     if len(steps) == 0 or steps.max() <= longest:
         return None
     hole = int(np.argmax(steps))
@@ -105,10 +106,11 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
     row = run.working.row
     for channel in run.channels:
         values = run.working[channel.column]
-        start, stop = longest_hold(values)
-        held = stop - start
-        if held * run.signals.interval_s < limits.stuck.duration_s or held < limits.stuck.samples:
+        hold = _long_hold(values, run, limits)
+        if hold is None:
             continue
+        start, stop = hold
+        held = stop - start
         others = np.delete(values, np.s_[start + 1 : stop])
         updates = changed(others)
         repeats = 1 - len(updates) / len(others)
@@ -125,6 +127,20 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
                 last,
             )
     return None
+
+
+def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int] | None:
+    """The longest stretch of one value, as `longest_hold`; None where it is not suspicious."""
+
+    def suspicious(held: int) -> bool:
+        long = held * run.signals.interval_s >= limits.stuck.duration_s
+        return long and held >= limits.stuck.samples
+
+    # no stretch is longer than all rows that repeat the one before: they are soon counted
+    if not suspicious(int(np.count_nonzero(values[1:] == values[:-1])) + 1):
+        return None
+    start, stop = longest_hold(values)
+    return (start, stop) if suspicious(stop - start) else None
 
 
 # What a traction force may be in although it is labelled N.
@@ -152,7 +168,7 @@ def median_sliding_traction(run: Run, limits: TractionLimits) -> float:
     """Median size of the traction coefficient where the contact slides; NaN where it does not."""
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
     sliding = np.abs(slip) > limits.gates.sign_slip_min
-    return float(np.median(np.abs(mu[sliding]))) if sliding.any() else np.nan
+    return median(np.abs(mu[sliding])) if sliding.any() else np.nan
 
 
 def possible_force_units(size: float, limits: TractionLimits) -> str:
@@ -175,7 +191,7 @@ def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
     slip = run.plateaus["slide_roll_ratio"]
     sliding = np.abs(slip) > limits.gates.sign_slip_min
     along = run.plateaus["traction_force_n"][sliding] * np.sign(slip[sliding])
-    median_n = float(np.median(along)) if len(along) else 0.0
+    median_n = median(along) if len(along) else 0.0
     if not median_n < 0 or (along < 0).mean() < limits.gates.sign_share:
         return None
     return Finding(
@@ -193,13 +209,12 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             at_stop = np.flatnonzero(values == extreme)
             share = len(at_stop) / max(len(values), 1)
-            others = np.delete(values, at_stop)
             if (
                 len(at_stop) >= limits.stuck.samples
                 and share > limits.signals.saturated_share
                 and not _dead(run.signals[channel.column], extreme)
                 and _piled_up(values, extreme, limits.signals.piled_up_factor)
-                and is_noise(changed(others))
+                and is_noise(changed(np.delete(values, at_stop)))
             ):
                 first, last = row[at_stop[[0, -1]]]
                 return Finding(
@@ -233,10 +248,10 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     """The sensor gives exactly the same reading again and again."""
     values, row = run.working[run.sensor.column], run.working.row
-    start, stop = longest_hold(values)
-    long_enough = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
-    if not long_enough or stop - start < limits.stuck.samples:
+    hold = _long_hold(values, run, limits)
+    if hold is None:
         return None
+    start, stop = hold
     first, last = row[[start, stop - 1]]
     return Finding(
         f"the {run.sensor.name} is exactly {values[start]:g} {run.sensor.unit} from row {first} to "
@@ -295,9 +310,7 @@ def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
     if len(shared) < limits.gates.branch_points:
         return None
     # the median, because other gates judge single wild points
-    difference = float(
-        np.median(np.abs(mu[shared] - np.interp(slip[shared], slip[after], mu[after])))
-    )
+    difference = median(np.abs(mu[shared] - np.interp(slip[shared], slip[after], mu[after])))
     if difference <= limits.gates.branch_difference_max:
         return None
     return Finding(

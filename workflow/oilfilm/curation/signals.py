@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from oilfilm.curation.quantiles import median
 from oilfilm.units import FloatArray
 
 IndexArray = npt.NDArray[np.int64]
@@ -26,9 +27,8 @@ class Signals:
     @cached_property
     def interval_s(self) -> float:
         """Median time between samples, in s; 1 where there are too few to tell."""
-        intervals = np.diff(self.time_s)
-        median = float(np.median(intervals)) if len(intervals) else 0.0
-        return max(median, _SHORTEST_INTERVAL_S) if median > 0 else 1.0
+        usual = median(np.diff(self.time_s))
+        return max(usual, _SHORTEST_INTERVAL_S) if usual > 0 else 1.0
 
     def where(self, kept: npt.NDArray[np.bool_]) -> "Signals":
         """The samples that a mask keeps."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from oilfilm.curation.quantiles import quantile
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.statistics import BoolArray
 from oilfilm.curation.zero import phase_too_short
@@ -21,7 +22,7 @@ def stands_still(ball_m_s: FloatArray, disc_m_s: FloatArray, share: float) -> Bo
     """
     faster = np.maximum(np.abs(ball_m_s), np.abs(disc_m_s))
     known = faster[np.isfinite(faster)]
-    run_m_s = float(np.quantile(known, _FASTEST)) if len(known) else 0.0
+    run_m_s = quantile(known, _FASTEST) if len(known) else 0.0
     return np.asarray(faster <= share * run_m_s)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.curation.plateaus import MAD_TO_SIGMA
+from oilfilm.curation.quantiles import median
 from oilfilm.curation.signals import IndexArray
 from oilfilm.units import FloatArray
 
@@ -33,10 +34,13 @@ def cut(signals: FloatArray, starts: IndexArray, stops: IndexArray) -> tuple[Flo
         starts: First index of each stretch.
         stops: The index past its last one; it must be larger.
     """
-    index = starts[:, np.newaxis] + np.arange(int((stops - starts).max(initial=0)))
-    inside = index < stops[:, np.newaxis]
-    index = np.where(inside, index, starts[:, np.newaxis])
-    return np.where(inside, np.take(signals, index, axis=-1), 0.0), inside
+    lengths = stops - starts
+    longest = int(lengths.max(initial=0))
+    stretches = np.zeros((*signals.shape[:-1], len(starts), longest))
+    # slice by slice: in a third of the time of one array of indices
+    for place, (start, stop) in enumerate(zip(starts.tolist(), stops.tolist(), strict=True)):
+        stretches[..., place, : stop - start] = signals[..., start:stop]
+    return stretches, np.arange(longest) < lengths[:, np.newaxis]
 
 
 def first_part(inside: BoolArray, share: float) -> BoolArray:
@@ -58,18 +62,20 @@ def means(values: FloatArray, inside: BoolArray) -> FloatArray:
     return np.divide(total, counts, out=np.full(total.shape, np.nan), where=counts > 0)
 
 
-def standard_errors(values: FloatArray, inside: BoolArray) -> FloatArray:
+def standard_errors(
+    values: FloatArray, inside: BoolArray, mean: FloatArray | None = None
+) -> FloatArray:
     """Standard error of each mean, autocorrelation included; NaN with fewer than two samples.
 
         se^2 = s^2 / n (1 + 2 sum_k rho_k)
 
     with rho_k the autocorrelation at lag k, summed up to its first value that is not positive.
-    Shapes as for `means`.
+    Shapes as for `means`; `mean` is what that gives, where it is known already.
 
     Reference: C. J. Geyer, Practical Markov chain Monte Carlo, Statistical Science 7 (1992) 473,
     section 3.3 (the initial positive sequence, here over single lags).
     """
-    counts, mean = inside.sum(axis=-1), means(values, inside)
+    counts, mean = inside.sum(axis=-1), means(values, inside) if mean is None else mean
     residual = np.where(inside, values - mean[..., np.newaxis], 0.0)
     squares = np.einsum("...ij,...ij->...i", residual, residual)
     lagged = _sum_of_lags(residual.reshape(mean.size, inside.shape[1])).reshape(mean.shape)
@@ -89,6 +95,8 @@ def _sum_of_lags(residual: FloatArray) -> FloatArray:
         covariance = np.einsum("ij,ij->i", residual[:, lag:], residual[:, :-lag])
         positive = covariance > 0
         rows, residual = rows[positive], residual[positive]
+        if len(rows) == 0:
+            break
         total[rows] += covariance[positive]
     if len(rows) == 0:
         return total
@@ -130,7 +138,7 @@ def longest_hold(values: FloatArray) -> tuple[int, int]:
         >>> longest_hold(np.array([3.0, 1.0, 1.0, 1.0, 2.0]))
         (1, 4)
     """
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0) + 1, [len(values)]])
+    edges = np.concatenate([[0], np.flatnonzero(values[1:] != values[:-1]) + 1, [len(values)]])
     longest = int(np.argmax(np.diff(edges)))
     return int(edges[longest]), int(edges[longest + 1])
 
@@ -158,4 +166,4 @@ def is_noise(readings: FloatArray) -> bool:
     apart = np.diff(ranked, axis=1) > _ROUNDING * np.abs(readings).max()
     change = np.diff(readings)
     turns = np.mean(change[1:] * change[:-1] < 0)
-    return bool(np.median(apart.sum(axis=1) + 1) >= _DIFFERENT and turns >= _LEAST_TURNS)
+    return bool(median(apart.sum(axis=1) + 1) >= _DIFFERENT and turns >= _LEAST_TURNS)

@@ -15,6 +15,7 @@ from oilfilm.curation.gate import TORQUE as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TorqueLimits
 from oilfilm.curation.hypotheses import Hypothesis, time_hypotheses
 from oilfilm.curation.plateaus import find_steps, settled_parts
+from oilfilm.curation.quantiles import median
 from oilfilm.curation.rig_kind import Averaging, Division, RigKind
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.readers.log_kind import LogKind
@@ -163,12 +164,12 @@ def _levels(
 
 
 def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDArray[np.bool_]:
-    return np.asarray(np.abs(speed - np.median(speed)) <= settings.min_step_rpm)
+    return np.asarray(np.abs(speed - median(speed)) <= settings.min_step_rpm)
 
 
 def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Finding:
     """A level that ended before it settled."""
-    speed_rpm = np.median(signals["inner_speed_rpm"][start:stop])
+    speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
     return Finding(

@@ -171,8 +171,9 @@ class TractionRig(RigKind):
         for name, phase in rest.items():
             values = phase["slide_roll_ratio"][np.newaxis]
             inside = np.ones(values.shape, dtype=bool)
-            slip = float(statistics.means(values, inside)[0])
-            if abs(slip) <= _SURE * float(statistics.standard_errors(values, inside)[0]):
+            mean = statistics.means(values, inside)
+            slip = float(mean[0])
+            if abs(slip) <= _SURE * float(statistics.standard_errors(values, inside, mean)[0]):
                 continue
             slope = initial_slope(slips, mu, slip)
             swallowed = abs(slope * slip)

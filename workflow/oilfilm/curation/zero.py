@@ -88,4 +88,4 @@ def zero_reference(
     )
     inside &= ~statistics.spikes(values[1], inside, spike)
     time_s, output = statistics.means(values, inside)
-    return ZeroReference(time_s, output, statistics.standard_errors(values[1], inside))
+    return ZeroReference(time_s, output, statistics.standard_errors(values[1], inside, output))

@@ -3,6 +3,7 @@
 import itertools
 import re
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 
 from oilfilm.readers.base import LOADS, Refusal, number
 from oilfilm.settings.base import plain_key
@@ -190,6 +191,7 @@ def _is_slip_of_the_pen(written: str, meant: str) -> bool:
     return few and sum(letters for letters, _ in changed) <= _MOST_CHANGED
 
 
+@lru_cache(maxsize=4096)
 def _changes(one: str, other: str) -> int:
     """How many letters must be changed, added or left out (Levenshtein distance)."""
     row = list(range(len(other) + 1))

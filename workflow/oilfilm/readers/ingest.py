@@ -3,7 +3,8 @@
 import errno
 import hashlib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -79,10 +80,18 @@ def ingest_logs(
     settings: Settings,
     kind: LogKind = TRACTION,
     sheet: RunSheet = NO_SHEET,
+    keep: Callable[[LoggedRun], None] | None = None,
+    verified: Mapping[str, str] | None = None,
 ) -> Ingested:
     """Read raw logs, given by name and bytes, into samples, runs and quarantine.
 
-    What the run sheet says of a log beats its header.
+    Args:
+        logs: Name and bytes of each log.
+        settings: Settings of the run.
+        kind: The kind of log.
+        sheet: The run sheet; what it says of a log beats its header.
+        keep: Gets one run after the other; the samples that are returned are empty then.
+        verified: sha256 by name of logs of which whoever gives their bytes has just compared it.
 
     Raises:
         OilfilmError: A log has the name of a run of another one.
@@ -98,7 +107,7 @@ def ingest_logs(
         understood = {run.run_id: run.understood for run in reading.runs}
         read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
         about = {"campaign": settings.campaign.name, "file": file}
-        digest = hashlib.sha256(content).hexdigest()
+        digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
         digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
         for run in reading.runs:
             other = file_of_run.setdefault(run.run_id, file)
@@ -111,7 +120,7 @@ def ingest_logs(
             of_run = {**_about_run(run, settings), "reader": reader, "refused_rows": rows}
             of_run |= asdict(reading.form)
             runs.append({**about, **digests, **of_run})
-            logged[run.oil].append(run)
+            (keep or logged[run.oil].append)(run)
         refused += _quarantine_rows(file, reading.refusals, settings)
     refused += _quarantine_rows(sheet.name, sheet.remarks, settings)
     return Ingested(
@@ -120,6 +129,40 @@ def ingest_logs(
         tables.from_rows(refused, "quarantine"),
         read,
     )
+
+
+@contextmanager
+def sample_files(
+    paths: Mapping[str, Path], provenance: Mapping[str, Any]
+) -> Iterator[Callable[[LoggedRun], None]]:
+    """Write the samples of runs as they come, so that memory does not grow with their number.
+
+    A row group has whole runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
+
+    Args:
+        paths: File of each oil.
+        provenance: As `tables.writing`.
+    """
+    waiting: dict[str, list[LoggedRun]] = {oil: [] for oil in paths}
+    with ExitStack() as files:
+        add = {
+            oil: files.enter_context(tables.writing("samples", path, provenance))
+            for oil, path in paths.items()
+        }
+
+        def write(oil: str) -> None:
+            if waiting[oil]:
+                add[oil](_together(waiting[oil]))
+                waiting[oil].clear()
+
+        def keep(run: LoggedRun) -> None:
+            if sum(map(len, waiting[run.oil])) + len(run) > tables.ROW_GROUP:
+                write(run.oil)
+            waiting[run.oil].append(run)
+
+        yield keep
+        for oil in paths:
+            write(oil)
 
 
 def _quarantine_rows(
@@ -209,8 +252,10 @@ def _without_absurd(reading: Reading) -> Reading:
     for run in reading.runs:
         held = np.ones(len(run), dtype=bool)
         for name, values in run.samples.items():
+            # a column that the log does not have is one number
+            seen = values[:1] if values.strides == (0,) else values
             # extremes first: they hardly ever lead on, and cost a tenth of a mask
-            if max(np.fmax.reduce(values, initial=0), -np.fmin.reduce(values, initial=0)) < LARGEST:
+            if max(np.fmax.reduce(seen, initial=0), -np.fmin.reduce(seen, initial=0)) < LARGEST:
                 continue
             absurd = held & (np.abs(values) >= LARGEST)
             problem = f"{name} comes out as {LARGEST:g} or more"

@@ -87,7 +87,8 @@ class Layout:
 class _Head:
     """The lines above the rows, and the first rows.
 
-    `start` is the number of lines down to the first row, `rows` has cells of the first rows.
+    `start` is the number of lines down to the first row, `rows` has cells of the first rows,
+    `quoted` says whether a cell may hold the delimiter.
     """
 
     header: Sequence[str]
@@ -96,6 +97,7 @@ class _Head:
     names: list[str]
     units: list[str]
     rows: list[list[str]]
+    quoted: bool
 
 
 class LayoutError(Exception):
@@ -133,7 +135,9 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
     except ValueError as error:
         # one of the lines may be that of the names
         raise LayoutError(str(error), max(count_rows(text) - 1, 0), encoding) from error
-    above = sum(len(line) + 1 for line in text[:HEAD_SEARCHED].split(b"\n")[: head.start])
+    above = sum(
+        len(line) + 1 for line in text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
+    )
     table = _without_comments(text[above:])
     has_lines = text.startswith(table, above) and not _has_empty_lines(content, text)
     try:
@@ -163,22 +167,28 @@ def _find_head(text: bytes, renamed: Renamed, vocabulary: Vocabulary) -> _Head:
     Raises:
         ValueError: No line names columns.
     """
-    first = text[:HEAD_SEARCHED].split(b"\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
-    lines = [line.decode("utf-8", "replace").translate(FULL_WIDTH) for line in first]
+    first = text[:HEAD_SEARCHED].decode("utf-8", "replace")
+    # asked first here and below: most logs are ASCII without quotes, and each run pays for it
+    first = first if first.isascii() else first.translate(FULL_WIDTH)
+    lines = first.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     number, delimiter, names = _line_of_names(lines, renamed, vocabulary)
-    below = [(place, line) for place, line in enumerate(lines) if place > number and line.strip()]
-    rows = [(place, _split(line, delimiter)) for place, line in below if line[0] != "#"]
+    below = [
+        (place, line)
+        for place, line in enumerate(lines[number + 1 :], start=number + 1)
+        if line.strip() and line[0] != "#"
+    ]
+    cells = _split_lines([line for _, line in below], delimiter)
     units, start = [""] * len(names), number + 1
-    if rows and _is_unit_row(rows[0][1], names, renamed, vocabulary):
-        place, unit_row = rows.pop(0)
-        units, start = [_bare(cell) for cell in unit_row], place + 1
-    cells = [row for _, row in rows]
+    if cells and _is_unit_row(cells[0], names, renamed, vocabulary):
+        units, start = [_bare(cell) for cell in cells.pop(0)], below[0][0] + 1
     width = Counter(map(len, cells)).most_common(1)[0][0] if cells else len(names)
     # a delimiter behind the last cell, in the rows or in the names alone
-    if any(names[width:]) or any(any(row[len(names) :]) for row in cells if len(row) == width):
+    if any(names[width:]) or (
+        width > len(names) and any(any(row[len(names) :]) for row in cells if len(row) == width)
+    ):
         width = len(names)
     names, units = ((some + [""] * width)[:width] for some in (names, units))
-    return _Head(lines[:number], start, delimiter, names, units, cells)
+    return _Head(lines[:number], start, delimiter, names, units, cells, '"' in first)
 
 
 def _line_of_names(
@@ -263,6 +273,14 @@ def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
+def _split_lines(lines: list[str], delimiter: str) -> list[list[str]]:
+    text = "\n".join(lines)
+    # cells without quotes and blanks, as nearly all of numbers are, need no reader of CSV
+    if delimiter != _BLANKS and '"' not in text and text.split() == lines:
+        return [line.split(delimiter) for line in lines]
+    return [_split(line, delimiter) for line in lines]
+
+
 def possible_names(content: bytes) -> Iterator[Names]:
     """The cells of each line near the top of a text log, by each encoding and delimiter.
 
@@ -289,7 +307,7 @@ def _units_of(names: Sequence[str], below: Sequence[str]) -> Iterator[str]:
 
 def _without_comments(table: bytes) -> bytes:
     # asked first, because replacing what is not there takes longer than reading the log
-    commented = table.startswith(b"#") or b"\n#" in table
+    commented = b"#" in table and (table.startswith(b"#") or b"\n#" in table)
     return _COMMENT_LINES.sub(b"", table) if commented else table
 
 
@@ -297,7 +315,7 @@ def _plain_cells(table: bytes, head: _Head) -> tuple[bytes, str]:
     """The rows with one mark between cells that no cell holds, and that mark."""
     if head.delimiter == _BLANKS:
         return normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", table)), "ascii"), "\t"
-    if not any(head.delimiter in cell for row in head.rows for cell in row):
+    if not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row)):
         return table, head.delimiter
     # quoted cells hold the delimiter; line by line, so that a stray quote harms one row alone
     lines = table.decode("utf-8").split("\n")
@@ -310,12 +328,19 @@ def _marks(
 ) -> tuple[str, str]:
     """Decimal mark and mark between thousands, from the columns that are read."""
     numbers = [column.index for column in columns if stamps is None or column.index != stamps.time]
+    if delimiter == "," and not head.quoted:
+        return ".", ""
     # not the first row alone: it may hold whole numbers only
-    cells = [row[index] for row in head.rows for index in numbers if index < len(row)]
+    cells = [
+        row[index]
+        for row in head.rows
+        for index in numbers
+        if index < len(row) and "," in row[index]
+    ]
     grouped = next((found for cell in cells if (found := _GROUPED.fullmatch(_bare(cell)))), None)
     if grouped:
         return (",", ".") if grouped[1] == "." else (".", ",")
-    return "," if delimiter != "," and any("," in cell for cell in cells) else ".", ""
+    return "," if delimiter != "," and cells else ".", ""
 
 
 def _stamps(head: _Head, known: Mapping[int, tuple[str, str | None]]) -> Stamps | None:
@@ -325,10 +350,11 @@ def _stamps(head: _Head, known: Mapping[int, tuple[str, str | None]]) -> Stamps 
         ValueError: The time is neither a number nor a time stamp.
     """
     time = next((index for index, (quantity, _) in known.items() if quantity == "time"), None)
-    columns = [*zip_longest(*head.rows, fillvalue="")]
-    if time is None or time >= len(columns):
+    if time is None or all(len(row) <= time for row in head.rows):
         return None
-    cells = [cell.strip('" ') for cell in columns[time]]
+    cells = [row[time].strip('" ') if time < len(row) else "" for row in head.rows]
+    if not _CLOCK_OR_DATE.search("\n".join(cells)):
+        return None
     marked = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
     if len(marked) <= len(cells) / 2:
         return None
@@ -338,6 +364,7 @@ def _stamps(head: _Head, known: Mapping[int, tuple[str, str | None]]) -> Stamps 
             "time stamps such as '2026-03-01 10:15:00.250'"
         )
     head.units[time] = "s"
+    columns = zip_longest(*head.rows, fillvalue="")
     dates = (sum(is_date(cell.strip('" ')) for cell in column) for column in columns)
     return Stamps(
         time, next((place for place, found in enumerate(dates) if found > len(cells) / 2), None)

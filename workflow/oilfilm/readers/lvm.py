@@ -11,6 +11,8 @@ from itertools import pairwise
 
 import lvm_read
 import numpy as np
+import pyarrow as arrow
+import pyarrow.csv as arrow_csv
 
 from oilfilm.readers.base import Flaw, Names, Reading, Refusal, TextForm, damaged_file, refused_file
 from oilfilm.readers.columns import LoggedTable, known_names, meaning, read_tables
@@ -60,7 +62,8 @@ def read(
     text = normalise(content, encoding).decode("utf-8", "replace")
     separator = _separator(text)
     lines = text.removesuffix("\n").split("\n")
-    starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
+    begin = f"Channels{separator}"
+    starts = [n for n, line in enumerate(lines) if line == "Channels" or line.startswith(begin)]
     if not starts:
         reason = "the header does not end: no segment with a line `Channels` follows it"
         return refused_file(0, "columns", reason, f"Export it again. {FORMAT_ADVICE}")
@@ -181,6 +184,11 @@ def _numbers(
     values = np.full((len(rows), len(names)), np.nan)
     if not rows or not names:
         return values
+    width = rows[0].count(separator) + 1
+    alone = _numbers_alone(rows, separator, decimal_mark, width) if width <= len(names) else None
+    if alone is not None:
+        values[:, :width] = alone
+        return values
     plain = [row if _is_row(row, separator, names) else "?" for row in rows]
     # everything but the rows is written anew: nothing else of the file is for lvm-read to judge
     lines = [
@@ -196,6 +204,32 @@ def _numbers(
     width = min(numbers.shape[1], len(names))
     values[:, :width] = numbers[:, :width]
     return values
+
+
+def _numbers_alone(
+    rows: Sequence[str], separator: str, decimal_mark: str, width: int
+) -> FloatArray | None:
+    """Numbers of rows that hold nothing else, in a tenth of the time; None where one does."""
+    table = "\n".join(rows).encode()
+    types = dict.fromkeys(map(str, range(width)), arrow.float64())
+    try:
+        cells = arrow_csv.read_csv(
+            arrow.BufferReader(table),
+            read_options=arrow_csv.ReadOptions(
+                use_threads=False,
+                column_names=[*types],
+                block_size=len(table) + 1,
+            ),
+            parse_options=arrow_csv.ParseOptions(delimiter=separator, quote_char=False),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types=types, decimal_point=decimal_mark
+            ),
+        )
+    except ValueError:
+        return None
+    if len(cells) != len(rows) or any(column.null_count for column in cells.columns):
+        return None
+    return np.column_stack([column.to_numpy() for column in cells.columns])
 
 
 def _is_row(line: str, separator: str, names: Sequence[str]) -> bool:

@@ -203,6 +203,8 @@ def _contradiction(
 ) -> Flaw | None:
     """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
     turning, given = np.arange(len(rows)), []
+    if not values.keys() & {"entrainment_speed", "slide_roll_ratio", _BOTH_WAYS[0]}:
+        return None  # nothing is logged twice
     if "ball_speed" in values:
         mean, sliding = (ball + disc) / 2, log.direction * (disc - ball)
         fast = np.quantile(np.abs(mean), 0.9) if len(mean) else 0.0

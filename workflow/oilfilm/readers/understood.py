@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 
 import numpy as np
 
@@ -39,12 +40,18 @@ class LogColumn:
             logged: The numbers as logged, NaN where a cell holds none.
             to: Conversion to `unit`.
         """
-        known = logged[np.isfinite(logged)]
+        known = logged
+        # a number that is not finite is, or hides, one of the extremes
+        if len(logged) == 0 or not (isfinite(logged.min()) and isfinite(logged.max())):
+            known = logged[np.isfinite(logged)]
         if len(known) == 0:
             return replace(self, missing=len(logged))
         ends = to.of(np.array([known.min(), known.max()]))
-        return replace(
-            self,
+        return LogColumn(
+            self.name,
+            self.logged_unit,
+            self.quantity,
+            self.unit,
             least=float(ends.min()),
             most=float(ends.max()),
             count=len(known),

@@ -12,6 +12,7 @@ from oilfilm.tables.declaration import LARGEST as LARGEST
 from oilfilm.tables.declaration import UNITS as UNITS
 from oilfilm.tables.declaration import Column as Column
 from oilfilm.tables.declaration import Table as Table
+from oilfilm.tables.store import ROW_GROUP as ROW_GROUP
 from oilfilm.tables.store import SCHEMA_VERSION as SCHEMA_VERSION
 from oilfilm.tables.store import TABLES as TABLES
 from oilfilm.tables.store import columns as columns
@@ -21,7 +22,9 @@ from oilfilm.tables.store import empty as empty
 from oilfilm.tables.store import from_rows as from_rows
 from oilfilm.tables.store import read as read
 from oilfilm.tables.store import read_footer as read_footer
+from oilfilm.tables.store import read_parts as read_parts
 from oilfilm.tables.store import read_run as read_run
 from oilfilm.tables.store import refuse_damaged as refuse_damaged
 from oilfilm.tables.store import rows as rows
 from oilfilm.tables.store import write as write
+from oilfilm.tables.store import writing as writing

@@ -1,7 +1,9 @@
 """Tables: checked, written completely or not at all, and read."""
 
 import json
-from collections.abc import Mapping, Sequence
+from base64 import b64encode
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -133,29 +135,73 @@ def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, 
     Raises:
         OilfilmError: The frame breaks the contract.
     """
-    conformed, schema = conform(frame, table, str(path)), _arrow_schema(table)
-    # column by column, in half of the time of `from_pandas`
-    content = arrow.table(
-        [arrow.array(conformed[field.name], field.type, from_pandas=True) for field in schema],
-        schema=schema,
-    )
-    footer = {"table": table, "schema_version": SCHEMA_VERSION, **provenance}
-    content = content.replace_schema_metadata(
-        {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
-    )
+    with writing(table, path, provenance, ROW_GROUP) as add:
+        add(frame)
+
+
+# Rows that are in memory at once where a long table is written or read a part at a time.
+ROW_GROUP = 1 << 18
+
+
+@contextmanager
+def writing(
+    table: str, path: Path, provenance: Mapping[str, Any], largest_group: int | None = None
+) -> Iterator[Callable[[pd.DataFrame], None]]:
+    """Write a table a part at a time, completely or not at all, as `write` does.
+
+    No check compares the keys of two parts. The provenance may grow until the last part is written.
+
+    Args:
+        table: Name of the table's model.
+        path: Parquet file to write.
+        provenance: As for `write`.
+        largest_group: Rows of a row group, at most; each part is one if not given.
+
+    Raises:
+        OilfilmError: A part breaks the contract.
+    """
+    schema = _arrow_schema(table)
     encodings = {
         field.name: _ENCODINGS[str(field.type)] for field in schema if str(field.type) in _ENCODINGS
     }
-    with atomic_file(path) as aside:
-        parquet.write_table(
-            content,
+    with (
+        atomic_file(path) as aside,
+        parquet.ParquetWriter(
             aside,
+            schema,
             compression="zstd",
-            row_group_size=1 << 18,
             use_dictionary=[name for name in schema.names if name not in encodings],
             column_encoding=encodings,
             write_page_checksum=True,
-        )
+            store_schema=False,  # with its metadata at the end
+        ) as file,
+    ):
+        parts = 0
+
+        def add(frame: pd.DataFrame) -> None:
+            nonlocal parts
+            conformed = conform(frame, table, str(path))
+            # column by column, in half of the time of `from_pandas`
+            content = arrow.table(
+                [_arrow_column(conformed[field.name], field.type) for field in schema],
+                schema=schema,
+            )
+            file.write_table(content, row_group_size=largest_group or max(len(frame), 1))
+            parts += 1
+
+        yield add
+        if not parts:
+            add(empty(table))
+        footer = {"table": table, "schema_version": SCHEMA_VERSION, **provenance}
+        metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
+        described = b64encode(schema.with_metadata(metadata).serialize())
+        file.add_key_value_metadata({**metadata, "ARROW:schema": described})
+
+
+def _arrow_column(values: pd.Series, as_type: arrow.DataType) -> arrow.Array:
+    if values.dtype == np.float64 and len(values) and not np.isnan(values.to_numpy().min()):
+        return arrow.array(values.to_numpy(), as_type)  # no copy: there is no null to look for
+    return arrow.array(values, as_type, from_pandas=True)
 
 
 # Numbers hardly repeat: a dictionary of them takes five times the time and saves nothing.
@@ -180,6 +226,25 @@ def read(table: str, *paths: Path) -> pd.DataFrame:
 def _read_part(table: str, path: Path) -> arrow.Table:
     _check_footer(table, path)
     return _content(path).replace_schema_metadata(None)
+
+
+def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
+    """The row groups of files, one after the other, each checked as by `read`.
+
+    Raises:
+        OilfilmError: As `read`.
+    """
+    for path in paths:
+        _check_footer(table, path)
+        try:
+            with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+                for group in range(file.num_row_groups):
+                    # one thread, because the shares of a campaign are spread over all cores
+                    content = file.read_row_group(group, use_threads=False)
+                    rows = content.replace_schema_metadata(None).to_pandas(use_threads=False)
+                    yield conform(rows, table, str(path))
+        except (OSError, arrow.ArrowException) as error:
+            raise _damaged(path, error) from error
 
 
 def refuse_damaged(path: Path) -> None:

@@ -1,0 +1,126 @@
+"""A share of the logs is ingested and curated a run at a time: the same results, bounded memory."""
+
+import gc
+import tracemalloc
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as parquet
+import pytest
+
+import bad_logs
+from damages import DAMAGES, SOUND
+from oilfilm import tables
+from oilfilm.curation.curate import Curated, curate, curate_parts
+from oilfilm.curation.quantiles import median, quantile
+from oilfilm.errors import OilfilmError
+from oilfilm.readers.ingest import Ingested, ingest_logs, sample_files
+
+ABOUT = {"campaign": "demo", "data": "simulated"}
+CONFIG = bad_logs.CONFIG
+LOGS = [
+    ("sound", SOUND["traction"].text()),
+    ("short", bad_logs.csv(bad_logs.good((0.0, 0.05, 0.0)))),
+    *(
+        (damage.name, log)
+        for damage in DAMAGES
+        if damage.name in ("stuck_sensor", "truncated", "no_rows")
+        and isinstance(log := damage.logs(SOUND["traction"]), bytes)
+    ),
+    # a second look at the samples finds the mistake
+    ("force_in_mn", SOUND["traction"].column("traction_force", lambda force_n: 1000 * force_n)),
+]
+
+
+def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested, Curated]:
+    paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
+    with sample_files(paths, ABOUT) as keep:
+        ingested = ingest_logs(logs, CONFIG, keep=keep)
+    samples = partial(tables.read_parts, "samples", *paths.values())
+    return ingested, curate_parts(samples, ingested.runs, CONFIG)
+
+
+def test_share_in_parts_gives_what_it_gives_as_a_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = len(SOUND["traction"].values["time"])
+    monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
+    whole = ingest_logs(LOGS, CONFIG)
+    expected = curate(whole.all_samples(), whole.runs, CONFIG)
+    ingested, curated = in_parts(iter(LOGS), tmp_path)
+    assert {"accepted", "refused"} == set(expected.runs["verdict"])
+    assert {"", "force_scale", "stuck_sensor", "truncated"} <= set(expected.runs["rule"])
+    pd.testing.assert_frame_equal(ingested.runs, whole.runs, check_exact=True)
+    for name, frame in vars(expected).items():
+        pd.testing.assert_frame_equal(getattr(curated, name), frame, check_exact=True)
+    for oil, frame in whole.samples.items():
+        path = tmp_path / f"{oil}.parquet"
+        pd.testing.assert_frame_equal(tables.read("samples", path), frame, check_exact=True)
+        file = parquet.ParquetFile(path)
+        groups = [file.metadata.row_group(group).num_rows for group in range(file.num_row_groups)]
+        assert max(groups) <= 2 * rows
+        assert len(groups) >= len(frame) / (2 * rows)
+
+
+def test_memory_does_not_grow_with_the_samples_of_a_share(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = bad_logs.csv(bad_logs.good(seconds=15.0))
+    rows = len(bad_logs.good(seconds=15.0)["time"])
+    monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
+
+    def peak_of(runs: int) -> int:
+        gc.collect()
+        tracemalloc.start()
+        _, curated = in_parts(((f"log{run}", log) for run in range(runs)), tmp_path)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert curated.runs["samples"].sum() == runs * rows
+        return peak
+
+    peak_of(1)  # imports and caches
+    few, many = 4, 16
+    more_samples = (many - few) * rows * len(tables.columns("samples")) * 8
+    # what is kept of a run are its plateaus and its row of the table of runs
+    assert peak_of(many) - peak_of(few) < more_samples / 4
+
+
+def test_rows_of_one_run_in_two_parts_are_refused() -> None:
+    whole = ingest_logs(LOGS[:1], CONFIG)
+    samples = whole.all_samples()
+    halves = samples.iloc[:200], samples.iloc[200:]
+    with pytest.raises(OilfilmError, match="the rows of run sound are in two parts"):
+        curate_parts(lambda: halves, whole.runs, CONFIG)
+
+
+def test_part_that_breaks_the_contract_leaves_no_file(tmp_path: Path) -> None:
+    samples = ingest_logs(LOGS[:1], CONFIG).all_samples()
+    with (
+        pytest.raises(OilfilmError, match="load_n"),
+        tables.writing("samples", tmp_path / "s.parquet", ABOUT) as add,
+    ):
+        add(samples)
+        add(samples.assign(load_n=np.inf))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_footer_has_what_became_known_while_the_parts_were_written(tmp_path: Path) -> None:
+    about = {**ABOUT, "inputs": {}}
+    with tables.writing("samples", tmp_path / "s.parquet", about):
+        about["inputs"] = {"late": "digest"}
+    assert tables.read_footer(tmp_path / "s.parquet")["inputs"] == {"late": "digest"}
+    assert tables.read("samples", tmp_path / "s.parquet").empty
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 100])
+def test_median_and_quantile_are_those_of_numpy_to_the_last_digit(count: int) -> None:
+    random = np.random.default_rng(count)
+    for values in random.standard_normal((50, count)):
+        assert median(values) == np.median(values)
+        for share in (0.0, 0.1, 0.9, 0.99, 1.0):
+            assert quantile(values, share) == np.quantile(values, share)
+    assert np.isnan(median(np.append(values, np.nan)))
+    assert np.isnan(median(np.array([])))
