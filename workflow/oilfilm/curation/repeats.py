@@ -158,7 +158,7 @@ def _plateaus_by_run(
 ) -> Iterator[tuple[str, tuple[int, ...], FloatArray]]:
     """Each run with the first rows and the means of its plateaus, sorted by name.
 
-    Arrays are cut, because a table per run takes a hundred times as long.
+    Arrays are cut, because a table per run takes far longer.
     """
     codes, names = pd.factorize(points["run_id"], sort=True)
     order = np.argsort(codes, kind="stable")

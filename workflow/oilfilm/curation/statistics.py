@@ -37,7 +37,7 @@ def cut(signals: FloatArray, starts: IndexArray, stops: IndexArray) -> tuple[Flo
     lengths = stops - starts
     longest = int(lengths.max(initial=0))
     stretches = np.zeros((*signals.shape[:-1], len(starts), longest))
-    # slice by slice: in a third of the time of one array of indices
+    # slice by slice, which is faster than one array of indices
     for place, (start, stop) in enumerate(zip(starts.tolist(), stops.tolist(), strict=True)):
         stretches[..., place, : stop - start] = signals[..., start:stop]
     return stretches, np.arange(longest) < lengths[:, np.newaxis]

@@ -209,7 +209,7 @@ def _numbers(
 def _numbers_alone(
     rows: Sequence[str], separator: str, decimal_mark: str, width: int
 ) -> FloatArray | None:
-    """Numbers of rows that hold nothing else, in a tenth of the time; None where one does."""
+    """Numbers of rows that hold nothing else, much faster than lvm-read; None of others."""
     table = "\n".join(rows).encode()
     types = dict.fromkeys(map(str, range(width)), arrow.float64())
     try:
