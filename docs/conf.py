@@ -31,6 +31,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "oilfilm"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_context = {"default_mode": "auto"}  # else the theme complains of none
 html_copy_source = False
 html_show_sphinx = False
 html_math_renderer = "mathml"
