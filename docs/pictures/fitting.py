@@ -32,7 +32,7 @@ def searches() -> Figure:
     ]
     one.plot(*np.transpose(ends)[[x, y]], "*", color=RED, ms=14, label="ends of five searches")
     figure.colorbar(shown, label="log10 of SSE over the best SSE (1)")
-    one.legend(loc="upper left")
+    one.legend(loc="upper left", frameon=True)
     return figure
 
 
@@ -108,7 +108,8 @@ def left_out() -> Figure:
     unseen = [rms(errors[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
     fitted = problem.residual(best.values)
     seen = [rms(fitted[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
-    place = np.arange(len(seen))
+    place = np.arange(1, len(seen) + 1)
+    one.set_xticks(place)
     one.bar(place - 0.2, seen, 0.4, color=GREY, label="in the fit")
     one.bar(place + 0.2, unseen, 0.4, color=BLUE, label="left out")
     one.legend()
