@@ -98,6 +98,10 @@ def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
     ahead, around = Surroundings("2", fake_clock("+500d")), unusual(tmp_path)
     for files, surroundings in ((0, ahead), (3, ahead), (15, around), (40, around)):
         assert killed(new, 1.5, "release", *SMALL, files=files, around=surroundings)
+        # the next host has a name of its own: only long silence tells it that the run has ended
+        note = new / ".snakemake/oilfilm.run.json"
+        if note.exists():
+            os.utime(note, (0, 0))
     succeed(new, "release", *SMALL, around=around)
     assert compare(undisturbed, new) == ""
     if around.lacking:

@@ -250,6 +250,11 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     fitted = [f"results/two/tables/{name}.parquet" for name in ("coefficients", "comparison")]
     target = (*fitted, "--config", "campaign=two")
     succeed(project, *target)
+    listing = project / "data/first_seen/two.sha256"
+    listed = listing.read_text(encoding="utf-8")
+    assert {f"{file_digest(path)}  data/raw/two/{path.name}" for path in raw.iterdir()} == {
+        *listed.splitlines()
+    }
 
     (raw / "4102_P1.25_U40_T120.csv").unlink()
     shown = succeed(project, *target, "--printshellcmds")
@@ -260,6 +265,7 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     (raw / "4050_P1.25_U40_T120.csv").unlink()
     assert killed(project, 4, *target)
     succeed(project, *target)
+    assert listing.read_text(encoding="utf-8") == listed
     lay_out(fresh)
     write_campaign(fresh, "two", campaign)
     shutil.copytree(raw, fresh / "data/raw/two")
@@ -277,6 +283,12 @@ def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project:
     write_campaign(project, "spoiled", campaign)
     message = fail(project, "--config", "campaign=spoiled")
     assert "0 of 2 runs accepted, expected at least 1" in message
+    # a run that fails later has read its logs, those too that are no logs
+    listed = (project / "data/first_seen/spoiled.sha256").read_text(encoding="utf-8")
+    assert [line.rpartition("/")[2] for line in listed.splitlines()] == [
+        "4102_P1.00_U40_T050.csv",
+        "notes.csv",
+    ]
     results = project / "results/spoiled"
     # a person needs these to see why
     refused = tables.read("quarantine", results / "tables/quarantine.parquet")["rule"]
