@@ -140,14 +140,18 @@ def lay_out_small(project: Path) -> None:
     write_campaign(project, "small", campaign)
 
 
-def lay_out_measured(simulated: Path, project: Path) -> Path:
-    """The campaign `own`: the logs of `small`, as if a user had measured them; their folder."""
-    raw = project / "data/raw/own"
-    shutil.copytree(simulated / "data/raw/small", raw, ignore=shutil.ignore_patterns(".*"))
-    campaign = read_campaign(project, "small")
+def lay_out_measured(simulated: Path, project: Path, of: str = "small") -> Path:
+    """The campaign `own`: the logs of another, as if a user had measured them; their folder."""
+    campaign = read_campaign(project, of)
     del campaign["twin"]
+    if "torque" in campaign:
+        del campaign["torque"]["matrix"], campaign["torque"]["twin"]
     write_campaign(project, "own", campaign)
-    return raw
+    raw = project / "data/raw"
+    for logs in (simulated / "data/raw").glob(f"{of}*"):
+        copy = raw / f"own{logs.name.removeprefix(of)}"
+        shutil.copytree(logs, copy, ignore=shutil.ignore_patterns(".*"))
+    return raw / "own"
 
 
 def read_campaign(project: Path, name: str) -> dict[str, Any]:

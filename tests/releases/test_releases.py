@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from campaigns import ROOT
 from command_line import printed_objects
-from oilfilm import home, tables
+from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.outputs.report.release_id import UNRELEASED
@@ -39,7 +39,7 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
 from oilfilm.settings.resolve import resolve, unresolve
 from oilfilm.settings.resolved import Settings
-from releases import made, measured_run, project, released, runs_of
+from releases import made, measured_run, project, rebuilding, released, runs_of
 
 Change = Callable[[making.FinishedRun], making.FinishedRun]
 Verify = Callable[[], tuple[int, str]]
@@ -525,21 +525,6 @@ def test_pin_does_not_change_the_version_of_what_it_pins(run: making.FinishedRun
 
 
 # ---------------------------------------------------------------- rebuilding
-
-
-def rebuilding(monkeypatch: pytest.MonkeyPatch, run: making.FinishedRun, **changed: bytes) -> None:
-    """Stand in for the run of snakemake: the same results, some of them changed."""
-
-    def run_again(folder: Path, *_: object) -> None:
-        config = resolve(folder / "config", {})
-        raw = {Path(path).name: (folder / path).read_bytes() for path in run.raw}
-        again = made(folder, config, raw, {"runs": runs_of(raw, folder / "data")})
-        for name, content in changed.items():
-            (folder / run.results / f"{name}.txt").write_bytes(content)
-        released(again)
-
-    monkeypatch.setattr(rebuild, "_run", run_again)
-    monkeypatch.setattr(home, "HOME", run.home)
 
 
 @pytest.fixture

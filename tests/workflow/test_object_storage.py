@@ -1,31 +1,32 @@
 """Whole runs with logs, results or releases in object storage: the bytes of a run in folders."""
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from campaigns import lay_out_measured, lay_out_small, read_campaign, write_campaign
+from campaigns import lay_out_measured, lay_out_small
 from oilfilm.cli import main
 from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.verify import verify
 from reproduce import Surroundings, fail, succeed
 from storage_servers import (
+    IN_BUCKET,
     SECRET,
     Storage,
     cut_after,
+    files_with_a_key,
     in_environment,
+    keep_in_bucket,
     moto_storage,
     seaweed_storage,
+    store_logs,
 )
 
 pytestmark = pytest.mark.workflow
 
 SMALL = ("--config", "campaign=small")
 OWN = ("--config", "campaign=own")
-# All results in a bucket.
-IN_BUCKET = ("--default-storage-provider", "s3", "--default-storage-prefix")
 
 
 def around(storage: Storage) -> Surroundings:
@@ -46,17 +47,6 @@ def real(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Storage]:
         yield storage
 
 
-def lay_out_stored(simulated: Path, project: Path, storage: Storage) -> None:
-    """The measured campaign `own` with its logs in the bucket, and none in the folder."""
-    lay_out_small(project)
-    raw = lay_out_measured(simulated, project)
-    storage.put("lab", {f"logs/own/{path.name}": path.read_bytes() for path in raw.iterdir()})
-    shutil.rmtree(raw)
-    campaign = read_campaign(project, "own")
-    campaign["settings"]["storage"] = {"raw": "s3://lab/logs", "releases": "s3://lab/releases"}
-    write_campaign(project, "own", campaign)
-
-
 def assert_same(local: Path, stored: dict[str, bytes], folder: Path) -> None:
     """Every file of the bucket has the bytes of the local run; the first difference is named."""
     for name, content in sorted(stored.items()):
@@ -74,11 +64,14 @@ def test_points_from_logs_in_a_bucket_are_those_from_a_folder(
     here, there = tmp_path / "here", tmp_path / "there"
     lay_out_small(here)
     lay_out_measured(released_project, here)
-    lay_out_stored(released_project, there, quick)
+    lay_out_small(there)
+    lay_out_measured(released_project, there)
+    store_logs(there, quick)
     points = "results/own/tables/points.parquet"
     succeed(here, points, *OWN)
     output = succeed(there, points, *OWN, around=around(quick))
     assert SECRET not in output
+    assert files_with_a_key(quick, there) == []
     for path in (here / "results/own").rglob("*.parquet"):
         same = there / path.relative_to(here)
         assert path.read_bytes() == same.read_bytes(), file_difference(path, same)
@@ -102,6 +95,7 @@ def test_points_that_go_to_a_bucket_are_those_of_a_folder(
     arguments = (points, *SMALL, *IN_BUCKET, "s3://lab/quick")
     output = succeed(tmp_path / "project", *arguments, around=around(quick))
     assert SECRET not in output
+    assert files_with_a_key(quick, tmp_path) == []
     assert len(output.splitlines()) < 20
     stored = quick.files("lab", "quick/")
     assert points in stored
@@ -133,9 +127,7 @@ def test_run_with_results_and_release_on_a_real_server(
 ) -> None:
     project = tmp_path / "project"
     lay_out_small(project)
-    campaign = read_campaign(project, "small")
-    campaign["settings"]["storage"] = {"releases": "s3://lab/releases"}
-    write_campaign(project, "small", campaign)
+    keep_in_bucket(project, releases="s3://lab/releases")
     output = succeed(
         project, "release", *SMALL, *IN_BUCKET, "s3://lab/all/of/it", around=around(real)
     )
@@ -147,21 +139,28 @@ def test_run_with_results_and_release_on_a_real_server(
     version = local.readlink().name
     assert_same(local, real.files("lab", f"releases/small/{version}/"), tmp_path / "release")
     assert verify(tmp_path / "release") == []
-    for text in (output, *(path.read_text() for path in project.rglob("*.log"))):
-        assert SECRET not in text
-    assert all(SECRET.encode() not in content for content in stored.values())
+    assert SECRET not in output
+    for folder in (project, tmp_path / "stored", tmp_path / "release"):
+        assert files_with_a_key(real, folder) == []
 
 
 @pytest.mark.nightly
-def test_logs_on_a_real_server_give_the_release_of_a_folder(
-    released_project: Path, real: Storage, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_logs_on_a_real_server_give_the_release_of_a_folder_and_it_can_be_rebuilt(
+    released_project: Path,
+    real: Storage,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     lay_out_small(here)
     lay_out_measured(released_project, here)
-    lay_out_stored(released_project, there, real)
+    lay_out_small(there)
+    lay_out_measured(released_project, there)
+    store_logs(there, real)
     succeed(here, "release", *OWN)
     succeed(there, "release", *OWN, around=around(real))
+    assert files_with_a_key(real, there) == []
     local = here / "results/releases/own/latest"
     place = f"s3://lab/releases/own/{local.readlink().name}"
     fetched = tmp_path / "fetched"
@@ -171,20 +170,42 @@ def test_logs_on_a_real_server_give_the_release_of_a_folder(
     for path in local.rglob("*"):
         if path.is_file():
             assert path.read_bytes() == (fetched / path.relative_to(local)).read_bytes(), path
+    monkeypatch.chdir(there)
+    with in_environment(real):
+        assert main(["verify", place, "--rebuild", "--cores", "2"]) == 0
+    assert "rebuilt from the raw logs: the same bytes" in capsys.readouterr().out
 
 
 @pytest.mark.nightly
 def test_wrong_key_and_missing_bucket_of_a_real_server_end_in_a_sentence(
-    real: Storage, tmp_path: Path
+    released_project: Path, real: Storage, tmp_path: Path
 ) -> None:
+    """Whatever is kept there: all results, releases or logs."""
     lay_out_small(tmp_path)
-    wrong = around(real.with_wrong_key())
-    output = fail(tmp_path, *SMALL, *IN_BUCKET, "s3://lab/x", around=wrong)
-    assert "s3://lab: the storage refuses the key (InvalidAccessKeyId)" in output
-    assert SECRET not in output
-    output = fail(tmp_path, *SMALL, *IN_BUCKET, "s3://nobody/x", around=around(real))
-    assert "s3://nobody: there is no such bucket" in output
+    lay_out_measured(released_project, tmp_path)
+    config = tmp_path / "config/config.yaml"
+    text, stranger = config.read_text(encoding="utf-8"), real.with_wrong_key()
+    refused = "s3://lab: the storage refuses the key (InvalidAccessKeyId)"
+    for place, sentence, server in (
+        ("s3://lab/x", refused, stranger),
+        ("s3://nobody/x", "s3://nobody: there is no such bucket", real),
+    ):
+        keep_in_bucket(tmp_path, releases=place)
+        outputs = [
+            fail(tmp_path, *SMALL, *IN_BUCKET, place, around=around(server)),
+            fail(tmp_path, "release", *SMALL, around=around(server)),
+        ]
+        config.write_text(text, encoding="utf-8")
+        keep_in_bucket(tmp_path, raw=place)
+        outputs.append(fail(tmp_path, *OWN, around=around(server)))
+        config.write_text(text, encoding="utf-8")
+        for output in outputs:
+            assert sentence in output
+            assert SECRET not in output
+            assert server.key not in output
+        assert files_with_a_key(server, tmp_path) == []
     assert not real.files("lab", "x/")
+    assert not (tmp_path / "results").exists()
 
 
 @pytest.mark.nightly
@@ -204,6 +225,7 @@ def test_run_whose_connection_breaks_is_completed_by_the_next_one(
     with cut_after(real, whole // 2) as cut:
         output = fail(project, *arguments, around=around(cut))
     assert "storage" in output
+    assert files_with_a_key(real, project) == []
     begun = real.files("lab", "cut/")
     assert points not in begun
     # every object is whole

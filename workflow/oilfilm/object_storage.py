@@ -57,8 +57,8 @@ def prepare(address: str) -> None:
         _client().put_object(Bucket=bucket, Key=f"{prefix}/.oilfilm".lstrip("/"), Body=b"")
 
 
-def content(address: str, etag: str = "", largest: int | None = None) -> bytes:
-    """The content of one object.
+def pieces(address: str, etag: str = "", largest: int | None = None) -> Iterator[bytes]:
+    """The content of one object, a mebibyte at a time, so that it needs no memory of its size.
 
     Args:
         address: Where it is.
@@ -69,6 +69,7 @@ def content(address: str, etag: str = "", largest: int | None = None) -> bytes:
         OilfilmError: It is missing, has another ETag or is larger, or as `listing`.
     """
     bucket, key = _place(address)
+    read = 0
     with _in_words(address):
         answer = _client().get_object(Bucket=bucket, Key=key)
         if etag and answer["ETag"] != etag:
@@ -76,13 +77,36 @@ def content(address: str, etag: str = "", largest: int | None = None) -> bytes:
                 f"{address}: has changed since the run began. When it is complete, run snakemake "
                 "again."
             )
-        if largest is not None and answer["ContentLength"] > largest:
-            raise OilfilmError(
-                f"{address}: has {answer['ContentLength']} bytes; expected at most {largest}. It "
-                "was not read."
-            )
-        body: bytes = answer["Body"].read()
-        return body
+        _refuse_larger(address, answer.get("ContentLength", 0), largest)
+        for piece in answer["Body"].iter_chunks(1 << 20):
+            read += len(piece)
+            _refuse_larger(address, read, largest)
+            yield piece
+
+
+def _refuse_larger(address: str, size: int, largest: int | None) -> None:
+    if largest is not None and size > largest:
+        raise OilfilmError(
+            f"{address}: has {size} bytes or more; expected at most {largest}. It was not read."
+        )
+
+
+def content(address: str, etag: str = "", largest: int | None = None) -> bytes:
+    """The content of one object in memory; arguments and errors are those of `pieces`."""
+    return b"".join(pieces(address, etag, largest))
+
+
+def download(address: str, file: Path, largest: int) -> None:
+    """Write the content of one object to a file; errors are those of `pieces`.
+
+    Args:
+        address: Where it is.
+        file: The file; if an error occurs, a part of it may be left.
+        largest: Most bytes that are written.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("wb") as written:
+        written.writelines(pieces(address, largest=largest))
 
 
 def upload(file: Path, address: str) -> None:
@@ -125,6 +149,10 @@ def _client() -> Any:
         ) from None
 
 
+class MissingObjectError(OilfilmError):
+    """There is no object of this name."""
+
+
 _REFUSED = {"403", "AccessDenied", "InvalidAccessKeyId", "SignatureDoesNotMatch", "ExpiredToken"}
 _MISSING = {"404", "NoSuchKey"}
 
@@ -158,10 +186,10 @@ def _in_words(address: str) -> Iterator[None]:
     except (BotoCoreError, ClientError, Boto3Error, OSError) as error:
         # an upload says why it failed in the error that it comes from
         code = next((each for each in map(_code, (error, error.__context__)) if each), "")
+        if code in _MISSING:
+            raise MissingObjectError(f"{address}: there is no such object.") from None
         if code == "NoSuchBucket":
             fault = f"{bucket}: there is no such bucket. Make it, or correct its name."
-        elif code in _MISSING:
-            fault = f"{address}: there is no such object."
         elif code in _REFUSED:
             fault = (
                 f"{bucket}: the storage refuses the key ({code}). Check AWS_ACCESS_KEY_ID, "

@@ -28,7 +28,6 @@ from oilfilm.readers.raw_files import (
     refuse_strangers,
     shard_of,
     stored_logs,
-    stored_sheet,
 )
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
@@ -54,6 +53,8 @@ if DEFAULT_STORAGE is not None:
 os.environ[home.COPIES] = str(COPIES if DEFAULT_STORAGE else HOME)  # for the jobs
 # Folders of logs that are in object storage, each with its place there.
 STORED = {}
+# Names of the run sheets there, empty where there is none, by the same folders.
+STORED_SHEETS = {}
 # The state of each stored log, by its folder and name.
 STATES = {}
 
@@ -63,7 +64,7 @@ def measured_logs(folder):
     if SETTINGS.storage.raw is None:
         return raw_files(folder)
     STORED[folder.as_posix()] = f"{SETTINGS.storage.raw}/{folder.name}"
-    states = stored_logs(STORED[folder.as_posix()])
+    states, STORED_SHEETS[folder.as_posix()] = stored_logs(STORED[folder.as_posix()])
     STATES.update({folder / file: state for file, state in states.items()})
     return list(states)
 
@@ -74,7 +75,7 @@ def run_sheet(folder, files):
     if place is None:
         path = find_sheet(folder)
     else:
-        path = folder / name if (name := stored_sheet(place)) else None
+        path = folder / name if (name := STORED_SHEETS[folder.as_posix()]) else None
     if path is None:
         return None
     # imported where needed: pandas comes with them

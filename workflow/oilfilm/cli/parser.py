@@ -315,7 +315,10 @@ def _add_export(commands: Any) -> None:
 def _add_verify(commands: Any) -> None:
     command = _command(commands, "verify", "check that no file of a release has changed")
     command.add_argument(
-        "release", type=Path, metavar="RELEASE", help="folder of a release or a pin"
+        "release",
+        type=lambda text: _storage_address(text) if text.startswith("s3://") else Path(text),
+        metavar="RELEASE",
+        help="folder of a release or a pin, or a place as s3://lab/june/v1-0",
     )
     command.add_argument(
         "--rebuild", action="store_true", help="run the workflow on the raw logs again and compare"

@@ -1,6 +1,7 @@
 """The command `oilfilm verify`: is a release as it was made, and can it be made again?"""
 
 import argparse
+import tempfile
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -8,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from oilfilm.errors import printable
 from oilfilm.releases.manifest import read_manifest
 from oilfilm.releases.signature import NotSignedError, signer
+from oilfilm.releases.transfer import copy_release
 from oilfilm.releases.verify import verify
 
 
@@ -16,7 +18,7 @@ class Verified(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    folder: str = Field(description="folder as it was named")
+    folder: str = Field(description="folder, or place in object storage, as it was named")
     version: str = Field(description="version of the release")
     pin: bool = Field(description="true for a pin: only the files that it keeps are checked")
     files: int = Field(description="files that the manifest names")
@@ -53,13 +55,21 @@ class Verified(BaseModel):
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a file is not as released or the rebuild differs."""
-    complaints, signed_by = verify(options.release), None
+    if isinstance(options.release, Path):
+        return _verify(options, options.release)
+    with tempfile.TemporaryDirectory(prefix="oilfilm-verify-") as folder:
+        copy_release(options.release, Path(folder))
+        return _verify(options, Path(folder))
+
+
+def _verify(options: argparse.Namespace, release: Path) -> int:
+    complaints, signed_by = verify(release), None
     if options.signers:
         try:
-            signed_by = signer(options.release, options.signers)
+            signed_by = signer(release, options.signers)
         except NotSignedError as fault:
             complaints.append(str(fault))
-    manifest, pinned = read_manifest(options.release)
+    manifest, pinned = read_manifest(release)
     found = Verified(
         folder=str(options.release),
         version=manifest.version,
@@ -75,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
     if options.rebuild and not complaints:
         from oilfilm.releases.rebuild import rebuild  # noqa: PLC0415 - needs the extra `report`
 
-        found.rebuilt = rebuild(options.release, Path(), options.cores)
+        found.rebuilt = rebuild(release, Path(), options.cores)
         if not options.json:
             print(found.rebuilt_text())
     if options.json:

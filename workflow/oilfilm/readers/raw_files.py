@@ -66,42 +66,37 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
         yield name, fault or unfit_name(name, path)
 
 
-def stored_logs(address: str) -> dict[str, str]:
-    """Logs of a raw folder in object storage: the state, which changes with the content, by name.
+def stored_logs(address: str) -> tuple[dict[str, str], str]:
+    """Logs and run sheet of a raw folder in object storage, from one listing.
 
     Args:
         address: Where the folder is, as s3://bucket/logs/june.
 
+    Returns:
+        The state of each log by its name, which changes with the content, and the name of the run
+        sheet, empty where there is none.
+
     Raises:
-        OilfilmError: The storage cannot be read, there are no logs, or a log has a name that
-            cannot be used.
+        OilfilmError: The storage cannot be read, there are no logs, a log has a name that cannot
+            be used, or there are several run sheets.
     """
     listed = object_storage.listing(address)
+    sheets = sorted(name for name in listed if name.lower() in _SHEETS)
+    _refuse_several(sheets, address)
     logs = {}
-    for name in sorted(listed, key=PurePosixPath):
+    for name in sorted(listed.keys() - sheets, key=PurePosixPath):
         path = PurePosixPath(name)
         # as in a folder, where no path leads out of it
         if path.as_posix() != name or path.is_absolute() or ".." in path.parts:
             raise OilfilmError(f"{address}/{name}: is no path below the campaign. Rename it.")
-        if _is_hidden(path) or _is_readme(path) or name.lower() in _SHEETS:
+        if _is_hidden(path) or _is_readme(path):
             continue
         if fault := unfit_name(name, f"{address}/{name}"):
             raise OilfilmError(fault)
         logs[name] = _ETAG + listed[name]
     if not logs:
         raise OilfilmError(f"{address}: holds no logs. Put the campaign's logs there.")
-    return logs
-
-
-def stored_sheet(address: str) -> str:
-    """Name of the run sheet of a raw folder in object storage; empty where it has none.
-
-    Raises:
-        OilfilmError: As `find_sheet`.
-    """
-    sheets = sorted(name for name in object_storage.listing(address) if name.lower() in _SHEETS)
-    _refuse_several(sheets, address)
-    return sheets[0] if sheets else ""
+    return logs, next(iter(sheets), "")
 
 
 def _is_hidden(relative: PurePosixPath | Path) -> bool:

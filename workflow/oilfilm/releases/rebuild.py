@@ -8,7 +8,6 @@ from functools import cache
 from pathlib import Path
 
 from oilfilm import home, object_storage
-from oilfilm.atomic_write import write_bytes
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
@@ -85,7 +84,7 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
             copy_file(root / record.path, folder / record.path)
         elif place := _place_of_logs(root, campaign):
             source = f"{place}/{record.path.removeprefix('data/raw/')}"
-            write_bytes(object_storage.content(str(source)), folder / record.path)
+            object_storage.download(str(source), folder / record.path, record.size)
         if not (folder / record.path).is_file() or FileRecord.of(folder, record.path) != record:
             raise OilfilmError(
                 f"{source}: is not the log that release {campaign} "

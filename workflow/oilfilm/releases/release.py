@@ -129,10 +129,12 @@ def _raw_record(run: FinishedRun, path: str) -> FileRecord:
     folder = next((each for each in run.stored if path.startswith(f"{each}/")), None)
     if folder is None:
         return FileRecord.of(run.root, path)
-    content = object_storage.content(
-        run.stored[folder] + path[len(folder) :], etag_of(run.raw[path])
-    )
-    return FileRecord(path, sha256(content).hexdigest(), len(content))
+    digest, size = sha256(), 0
+    address = run.stored[folder] + path[len(folder) :]
+    for piece in object_storage.pieces(address, etag_of(run.raw[path])):
+        digest.update(piece)
+        size += len(piece)
+    return FileRecord(path, digest.hexdigest(), size)
 
 
 def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> Manifest:

@@ -4,10 +4,12 @@ Without its manifest a folder is no release: of a copy that broke off nothing ca
 next one completes it.
 """
 
+import shutil
+from contextlib import suppress
 from pathlib import Path
 
 from oilfilm import object_storage
-from oilfilm.atomic_write import atomic_folder, write_bytes
+from oilfilm.atomic_write import atomic_folder
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -32,7 +34,8 @@ def upload_release(folder: Path, address: str) -> bool:
     """
     present = object_storage.listing(address)
     if MANIFEST in present:
-        if object_storage.content(f"{address}/{MANIFEST}") == (folder / MANIFEST).read_bytes():
+        there = object_storage.content(f"{address}/{MANIFEST}", largest=LARGEST)
+        if there == (folder / MANIFEST).read_bytes():
             if (folder / SIGNATURE).is_file() and SIGNATURE not in present:  # signed since
                 object_storage.upload(folder / SIGNATURE, f"{address}/{SIGNATURE}")
             return False
@@ -59,14 +62,31 @@ def download_release(address: str, folder: Path) -> None:
     if folder.exists():
         raise OilfilmError(f"{folder}: is there already. Name a new folder.")
     with atomic_folder(folder) as temporary:
-        content = object_storage.content(f"{address}/{MANIFEST}", largest=LARGEST)
-        write_bytes(content, temporary / MANIFEST)
-        manifest, _ = read_manifest(temporary)
-        for name in {CHECKSUMS, SIGNATURE} & set(object_storage.listing(address)):
-            content = object_storage.content(f"{address}/{name}", largest=LARGEST)
-            write_bytes(content, temporary / name)
-        for record in manifest.files:
-            content = object_storage.content(f"{address}/{record.path}", largest=record.size)
-            write_bytes(content, temporary / record.path)
+        copy_release(address, temporary)
         if complaints := verify(temporary):
             raise OilfilmError(f"{address}: is not as it was released: {complaints[0]}")
+
+
+def copy_release(address: str, folder: Path) -> None:
+    """Copy what the manifest of a release names, unchecked, file by file to an empty folder.
+
+    Raises:
+        OilfilmError: The storage fails, it is no release, a file is missing or larger than the
+            manifest says, or the disk has no room for it.
+    """
+    object_storage.download(f"{address}/{MANIFEST}", folder / MANIFEST, LARGEST)
+    try:
+        manifest, _ = read_manifest(folder)
+    except OilfilmError as fault:
+        raise OilfilmError(str(fault).replace(str(folder), address)) from None
+    needed, free = sum(record.size for record in manifest.files), shutil.disk_usage(folder).free
+    if needed > free:
+        raise OilfilmError(
+            f"{address}: needs {needed} bytes, and the disk of {folder.parent} has {free} free. "
+            "Make room, or choose a folder on another disk."
+        )
+    for record in manifest.files:
+        object_storage.download(f"{address}/{record.path}", folder / record.path, record.size)
+    for name in (CHECKSUMS, SIGNATURE):
+        with suppress(object_storage.MissingObjectError):  # an old or unsigned release
+            object_storage.download(f"{address}/{name}", folder / name, LARGEST)
