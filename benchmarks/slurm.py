@@ -11,7 +11,7 @@ import os
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
@@ -115,9 +115,7 @@ class Slurm:
 
     def _seconds(self, name: str, campaign: str, *arguments: str) -> float:
         project = self.folder / name
-        around = self.cluster.around(project, self.plugin)
-        environment = {**around.environment, **self.storage.environment}
-        around = replace(around, environment=environment)
+        around = self.cluster.around(project, self.plugin, self.storage.environment)
         return seconds(project, campaign, *PROFILE, *arguments, around=around)
 
 

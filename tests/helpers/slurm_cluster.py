@@ -13,9 +13,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
 from campaigns import ROOT
 from reproduce import GUARD, Surroundings
@@ -88,10 +89,12 @@ class Cluster:
         }
         self._daemons: dict[str, subprocess.Popen[bytes]] = {}
 
-    def around(self, project: Path, plugin: Path) -> Surroundings:
+    def around(
+        self, project: Path, plugin: Path, more: Mapping[str, str] = MappingProxyType({})
+    ) -> Surroundings:
         """What Snakemake finds around it that submits a project's jobs here."""
         path = os.pathsep.join(map(str, (project / "workflow", GUARD, plugin)))
-        return Surroundings("2", {**self.environment, "PYTHONPATH": path})
+        return Surroundings("2", {**self.environment, "PYTHONPATH": path, **more})
 
     def command(self, *words: str) -> str:
         """What a command of Slurm prints."""
