@@ -1,6 +1,7 @@
 """Safe YAML with line numbers: plain values, and where in the file each of them is."""
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -112,25 +113,32 @@ def dotted(steps: Sequence[object]) -> str:
 
 def _compose(path: Path) -> yaml.Node | None:
     text = _text_of(path)
+    # libyaml is ten times as fast; what is wrong is better said by PyYAML itself
+    with suppress(yaml.YAMLError):
+        return _composed(text, path, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     try:
-        depth = 0
-        for event in yaml.parse(text, Loader=yaml.SafeLoader):
-            # an alias can unfold one small file into gigabytes
-            if isinstance(event, yaml.AliasEvent):
-                line = _line(event.start_mark)
-                raise OilfilmError(
-                    f"{path}, line {line}: found the alias *{event.anchor}; write the value out."
-                )
-            depth += isinstance(event, yaml.CollectionStartEvent)
-            depth -= isinstance(event, yaml.CollectionEndEvent)
-            if depth > _DEEPEST_GROUP:
-                line = _line(event.start_mark)
-                raise OilfilmError(
-                    f"{path}, line {line}: groups are nested more than {_DEEPEST_GROUP} deep."
-                )
-        return yaml.compose(text, Loader=yaml.SafeLoader)
+        return _composed(text, path, yaml.SafeLoader)
     except yaml.YAMLError as error:
         raise _yaml_error(path, error) from error
+
+
+def _composed(text: str, path: Path, loader: type[yaml.SafeLoader]) -> yaml.Node | None:
+    depth = 0
+    for event in yaml.parse(text, Loader=loader):
+        # an alias can unfold one small file into gigabytes
+        if isinstance(event, yaml.AliasEvent):
+            line = _line(event.start_mark)
+            raise OilfilmError(
+                f"{path}, line {line}: found the alias *{event.anchor}; write the value out."
+            )
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST_GROUP:
+            line = _line(event.start_mark)
+            raise OilfilmError(
+                f"{path}, line {line}: groups are nested more than {_DEEPEST_GROUP} deep."
+            )
+    return yaml.compose(text, Loader=loader)
 
 
 def _text_of(path: Path) -> str:
