@@ -227,14 +227,16 @@ def test_lock_names_no_place_to_install_from():
     assert not re.findall(r"(?m)^.*://.*$|^-.*$|^[^#\n]* @ .*$|^[^#\n]*/.*$", LOCK)
 
 
-def test_rivals_of_the_benchmark_share_every_package_with_the_project() -> None:
-    """benchmarks/fit.py runs ours and theirs in one process."""
-    rivals = (ROOT / "benchmarks/rivals.lock").read_text(encoding="utf-8")
-    ours, theirs = pins(LOCK), pins(rivals)
-    shared = {"numpy", "scipy"} | (ours.keys() & theirs.keys())
+@pytest.mark.parametrize("name", ["rivals", "mutation"])
+def test_packages_of_a_benchmark_are_shared_with_the_project(name: str) -> None:
+    """benchmarks/fit.py and benchmarks/mutation.py run ours and theirs in one process."""
+    lock = (ROOT / f"benchmarks/{name}.lock").read_text(encoding="utf-8")
+    ours, theirs = pins(LOCK), pins(lock)
+    shared = ours.keys() & theirs.keys()
+    assert name != "rivals" or {"numpy", "scipy"} <= shared
     assert {name: [version(pin) for pin in ours[name]] for name in shared} == {
         name: [version(pin) for pin in theirs[name]] for name in shared
     }
-    asked = (ROOT / "benchmarks/rivals.in").read_text(encoding="utf-8").splitlines()
+    asked = (ROOT / f"benchmarks/{name}.in").read_text(encoding="utf-8").splitlines()
     assert {canonicalize_name(line) for line in asked if not line.startswith("#")} <= theirs.keys()
-    assert "://" not in rivals
+    assert "://" not in lock
