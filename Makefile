@@ -53,7 +53,7 @@ IN_VENV = PATH="$$PWD/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev docs docs-links test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-attack bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-plan bench-run bench-slurm \
+	bench-ingest bench-attack bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-mutation bench-plan bench-run bench-slurm \
 	bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
@@ -74,9 +74,16 @@ coverage: $(DEV) ## the tests again, with the share of the library's lines that 
 	$(PYTEST) --cov
 
 lint: $(DEV) ## every static check: style, format, types, imports, workflow
+	@$(MAKE) --no-print-directory -j 2 lint-types lint-rest
+
+# Types without a cache take as long as all the rest, so they go beside it.
+.PHONY: lint-types lint-rest
+lint-types: $(DEV)
+	$(BIN)/mypy
+
+lint-rest: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/snakefmt --check Snakefile workflow/Snakefile workflow/rules
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
@@ -90,7 +97,7 @@ docs-links: $(DOCS) ## whether the addresses that the documentation names still 
 	$(IN_VENV) $(BIN)/sphinx-build $(SPHINX) --builder linkcheck docs docs/_build/links
 
 nightly: $(DEV) $(DOCS) audit ## what audit says, long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
-	$(IN_VENV) $(BIN)/pytest -m nightly
+	$(IN_VENV) $(BIN)/pytest -m "nightly or hypothesis" --hypothesis-profile nightly
 	$(IN_VENV) $(BIN)/oilfilm nightly --campaign $(CAMPAIGN) --rebuild
 
 verify: $(DEV) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
@@ -210,6 +217,16 @@ audit: $(AUDITED) ## known weaknesses: bandit, zizmor, licences; advisories, if 
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/python tests/lint/advisories.py $(AUDIT)/bin/pip-audit
 
+# What makes the faults stays out of .venv too.
+MUTATION := .venv-mutation
+
+bench-mutation: ## how many small faults in three rooms the quick tests see (half an hour)
+	@$(MAKE) --no-print-directory VENV=$(MUTATION) dev
+	@$(if $(UV),uv pip install --quiet --compile-bytecode --python $(MUTATION)/bin/python,\
+		$(MUTATION)/bin/python -m pip install --quiet --disable-pip-version-check) \
+		--require-hashes --requirement benchmarks/mutation.lock
+	$(MUTATION)/bin/python benchmarks/mutation.py
+
 # Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
 # for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
 # The client of object storage takes no newer python-dateutil. It is the same without the client: what
@@ -235,6 +252,8 @@ lock: ## renew the lock files after a change of pyproject.toml
 	$(COMPILE) --constraint requirements.lock benchmarks/rivals.in \
 		--output-file benchmarks/rivals.lock
 	$(COMPILE) tests/lint/audit.in --output-file tests/lint/audit.lock
+	$(COMPILE) --constraint requirements.lock --constraint requirements-dev.lock benchmarks/mutation.in \
+		--output-file benchmarks/mutation.lock
 
 schemas: $(DEV) ## renew the generated schemas and the reference pages of docs
 	$(BIN)/python -m oilfilm.settings.schemas

@@ -1,7 +1,13 @@
 """Fixtures that several tests share: configuration, demonstration campaign, measured curves."""
 
 import os
+import pickle
+import sys
+from collections.abc import Callable
 from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
 
 # Before NumPy is imported, here and in the workers: small matrices lose by threads, sixtyfold.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -17,14 +23,16 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 # No timed assertions, and the same examples in every run: a slow machine must not fail a test.
-settings.register_profile(
-    "oilfilm",
-    deadline=None,
-    derandomize=True,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
-settings.load_profile("oilfilm")
+for profile, examples in {"quick": 30, "nightly": 300}.items():
+    settings.register_profile(
+        profile,
+        max_examples=examples,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
+settings.load_profile("quick")
 
 
 @pytest.fixture(scope="session")
@@ -34,8 +42,30 @@ def config() -> Settings:
 
 @pytest.fixture(scope="session")
 def demo(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Campaign:
-    """The whole demonstration campaign, simulated and curated."""
-    folder = tmp_path_factory.mktemp("demo")
+    """The whole demonstration campaign, simulated and curated once for all workers."""
+    return made_once("demo", lambda folder: simulated(config, folder), tmp_path_factory)
+
+
+def made_once(
+    name: str, make: Callable[[Path], Campaign], tmp_path_factory: pytest.TempPathFactory
+) -> Campaign:
+    """What the first worker makes in a folder, for all workers of this run."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return make(tmp_path_factory.mktemp(name))
+
+    # each worker has a folder of its own in that of the run
+    folder = tmp_path_factory.getbasetemp().parent / name
+    kept = folder.with_suffix(".pickle")
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            folder.mkdir()
+            kept.write_bytes(pickle.dumps(make(folder)))
+    made: Campaign = pickle.loads(kept.read_bytes())
+    return made
+
+
+def simulated(config: Settings, folder: Path) -> Campaign:
     truth = []
     for run, content, row in simulate_campaign(config, printed()):
         (folder / run.name).write_bytes(content)
@@ -55,10 +85,14 @@ def real_pcs() -> Path:
 
 
 @pytest.fixture(scope="session")
-def etm() -> Campaign:
+def etm(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     """The measured curves of data/raw/etm-slim, curated."""
-    config = resolve(ROOT / "config", {"campaign": "etm-slim"})
-    return carry_through(config, ETM, raw_files(ETM))
+
+    def curated(_: Path) -> Campaign:
+        config = resolve(ROOT / "config", {"campaign": "etm-slim"})
+        return carry_through(config, ETM, raw_files(ETM))
+
+    return made_once("etm", curated, tmp_path_factory)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipe
 
 from bearings import RPM, SHIPPED, TESTED, any_bearing, lubrication, printed_law, shipped
+from nights import examples, nightly
 from oilfilm.bearing.ellipse import Conditions, conditions, grid, sliding, traction
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.geometry import Bearing
@@ -292,7 +293,7 @@ def test_a_radial_load_makes_the_cage_push_some_balls_and_hold_others():
     assert power == pytest.approx(heat, rel=1e-6)
 
 
-@pytest.mark.parametrize("oil", ["4102", "4010"])
+@pytest.mark.parametrize("oil", [nightly("4102"), "4010"])
 @pytest.mark.parametrize("name", SHIPPED)
 def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
     bearing = shipped(name)
@@ -320,7 +321,7 @@ def test_all_five_freedoms_balance_from_rest_to_four_million_dmn(name, radial, m
         assert solved.solution.converged.all()
 
 
-@settings(max_examples=20)
+@examples(0.4)
 @given(
     ball=st.floats(0.005, 0.03),
     room=st.floats(4.0, 12.0),
@@ -351,7 +352,7 @@ def test_any_bearing_finds_its_motion_or_says_how_far_it_is_from_it(
         assert terms["torque_n_m"][0] > 0
 
 
-@settings(max_examples=10)
+@examples(0.2)
 @given(
     room=st.floats(4.0, 10.0),
     angle=st.floats(15.0, 45.0),

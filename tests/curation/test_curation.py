@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import bad_logs
@@ -140,7 +140,6 @@ def staircase(
     seconds=st.floats(2.2, 6.0),
     seed=st.integers(0, 1000),
 )
-@settings(max_examples=60)
 def test_steps_are_found_where_they_are_and_nowhere_else(
     steps: list[float], seconds: float, seed: int
 ) -> None:
@@ -264,7 +263,6 @@ def measured(
 
 
 @given(zero=st.floats(-5, 5), drift=st.floats(-1, 1), mu=st.floats(0.001, 0.1))
-@settings(max_examples=30)
 def test_linear_drift_of_the_zero_leaves_no_trace(
     config: Settings, zero: float, drift: float, mu: float
 ) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 import torque_logs
 from bad_logs import CONFIG, KEYS, UNITS, Columns, csv, good
+from nights import nightly
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.tables import failed_gates
@@ -290,7 +291,7 @@ def test_slip_in_percent_is_named_where_slip_was_logged() -> None:
 @pytest.mark.parametrize(
     "seconds", [(0.8, 4.0), (4.0, 0.9), (0.8, 0.9)], ids=["opening", "levels", "both"]
 )
-@pytest.mark.parametrize("per_row", [1, 50])
+@pytest.mark.parametrize("per_row", [1, nightly(50)])
 def test_phases_that_are_only_short_are_not_taken_for_minutes(
     seconds: tuple[float, float], per_row: int
 ) -> None:

@@ -4,10 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bad_logs import CONFIG, KEYS, Columns, csv
+from nights import examples
 from oilfilm.curation.curate import Curated, check_logs
 from standstill import LARGEST, LEVELS, LOAD_N, UNITS, log, planted
 
@@ -142,7 +143,7 @@ def test_unit_of_a_load_is_offered_where_only_the_traction_shows_it() -> None:
     shape=st.sampled_from(["exponential", "tanh"]),
     seed=st.integers(0, 1000),
 )
-@settings(max_examples=80, deadline=None)
+@examples(0.4)
 def test_zero_of_an_opening_phase_is_right_or_refused(
     offset_n: float, slope: float, first: float, second: float, shape: str, seed: int
 ) -> None:

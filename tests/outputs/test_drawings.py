@@ -1,6 +1,7 @@
 """Figures draw exactly what their tables hold, and a broken picture is seen."""
 
 import itertools
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from matplotlib.testing.compare import compare_images
 from bearings import printed_fits
 from campaigns import printed, without
 from fit_points import make_points, matrix
+from nights import nightly, quick_ones
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.fitting.fitted import FittedLaw
@@ -98,6 +100,12 @@ def drawing(results: CampaignTables, config: Settings) -> Draw:
     return drawing_of(results, config)
 
 
+@pytest.fixture(scope="module")
+def usual(drawing: Draw) -> Draw:
+    """Each figure as it usually is, drawn once for all tests that only look at it."""
+    return cache(drawing)
+
+
 def lines(axis: Axes) -> set[bytes]:
     """What each line of a panel holds, in bytes that can be compared exactly."""
     return {
@@ -129,8 +137,8 @@ ABSCISSA = {
 
 
 @pytest.mark.parametrize("name", PANELS)
-def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(drawing: Draw, name: str) -> None:
-    figure, drawn = drawing(name)
+def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(usual: Draw, name: str) -> None:
+    figure, drawn = usual(name)
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     lettered = zip("abcd", PANELS[name], strict=True)
     assert titles == [f"({letter}) {levels}" for letter, levels in lettered]
@@ -141,9 +149,9 @@ def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(drawing: Draw, 
 
 @pytest.mark.parametrize("name", PANELS)
 def test_lines_and_bands_of_figs_7_to_10_are_the_rows_of_their_tables(
-    drawing: Draw, name: str
+    usual: Draw, name: str
 ) -> None:
-    figure, drawn = drawing(name)
+    figure, drawn = usual(name)
     abscissa = ABSCISSA[name][0]
     by = "slide_roll_ratio" if name == "fig10" else "inlet_temperature_c"
     for letter, axis in zip("abcd", figure.axes, strict=True):
@@ -191,8 +199,8 @@ def test_printed_lines_that_would_hide_the_refit_are_in_the_table_only(
 
 
 @pytest.mark.parametrize("name", PANELS)
-def test_panels_share_their_scale_or_have_a_line_at_one_mu(drawing: Draw, name: str) -> None:
-    figure, _ = drawing(name)
+def test_panels_share_their_scale_or_have_a_line_at_one_mu(usual: Draw, name: str) -> None:
+    figure, _ = usual(name)
     marks = [
         line.get_ydata()[0]
         for axis in figure.axes
@@ -221,10 +229,10 @@ def test_interval_that_runs_away_leaves_the_panel_and_says_how_far(
     assert f"{reach:.2g}" in " ".join(text.get_text() for text in figure.texts)
 
 
-def test_shade_covers_what_no_test_reaches(drawing: Draw) -> None:
+def test_shade_covers_what_no_test_reaches(usual: Draw) -> None:
     # tested: 1.0 to 1.5 GPa, 25 to 40 m/s, 25 to 120 degC
     def shaded(name: str, panel: int) -> list[tuple[float, float]]:
-        figure, _ = drawing(name)
+        figure, _ = usual(name)
         spans = [patch for patch in figure.axes[panel].patches if isinstance(patch, Rectangle)]
         return [(span.get_x(), span.get_x() + span.get_width()) for span in spans]
 
@@ -262,23 +270,23 @@ def texts_in(figure: Figure) -> list[str]:
 
 @pytest.mark.parametrize("name", ["tab01", "tab02", "tab03"])
 def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
-    drawing: Draw, name: str
+    usual: Draw, name: str
 ) -> None:
-    figure, drawn = drawing(name)
+    figure, drawn = usual(name)
     assert set(drawn["words"]) <= set(texts_in(figure))
     assert (drawn["source"] != "").all()
     assert name == "tab02" or "lost" in texts_in(figure)
 
 
-def test_table_of_oils_has_the_viscosities_of_their_grades(drawing: Draw) -> None:
-    _, drawn = drawing("tab01")
+def test_table_of_oils_has_the_viscosities_of_their_grades(usual: Draw) -> None:
+    _, drawn = usual("tab01")
     grade = drawn[drawn["quantity"] == "grade"].set_index("thing")["value"]
     assert grade[["4102", "4050", "4010"]].tolist() == [7, 5, 3]  # section 1 of the paper
     assert all("stand-in" in source for source in drawn[drawn["thing"] == "4102"]["source"])
 
 
-def test_table_of_the_bearing_marks_what_is_assumed(drawing: Draw) -> None:
-    _, drawn = drawing("tab03")
+def test_table_of_the_bearing_marks_what_is_assumed(usual: Draw) -> None:
+    _, drawn = usual("tab03")
     stars = drawn["words"].str.endswith("*")
     assert set(drawn.loc[stars, "source"]) == {"assumed"}
     assert "ball diameter" in set(drawn.loc[~stars, "quantity"])
@@ -302,9 +310,9 @@ def test_table_of_a_bearing_leaves_out_what_its_file_leaves_out(
 
 
 def test_table_of_the_bearing_has_every_number_of_its_file_with_every_digit(
-    drawing: Draw, config: Settings
+    usual: Draw, config: Settings
 ) -> None:
-    _, drawn = drawing("tab03")
+    _, drawn = usual("tab03")
     bearing = config.bearings[config.campaign.torque.bearing].model_dump()
     configured = pd.json_normalize(bearing).iloc[0]
     cells = set(drawn["words"].str.rstrip("*"))
@@ -322,8 +330,8 @@ def test_matrix_of_a_measured_campaign_is_that_of_its_logs(drawing: Draw, config
 
 
 @pytest.mark.parametrize("name", ["fig01", "fig05"])
-def test_schematics_draw_each_mark_of_their_table_and_no_other(drawing: Draw, name: str) -> None:
-    figure, drawn = drawing(name)
+def test_schematics_draw_each_mark_of_their_table_and_no_other(usual: Draw, name: str) -> None:
+    figure, drawn = usual(name)
     patches = [patch for axis in figure.axes for patch in axis.patches]
     boxes = [(*patch.get_xy(), patch.get_width()) for patch in patches if type(patch) is Rectangle]
     expected = drawn[drawn["mark"].isin(["box", "film"])]
@@ -336,8 +344,8 @@ def test_schematics_draw_each_mark_of_their_table_and_no_other(drawing: Draw, na
     assert sorted(texts_in(figure)) == sorted(labels)
 
 
-def test_traction_presses_the_cradle_against_its_force_sensor(drawing: Draw) -> None:
-    _, drawn = drawing("fig01")
+def test_traction_presses_the_cradle_against_its_force_sensor(usual: Draw) -> None:
+    _, drawn = usual("fig01")
     above = drawn[drawn["panel"] == "b"]
     boxes = above[above["mark"] == "box"].set_index("kind")[["x", "y", "to_x", "to_y"]]
     sensor = boxes.loc["sensor"]
@@ -353,8 +361,8 @@ def test_traction_presses_the_cradle_against_its_force_sensor(drawing: Draw) -> 
 
 
 @pytest.mark.parametrize("name", ["fig01", "fig05"])
-def test_labels_of_the_schematics_do_not_overlap(drawing: Draw, name: str) -> None:
-    figure, _ = drawing(name)
+def test_labels_of_the_schematics_do_not_overlap(usual: Draw, name: str) -> None:
+    figure, _ = usual(name)
     figure.canvas.draw()
     for axis in figure.axes:
         for text, other in itertools.combinations(axis.texts, 2):
@@ -378,7 +386,7 @@ def by_load(results: CampaignTables, config: Settings) -> pd.DataFrame:
     )
 
 
-@pytest.mark.parametrize("has_matrix", [True, False])
+@pytest.mark.parametrize("has_matrix", [nightly(True), False])
 def test_runs_with_a_load_for_a_set_point_have_their_own_lines(
     drawing: Draw, results: CampaignTables, config: Settings, has_matrix: bool
 ) -> None:
@@ -475,8 +483,8 @@ def test_residuals_of_a_rig_that_reverses_the_slip_keep_their_sign(
     np.testing.assert_allclose(forward["y"], reverse["y"])
 
 
-def test_identifiability_draws_every_pair_and_names_the_profile_that_bends(drawing: Draw) -> None:
-    figure, drawn = drawing("identifiability")
+def test_identifiability_draws_every_pair_and_names_the_profile_that_bends(usual: Draw) -> None:
+    figure, drawn = usual("identifiability")
     pairs = drawn.query("oil == '4102' and kind == 'correlation'")
     squares = np.asarray(figure.axes[0].images[0].get_array().filled(np.nan))
     assert sorted(squares[~np.isnan(squares)]) == sorted(pairs["value"])
@@ -505,9 +513,13 @@ def test_correlations_without_a_bootstrap_say_where_they_are_from(
 DRAWN_HERE = ["fig01", "fig05", "tab01", "fig02", "fig03", *PANELS, "residuals", "identifiability"]
 
 
+# Pictures that between them have every kind of mark: patches, words, lines, bands, bars, an image.
+PICTURES = ["fig01", "tab01", "fig03", "fig07", "identifiability"]
+
+
 @pytest.mark.no_cover
-@pytest.mark.parametrize("oils", [["4102", "4050", "4010"], ["4102"]])
-@pytest.mark.parametrize("name", DRAWN_HERE)
+@pytest.mark.parametrize("oils", [["4102", "4050", "4010"], nightly(["4102"])])
+@pytest.mark.parametrize("name", quick_ones(DRAWN_HERE, PICTURES))
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off_even_with_a_long_name(
     drawing: Draw,
     results: CampaignTables,
@@ -525,10 +537,6 @@ def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off_even_with_a_long
     style.save(figure, tmp_path / "figure.png")
     width = matplotlib.image.imread(tmp_path / "figure.png").shape[1]
     assert width in [round(mm / 25.4 * 300) for mm in (84, 174)]
-
-
-# Pictures that between them have every kind of mark: patches, words, lines, bands, bars, an image.
-PICTURES = ["fig01", "tab01", "fig03", "fig07", "identifiability"]
 
 
 def difference(figure: Figure, name: str, folder: Path) -> str | None:

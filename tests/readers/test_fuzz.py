@@ -8,12 +8,13 @@ from bad_logs import PCS_CONFIG
 from damages import SOUND
 from formats import WRITERS
 from mutations import carry, mutate
+from nights import nightly
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
 
 # How many files of each format are damaged; `make bench-fuzz` takes 20 000.
-NUMBERS = pytest.mark.parametrize("files", [20, pytest.param(200, marks=pytest.mark.nightly)])
+NUMBERS = pytest.mark.parametrize("files", [6, nightly(200)])
 
 
 @pytest.mark.no_cover

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pyarrow as arrow
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import bad_logs
@@ -94,7 +94,6 @@ def write(dialect: dict[str, Any], values: dict[str, np.ndarray]) -> bytes:
         max_size=5,
     ),
 )
-@settings(max_examples=300)
 def test_what_is_written_comes_back_whatever_the_dialect(
     dialect: dict[str, Any], rows: list[tuple[float, ...]]
 ) -> None:

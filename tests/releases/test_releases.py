@@ -14,7 +14,7 @@ from typing import Any
 
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from campaigns import ROOT
@@ -267,7 +267,6 @@ def complaints(folder: Path) -> list[str]:
         return [str(refused).removeprefix(f"{folder}/")]
 
 
-@settings(max_examples=100)
 @given(data=st.data())
 def test_any_single_changed_byte_is_found_and_its_file_named(
     loose: Path, data: st.DataObject

@@ -1,6 +1,7 @@
 """What every script does around its call: provenance, and mistakes in a sentence."""
 
 import errno
+import os
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -37,14 +38,22 @@ def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: P
         assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
 
 
-def test_full_disk_ends_a_job_in_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("fault", "sentence"),
+    [
+        (errno.ENOSPC, "The disk is full. Make room on it ("),
+        (errno.EROFS, "The disk can only be read. Mount it for writing ("),
+        (errno.EFBIG, "A file would be larger than is allowed here. Raise the limit (ulimit -f) ("),
+    ],
+)
+def test_disk_that_takes_no_file_ends_a_job_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], fault: int, sentence: str
 ) -> None:
     with pytest.raises(SystemExit) as ended, job(a_job(tmp_path)):
-        raise OSError(errno.ENOSPC, "No space left on device", "points.parquet")
+        raise OSError(fault, os.strerror(fault), "points.parquet")
     assert ended.value.code == 1
     message = capsys.readouterr().err
-    assert message.startswith("The disk is full. Make room on it (")
+    assert message.startswith(sentence)
     assert "points.parquet" in message
 
 

@@ -1,5 +1,6 @@
 """Fits held against the truth of a simulated campaign: exact where the truth is the law itself."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from bearings import printed_fits
 from campaigns import ROOT, Campaign, printed
+from nights import nightly
 from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.rig_twin.truth import truth_grid
@@ -32,10 +34,16 @@ def constants_of(values: dict[str, np.ndarray]) -> pd.DataFrame:
 def compared(
     campaign: str, coefficients: pd.DataFrame, quality: pd.DataFrame | None = None
 ) -> tuple[Settings, pd.DataFrame]:
-    config = resolve(ROOT / "config", {"campaign": campaign})
+    config, truth = truth_of(campaign)
     quality = printed_fits()[1] if quality is None else quality
-    refits = tables.empty("refits")
-    return config, extrapolate(truth_grid(config, printed()), coefficients, refits, quality, 0.005)
+    return config, extrapolate(truth, coefficients, tables.empty("refits"), quality, 0.005)
+
+
+@cache
+def truth_of(campaign: str) -> tuple[Settings, pd.DataFrame]:
+    """Settings of a campaign and the truth of its twin, which no test changes."""
+    config = resolve(ROOT / "config", {"campaign": campaign})
+    return config, truth_grid(config, printed())
 
 
 def unknown_box() -> pd.DataFrame:
@@ -136,7 +144,7 @@ def test_law_that_was_fitted_for_one_oil_has_the_errors_of_that_one() -> None:
     assert "tested box" not in line
 
 
-@pytest.mark.parametrize("laws", [1, 7])
+@pytest.mark.parametrize("laws", [nightly(1), 7])
 def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: Path) -> None:
     config, table = compared("thermal", constants_of(printed()))
     several = pd.concat(

@@ -8,6 +8,7 @@ import pytest
 
 from campaigns import ROOT
 from law_points import EVERY_LAW, MATRIX, internal_of, points_of
+from nights import nightly
 from oilfilm import tables
 from oilfilm.fitting import cross_validation, engine
 from oilfilm.fitting.cross_validation import leave_curves_out, leave_ends_out, level_of
@@ -38,7 +39,9 @@ def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("name", ["deng2026", "eyring", "wang-deng-groups", "tanh"])
+@pytest.mark.parametrize(
+    "name", ["deng2026", nightly("eyring"), nightly("wang-deng-groups"), "tanh"]
+)
 def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
     only = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
     config = quick.with_changes({"compare": {"laws": only}})
@@ -52,8 +55,10 @@ def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> Non
     assert table["n_points"].nunique() == 1
 
 
-@pytest.mark.parametrize("step", [1, 16])
-@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("count", "step"),
+    [(1, 1), (2, 16), *(nightly(*case) for case in ((1, 16), (2, 1), (3, 1), (3, 16)))],
+)
 def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, step: int) -> None:
     """Neighbouring and distant conditions: some laws then have constants without any effect."""
     runs = [f"run{step * number:03d}" for number in range(count)]

@@ -20,7 +20,7 @@ def released_project(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not output.exists():
             lay_out_small(project)
-            around = Surroundings("1", {**USUAL.environment, **measured()})
+            around = Surroundings("2", {**USUAL.environment, **measured()})
             text = succeed(project, "release", "--config", "campaign=small", around=around)
             output.write_text(text)
     return project

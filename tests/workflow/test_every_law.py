@@ -1,6 +1,8 @@
 """Every law that config allows goes through the whole workflow, to report and exports."""
 
 import json
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,7 @@ from campaigns import QUICK, ROOT, SMALL_MATRIX, lay_out, read_campaign, write_c
 from oilfilm import tables
 from oilfilm.outputs.exports.campaign import FORMS
 from oilfilm.traction import LAWS
-from reproduce import succeed
+from reproduce import command, succeed
 
 pytestmark = pytest.mark.workflow
 
@@ -70,9 +72,15 @@ def run_with(project: Path, law: str) -> None:
     write_campaign(project, "laws", campaign_with(law))
     succeed(project, "--config", "campaign=laws")
     results = project / "results/laws"
+    check_results(results, law, OILS)
+    assert (results / "figures/fig06.png").stat().st_size > 1000
+
+
+def check_results(results: Path, law: str, oils: tuple[str, ...]) -> None:
+    """Fits, exports and report are those of the law."""
     quality = tables.read("fit_quality", results / "tables/fit_quality.parquet")
     assert set(quality["law"]) == {law}
-    for oil in OILS:
+    for oil in oils:
         content = json.loads((results / f"exports/{oil}/traction_{oil}.json").read_text())
         assert content["law"]["name"] == law
         for name in content["files"].values():
@@ -83,7 +91,6 @@ def run_with(project: Path, law: str) -> None:
     report = (results / "report.html").read_text(encoding="utf-8")
     assert "SIMULATED data" in report
     assert law in report
-    assert (results / "figures/fig06.png").stat().st_size > 1000
 
 
 @pytest.mark.nightly
@@ -91,11 +98,12 @@ def run_with(project: Path, law: str) -> None:
 def test_every_law_goes_through_the_whole_workflow(project: Path, law: str) -> None:
     run_with(project, law)
     # the paper prints constants of its own law only
-    assert oils_with_printed_values(project) == ({"4102"} if law == "deng2026" else set())
+    printed = oils_with_printed_values(project / "results/laws")
+    assert printed == ({"4102"} if law == "deng2026" else set())
 
 
-def oils_with_printed_values(project: Path) -> set[str]:
-    coefficients = tables.read("coefficients", project / "results/laws/tables/coefficients.parquet")
+def oils_with_printed_values(results: Path) -> set[str]:
+    coefficients = tables.read("coefficients", results / "tables/coefficients.parquet")
     return set(coefficients.loc[coefficients["printed_value"].notna(), "oil"])
 
 
@@ -124,14 +132,50 @@ HYPERBOLA = Law(
 '''
 
 
-def test_a_seventh_law_is_a_file_and_a_line(project: Path) -> None:
+def add_seventh_law(project: Path) -> None:
     laws = project / "workflow/oilfilm/traction/laws"
     (laws / "hyperbola.py").write_text(SEVENTH, encoding="utf-8")
     with (laws / "__init__.py").open("a", encoding="utf-8") as registry:
         registry.write("from oilfilm.traction.laws.hyperbola import HYPERBOLA as HYPERBOLA\n")
-    run_with(project, "hyperbola")
-    assert oils_with_printed_values(project) == set()
-    header = project / "results/laws/exports/own/traction_own.h"
+
+
+def check_seventh_law(results: Path, oil: str) -> None:
+    assert oils_with_printed_values(results) == set()
+    header = results / f"exports/{oil}/traction_{oil}.h"
     lines = [line.strip() for line in header.read_text(encoding="utf-8").splitlines()]
     assert "const double h = S / (S + C);" in lines
     assert "const double mu = A * fabs(K - 1.0) * h;" in lines
+
+
+@pytest.mark.nightly
+def test_a_seventh_law_goes_through_the_whole_workflow(project: Path) -> None:
+    add_seventh_law(project)
+    run_with(project, "hyperbola")
+    check_seventh_law(project / "results/laws", "own")
+
+
+def test_a_seventh_law_is_a_file_and_a_line(released_project: Path, tmp_path: Path) -> None:
+    """From the points of a finished run: its fit, exports, figures and report, in one process."""
+    project = tmp_path / "project"
+    shutil.copytree(released_project, project, symlinks=True)
+    add_seventh_law(project)
+    campaign = read_campaign(project, "small")
+    campaign["settings"]["fit"] |= {"law": "hyperbola", "allow_uncertified": True}
+    write_campaign(project, "small", campaign)
+    jobs = "import sys; sys.path.insert(0, 'workflow'); from stand_in import main\n" + "\n".join(
+        f"main({[*job.split(), 'campaign=small']})"
+        for job in ("fit oil=4102", "fits", "exports", "law_figures", "report")
+    )
+    (python, *_), environment = command(project)
+    done = subprocess.run(
+        [python, "-c", jobs],
+        cwd=project,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = project / "results/small"
+    check_results(results, "hyperbola", ("4102",))
+    check_seventh_law(results, "4102")

@@ -11,6 +11,7 @@ import sys
 import sysconfig
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -64,10 +65,13 @@ def test_run_needs_no_network_and_unpickles_nothing(released_project: Path) -> N
     assert not (released_project / "guard.log").exists()
 
 
-def test_run_in_a_folder_of_any_name_ends_in_the_same_bytes(
+def test_run_in_a_folder_of_any_name_and_other_surroundings_ends_in_the_same_bytes(
     undisturbed: Path, tmp_path: Path
 ) -> None:
-    """Blank, umlaut, quote, semicolon, hash, percent, hyphen, and an interpreter in there too."""
+    """Blank, umlaut, quote, semicolon, hash, percent, hyphen, and an interpreter in there too.
+
+    The other surroundings: date, host name, user, network (none), locale, time zone and cores.
+    """
     lab = tmp_path / "My Lab" / "Prüfstand; it's #1 %d" / "-x"
     python = lab / "env/bin/python"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", lab / "env"], check=True)
@@ -75,18 +79,22 @@ def test_run_in_a_folder_of_any_name_ends_in_the_same_bytes(
     (packages / "outer.pth").write_text(f"{sysconfig.get_path('purelib')}\n", encoding="utf-8")
     lay_out_small(lab / "project")
     _, environment = command(lab / "project")
+    around = replace(unusual(tmp_path), cores="1")
     done = subprocess.run(
-        [python, "-m", "snakemake", "--cores", "2", POINTS, *SMALL],
+        [*around.before, python, "-m", "snakemake", "--cores", around.cores, POINTS, *SMALL],
         cwd=lab / "project",
-        env=environment,
+        env={**environment, **around.environment},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert file_difference(undisturbed / POINTS, lab / "project" / POINTS) == ""
+    if around.lacking:
+        pytest.skip(f"the same bytes, but not with {', '.join(around.lacking)}")
 
 
+@pytest.mark.nightly
 def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
     undisturbed: Path, new: Path, tmp_path: Path
 ) -> None:
@@ -95,7 +103,7 @@ def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
     The other surroundings: date, host name, user, locale, time zone, number of cores and a Python
     that skips assertions.
     """
-    ahead, around = Surroundings("2", fake_clock("+500d")), unusual(tmp_path)
+    ahead, around = Surroundings("2", fake_clock("+500d")), replace(unusual(tmp_path), cores="1")
     for files, surroundings in ((0, ahead), (3, ahead), (15, around), (40, around)):
         assert killed(new, 1.5, "release", *SMALL, files=files, around=surroundings)
         # the next host has a name of its own: only long silence tells it that the run has ended
@@ -169,6 +177,7 @@ def make_larger(pinned: Path, factor: float) -> str:
     return str(frame.loc[0, "constant"])
 
 
+@pytest.mark.nightly
 def test_nightly_fails_with_a_table_of_what_moved(undisturbed: Path, pinned: Path) -> None:
     """One constant of the pin is made half as large again: 14 standard errors."""
     constant = make_larger(pinned, 1.5)
@@ -183,6 +192,7 @@ def test_nightly_fails_with_a_table_of_what_moved(undisturbed: Path, pinned: Pat
 _DISK = [*("unshare", "--user", "--map-root-user", "--mount"), "sh", "-c"]
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(
     not works([*_DISK, "mount -t tmpfs tmpfs /mnt"]), reason="no file system may be mounted here"
 )
@@ -239,6 +249,7 @@ def test_home_that_takes_no_file_stops_no_run(new: Path) -> None:
     succeed(new, "--dry-run", *SMALL, around=Surroundings("1", {"HOME": "/dev/null"}))
 
 
+@pytest.mark.nightly
 def test_file_too_large_for_the_quota_is_told(undisturbed: Path, new: Path) -> None:
     limited = Surroundings("2", {}, ["sh", "-c", 'ulimit -f 200 && exec "$@"', "sh"])
     message = fail(new, POINTS, *SMALL, around=limited)
@@ -256,9 +267,14 @@ def wait_for(condition: Callable[[], bool]) -> None:
 
 
 def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
-    undisturbed: Path, new: Path
+    undisturbed: Path, tmp_path: Path
 ) -> None:
-    with start(new, POINTS, *SMALL, stdout=subprocess.DEVNULL) as first:
+    new = tmp_path / "new"
+    shutil.copytree(undisturbed, new, symlinks=True)
+    (new / POINTS).unlink()
+    # every step from the logs on, so that it lasts longer than the second run takes to start
+    again = (POINTS, "--forcerun", "ingest", *SMALL)
+    with start(new, *again, stdout=subprocess.DEVNULL) as first:
         wait_for(lambda: bool(unfinished(new)))
         assert REFUSED.search(fail(new, POINTS, *SMALL))
         # the run alone, so that its job lives on
@@ -270,6 +286,7 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     assert file_difference(undisturbed / POINTS, new / POINTS) == ""
 
 
+@pytest.mark.nightly
 def test_log_that_grows_during_a_run_is_read_whole_or_not_at_all(
     undisturbed: Path, new: Path
 ) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import lay_out_measured, lay_out_small
+from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.verify import verify
@@ -58,6 +59,7 @@ def assert_same(local: Path, stored: dict[str, bytes], folder: Path) -> None:
         assert content == (local / name).read_bytes(), file_difference(local / name, path)
 
 
+@pytest.mark.nightly
 def test_points_from_logs_in_a_bucket_are_those_from_a_folder(
     released_project: Path, quick: Storage, tmp_path: Path
 ) -> None:
@@ -87,6 +89,7 @@ def test_points_from_logs_in_a_bucket_are_those_from_a_folder(
     assert planned.count("rule ingest:") == 1
 
 
+@pytest.mark.nightly
 def test_points_that_go_to_a_bucket_are_those_of_a_folder(
     released_project: Path, quick: Storage, tmp_path: Path
 ) -> None:
@@ -100,6 +103,25 @@ def test_points_that_go_to_a_bucket_are_those_of_a_folder(
     stored = quick.files("lab", "quick/")
     assert points in stored
     assert_same(released_project, stored, tmp_path / "stored")
+
+
+def test_points_from_a_bucket_to_a_bucket_are_those_of_folders(
+    released_project: Path, quick: Storage, tmp_path: Path
+) -> None:
+    """Logs and results in a bucket; only the names of campaign and inputs differ."""
+    project, points = tmp_path / "project", "tables/points.parquet"
+    lay_out_small(project)
+    lay_out_measured(released_project, project)
+    store_logs(project, quick)
+    arguments = (f"results/own/{points}", *OWN, *IN_BUCKET, "s3://lab/both")
+    output = succeed(project, *arguments, around=around(quick))
+    assert SECRET not in output
+    assert len(output.splitlines()) < 20
+    stored = quick.files("lab", "both/")
+    copied = tmp_path / "points.parquet"
+    copied.write_bytes(stored[f"results/own/{points}"])
+    local = released_project / "results/small" / points
+    assert tables.read("points", copied).equals(tables.read("points", local))
 
 
 def test_missing_bucket_ends_a_run_and_is_not_made(quick: Storage, tmp_path: Path) -> None:
