@@ -10,6 +10,7 @@ PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), ROOT / "tests/READM
 # Folders that a run or a user fills.
 NOT_TRACKED = (
     "data/first_seen",
+    "docs/_build/",
     "results/",
     "data/raw/",
     "figures/",

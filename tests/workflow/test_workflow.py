@@ -242,8 +242,9 @@ def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None
         assert f"data/raw/own/{name}: has changed since a run first read it" in message
         lines = re.search(r"(?ms)^acknowledged_changes:.*?reason:", message)
         assert lines, message
-        reason = f"{lines[0]} the rig wrote an empty line\ntitle: "
-        with changed(project / "config/campaigns/own.yaml", "title: ", reason):
+        campaign = project / "config/campaigns/own.yaml"
+        text = campaign.read_text(encoding="utf-8")
+        with changed(campaign, text, f"{text}{lines[0]} the rig wrote an empty line\n"):
             jobs = planned(project, *OWN)
     assert (jobs["ingest"], jobs["curate"]) == (1, 1)
 
