@@ -130,14 +130,13 @@ def attack(content: bytes, donor: bytes, random: Generator) -> bytes:
 
 
 def rows_written(content: bytes) -> int | None:
-    """Rows of a plain csv log: lines with any letter or digit below the line of names.
+    """Rows of a plain csv log: lines with any letter or digit but comments and the line of names.
 
-    None where what is a row is open to interpretation: quotes, other encodings, control characters.
+    None where what is a row is open to interpretation: quotes, other encodings, control characters,
+    no names, or names twice.
     """
     if b'"' in content or re.search(rb"[^\t\n\r\x20-\x7e]", content):
         return None
     lines = [line for line in re.split(rb"\r\n|\n|\r", content) if re.search(rb"\w", line)]
-    names = [index for index, line in enumerate(lines) if not line.lstrip().startswith(b"#")]
-    if not names:
-        return None
-    return len(lines) - names[0] - 1
+    rows = [line for line in lines if not line.lstrip().startswith(b"#")]
+    return len(rows) - 1 if sum(b"time [s]" in line for line in rows) == 1 else None

@@ -39,10 +39,11 @@ def test_several_damages_end_in_a_verdict(name: str) -> None:
 @pytest.mark.parametrize(
     ("content", "rows"),
     [
-        (b"# oil: 4102\na,b\n1,2\n3,4\n", 2),
-        (b"a,b\r\n1,2\r\n\r\n , \r\n3,4", 2),
+        (b"# oil: 4102\ntime [s],b\n1,2\n3,4\n", 2),
+        (b"time [s],b\r\n1,2\r\n\r\n , \r\n3,4", 2),
+        (b"1,2\ntime [s],b\n3,4\n", 2),
         (b"# 1\n", None),
-        (b'a,b\n"1",2\n', None),
+        (b'time [s],b\n"1",2\n', None),
         (b"\xff\xfea\0", None),
     ],
 )

@@ -78,6 +78,7 @@ SAME = {
     ),
     "names as a comment": log(["# " + NAMES[0], *NAMES[1:]], [f"[{unit}]" for unit in UNITS]),
     "line of Excel": log(above='sep=;\n"oil";"4102";;;;'),
+    "numbers of the columns": log(above="# oil: 4102\n1;2;3;4;5;6"),
     "blanks": log(delimiter="  \t "),
     "blanks before the rows": log(delimiter=" ").replace("\n0", "\n   0"),
     "blanks and names with units": log(named(*NAMES), None, delimiter=" "),
@@ -130,6 +131,16 @@ REFUSED = {
         "reads '0,00;82,3;0,05;28650,12;7.160;70,0'",
     ),
     "text below the rows": (log(below="End of test"), "unreadable_row", "reads 'End of test'"),
+    "row above the names": (
+        log(above="# oil: 4102\n" + ";".join(ROWS[0])),
+        "columns",
+        "line 2 reads '0,00;82,3;0,05;28650,12;7160,00;70,0', which looks like a row",
+    ),
+    "row with a stamp above the names": (
+        log(rows=timed("10:15:00", "10:15:01"), above="# oil: 4102\n10:14:59" + ";1" * 5),
+        "columns",
+        "line 2 reads '10:14:59;1;1;1;1;1', which looks like a row",
+    ),
     "two columns of one name": (
         log([*NAMES, "Load"], [*UNITS, "N"], [[*row, "82"] for row in ROWS]),
         "columns",

@@ -28,6 +28,8 @@ from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
 _DELIMITERS = (",", ";", "\t", "|")
+# Fewer numbers may be the value of a header line; letters of a line that are quoted.
+_NUMBERS_OF_ROW, _LONGEST = 3, 80
 # The line of names is near the top; beyond this a file is no log of ours.
 _LINES_SEARCHED = 200
 _COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
@@ -135,6 +137,8 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
     except ValueError as error:
         # one of the lines may be that of the names
         raise LayoutError(str(error), max(count_rows(text) - 1, 0), encoding) from error
+    if lost := _row_above_names(head):
+        raise LayoutError(lost, count_rows(text), encoding)
     above = sum(
         len(line) + 1 for line in text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
     )
@@ -189,6 +193,24 @@ def _find_head(text: bytes, renamed: Renamed, vocabulary: Vocabulary) -> _Head:
         width = len(names)
     names, units = ((some + [""] * width)[:width] for some in (names, units))
     return _Head(lines[:number], start, delimiter, names, units, cells, '"' in first)
+
+
+def _row_above_names(head: _Head) -> str:
+    """A row above the line of names, as a sentence; empty if there is none.
+
+    It would be lost as a header line. A line that only counts the columns is none.
+    """
+    form = [_is_number(cell) for cell in head.rows[0]] if head.rows else []
+    for number, line in enumerate(head.header, start=1):
+        cells = _split(line, head.delimiter)
+        counted = {tuple(map(str, range(first, first + len(cells)))) for first in (0, 1)}
+        like_a_row = sum(form) >= _NUMBERS_OF_ROW and [_is_number(cell) for cell in cells] == form
+        if like_a_row and tuple(cells) not in counted:
+            return (
+                f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but stands "
+                "above the line of names; put the names above all rows"
+            )
+    return ""
 
 
 def _line_of_names(
