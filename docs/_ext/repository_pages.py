@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = {
     "changes": "CHANGELOG.md",
     "contributing": "CONTRIBUTING.md",
+    "tests": "tests/README.md",
     "reference/log-formats": "data/raw/README.md",
     "reference/etm-slim": "data/raw/etm-slim/README.md",
     "reference/config-folder": "config/README.md",
