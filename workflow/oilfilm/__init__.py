@@ -25,9 +25,12 @@ _MODULES = {
 def __getattr__(name: str) -> Any:
     # late, so that a module that needs no SciPy does not wait for it
     if name == "__version__":
-        from importlib.metadata import version  # noqa: PLC0415
+        import tomllib  # noqa: PLC0415
 
-        return version("oilfilm")
+        from oilfilm.home import HOME  # noqa: PLC0415
+
+        # not the installed package's: a restored archive runs without one
+        return tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]["version"]
     if name in _MODULES:
         return getattr(import_module(_MODULES[name]), name)
     raise AttributeError(f"module 'oilfilm' has no attribute {name!r}")

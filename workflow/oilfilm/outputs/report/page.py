@@ -17,7 +17,7 @@ import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
-from oilfilm import tables
+from oilfilm import __version__, tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption, tie
 from oilfilm.outputs.constants import by_certainty
@@ -38,7 +38,7 @@ from oilfilm.traction import LAWS
 
 _HERE = Path(__file__).parent
 _PACKAGES = (
-    *("oilfilm", "numpy", "scipy", "pandas", "pandera", "pyarrow", "matplotlib", "snakemake"),
+    *("numpy", "scipy", "pandas", "pandera", "pyarrow", "matplotlib", "snakemake"),
     *("bokeh", "jinja2"),
 )
 _FIGURE_PX, _REFUSED_PX = 1400, 900
@@ -134,7 +134,8 @@ def page(
         "settings": settings,
         "provenance": provenance,
         "configuration": as_yaml(settings.plain()),
-        "packages": {"python": python_version()} | {name: version(name) for name in _PACKAGES},
+        "packages": {"python": python_version(), "oilfilm": __version__}
+        | {name: version(name) for name in _PACKAGES},
         "unreleased": UNRELEASED,
         "downloads": _downloads(results),
         "style": _asset("page.css"),
