@@ -60,10 +60,14 @@ def test_archive_gives_back_release_logs_code_and_settings(
     assert verify(place) == []
     for name, content in RAW.items():
         assert (folder / "data/raw/demo" / name).read_bytes() == content
-    for path in ("workflow/oilfilm/fit.py", "requirements.lock", "data/reference/oils.yaml"):
-        if (release.parents[3] / path).exists():
-            assert (folder / path).read_bytes() == (release.parents[3] / path).read_bytes()
+    for path in ("workflow/oilfilm/fit.py", "requirements.lock", "data/reference/claims.yaml"):
+        assert (folder / path).read_bytes() == (release.parents[3] / path).read_bytes()
     assert (folder / "config/config.yaml").is_file()
+    guide = (folder / "RESTORE.txt").read_text(encoding="utf-8")
+    assert f"{place.relative_to(folder)} --rebuild" in guide
+    # this archive has no packages
+    assert "--require-hashes -r requirements.lock" in guide
+    assert "--no-index" not in guide
 
 
 def test_same_release_gives_the_same_archive(release: Path, archive: Path, tmp_path: Path) -> None:

@@ -90,7 +90,7 @@ def curate_parts(
     """The same of samples that come in parts, each with whole runs, of which one is held at a time.
 
     Args:
-        samples: Gives the parts anew at each call: refused runs are looked at a second time.
+        samples: Gives the parts, from the first one, at each call: refused runs are read twice.
         runs: Table of runs as ingested.
         settings: Settings of the run.
         kind: The kind of rig.

@@ -2,8 +2,8 @@
 
 The file is a bag (BagIt 1.0, RFC 8493) in a tar archive, compressed with Zstandard: every archive
 and library knows these formats, so that `tar` and `sha256sum` open it where oilfilm is not
-installed. What it holds is a project folder: code, settings, measured logs, the release and the
-packages of its lock.
+installed. It holds a project folder: code, settings, measured logs, the release and the packages of
+its lock.
 """
 
 import hashlib
@@ -40,12 +40,13 @@ _MOST_FILES, _LARGEST_TAG = 400_000, 1 << 26
 _BLOCK = 1 << 20
 # What a damaged or foreign archive makes its readers raise.
 _UNREADABLE = (tarfile.TarError, arrow.ArrowException, OSError, EOFError, ValueError)
+_GUIDE_NAME = "RESTORE.txt"
 _GUIDE = """Release {version} of campaign {campaign}, with all that making it again takes.
 
-Its packages fit Python {python} on {machine}. Without a network, in this folder:
+{about} In this folder:
 
     python3 -m venv .venv
-    .venv/bin/python -m pip install --no-index --find-links {wheels} --require-hashes -r {lock}
+    .venv/bin/python -m pip install {how}
     PYTHONPATH=workflow PATH="$PWD/.venv/bin:$PATH" python -m oilfilm verify {release} --rebuild
 """
 
@@ -84,8 +85,8 @@ def make_archive(release: Path, root: Path, file: Path, *, packages: bool) -> in
         if packages:
             collect_wheels(home.HOME / "requirements.lock", aside / WHEELS)
             files |= _below(aside / WHEELS, f"{WHEELS}/")
-            (aside / "RESTORE.txt").write_text(_guide(stored), encoding="utf-8")
-            files["RESTORE.txt"] = aside / "RESTORE.txt"
+        (aside / _GUIDE_NAME).write_text(_guide(stored, packages=packages), encoding="utf-8")
+        files[_GUIDE_NAME] = aside / _GUIDE_NAME
         _write_bag(_name(stored), files, file)
     return len(files)
 
@@ -149,14 +150,16 @@ def _place(stored: StoredRelease) -> str:
     return f"results/releases/{manifest.made_from['campaign']}/{manifest.version}"
 
 
-def _guide(stored: StoredRelease) -> str:
+def _guide(stored: StoredRelease, *, packages: bool) -> str:
+    here = f"Python {platform.python_version()} on {sys.platform} {platform.machine()}"
+    lock = f"--no-index --find-links {WHEELS} --require-hashes -r {WHEELS}/{LOCK_OF_WHEELS}"
     return _GUIDE.format(
         version=stored.manifest.version,
         campaign=stored.manifest.made_from["campaign"],
-        python=platform.python_version(),
-        machine=f"{sys.platform} {platform.machine()}",
-        wheels=WHEELS,
-        lock=f"{WHEELS}/{LOCK_OF_WHEELS}",
+        about=f"Its packages fit {here}; no network is needed."
+        if packages
+        else f"It was archived on {here}, without packages: they are downloaded.",
+        how=lock if packages else "--require-hashes -r requirements.lock",
         release=_place(stored),
     )
 
@@ -269,15 +272,14 @@ def _unpack(archive: tarfile.TarFile, folder: Path) -> _Bag:
             continue
         path = member.name.partition("/")[2]
         said = printable(member.name)[:200]
-        if not member.isreg():
+        source = archive.extractfile(member) if member.isreg() else None
+        if source is None:
             raise _NoBagError(f"{said} is no plain file.")
         if not is_inside(path) or path in digests:
             raise _NoBagError(f"{said} is no path of a file below its folder, or is there twice.")
         room -= member.size
         if len(digests) == _MOST_FILES or room < 0:
             raise _NoBagError(f"{said} is one file too many, or larger than the room on this disk.")
-        source = archive.extractfile(member)
-        assert source is not None  # noqa: S101 - a plain file has content
         if path.startswith(_PAYLOAD):
             digests[path] = _copy(source, folder / path.removeprefix(_PAYLOAD))
             continue
