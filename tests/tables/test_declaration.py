@@ -1,10 +1,14 @@
 """Columns are declared once, with units that a program can read; every table has its key."""
 
+from pathlib import Path
+
+import pandas as pd
 import pint
 import pytest
 
 from oilfilm import tables
 from oilfilm.outputs.figures.registry import drawn_tables
+from oilfilm.outputs.table_examples import examples, read_examples
 from oilfilm.outputs.tables_page import PAGE, page
 from oilfilm.tables.columns import table, use
 
@@ -85,3 +89,33 @@ def test_table_narrows_a_column_and_never_widens_it() -> None:
 def test_reference_page_is_that_of_the_declaration() -> None:
     """`make schemas` renews it."""
     assert PAGE.read_text(encoding="utf-8") == page()
+
+
+@pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
+def test_every_column_has_an_example_that_its_declaration_allows(model: tables.Table) -> None:
+    """`oilfilm.outputs.table_examples` says how to renew them."""
+    shown = read_examples()[model.name]
+    assert list(shown) == model.names
+    # no example: no finished table had a value, so the column must be one that may be empty
+    row = {
+        name: "" if value is None and model[name].type == "text" else value
+        for name, value in shown.items()
+    }
+    model.schema.validate(pd.DataFrame([row]), lazy=True)
+
+
+def test_examples_are_of_one_full_row_where_there_is_one(tmp_path: Path) -> None:
+    rows = [
+        {"oil": "4102", "refit": 1, "value": 0.123456, "cause": "resampled curves"},
+        {"oil": "", "refit": 2, "value": 0.5, "cause": "x" * 50},
+    ]
+    text = {"law": "tanh", "constant": "A0"}
+    frame = tables.from_rows([{**row, **text} for row in rows], "refits")
+    for folder, kept in (("first", frame[1:]), ("second", frame)):
+        path = tmp_path / folder / "tables/refits.parquet"
+        path.parent.mkdir(parents=True)
+        tables.write(kept, "refits", path, {"campaign": folder, "data": "measured"})
+    assert examples(tmp_path / "second")["refits"] == {**rows[0], **text, "value": 0.1235}
+    # the second campaign fills what is empty in the first one
+    found = examples(tmp_path / "first", tmp_path / "second")["refits"]
+    assert (found["oil"], found["refit"], found["cause"]) == ("4102", 2, f"{'x' * 12}…")

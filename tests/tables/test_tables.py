@@ -159,21 +159,41 @@ def test_dictionary_columns_survive(demo, tmp_path: Path) -> None:
 
 
 def test_no_flipped_bit_is_read_as_another_number(quarantine: pd.DataFrame, tmp_path: Path) -> None:
-    """Pages carry a CRC-32: compression alone lets some bits pass."""
+    """Pages and footer carry a CRC-32: compression alone lets some bits pass."""
     path = tmp_path / "quarantine.parquet"
     tables.write(quarantine, "quarantine", path, {"campaign": "x", "data": "measured"})
     content = path.read_bytes()
     as_written = tables.read("quarantine", path)
-    # the footer, which has no check of its own, begins this far from the end
-    footer = int.from_bytes(content[-8:-4], "little") + 8
+    footer = tables.read_footer(path)
     refused = 0
-    for offset in range(4, len(content) - footer, 3):
+    for offset in range(0, len(content), 7):
         damaged = bytearray(content)
         damaged[offset] ^= 1 << offset % 8
         path.write_bytes(damaged)
         try:
             assert tables.read("quarantine", path).equals(as_written)
+            assert tables.read_footer(path) == footer
         except OilfilmError as error:
             assert "cannot be read as Parquet" in str(error)
+            refused += 1
+    assert refused > 0
+
+
+def test_flipped_bit_in_a_footer_without_a_checksum_ends_in_a_sentence(
+    quarantine: pd.DataFrame, tmp_path: Path
+) -> None:
+    """As in tables of before, and of strangers."""
+    path = tmp_path / "quarantine.parquet"
+    tables.write(quarantine, "quarantine", path, {"campaign": "x", "data": "measured"})
+    content = path.read_bytes().replace(b"oilfilm.footer_crc32", b"oilfilm.without_one_")
+    length = int.from_bytes(content[-8:-4], "little") + 8
+    refused = 0
+    for offset in range(len(content) - length, len(content), 29):
+        damaged = bytearray(content)
+        damaged[offset] ^= 1 << offset % 8
+        path.write_bytes(damaged)
+        try:
+            tables.read("quarantine", path)
+        except OilfilmError:
             refused += 1
     assert refused > 0

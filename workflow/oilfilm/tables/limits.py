@@ -33,7 +33,7 @@ def refuse_unpacking(file: Path, largest: int = LARGEST_TABLE) -> None:
     except FileNotFoundError:
         raise OilfilmError(f"{file}: there is no such table; snakemake makes it.") from None
     except UNREADABLE as error:
-        raise OilfilmError(f"{file}: is no table that can be read ({error}).") from error
+        raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
     if size > largest:
         raise OilfilmError(f"{file}: unpacks to {size} bytes, more than are read ({largest}).")
 

@@ -17,6 +17,8 @@ from oilfilm.atomic_write import atomic_file
 from oilfilm.errors import OilfilmError, cut
 from oilfilm.tables import bearing, fits, paper, rig
 from oilfilm.tables.declaration import Column, Table, by_name
+from oilfilm.tables.footer_checksum import PLACE, is_sound, seal
+from oilfilm.tables.limits import UNREADABLE
 
 SCHEMA_VERSION = 10
 
@@ -164,9 +166,8 @@ def writing(
     encodings = {
         field.name: _ENCODINGS[str(field.type)] for field in schema if str(field.type) in _ENCODINGS
     }
-    with (
-        atomic_file(path) as aside,
-        parquet.ParquetWriter(
+    with atomic_file(path) as aside:
+        with parquet.ParquetWriter(
             aside,
             schema,
             compression="zstd",
@@ -174,28 +175,28 @@ def writing(
             column_encoding=encodings,
             write_page_checksum=True,
             store_schema=False,  # with its metadata at the end
-        ) as file,
-    ):
-        parts = 0
+        ) as file:
+            parts = 0
 
-        def add(frame: pd.DataFrame) -> None:
-            nonlocal parts
-            conformed = conform(frame, table, str(path))
-            # column by column, in half of the time of `from_pandas`
-            content = arrow.table(
-                [_arrow_column(conformed[field.name], field.type) for field in schema],
-                schema=schema,
-            )
-            file.write_table(content, row_group_size=largest_group or max(len(frame), 1))
-            parts += 1
+            def add(frame: pd.DataFrame) -> None:
+                nonlocal parts
+                conformed = conform(frame, table, str(path))
+                # column by column, in half of the time of `from_pandas`
+                content = arrow.table(
+                    [_arrow_column(conformed[field.name], field.type) for field in schema],
+                    schema=schema,
+                )
+                file.write_table(content, row_group_size=largest_group or max(len(frame), 1))
+                parts += 1
 
-        yield add
-        if not parts:
-            add(empty(table))
-        footer = {"table": table, "schema_version": SCHEMA_VERSION, **provenance}
-        metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
-        described = b64encode(schema.with_metadata(metadata).serialize())
-        file.add_key_value_metadata({**metadata, "ARROW:schema": described})
+            yield add
+            if not parts:
+                add(empty(table))
+            footer = {"table": table, "schema_version": SCHEMA_VERSION, **provenance}
+            metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
+            described = b64encode(schema.with_metadata(metadata).serialize())
+            file.add_key_value_metadata({**metadata, "ARROW:schema": described, **PLACE})
+        seal(aside)
 
 
 def _arrow_column(values: pd.Series, as_type: arrow.DataType) -> arrow.Array:
@@ -243,7 +244,7 @@ def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
                     content = file.read_row_group(group, use_threads=False)
                     rows = content.replace_schema_metadata(None).to_pandas(use_threads=False)
                     yield conform(rows, table, str(path))
-        except (OSError, arrow.ArrowException) as error:
+        except UNREADABLE as error:
             raise _damaged(path, error) from error
 
 
@@ -262,11 +263,11 @@ def _content(path: Path, filters: list[tuple[str, str, str]] | None = None) -> a
         return parquet.read_table(
             path, partitioning=None, page_checksum_verification=True, filters=filters
         )
-    except (OSError, arrow.ArrowException) as error:
+    except UNREADABLE as error:
         raise _damaged(path, error) from error
 
 
-def _damaged(path: Path, error: Exception) -> OilfilmError:
+def _damaged(path: Path, error: Exception | str) -> OilfilmError:
     return OilfilmError(
         f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
     )
@@ -303,10 +304,12 @@ def read_footer(path: Path) -> dict[str, Any]:
         OilfilmError: The file is missing, damaged or was not written by oilfilm.
     """
     try:
+        if not is_sound(path):
+            raise _damaged(path, "the checksum of its footer is wrong")
         metadata = parquet.read_schema(path).metadata or {}
     except FileNotFoundError as error:
         raise OilfilmError(f"{path}: there is no such table; snakemake makes it.") from error
-    except (OSError, arrow.ArrowException) as error:
+    except UNREADABLE as error:
         raise _damaged(path, error) from error
     if b"oilfilm" not in metadata:
         raise OilfilmError(f"{path}: it is Parquet, but not a table of oilfilm.")

@@ -1,0 +1,101 @@
+"""What is stated about a written table: its file, and its content, whatever files hold it."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as parquet
+
+from oilfilm.digests import file_digest, settings_digest
+from oilfilm.tables.store import TABLES, read_footer, read_run
+
+
+@dataclass(frozen=True)
+class TableFile:
+    """One Parquet file of the dataset; its path is relative to the folder of the tables."""
+
+    table: str
+    path: str
+    data: str
+    sha256: str
+    bytes: int
+    rows: int
+
+
+def table_file(path: Path, folder: Path) -> TableFile:
+    """What a data package states about one written table.
+
+    Args:
+        path: The file.
+        folder: Of the tables.
+
+    Raises:
+        OilfilmError: The file is missing, damaged or was not written by oilfilm.
+    """
+    footer = read_footer(path)
+    return TableFile(
+        table=footer["table"],
+        path=path.relative_to(folder).as_posix(),
+        data=footer["data"],
+        sha256=file_digest(path),
+        bytes=path.stat().st_size,
+        rows=parquet.read_metadata(path).num_rows,
+    )
+
+
+def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:
+    """sha256 of the samples of each run, in hex: they are the same in whatever file they are.
+
+    Args:
+        samples: Table of samples, the rows of a run together.
+    """
+    runs = samples["run_id"].astype("category").cat
+    codes = runs.codes.to_numpy()
+    starts = np.flatnonzero(np.diff(codes, prepend=-1))
+    columns = [
+        np.ascontiguousarray(samples[column.name], column.dtype)
+        for column in TABLES["samples"].columns
+        if column.name != "run_id"
+    ]
+    digests = {}
+    for start, stop in pairwise([*starts, len(codes)]):
+        digest = sha256()
+        for column in columns:
+            digest.update(column[start:stop].data)
+        digests[str(runs.categories[codes[start]])] = digest.hexdigest()
+    return digests
+
+
+def samples_by_run(paths: Iterable[Path]) -> Callable[[str], pd.DataFrame]:
+    """Gives the samples of a run; it reads the file that holds them and no other.
+
+    Args:
+        paths: Files of samples, with `content` in their footer.
+
+    Raises:
+        OilfilmError: A file is missing or damaged.
+    """
+    file_of = {run_id: path for path in paths for run_id in read_footer(path)["content"]}
+    return lambda run_id: read_run("samples", [file_of[run_id]], run_id)
+
+
+def content_digest(paths: Iterable[Path]) -> tuple[str, int]:
+    """sha256 of the samples in some files, and their number of rows, whatever rows each file has.
+
+    Args:
+        paths: As of `samples_by_run`.
+
+    Raises:
+        OilfilmError: A file is missing or damaged.
+    """
+    content: dict[str, str] = {}
+    rows = 0
+    for path in paths:
+        of_file: Mapping[str, str] = read_footer(path)["content"]
+        content |= of_file
+        rows += parquet.read_metadata(path).num_rows
+    return settings_digest(content), rows
