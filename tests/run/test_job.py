@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.run.job import job
 
@@ -16,6 +17,7 @@ def a_job(tmp_path: Path) -> SimpleNamespace:
         log=[str(tmp_path / "job.log")],
         rule="fit",
         input=[],
+        wildcards={"oil": "4102"},
         params=SimpleNamespace(
             config={"campaign": {"name": "june", "data": "measured"}}, code="0123"
         ),
@@ -36,6 +38,34 @@ def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: P
     with job(a_job(tmp_path)) as (_, first), job(a_job(tmp_path)) as (_, second):
         assert first == second
         assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
+
+
+def inputs_of(folder: Path, shares: list[list[str]], wildcards: dict[str, str]) -> dict[str, str]:
+    """Inputs in the provenance of a job that reads the points of some shares of the logs."""
+    collect = a_job(folder)
+    collect.wildcards = wildcards
+    for number, logs in enumerate(shares):
+        path = folder / f"parts/curate/{len(shares)}-{number}.parquet"
+        about = {"campaign": "june", "data": "measured", "rule": "curate", "code": "c"}
+        inputs = {f"data/raw/june/{log}": log * 4 for log in logs}
+        part = {**about, "settings": "s", "part": True, "inputs": inputs}
+        tables.write(tables.empty("points"), "points", path, part)
+        collect.input.append(str(path))
+    with job(collect) as (_, provenance):
+        inputs = provenance["inputs"]
+    return inputs
+
+
+def test_provenance_names_the_logs_whatever_shares_they_were_read_in(tmp_path: Path) -> None:
+    together = inputs_of(tmp_path, [["a", "b", "c"]], {})
+    assert together.keys() == {"rule curate", "data/raw/june"}
+    assert inputs_of(tmp_path, [["c"], ["a", "b"]], {}) == together
+    assert inputs_of(tmp_path, [["c"], ["a"]], {}) != together
+    # a part names each, so that what joins the parts can
+    assert inputs_of(tmp_path, [["a"]], {"shard": "3"}).keys() == {
+        "rule curate",
+        "data/raw/june/a",
+    }
 
 
 @pytest.mark.parametrize(

@@ -43,10 +43,10 @@ def test_second_run_is_told_and_a_killed_one_is_forgotten(tmp_path: Path) -> Non
             lock_run(tmp_path, "demo")
         assert f"of campaign 'my-oils' by {getpass.getuser()} on" in str(refusal.value)
         assert f"(process {first.pid}), begun 20" in str(refusal.value)
-        clear_leftovers(tmp_path, [tmp_path])
+        assert clear_leftovers(tmp_path, [tmp_path]) == str(refusal.value)
         assert left.exists()
         first.kill()
-    clear_leftovers(tmp_path, [tmp_path])
+    assert clear_leftovers(tmp_path, [tmp_path]) == ""
     assert not left.exists()
     with another_run(tmp_path) as second:
         assert second.stdin is not None

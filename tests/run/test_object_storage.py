@@ -107,7 +107,7 @@ def test_name_that_leads_out_of_the_campaign_is_refused(storage: Storage, name: 
         storage.put("lab", {f"june/{name}": b"1"})
     if name not in object_storage.listing("s3://lab/june"):
         pytest.skip("the server does not keep such a name")
-    with pytest.raises(OilfilmError, match="is no path below the campaign"):
+    with pytest.raises(OilfilmError, match="is not a path below the campaign"):
         stored_logs("s3://lab/june")
 
 

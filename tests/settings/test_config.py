@@ -185,7 +185,8 @@ def test_campaign_may_override_every_key_of_the_settings(folder: Path) -> None:
     campaign = {**read_yaml(path).values, "settings": settings}
     path.write_text(yaml.safe_dump(campaign), encoding="utf-8")
     resolved = resolve(folder, {"campaign": "etm-slim"})
-    del settings["storage"]  # where logs are kept is no part of the settings of a result
+    # where logs are kept and how the work is spread are no part of the settings of a result
+    del settings["storage"], settings["split"]
     assert {key: resolved.plain()[key] for key in settings} == settings
 
 

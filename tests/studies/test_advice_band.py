@@ -111,11 +111,11 @@ def test_summary_tells_the_band_and_how_many_choices_are_certain(tables_in_band:
     low, high = band["agreeing_points"].min(), band["agreeing_points"].max()
     agreeing = (advice["judgement"] == "agree").sum()
     assert (
-        f"{agreeing} of 6 operating points ({low} to {high} over drag and law: oil volume fraction "
-        "0.004 to 0.03, 1 refits)" in text
+        f"{agreeing} of 6 operating points. With other drag and other refits of the law it is "
+        f"{low} to {high} (oil volume fraction 0.004 to 0.03, 1 refits)." in text
     )
     certain = (advice["best_oil_share"] == 1).sum()
-    assert f"the best oil is certain at {certain} of them" in text
+    assert f"The best oil is certain at {certain} operating points" in text
 
 
 def test_without_an_oil_of_the_rules_there_is_no_band(config: Settings) -> None:

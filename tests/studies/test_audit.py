@@ -26,14 +26,14 @@ from oilfilm.studies.audit.audit import (
     refit_evidence,
 )
 from oilfilm.studies.audit.checks import CHECKS, _any_constants, _of_equation
-from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError
+from oilfilm.studies.audit.evidence import Evidence, NotCheckableError, Outcome
 from oilfilm.studies.operating_grid import Grid, traction
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from reports import rows as rows_of
 
-Judge = Callable[..., Finding]
+Judge = Callable[..., Outcome]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def same(**changes: float) -> dict[str, list[float]]:
 def judge(config: Settings, grids: dict[str, Grid]) -> Judge:
     """The finding on one claim: by constants of each oil or by evidence, over a box or a grid."""
 
-    def judge(claim: str, basis: Any, where: Any = "extrapolated") -> Finding:
+    def judge(claim: str, basis: Any, where: Any = "extrapolated") -> Outcome:
         evidence = basis if isinstance(basis, Evidence) else evidence_of(basis, config)
         grid = where if isinstance(where, Grid) else grids[where]
         finding = CHECKS[claim].judge(evidence, grid, config)

@@ -1,6 +1,7 @@
 """The fitted law in bearings: load variables compared, traction found again, tables and figures."""
 
 import itertools
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -446,17 +447,17 @@ def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
         ),
     )
     text = "\n".join(bearing_lines(results))
-    assert "torque logs 3 read of 3, 2 with runs that were not refused; their plateaus 8" in text
-    refusal = "zero_drift 1: 4050_F05000_T070.csv: the zero of the torque moves"
-    assert f"torque quarantine, {refusal}" in text
-    assert "; load " in text
+    assert "Torque logs: 3 of 3 were read. 2 have runs that were not refused.\n" in text
+    assert "Plateaus: 8 of 8 are accepted.\n" in text
+    assert "- 4050_F05000_T070.csv: zero drift. The zero of the torque moves" in text
     # the printed constants have no refits
-    assert "the calculated torque has no uncertainty" in text
-    assert "of 24 equilibria none not found" in text
+    assert re.search(r"\| load-based +\| [\d.]+ +\| [\d.]+ +\| not known +\|", text)
+    assert "The calculated torque has no uncertainty" in text
+    assert "24 of 24 were found" in text
     assert "pressure " in text
-    assert "the paper's advice agrees with the best oil at" in text
+    assert "The paper's advice agrees with the best oil at" in text
     nothing = bearing_lines(CampaignTables.in_memory())
-    assert nothing[1].startswith("  torque logs 0 read of 0, 0 with runs that were not refused")
+    assert nothing[2] == "- Torque logs: 0 of 0 were read. 0 have runs that were not refused."
 
 
 def test_bearing_without_contact_angle_has_no_outside_opinion_by_palmgren() -> None:

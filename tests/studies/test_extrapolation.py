@@ -16,9 +16,9 @@ from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.extrapolation import (
+    errors_by_law,
     extrapolate,
     extrapolation_errors,
-    extrapolation_sentences,
     relative_rms,
 )
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -102,8 +102,9 @@ def test_law_without_bounds_ends_in_a_number_not_in_an_error() -> None:
     _, table = compared("demo", constants_of(steep))
     errors = extrapolation_errors(table)
     assert errors["max_error"].max() == pytest.approx(1e6)
-    (line,) = extrapolation_sentences(table)
-    assert "at worst mu 1e+06 for 0.0" in line
+    (row,) = errors_by_law(table)
+    assert row["worst_traction_coefficient"] == pytest.approx(1e6)
+    assert 0 < row["worst_true_traction_coefficient"] < 0.1
 
 
 def test_region_names_what_lies_outside_the_levels_tested() -> None:
@@ -132,16 +133,16 @@ def test_oil_that_could_not_be_fitted_has_no_errors() -> None:
     errors = extrapolation_errors(table)
     assert errors["n_conditions"].sum() == 0
     assert errors["rmse"].isna().all()
-    assert extrapolation_sentences(table) == []
+    assert errors_by_law(table) == []
 
 
 def test_law_that_was_fitted_for_one_oil_has_the_errors_of_that_one() -> None:
     one = constants_of(printed())
     some = one.assign(value=one["value"].where(one["oil"] == "4102"))
     _, table = compared("demo", some, unknown_box())
-    (line,) = extrapolation_sentences(table)
-    assert "% of mu beyond it; at worst" in line
-    assert "tested box" not in line
+    (row,) = errors_by_law(table)
+    assert row["beyond_relative_rms"] == row["relative_rms"]
+    assert np.isnan(row["inside_relative_rms"])
 
 
 @pytest.mark.parametrize("laws", [nightly(1), 7])
@@ -180,7 +181,12 @@ def test_law_that_runs_away_does_not_press_the_others_flat() -> None:
     assert errors.get_xscale() == "log"
 
 
-def test_summary_gives_one_line_per_law() -> None:
+def test_each_law_has_one_row_of_errors() -> None:
     _, table = compared("thermal", constants_of(printed()))
-    (line,) = extrapolation_sentences(table)
-    assert line.startswith("deng2026: rms error ")
+    (row,) = errors_by_law(table)
+    outside = table["beyond"] != ""
+    # the squares of both regions add up to those of all conditions
+    true = (table["true_traction_coefficient"] ** 2).groupby(outside).sum()
+    parts = row["inside_relative_rms"] ** 2, row["beyond_relative_rms"] ** 2
+    assert row["law"] == "deng2026"
+    assert np.dot(parts, true) == pytest.approx(row["relative_rms"] ** 2 * true.sum())

@@ -59,7 +59,7 @@ def campaign_with(law: str) -> dict[str, Any]:
                 "inlet_temperature_c": [50, 120],
             },
         },
-        "shards": 1,
+        "split": {"runs": 1000},
     }
     return campaign
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from campaigns import lay_out_measured, lay_out_small
+from campaigns import lay_out_measured, lay_out_small, read_campaign, write_campaign
+from damages import SOUND
 from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.releases.table_diff import file_difference
@@ -59,19 +60,31 @@ def assert_same(local: Path, stored: dict[str, bytes], folder: Path) -> None:
         assert content == (local / name).read_bytes(), file_difference(local / name, path)
 
 
+def add_torque_log(project: Path) -> None:
+    """A torque log of the campaign `own`."""
+    campaign = read_campaign(project, "own")
+    torque = read_campaign(project, "demo")["torque"]
+    del torque["matrix"], torque["twin"]
+    write_campaign(project, "own", campaign | {"torque": torque})
+    log = project / "data/raw/own-torque/a.csv"
+    log.parent.mkdir()
+    log.write_bytes(SOUND["torque"].text())
+
+
 @pytest.mark.nightly
 def test_points_from_logs_in_a_bucket_are_those_from_a_folder(
     released_project: Path, quick: Storage, tmp_path: Path
 ) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
-    lay_out_small(here)
-    lay_out_measured(released_project, here)
-    lay_out_small(there)
-    lay_out_measured(released_project, there)
+    for project in (here, there):
+        lay_out_small(project)
+        lay_out_measured(released_project, project)
+        add_torque_log(project)
     store_logs(there, quick)
     points = "results/own/tables/points.parquet"
-    succeed(here, points, *OWN)
-    output = succeed(there, points, *OWN, around=around(quick))
+    made = (points, "results/own/tables/torque_runs.parquet")
+    succeed(here, *made, *OWN)
+    output = succeed(there, *made, *OWN, around=around(quick))
     assert SECRET not in output
     assert files_with_a_key(quick, there) == []
     for path in (here / "results/own").rglob("*.parquet"):

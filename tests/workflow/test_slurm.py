@@ -83,10 +83,10 @@ def test_campaign_on_a_cluster_has_the_bytes_of_a_local_run_whatever_fails(
         for hanging in processes_of("fit.py", project):
             os.kill(hanging, signal.SIGSTOP)
         results = project / "results/small"
-        wait(process, (results / "logs/compare-4102.log").exists)
+        wait(process, (results / "logs/compare-4102/0.log").exists)
         cluster.stop_node()
         # this job ends while nobody watches it
-        wait(process, (results / "parts/compare/4102/law_refits.parquet").exists)
+        wait(process, (results / "parts/compare/4102/0/law_refits.parquet").exists)
         time.sleep(10)
         cluster.start_node()
     text = output.read_text(encoding="utf-8")

@@ -15,6 +15,7 @@ from campaigns import (
     SMALL_MATRIX,
     lay_out,
     lay_out_measured,
+    lay_out_small,
     printed,
     read_campaign,
     write_campaign,
@@ -47,7 +48,8 @@ def results(project: Path) -> Path:
 def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_project: Path) -> None:
     output = released_project.with_suffix(".txt").read_text()
     assert "Campaign small (SIMULATED data, rig twin)" in output
-    assert "certified: 2 of 2 searches agree" in output
+    assert re.search(r"\n\| 4102 +\|.* yes +\|", output)
+    assert re.search(r"\n\| 4102 +\| 2 of 2 +\|", (results / "summary.txt").read_text("utf-8"))
     for name in ("eqs11-13", "curves"):
         for ending in ("png", "svg", "parquet"):
             assert (results / f"figures/{name}.{ending}").stat().st_size > 1000
@@ -273,7 +275,7 @@ def lay_out_two(project: Path) -> Path:
     campaign = read_campaign(project, "demo")
     campaign |= {"oils": ["4102", "4050"], "matrix": SMALL_MATRIX, "figures": ["curves"]}
     one_law = {"laws": ["tanh"], "bootstrap": 5}
-    campaign["settings"] = {**QUICK, "compare": one_law, "shards": 2}
+    campaign["settings"] = {**QUICK, "compare": one_law, "split": {"runs": 6}}
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
     del campaign["torque"]
     write_campaign(project, "two", campaign)
@@ -316,8 +318,8 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     }
 
     jobs = jobs_without(raw / "4102_P1.25_U40_T120.csv", project, *target)
-    assert {"fit-4102", "compare-4102", "fits", "comparisons"} <= jobs
-    assert not {"fit-4050", "compare-4050"} & jobs
+    assert {"fit-4102", "compare-4102/0", "fits", "comparisons"} <= jobs
+    assert not {"fit-4050", "compare-4050/0"} & jobs
 
     (raw / "4050_P1.25_U40_T120.csv").unlink()
     assert killed(project, 4, *target)
@@ -328,6 +330,58 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     shutil.copytree(raw, fresh / "data/raw/two")
     succeed(fresh, *target)
     assert compare(fresh, project) == ""
+
+
+SPLIT = {"runs": 3, "refits": 10, "laws": 1, "folds": 50}
+
+
+def with_split(project: Path, split: dict[str, int]) -> None:
+    """Spread the work of the campaign `small` otherwise."""
+    campaign = read_campaign(project, "small")
+    campaign["settings"] |= {"split": split}
+    write_campaign(project, "small", campaign)
+
+
+def test_tables_have_the_same_bytes_however_the_work_is_split(
+    released_project: Path, tmp_path: Path
+) -> None:
+    project = tmp_path / "project"
+    shutil.copytree(released_project, project, symlinks=True)
+    folder = Path("results/small/tables")
+    names = ("points", "runs", "quarantine", "coefficients", "refits", "comparison", "law_points")
+    made = [folder / f"{name}.parquet" for name in names]
+    for path in made:
+        (project / path).unlink()
+    with_split(project, SPLIT)
+    jobs = planned(project, *map(str, made), *SMALL)
+    assert jobs["curate"] == 2  # of three shares: one has the logs of one of the two before
+    assert jobs["drawn"] == 3 + 2 + 2 * 2  # searches, refits of the fit, curves left out
+    succeed(project, *map(str, made), *SMALL)
+    for path in made:
+        assert (project / path).read_bytes() == (released_project / path).read_bytes(), path
+    samples = (project / folder / "samples").glob("oil=*/*.parquet")
+    assert len(list(samples)) == 3
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("split", [SPLIT, {"runs": 1}, {"runs": 1000, "refits": 3, "laws": 2}])
+def test_release_has_the_same_bytes_however_the_work_is_split(
+    released_project: Path, tmp_path: Path, split: dict[str, int]
+) -> None:
+    project = tmp_path / "project"
+    lay_out_small(project)
+    with_split(project, split)
+    succeed(project, "release", *SMALL)
+    before, after = (
+        {
+            path.relative_to(root).as_posix(): path.read_bytes()
+            for path in (root / "results/releases/small").rglob("*")
+            if path.is_file()
+        }
+        for root in (released_project, project)
+    )
+    assert before.keys() == after.keys()
+    assert [name for name in before if before[name] != after[name]] == []
 
 
 def lay_out_spoiled(project: Path) -> None:

@@ -26,12 +26,12 @@ from oilfilm.readers.raw_files import (
     raw_files,
     refuse_altered,
     refuse_strangers,
-    shard_of,
+    shares_of,
     stored_logs,
 )
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
-from oilfilm.traction import PAPER_LAW
+from oilfilm.traction import LAW_NAMES, PAPER_LAW
 
 RECORDS = Path(".snakemake")
 # Digests of raw logs from earlier runs: a dry run does not read the logs again.
@@ -128,7 +128,9 @@ PACKAGES = file_digest(HOME / "requirements.lock")[:8]
 
 twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
 if workflow.is_main_process:
-    clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
+    other_run = clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
+    if other_run:
+        logger.warning(other_run)
 
 if DEFAULT_STORAGE is not None:
     for folder in twins:
@@ -149,7 +151,8 @@ ORIGIN = ("credit", "simulated_by", "twin")
 OILS = list(SETTINGS.oils)
 # What the twin's truth is computed from, beside the campaign file.
 TRUTH = ["rigs", "oils"] if SIMULATED and CAMPAIGN.twin.thermal_ehl else ["rigs"]
-SHARDS = sorted({shard_of(file, SETTINGS.shards) for file in FILES})
+FILES_OF_SHARE = shares_of(FILES, SETTINGS.split.runs)
+SHARDS = list(FILES_OF_SHARE)
 # The samples of one share. Patterns are texts of their own where several rules expand them: an
 # output of a rule that is kept in object storage cannot be expanded.
 SAMPLES = [f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS]
@@ -167,7 +170,25 @@ pathvars:
 
 wildcard_constraints:
     shard=r"\d+",
+    part=r"\d+",
+    block=r"\d+",
     oil="|".join(OILS),
+
+
+def blocks(total, size):
+    """Number of jobs for so many refits, laws or groups of curves: 1 without a `size`."""
+    return -(-total // size) if size else 1
+
+
+def parts_of_fit(of, oil, law, refits, folds=0):
+    """Files of the parts of a fit that are jobs of their own; none unless `split` asks for them."""
+    counts = {
+        "refits": blocks(refits, SETTINGS.split.refits),
+        "left-out": blocks(folds, SETTINGS.split.folds),
+    }
+    names = [f"{what}-{n}" for what, count in counts.items() if count > 1 for n in range(count)]
+    folder = f"results/{CAMPAIGN.name}/parts/drawn/{of}/{oil}/{law}"
+    return [f"{folder}/{name}.npy" for name in (["ends-0"] if names else []) + names]
 
 
 # Tables that a campaign without torque logs lacks, and those that one without a twin lacks.
@@ -244,7 +265,7 @@ def code(script, *modules):
 
 
 def files_of_shard(wildcards):
-    return [file for file in FILES if shard_of(file, SETTINGS.shards) == int(wildcards.shard)]
+    return FILES_OF_SHARE[int(wildcards.shard)]
 
 
 # Taken once per run: a release names the logs that its run has read, not what they became since.

@@ -9,16 +9,36 @@ COMPARE_TABLES = (
 )
 
 
+COMPARED_LAWS = COMPARED.compare.laws
+# Laws of one job.
+LAWS_OF_PART = [
+    COMPARED_LAWS[first : first + (SETTINGS.split.laws or len(COMPARED_LAWS))]
+    for first in range(0, len(COMPARED_LAWS), SETTINGS.split.laws or len(COMPARED_LAWS))
+]
+
+
 rule compare:
-    "All laws fitted to one oil, judged on what they fit and on what they have not seen."
+    "Laws fitted to one oil, judged on what they fit and on what they have not seen."
     input:
+        drawn=lambda wildcards: [
+            path
+            for law in LAWS_OF_PART[int(wildcards.part)]
+            for path in parts_of_fit(
+                "compare",
+                wildcards.oil,
+                law,
+                COMPARED.compare.bootstrap,
+                COMPARED.compare.left_out_groups,
+            )
+        ],
         points="<parts>/collect/{oil}/points.parquet",
     output:
-        **{table: f"<parts>/compare/{{oil}}/{table}.parquet" for table in COMPARE_TABLES},
+        **{table: f"<parts>/compare/{{oil}}/{{part}}/{table}.parquet" for table in COMPARE_TABLES},
     log:
-        "<logs>/compare-{oil}.log",
+        "<logs>/compare-{oil}/{part}.log",
     params:
         code=code("compare.py"),
+        laws=lambda wildcards: LAWS_OF_PART[int(wildcards.part)],
         config=COMPARED.part("compare", "fit", "oils", "rigs", "seed"),
     script:
         "../scripts/compare.py"
@@ -28,7 +48,11 @@ rule comparisons:
     "The comparisons of all oils, a table each."
     input:
         **{
-            table: expand(f"<parts>/compare/{{oil}}/{table}.parquet", oil=OILS)
+            table: expand(
+                f"<parts>/compare/{{oil}}/{{part}}/{table}.parquet",
+                oil=OILS,
+                part=range(len(LAWS_OF_PART)),
+            )
             for table in COMPARE_TABLES
         },
     output:

@@ -8,7 +8,7 @@ rule curate:
         runs="<parts>/curate/{shard}/runs.parquet",
         quarantine="<parts>/curate/{shard}/quarantine.parquet",
     log:
-        "<logs>/curate-{shard}.log",
+        "<logs>/curate/{shard}.log",
     params:
         code=code("curate.py"),
         config=part(
@@ -33,7 +33,6 @@ checkpoint collect:
         quarantine=expand(
             "<parts>/{stage}/{shard}/quarantine.parquet", stage=["ingest", "curate"], shard=SHARDS
         ),
-        samples=expand(SAMPLES, shard=SHARDS),
     output:
         **finished("points", "runs", "quarantine"),
         spreadsheet="<tables>/quarantine.csv",
@@ -43,6 +42,7 @@ checkpoint collect:
     params:
         code=code("collect.py"),
         oils=OILS,
+        shares=SHARDS,
         config=part("film", "gates", "rigs", "same_set_point", campaign=("repeated_conditions",)),
     script:
         "../scripts/collect.py"

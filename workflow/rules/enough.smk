@@ -13,6 +13,7 @@ rule enough:
             rules.figures.input,
             rules.metadata.output,
             rules.metadata.input.tables,  # a table that somebody deletes is made again
+            rules.metadata.input.samples,
             rules.captions.output,
             rules.exports.output,
         ],

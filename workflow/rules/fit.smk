@@ -8,9 +8,45 @@ FIT_TABLES = (
 )
 
 
+# A fit of many curves in jobs of their own, where `split` asks for it: first the ends of its searches,
+# then blocks of its refits and of the curves that are left out.
+rule drawn:
+    "A part of one law's fit to one oil."
+    input:
+        points="<parts>/collect/{oil}/points.parquet",
+        ends=lambda wildcards: (
+            []
+            if wildcards.what == "ends"
+            else f"results/{CAMPAIGN.name}/parts/drawn/{wildcards.of}/{wildcards.oil}/{wildcards.law}/ends-0.npy"
+        ),
+    output:
+        part="<parts>/drawn/{of}/{oil}/{law}/{what}-{block}.npy",
+    log:
+        "<logs>/{of}-{oil}/{law}-{what}-{block}.log",
+    wildcard_constraints:
+        of="fit|compare",
+        law="|".join(LAW_NAMES),
+        what="ends|refits|left-out",
+    params:
+        code=code("drawn.py"),
+        size=lambda wildcards: (
+            (SETTINGS.split.folds if wildcards.what == "left-out" else SETTINGS.split.refits) or 0
+        ),
+        config=lambda wildcards: (
+            part("fit", "seed")
+            if wildcards.of == "fit"
+            else COMPARED.part("compare", "fit", "oils", "rigs", "seed")
+        ),
+    script:
+        "../scripts/drawn.py"
+
+
 rule fit:
     "One oil's constants, with their errors and the certificate."
     input:
+        drawn=lambda wildcards: parts_of_fit(
+            "fit", wildcards.oil, SETTINGS.fit.law, SETTINGS.fit.bootstrap
+        ),
         points="<parts>/collect/{oil}/points.parquet",
         printed=reference_file("printed_coefficients"),
     output:

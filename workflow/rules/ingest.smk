@@ -42,8 +42,9 @@ rule ingest:
         samples=SAMPLES,
         runs="<parts>/ingest/{shard}/runs.parquet",
         quarantine="<parts>/ingest/{shard}/quarantine.parquet",
+        files="<parts>/ingest/{shard}/samples.json",
     log:
-        "<logs>/ingest-{shard}.log",
+        "<logs>/ingest/{shard}.log",
     params:
         code=code("ingest.py"),
         files=lambda wildcards: with_digests(RAW, files_of_shard(wildcards), SIMULATED),

@@ -4,6 +4,7 @@ rule release:
     input:
         rules.all.input,
         rules.metadata.input.tables,
+        rules.metadata.input.samples,
     log:
         "<logs>/release.log",
     localrule: True

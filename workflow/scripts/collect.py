@@ -4,6 +4,7 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect
+from oilfilm.digests import settings_digest
 from oilfilm.outputs.spreadsheet import write_csv
 from oilfilm.readers.raw_files import remove_others
 from oilfilm.run.job import job
@@ -12,7 +13,8 @@ from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 with job(snakemake) as (settings, provenance):
     inputs, outputs = snakemake.input, snakemake.output
     shares = CampaignTables.of_job(inputs)
-    remove_others(map(Path, inputs.samples))
+    samples = Path(outputs.points).with_name("samples")
+    remove_others(samples, snakemake.params.oils, snakemake.params.shares)
     curated = Curated(shares.points, shares.runs, shares.quarantine)
     campaign = collect([curated], [], settings)
     write_tables(vars(campaign), outputs, provenance)
@@ -21,5 +23,6 @@ with job(snakemake) as (settings, provenance):
         of_oil = campaign.points[campaign.points["oil"] == oil]
         runs = campaign.runs[campaign.runs["oil"] == oil]
         # the logs of this oil alone, so that another oil's log changes no byte and no fit
-        logs = dict(zip(runs["file"], runs["sha256"].str[:16], strict=True))
-        tables.write(of_oil, "points", Path(path), {**provenance, "inputs": logs})
+        logs = settings_digest(dict(zip(runs["file"], runs["sha256"], strict=True)))
+        of_this = {**provenance, "inputs": {f"logs of {oil}": logs[:16]}}
+        tables.write(of_oil, "points", Path(path), of_this)

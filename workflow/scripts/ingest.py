@@ -1,12 +1,16 @@
 """Read one share of the raw logs into samples, runs and quarantine."""
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 
 from oilfilm import tables
+from oilfilm.atomic_write import write_text
 from oilfilm.readers.ingest import ingest_logs, sample_files
 from oilfilm.readers.raw_files import etag_of, expected_digests, unchanged_logs
 from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
+from oilfilm.tables.table_file import table_file
 
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", settings.campaign.name)
@@ -17,5 +21,7 @@ with job(snakemake) as (settings, provenance):
     with sample_files(paths, provenance) as keep:
         verified = {name: digest for name, digest in digests.items() if not etag_of(digest)}
         ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=verified)
+    files = [asdict(table_file(path, path.parents[2])) for path in paths.values()]
+    write_text(json.dumps(files, indent=2) + "\n", Path(snakemake.output.files))
     tables.write(ingested.runs, "runs", Path(snakemake.output.runs), provenance)
     tables.write(ingested.quarantine, "quarantine", Path(snakemake.output.quarantine), provenance)

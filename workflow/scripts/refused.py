@@ -1,6 +1,5 @@
 """Draw one page per refused run, and list which page shows which run."""
 
-from functools import partial
 from pathlib import Path
 
 from oilfilm import tables
@@ -11,11 +10,12 @@ from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_file import samples_by_run
 
 with job(snakemake) as (settings, provenance):
     inputs = snakemake.input
     results = CampaignTables.of_job(inputs)
-    samples = partial(tables.read_run, "samples", [Path(path) for path in inputs.samples])
+    samples = samples_by_run([Path(path) for path in inputs.samples])
     rigs = [Judged(TRACTION_RIG, results.runs, results.points, results.quarantine, samples)]
     if settings.campaign.torque is not None:
         refused = results.torque_quarantine

@@ -6,7 +6,7 @@ from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.readers.raw_files import expected_digests, unchanged_logs
 from oilfilm.readers.run_sheet import RunSheet
-from oilfilm.run.job import job
+from oilfilm.run.job import by_folder, job
 from oilfilm.tables.campaign_tables import write_tables
 
 with job(snakemake) as (settings, provenance):
@@ -15,5 +15,7 @@ with job(snakemake) as (settings, provenance):
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     logs = unchanged_logs(folder, digests, snakemake.params.place, provenance["inputs"])
     curated = check_logs(logs, settings, TORQUE_RIG, sheet)
+    # logs of a bucket, which are no inputs for Snakemake, have been added one by one
+    provenance["inputs"] = by_folder(provenance["inputs"])
     frames = {"torque_runs": curated.points, "torque_quarantine": curated.quarantine}
     write_tables(frames, snakemake.output, provenance)

@@ -1,7 +1,7 @@
 """What every script of the workflow does around its one call of the library."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
@@ -12,6 +12,7 @@ from oilfilm.home import portable
 from oilfilm.run.lock import job_lock
 from oilfilm.run.start import machine_fault
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables import read_footer
 
 
 @contextmanager
@@ -39,7 +40,7 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
     except MemoryError:
         _end(
             "There is not enough memory for this step. Free some, raise the limit of the job, or "
-            "raise `shards` in config.yaml, then run snakemake again.",
+            "lower `split.runs` in config.yaml, then run snakemake again.",
             log,
         )
 
@@ -59,6 +60,9 @@ def _end(sentence: str, log: Path) -> NoReturn:
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
     plain = settings.plain()
     sheet = getattr(snakemake.params, "sheet", None)
+    # a share of the logs, a block of refits, some laws: another split makes other parts
+    part = bool(set(snakemake.wildcards.keys()) - {"oil"})
+    inputs = _input_digests([Path(path) for path in snakemake.input])
     return {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,
@@ -67,5 +71,38 @@ def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
         "settings": settings_digest(plain)[:16],
         **{key: plain[key] for key in ("film", "gates") if key in plain},
         **({"run_sheet": settings_digest(sheet)[:16]} if sheet else {}),
-        "inputs": {portable(Path(path)): input_digest(Path(path))[:16] for path in snakemake.input},
+        **({"part": True} if part else {}),
+        "inputs": inputs if part else by_folder(inputs),
     }
+
+
+def _input_digests(paths: list[Path]) -> dict[str, str]:
+    """Digest of each input; of a part of a step, what it was made from: no split must show."""
+    inputs: dict[str, str] = {}
+    listed = any(path.suffix == ".sha256" for path in paths)
+    for path in paths:
+        if path.suffix in {".npy", ".json"} or (listed and path.is_dir()):
+            continue  # made from the same inputs; a twin's listing has the digests of its logs
+        between = {"parts", "samples"} & set(path.parts) and path.suffix == ".parquet"
+        footer = read_footer(path) if between else {}
+        if footer.get("part"):
+            inputs |= footer["inputs"]
+            inputs[f"rule {footer['rule']}"] = f"code {footer['code']}, {footer['settings']}"
+        else:
+            inputs[portable(path)] = input_digest(path)[:16]
+    return inputs
+
+
+def by_folder(inputs: Mapping[str, str]) -> dict[str, str]:
+    """The digests with one for all raw logs of a campaign: a footer must not grow with them.
+
+    Args:
+        inputs: Digest of each input; folders that stand for their logs already are kept.
+    """
+    others = dict(inputs)
+    logs: dict[str, dict[str, str]] = {}
+    for path in inputs:
+        *folders, _ = path.split("/")
+        if folders[:2] == ["data", "raw"] and len(folders) > 2:
+            logs.setdefault("/".join(folders[:3]), {})[path] = others.pop(path)
+    return others | {folder: settings_digest(of_it)[:16] for folder, of_it in logs.items()}

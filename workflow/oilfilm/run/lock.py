@@ -89,8 +89,8 @@ class _Holder:
         )
 
 
-def clear_leftovers(records: Path, outputs: Iterable[Path]) -> None:
-    """Remove stale locks and time stamps in the future, unless a run is active.
+def clear_leftovers(records: Path, outputs: Iterable[Path]) -> str:
+    """Remove stale locks and time stamps in the future, unless a run is active; then, whose it is.
 
     Snakemake refuses an output that is older than its input. After a clock was set back, no file
     could be made from an earlier one.
@@ -98,16 +98,21 @@ def clear_leftovers(records: Path, outputs: Iterable[Path]) -> None:
     Args:
         records: Snakemake's own folder.
         outputs: Files and folders that the workflow makes; raw logs of users keep their dates.
+
+    Returns:
+        Which run is active and what to do; empty if none is. Snakemake's own lock refuses a second
+        run before `lock_run` could, and advises to remove the lock.
     """
     with suppress(OSError), _open_lock(records) as lock:
         if _held(records, lock):
-            return
+            return _refusal(records)
         for stale in (records / "locks").glob("*.lock"):
             stale.unlink()
         now = time.time_ns()
         for path in chain(*((folder, *folder.rglob("*")) for folder in outputs if folder.exists())):
             if path.lstat().st_mtime_ns > now:
                 os.utime(path, ns=(now, now), follow_symlinks=False)
+    return ""
 
 
 def lock_run(records: Path, campaign: str) -> None:

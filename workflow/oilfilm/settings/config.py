@@ -233,7 +233,8 @@ class GateSettings(SignalGateSettings):
             if low >= high:
                 raise contradiction(
                     (f"{quantity}_min",),
-                    f"gates.{quantity}_min is {low:g}, {quantity}_max {high:g}; expected it below.",
+                    f"gates.{quantity}_min is {low:g} and {quantity}_max is {high:g}; expected the "
+                    "first to be below the second.",
                 )
         return self
 
@@ -712,8 +713,10 @@ class ReportSettings(Group):
     """The report."""
 
     size_max_mb: float = key("Size of the page; further pictures are left out.", unit="MB", gt=0)
-    rows_max: int = key("Rows of a list of refusals; the rest is counted.", ge=1)
-    points_max: int = key("Measured points in the explorer, evenly chosen.", ge=1)
+    rows_max: int = key("Rows of a list of refusals or of runs; the rest is counted.", ge=1)
+    points_max: int = key(
+        "Measured points in the explorer, evenly chosen, and in the pages of runs.", ge=1
+    )
     nearby: NearbySettings = key("Points shown beside a curve.")
 
 
@@ -750,11 +753,36 @@ class StorageSettings(Group):
     )
 
 
+class SplitSettings(Group):
+    """How the work is spread over jobs. It is no part of any result."""
+
+    runs: int = key(
+        "Raw logs in a share of ingest and curation, at most, on average. The number of shares is "
+        "a power of two: it doubles as the campaign grows.",
+        ge=1,
+        default=250,
+    )
+    refits: int | None = key(
+        "Refits of the bootstrap in one job; without it the job of the fit or of the comparison "
+        "makes all of them.",
+        ge=1,
+        default=None,
+    )
+    laws: int | None = key(
+        "Laws that one job compares; without it all laws of an oil.", ge=1, default=None
+    )
+    folds: int | None = key(
+        "Groups of curves that one job leaves out of the fit of a law; without it the job of the "
+        "comparison leaves out all of them.",
+        ge=1,
+        default=None,
+    )
+
+
 class ConfigKeys(Group):
     """The keys of config/config.yaml that a campaign may override."""
 
     seed: int = key("Seed of every random number.", ge=0)
-    shards: int = key("Jobs over which raw logs are spread.", ge=1)
     film: FilmSettings = key("The film thickness behind lambda.")
     curation: CurationSettings = key("From samples to steady points.")
     logged_twice: LoggedTwiceSettings = key(
@@ -787,3 +815,4 @@ class Config(ConfigKeys):
     storage: StorageSettings = key(
         "Object storage, where raw logs or releases are kept there.", default=StorageSettings()
     )
+    split: SplitSettings = key("How the work is spread over jobs.", default=SplitSettings())

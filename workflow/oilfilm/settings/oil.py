@@ -94,7 +94,7 @@ class OilKeys(Group):
     nominal_kinematic_viscosity_100c_cst: float = key(
         "Grade: kinematic viscosity at 100 degC.", unit="cSt", gt=0.5, le=2000
     )
-    stand_in: bool = key("The properties are another oil's, for want of its own.")
+    stand_in: bool = key("The properties are another oil's, because its own are not known.")
     note: Text = key("What the reader must know of the properties' origin.")
     source: Text = key("Source of the numbers.")
     density_kg_m3: PropertyTable[OilDensityKgM3] = key(

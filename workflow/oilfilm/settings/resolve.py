@@ -12,7 +12,7 @@ from oilfilm.home import CONFIG
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile, Dataset
-from oilfilm.settings.config import Config, StorageSettings
+from oilfilm.settings.config import Config, SplitSettings, StorageSettings
 from oilfilm.settings.contradictions import contradictions
 from oilfilm.settings.messages import Steps, check, check_file
 from oilfilm.settings.oil import OilFile
@@ -74,6 +74,7 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     given = {name: value for name, value in overrides.items() if name != "campaign"}
     keys = _merged_keys(config, campaign, given)
     storage = StorageSettings(**keys.pop("storage", {}))
+    split = SplitSettings(**keys.pop("split", {}))
     written = campaign.values
     about = {name: written[name] for name in Dataset.model_fields if name in written}
     others = {name: written[name] for name in written if name not in {"settings", *about}}
@@ -90,6 +91,7 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
             "oils": _oils(files, campaign),
         },
         storage,
+        split,
     )
     for steps, sentence in contradictions(settings):
         raise OilfilmError(f"{campaign.location_of(steps)}: {sentence}")

@@ -13,7 +13,7 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.settings.base import Group, key, plain_key, present
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import Campaign, Dataset
-from oilfilm.settings.config import ConfigKeys, StorageSettings
+from oilfilm.settings.config import ConfigKeys, SplitSettings, StorageSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.rig import Rig
@@ -56,9 +56,15 @@ class Settings(ConfigKeys, _PartOf):
 
     _plain: dict[str, Any] = PrivateAttr(default_factory=dict)
     _storage: StorageSettings = PrivateAttr(default_factory=StorageSettings)
+    _split: SplitSettings = PrivateAttr(default_factory=SplitSettings)
 
     @classmethod
-    def of(cls, plain: Mapping[str, Any], storage: StorageSettings | None = None) -> Self:
+    def of(
+        cls,
+        plain: Mapping[str, Any],
+        storage: StorageSettings | None = None,
+        split: SplitSettings | None = None,
+    ) -> Self:
         """Settings from their plain values.
 
         Plain values that lack a key are the part that a rule lists. In a part, keys of the
@@ -69,6 +75,7 @@ class Settings(ConfigKeys, _PartOf):
             plain: The values.
             storage: Where logs and releases are kept. It is apart from the values, so that results
                 are the same bytes wherever that is.
+            split: How the work is spread over jobs; apart for the same reason.
 
         Raises:
             OilfilmError: A value is not as its model declares it.
@@ -79,12 +86,18 @@ class Settings(ConfigKeys, _PartOf):
             settings = _part_of(cls, plain)
         settings._plain = dict(plain)
         settings._storage = storage or StorageSettings()
+        settings._split = split or SplitSettings()
         return settings
 
     @property
     def storage(self) -> StorageSettings:
         """Where logs and releases are kept in object storage; known to whole settings alone."""
         return self._storage
+
+    @property
+    def split(self) -> SplitSettings:
+        """How the work is spread over jobs; known to whole settings alone."""
+        return self._split
 
     def plain(self) -> dict[str, Any]:
         """Plain values, as JSON and Snakemake's params hold them."""
@@ -121,7 +134,7 @@ class Settings(ConfigKeys, _PartOf):
         known = self.properties_of(oil)
         if known is None:
             raise OilfilmError(
-                f"config/oils/{oil}.yaml: the properties of {oil!r} are needed here."
+                f"config/oils/{oil}.yaml: the properties of {oil!r} are needed. Write this file."
             )
         return known
 

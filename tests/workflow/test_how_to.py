@@ -1,0 +1,67 @@
+"""The commands of the how-to guides, carried out as the pages say on a finished small campaign."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from page_blocks import CARRIED_OUT, blocks, commands, reason
+from reproduce import command
+
+pytestmark = [pytest.mark.workflow, pytest.mark.nightly]
+
+# What a page says of its own campaign, and what the small one has.
+LOG = "data/raw/small/4102_P1.25_U25_T050.csv"
+IN_SMALL = {
+    r"data/raw/demo/\S+\.csv|FILE\.\.\.": LOG,
+    r"(results|releases|pins)/demo": r"\1/small",
+    r"(data/raw|--campaign|releases)([ /])june\b": r"\1\2small",
+    r"(snakemake release)": r"\1 --config campaign=small",
+    r"diff A B": "diff results/releases/small/latest results/releases/small/latest",
+    r"~/\.ssh/id_ed25519": "ada",
+    # it has no bearing, and the packages would need a network
+    r"(--for cage-slip)": r"\1 --bearing mainshaft-167 --duty 20kN,10000rpm,100degC",
+    r"(oilfilm archive)": r"\1 --no-packages",
+}
+# What a page takes for granted.
+BEFORE = {
+    "docs/how-to/releases.md": (
+        "ssh-keygen -q -t ed25519 -N '' -f ada",
+        ".venv/bin/oilfilm pin results/releases/small/latest",
+    )
+}
+
+
+@pytest.mark.parametrize("name", sorted(CARRIED_OUT))
+def test_commands_of_a_page_succeed(name: str, released_project: Path, tmp_path: Path) -> None:
+    project = tmp_path / "project"
+    shutil.copytree(released_project, project, symlinks=True)
+    (project / ".venv").symlink_to(Path(sys.prefix))
+    _, environment = command(project)
+    binaries = f"{Path(sys.executable).parent}{os.pathsep}{environment['PATH']}"
+    page = name.removesuffix(" sh")
+    of_page = [block for block in blocks() if name in block.names]
+    lines = [line for block in of_page for line in commands(block)]
+    lines = [line for line in lines if not reason(line)]
+    assert lines
+    for line in (*BEFORE.get(page, ()), *map(in_small, lines)):
+        done = subprocess.run(
+            ["bash", "-c", line],
+            cwd=project,
+            env={**environment, "PATH": binaries},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
+        assert "Traceback" not in done.stdout + done.stderr
+
+
+def in_small(line: str) -> str:
+    for form, text in IN_SMALL.items():
+        line = re.sub(form, text, line)
+    return line

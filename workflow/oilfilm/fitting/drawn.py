@@ -1,0 +1,64 @@
+"""Parts of a fit that other jobs have computed, so that one fit may take many processors."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import reduce
+from pathlib import Path
+
+import numpy as np
+
+from oilfilm.atomic_write import atomic_file
+from oilfilm.traction.law import FloatArray
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What is known already of one law's fit to one oil; what is None the fit computes itself.
+
+    Attributes:
+        ends: End of each search: free internal constants and SSE, shape (searches, free + 1).
+        refits: As of `curve_bootstrap`.
+        left_out: As of `leave_curves_out`.
+    """
+
+    ends: FloatArray | None = None
+    refits: FloatArray | None = None
+    left_out: FloatArray | None = None
+
+
+NOTHING = Drawn()
+
+
+def read_drawn(paths: Iterable[Path]) -> dict[str, Drawn]:
+    """What files `<law>/ends-0.npy`, `<law>/refits-<block>.npy`, `<law>/left-out-<block>.npy` hold.
+
+    Returns:
+        By law; blocks are put together in their order.
+    """
+    blocks: dict[str, dict[str, dict[int, FloatArray]]] = {}
+    for path in paths:
+        what, _, block = path.stem.rpartition("-")
+        of_law = blocks.setdefault(path.parent.name, {})
+        of_law.setdefault(what, {})[int(block)] = np.load(path)  # which refuses pickled objects
+    return {law: _together(of_law) for law, of_law in blocks.items()}
+
+
+def _together(blocks: dict[str, dict[int, FloatArray]]) -> Drawn:
+    ordered = {what: [of[block] for block in sorted(of)] for what, of in blocks.items()}
+    refits, left_out = ordered.get("refits"), ordered.get("left-out")
+    return Drawn(
+        ordered["ends"][0],
+        np.concatenate(refits) if refits else None,
+        reduce(_either, left_out) if left_out else None,
+    )
+
+
+def _either(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Errors of two blocks; each knows those of the curves that it has left out."""
+    return np.where(np.isnan(one), other, one)
+
+
+def write_block(block: FloatArray, path: Path) -> None:
+    """Write a block completely or not at all."""
+    with atomic_file(path) as aside, aside.open("wb") as file:
+        np.save(file, block)

@@ -1,0 +1,20 @@
+"""Compute a part of one law's fit to one oil: its searches, some refits or some curves left out."""
+
+from pathlib import Path
+
+import numpy as np
+
+from oilfilm.fitting.drawn import write_block
+from oilfilm.run.job import job
+from oilfilm.studies.fit_parts import Part, compute_part
+from oilfilm.tables.campaign_tables import CampaignTables
+
+with job(snakemake) as (settings, _):
+    wildcards, size = snakemake.wildcards, snakemake.params.size
+    first = int(wildcards.block) * size
+    block = slice(first, first + size)
+    part = Part(wildcards.of, wildcards.oil, wildcards.law, wildcards.what, block)
+    given = snakemake.input.get("ends")
+    ends = np.load(given) if given else None
+    points = CampaignTables.of_job(snakemake.input).points
+    write_block(compute_part(part, points, settings, ends), Path(snakemake.output.part))
