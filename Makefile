@@ -53,7 +53,7 @@ IN_VENV = PATH="$$PWD/$(BIN):$$PATH"
 unexport PYTHONPATH PYTHONHOME
 
 .PHONY: all setup dev docs docs-links test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
-	bench-ingest bench-attack bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-mutation bench-plan bench-run bench-slurm \
+	bench-ingest bench-attack bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-mutation bench-plan bench-run bench-scale bench-slurm \
 	bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
 
@@ -174,6 +174,11 @@ bench-refits: $(DEV) ## resampled refits of every law against SciPy, one by one 
 bench-left-out: $(DEV) ## leaving curves out of 300, 1000 and 3000: time and its growth (12 min)
 	$(BIN)/python benchmarks/left_out.py
 
+MAX ?= 10000
+
+bench-scale: $(DEV) ## 100 to MAX=10000 runs through the whole workflow: time, memory, bytes; renews its page (40 min)
+	$(BIN)/python benchmarks/scale.py $(MAX)
+
 bench-ingest: $(DEV) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py
 
@@ -255,8 +260,9 @@ lock: ## renew the lock files after a change of pyproject.toml
 	$(COMPILE) --constraint requirements.lock --constraint requirements-dev.lock benchmarks/mutation.in \
 		--output-file benchmarks/mutation.lock
 
-schemas: $(DEV) ## renew the generated schemas and the reference pages of docs
+schemas: $(DEV) ## renew schemas and reference pages; with RESULTS="results/demo ..." the examples of tables too
 	$(BIN)/python -m oilfilm.settings.schemas
+	$(if $(RESULTS),$(BIN)/python -m oilfilm.outputs.table_examples $(RESULTS))
 	$(BIN)/python -m oilfilm.outputs.tables_page
 	$(BIN)/python -m oilfilm.cli.schema
 	$(BIN)/python -m oilfilm.outputs.gates_page

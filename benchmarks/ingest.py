@@ -37,7 +37,7 @@ from campaigns import printed  # noqa: E402  (the tests' own helper)
 from oilfilm import tables  # noqa: E402
 from oilfilm.curation.curate import Curated, collect, curate_parts  # noqa: E402
 from oilfilm.readers.ingest import ingest_logs, read_bytes, sample_files  # noqa: E402
-from oilfilm.readers.raw_files import shard_of  # noqa: E402
+from oilfilm.readers.raw_files import shares_of  # noqa: E402
 from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from oilfilm.settings.resolved import Settings  # noqa: E402
@@ -48,12 +48,12 @@ RUNS_A_SHARE = 250
 PROVENANCE = {"campaign": "bench", "data": "simulated"}
 
 
-def configuration(shards: int) -> Settings:
+def configuration() -> Settings:
     """The demonstration campaign, stretched to 5 000 rows a run, repeats allowed."""
     config = resolve(ROOT / "config", {"campaign": "demo"})
     twin = {"step_s": 3.02, "baseline_s": 3.2, "defects": []}
     campaign = {"twin": twin, "repeated_conditions": "accept"}
-    return config.with_changes({"campaign": campaign, "shards": shards})
+    return config.with_changes({"campaign": campaign})
 
 
 def write_logs(folder: Path, runs: int, config: Settings) -> int:
@@ -97,15 +97,15 @@ def carry_naively(path: Path, out: Path) -> None:
     points.to_parquet(out / f"{path.stem}-points.parquet", compression="zstd")
 
 
+def shares_in(folder: Path) -> dict[int, list[str]]:
+    """The logs of each share."""
+    return shares_of([path.name for path in sorted(folder.iterdir())], RUNS_A_SHARE)
+
+
 def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curated:
     """One share of the logs through ingest and curation, every table written and read back."""
-    files = [
-        path.name
-        for path in sorted(folder.iterdir())
-        if shard_of(path.name, config.shards) == share
-    ]
     paths = {oil: out / f"samples/oil={oil}/part-{share}.parquet" for oil in config.oils}
-    logs = ((file, read_bytes(folder / file)) for file in files)
+    logs = ((file, read_bytes(folder / file)) for file in shares_in(folder)[share])
     with sample_files(paths, PROVENANCE) as keep:
         found = ingest_logs(logs, config, keep=keep)
     samples = partial(tables.read_parts, "samples", *paths.values())
@@ -120,7 +120,7 @@ def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curate
 def carry_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: Settings) -> float:
     """All shares on all cores, then collected and written; CPU time of the pool."""
     carry = partial(carry_share, folder=folder, out=out, config=config)
-    shares, seconds = spread(pool, carry, range(config.shards))
+    shares, seconds = spread(pool, carry, shares_in(folder))
     whole = collect(shares, [], config)
     tables.write(whole.points, "points", out / "points.parquet", PROVENANCE)
     tables.write(whole.runs, "runs", out / "runs.parquet", PROVENANCE)
@@ -167,7 +167,7 @@ def peak_mib() -> float:
 
 def main(runs: int) -> None:
     """Write the logs, carry them through and print how that compares."""
-    config = configuration(max(runs // RUNS_A_SHARE, 2))
+    config = configuration()
     with tempfile.TemporaryDirectory() as name:
         folder, out = Path(name, "raw"), Path(name, "out")
         folder.mkdir()

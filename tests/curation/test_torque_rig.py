@@ -125,4 +125,4 @@ def test_log_of_another_rig_or_bearing_is_refused_and_costs_no_other(config):
     assert refused["rule"].tolist() == ["columns", "columns", "other_bearing"]
     assert BEARING in refused["reason"].iloc[2]
     assert "no line names columns of a torque log" in refused["reason"].iloc[0]
-    assert "no torque log" in refused["reason"].iloc[1]
+    assert "not a torque log" in refused["reason"].iloc[1]

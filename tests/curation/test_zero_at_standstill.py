@@ -92,7 +92,7 @@ def test_refusal_names_the_standstill_and_what_to_write(zero: str, first: float)
 def test_first_level_that_is_part_of_the_curve_is_no_pure_rolling() -> None:
     """At S = 0.002 the planted traction is 0.0091 of 0.05."""
     sentence = reason(judged(log(still_s=(0.0, 0.0), ramp_s=0.0), "opening_phase"))
-    assert "slide-roll ratio of 0.0020" in sentence
+    assert "slide-roll ratio is 0.0020" in sentence
     assert "allowed 2%" in sentence
 
 

@@ -380,19 +380,32 @@ def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     )
 
 
+_CONDITIONS_OF_FILM = {
+    "max_hertz_pressure_gpa": "GPa",
+    "entrainment_speed_m_s": "m/s",
+    "inlet_temperature_c": "degC",
+}
+
+
 @gate(
     TRACTION,
-    advice="Fill in the rig's geometry, materials and roughness and the oil's properties, or set "
-    "film_unjudged in the campaign file, with a reason.",
+    advice="Check the units of load and speeds where these conditions are impossible. Else fill in "
+    "the rig's geometry, materials and roughness and the oil's properties, or set film_unjudged in "
+    "the campaign file, with a reason.",
     blames_run=False,
 )
 def film_not_judged(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film cannot be calculated, and the campaign does not accept that."""
     unknown = points["film_judgement"] == "cannot be judged"
+    found = [
+        f"{_span(points[name], '.3g')} {unit}"
+        for name, unit in _CONDITIONS_OF_FILM.items()
+        if name in points and points[name].notna().any()
+    ]
     return Judgement(
         unknown & (not limits.accept_unjudged_film),
         "the film thickness cannot be calculated: geometry, material, roughness or oil properties "
-        "are not known",
+        f"are not known, or no film formula holds at {', '.join(found) or 'these conditions'}",
     )
 
 

@@ -17,7 +17,7 @@ from oilfilm.readers.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 # What to do about a refusal by a rule that is no gate, on any rig.
 OTHER_ADVICE = {
     "zero_drift": "Let the {sensor} sensor warm up, check its mounting, and repeat the run.",
-    "no_rows": "Look whether the logger wrote anything, or repeat the run.",
+    "no_rows": "Check whether the logger wrote any data, or repeat the run.",
     "no_plateau": "Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
     "no_point_left": "Look at the gates that are named, one by one.",
     "many_plateaus_fail": "Look at the gates that are named, one by one, and repeat the run.",

@@ -82,10 +82,12 @@ def _conflicting_conditions(
 ) -> Iterator[Case]:
     """The condition of another run and a curve that is not its."""
     allowed = settings.gates.repeat_difference_max
+    curves = dict(list(points[points["accepted"]].groupby("run_id")))
     for group in _same_condition(runs, settings):
         names = [run.run_id for run in group]
         apart = {
-            frozenset(pair): _difference(points, *pair, settings) for pair in combinations(names, 2)
+            frozenset((one, other)): _difference(curves[one], curves[other], settings)
+            for one, other in combinations(names, 2)
         }
         for run_id in names:
             others = {name: apart[frozenset((run_id, name))] for name in names if name != run_id}
@@ -140,17 +142,42 @@ def _same_readings(
         if run_id in named and len(rows) >= _PLATEAUS:
             alike.setdefault(rows, []).append((named[run_id], means))
     for group in alike.values():
-        values = np.array([means for _, means in group])
-        unknown = np.isnan(values)
-        values = np.where(unknown, 0.0, values)
-        largest = np.abs(values).max(axis=1)
-        for index, (first, _) in enumerate(group):
-            later = slice(index + 1, None)
-            allowed = _ROUNDING * np.maximum(largest[later], largest[index])[:, np.newaxis]
-            same = np.abs(values[later] - values[index]) <= allowed
-            same &= unknown[later] == unknown[index]
-            alike_ones = np.flatnonzero(same.all(axis=(1, 2)))
-            yield from ((first, group[index + 1 + other][0]) for other in alike_ones)
+        for first, later in _equal_pairs(np.array([means for _, means in group])):
+            yield group[first][0], group[later][0]
+
+
+def _equal_pairs(values: FloatArray) -> Iterator[tuple[int, int]]:
+    """Pairs of runs whose means agree to within rounding, in the order of the runs.
+
+    Only runs that are near each other in the one mean that tells most of them apart are compared:
+    all with all would cost the square of their number.
+
+    Args:
+        values: Means of each run, shape (runs, plateaus, means).
+    """
+    unknown = np.isnan(values)
+    values = np.where(unknown, 0.0, values)
+    largest = np.abs(values).max(axis=1)
+    reach = _ROUNDING * np.tile(largest.max(axis=0), values.shape[1])
+    flat = values.reshape(len(values), -1)
+    ordered = np.sort(flat, axis=0)
+    near = [
+        np.searchsorted(column, column + width, side="right").sum()
+        for column, width in zip(ordered.T, reach, strict=True)
+    ]
+    best = int(np.argmin(near))
+    order = np.argsort(flat[:, best], kind="stable")
+    # a little more than the reach, which rounding must not cut
+    ends = np.searchsorted(ordered[:, best], ordered[:, best] + 1.01 * reach[best], side="right")
+    pairs: list[tuple[int, int]] = []
+    for place, (one, end) in enumerate(zip(order, ends, strict=True)):
+        others = order[place + 1 : end]
+        allowed = _ROUNDING * np.maximum(largest[others], largest[one])[:, np.newaxis]
+        same = np.abs(values[others] - values[one]) <= allowed
+        same &= unknown[others] == unknown[one]
+        equal = others[same.all(axis=(1, 2))]
+        pairs += [(min(one, other), max(one, other)) for other in equal.tolist()]
+    yield from sorted(pairs)
 
 
 def _plateaus_by_run(
@@ -204,15 +231,12 @@ def _levels(values: FloatArray, tolerance: float) -> FloatArray:
     return np.where(np.isnan(values), np.nan, levels)
 
 
-def _difference(points: pd.DataFrame, first: str, later: str, settings: Settings) -> float:
+def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) -> float:
     """Median relative difference of two curves of traction over the slips that both have.
 
     Less twice the standard error of each difference, where it is known.
     """
-    a, b = (
-        points[(points["run_id"] == run_id) & points["accepted"]].sort_values("slide_roll_ratio")
-        for run_id in (first, later)
-    )
+    a, b = (curve.sort_values("slide_roll_ratio") for curve in (first, later))
     columns = ("slide_roll_ratio", "traction_coefficient", "traction_coefficient_se")
     slip, mu, error = (b[name].to_numpy(float) for name in columns)
     other_slip, other, other_error = (a[name].to_numpy(float) for name in columns)

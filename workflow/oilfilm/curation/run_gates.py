@@ -56,7 +56,7 @@ def missing_readings(run: Run, limits: Limits) -> Finding | None:
     hole = int(np.argmax(steps))
     first, last = row[hole] + 1, row[hole + 1] - 1
     return Finding(
-        f"no row from {first} to {last} can be used; expected no hole of more than "
+        f"no row from {first} to {last} can be used; expected no gap of more than "
         f"{longest - 1:g} rows",
         first,
         last,
@@ -149,8 +149,8 @@ _FORCE_UNITS = ("lbf", "kgf", "kN")
 
 @gate(
     TRACTION,
-    advice="Check the unit and the calibration of the traction force, and that the sensor's cable "
-    "is connected.",
+    advice="Check the units and the calibration of traction force and load, and that the force "
+    "sensor's cable is connected.",
     needs="traction_coefficient",
 )
 def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
@@ -177,7 +177,8 @@ def possible_force_units(size: float, limits: TractionLimits) -> str:
     units = [
         unit for unit in _FORCE_UNITS if usual <= size * conversion(unit, ("N",)).scale <= most
     ]
-    return f"; the traction force may be in {' or '.join(units)}" if units else ""
+    named = " or ".join(units)
+    return f"; the traction force may be in {named}, or the load's unit is wrong" if units else ""
 
 
 @gate(

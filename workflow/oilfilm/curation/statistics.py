@@ -1,4 +1,4 @@
-"""Means over plateaus with standard errors that know that neighbouring samples are alike.
+"""Means over plateaus with standard errors that allow for autocorrelated samples.
 
 Plateaus differ in length. Their samples are cut out of the signals into arrays of shape
 (..., plateaus, longest plateau), and masks of shape (plateaus, longest plateau) say which of them

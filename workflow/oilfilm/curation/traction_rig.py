@@ -179,10 +179,10 @@ class TractionRig(RigKind):
             swallowed = abs(slope * slip)
             if swallowed > limits.max_traction_share * largest:
                 return "zero_missing", Finding(
-                    f"the {name} phase is no pure rolling: it runs at a slide-roll ratio of "
-                    f"{slip:.4f}, where by the run's own slope ({slope:.3g}) the traction "
-                    f"coefficient is {swallowed:.2g}, {swallowed / largest:.0%} of the run's "
-                    f"largest; allowed {limits.max_traction_share:.0%}"
+                    f"the {name} phase is not pure rolling: its slide-roll ratio is {slip:.4f}. "
+                    f"By the initial slope of the run ({slope:.3g}) its traction coefficient is "
+                    f"{swallowed:.2g}, {swallowed / largest:.0%} of the largest one; allowed "
+                    f"{limits.max_traction_share:.0%}"
                 )
         return None
 

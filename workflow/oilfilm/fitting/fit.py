@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from oilfilm.fitting.conditions import (
     incomplete_curves,
     to_text,
 )
+from oilfilm.fitting.drawn import NOTHING, Drawn
 from oilfilm.fitting.engine import Optimum, at_bounds, search
 from oilfilm.fitting.fit_tables import tables_of_fit, tables_without_fit
 from oilfilm.fitting.objectives import robust_fit, weighted_fit
@@ -32,7 +34,7 @@ from oilfilm.fitting.uncertainty import Estimates, curve_bootstrap, naive_covari
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import BoolArray, Law
+from oilfilm.traction.law import BoolArray, FloatArray, Law
 
 # What the tested box is of, and the columns of `fit_quality` that hold it.
 BOX = (
@@ -81,6 +83,7 @@ def fit_oil(
     seed: int,
     printed: Mapping[str, float] | None = None,
     law: Law | None = None,
+    drawn: Drawn = NOTHING,
 ) -> OilFit:
     """Fit a law to one oil's accepted points.
 
@@ -91,12 +94,84 @@ def fit_oil(
         seed: Of all random numbers.
         printed: Printed value of each constant that has one.
         law: The configured law if not given.
+        drawn: What other jobs have computed of the fit; it changes no byte.
 
     Returns:
         The oil's rows of the tables of a fit. Data that cannot be fitted give rows without values
         and a verdict that says why.
     """
-    points, law = points[points["oil"] == oil], law or LAWS[settings.law]
+    law = law or LAWS[settings.law]
+    try:
+        posed = _pose(points, oil, settings, law)
+    except _HopelessError as error:
+        return OilFit(tables_without_fit(law, error.quality, printed or {}, str(error)), None)
+    solution = _solve(posed, oil, settings, seed, drawn)
+    return OilFit(tables_of_fit(solution, posed.quality, printed or {}, settings), solution)
+
+
+def search_ends(
+    points: pd.DataFrame, oil: str, settings: FitSettings, seed: int, law: Law
+) -> FloatArray:
+    """The searches of a fit alone, as `Drawn.ends`; no rows where the data cannot be fitted."""
+    try:
+        problem = _pose(points, oil, settings, law).problem
+    except _HopelessError:
+        return np.empty((0, 1))
+    optima = _search(problem, oil, settings, seed)
+    return np.stack([np.append(optimum.values, optimum.sse) for optimum in optima])
+
+
+def block_of_refits(
+    points: pd.DataFrame,
+    oil: str,
+    settings: FitSettings,
+    seed: int,
+    law: Law,
+    ends: FloatArray,
+    block: slice,
+) -> FloatArray:
+    """Some refits of a fit alone, of which the searches are known.
+
+    Returns:
+        Shape (refits, free); no rows where there are none.
+    """
+    located = located_at(points, oil, settings, law, ends)
+    if located is None:
+        return np.empty((0, 1))
+    return _refits(*located, oil, settings, seed, block)
+
+
+def located_at(
+    points: pd.DataFrame, oil: str, settings: FitSettings, law: Law, ends: FloatArray
+) -> tuple[Problem, Optimum] | None:
+    """What a law is fitted to, and the best end of its searches; None where it cannot be fitted."""
+    if not len(ends):
+        return None
+    problem, optima = _settled(_pose(points, oil, settings, law).problem, _optima(ends))
+    return problem, _lowest(optima)
+
+
+@dataclass(frozen=True)
+class _Posed:
+    """What is to be fitted, and what the table of quality says of it before any search."""
+
+    problem: Problem
+    data: CurveData
+    points: pd.DataFrame
+    followed: BoolArray
+    quality: dict[str, Any]
+
+
+class _HopelessError(Exception):
+    """Data that cannot be fitted, in words; `quality` as of `_Posed`."""
+
+    def __init__(self, reason: str, quality: dict[str, Any]) -> None:
+        super().__init__(reason)
+        self.quality = quality
+
+
+def _pose(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) -> _Posed:
+    points = points[points["oil"] == oil]
     data = curve_data(points, law.conditions)
     incomplete = incomplete_curves(law.conditions, data.conditions, settings)
     left_out = list(itertools.compress(data.runs, incomplete))
@@ -118,9 +193,8 @@ def fit_oil(
         problem = build_problem(law, data, followed)
         _refuse_hopeless(problem, data)
     except ValueError as error:
-        return OilFit(tables_without_fit(law, quality, printed or {}, str(error)), None)
-    solution = _solve(problem, data, points, followed, oil, settings, seed)
-    return OilFit(tables_of_fit(solution, quality, printed or {}, settings), solution)
+        raise _HopelessError(str(error), quality) from error
+    return _Posed(problem, data, points, followed, quality)
 
 
 def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
@@ -149,30 +223,16 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
         raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
 
 
-def _solve(
-    problem: Problem,
-    data: CurveData,
-    points: pd.DataFrame,
-    followed: BoolArray,
-    oil: str,
-    settings: FitSettings,
-    seed: int,
-) -> Solution:
-    optima = [
-        search(problem, settings, generator(seed, "search", oil, number))
-        for number in range(settings.searches)
-    ]
-    best = min(optima, key=lambda optimum: optimum.sse)
-    stuck = at_bounds(problem, best.values)
-    problem = problem.holding(best.values, stuck)
-    optima = [Optimum(optimum.values[~stuck], optimum.sse) for optimum in optima]
-    best = min(optima, key=lambda optimum: optimum.sse)
+def _solve(posed: _Posed, oil: str, settings: FitSettings, seed: int, drawn: Drawn) -> Solution:
+    problem, data = posed.problem, posed.data
+    optima = _search(problem, oil, settings, seed) if drawn.ends is None else _optima(drawn.ends)
+    problem, optima = _settled(problem, optima)
+    best = _lowest(optima)
     naive = naive_covariance(problem, best)
-    refits = np.empty((0, len(best.values)))
-    if len(data.runs) >= settings.min_curves_to_resample:
-        random = generator(seed, "bootstrap", oil)
-        refits = curve_bootstrap(problem, best, settings.bootstrap, random)
-    shifted = calibration_refits(problem, best, points, followed)
+    refits = drawn.refits
+    if refits is None:
+        refits = _refits(problem, best, oil, settings, seed)
+    shifted = calibration_refits(problem, best, posed.points, posed.followed)
     return Solution(
         problem,
         data,
@@ -183,6 +243,44 @@ def _solve(
         weighted_fit(problem, data, best),
         robust_fit(problem, best),
     )
+
+
+def _search(problem: Problem, oil: str, settings: FitSettings, seed: int) -> list[Optimum]:
+    return [
+        search(problem, settings, generator(seed, "search", oil, number))
+        for number in range(settings.searches)
+    ]
+
+
+def _optima(ends: FloatArray) -> list[Optimum]:
+    return [Optimum(end[:-1], float(end[-1])) for end in ends]
+
+
+def _lowest(optima: list[Optimum]) -> Optimum:
+    return min(optima, key=lambda optimum: optimum.sse)
+
+
+def _settled(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:
+    """The problem with constants held that ran into a bound at its lowest end, and all ends."""
+    values = _lowest(optima).values
+    stuck = at_bounds(problem, values)
+    free = [Optimum(optimum.values[~stuck], optimum.sse) for optimum in optima]
+    return problem.holding(values, stuck), free
+
+
+def _refits(
+    problem: Problem,
+    best: Optimum,
+    oil: str,
+    settings: FitSettings,
+    seed: int,
+    block: slice = slice(None),
+) -> FloatArray:
+    """The bootstrap over curves, or a block of it; no rows with too few curves."""
+    if problem.curves < settings.min_curves_to_resample:
+        return np.empty((0, len(best.values)))
+    random = generator(seed, "bootstrap", oil)
+    return curve_bootstrap(problem, best, settings.bootstrap, random, block)
 
 
 def _tested_box(points: pd.DataFrame) -> dict[str, float]:

@@ -31,7 +31,7 @@ _CHUNK = 1 << 14
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Constants of a law as they stand in its equation, and all that says how far to trust them.
+    """Constants of a law in the form of its equation, and all that says how far to trust them.
 
     Attributes:
         constants: In the order of the law's, NaN where nothing could be fitted. An exponent that

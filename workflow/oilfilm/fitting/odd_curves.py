@@ -52,14 +52,15 @@ def with_likely_oils(
         Tables of curve residuals and of fit quality.
     """
     residuals, quality = fits.curve_residuals.copy(), fits.fit_quality.copy()
-    accepted = points[points["accepted"]]
+    odd = residuals.loc[residuals["odd"], "run_id"]
+    curves = points[points["accepted"] & points["run_id"].isin(odd)].groupby("run_id")
     laws = {
         str(oil): FittedLaw.of(fits.coefficients, str(oil), quality=quality)
         for oil in quality["oil"]
     }
     for index, row in zip(residuals.index, tables.rows(residuals), strict=True):
         if row["odd"]:
-            curve = accepted[accepted["run_id"] == row["run_id"]]
+            curve = curves.get_group(row["run_id"])
             residuals.loc[index, "likely_oil"] = _much_nearer(laws, row["oil"], curve)
     quality["pulling_curves"] = [
         pulling_curves(residuals[residuals["oil"] == oil]) for oil in quality["oil"]

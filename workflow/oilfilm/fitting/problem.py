@@ -61,7 +61,7 @@ class Problem:
 
     @cached_property
     def starts(self) -> IndexArray:
-        """First point of each curve; points lie in the order of their curves."""
+        """First point of each curve; points are in the order of their curves."""
         return np.searchsorted(self.at.curve, np.arange(self.curves))
 
     @cached_property
@@ -85,7 +85,7 @@ class Problem:
 
     @cached_property
     def at_bounds(self) -> dict[str, float]:
-        """The constants that stay at a bound, as they stand in the law's equation."""
+        """The constants that stay at a bound, in the form of the law's equation."""
         signs = self.law.signs
         return {
             self._all_names[index]: signs[index] * np.exp(value) if signs[index] else value
@@ -134,7 +134,7 @@ class Problem:
         return np.asarray(self.signs != 0)
 
     def reported(self, values: FloatArray) -> FloatArray:
-        """Free constants as they stand in the law's equation; shape (..., free)."""
+        """Free constants in the form of the law's equation; shape (..., free)."""
         sizes = np.exp(np.where(self.logarithmic, values, 0.0))
         return np.where(self.logarithmic, self.signs * sizes, values)
 

@@ -17,13 +17,15 @@ def fit_remarks(quality: Mapping[str, Any]) -> list[str]:
     remarks = [f"{quality['oil']}, {quality['law']}: {quality['certificate']}"]
     if quality["incomplete_curves"]:
         remarks.append(
-            f"{quality['oil']}: WARNING: left out of the fit, because a condition that varied in "
-            f"the others is not known of them: {quality['incomplete_curves']}"
+            f"{quality['oil']}: WARNING: these curves are left out of the fit: "
+            f"{quality['incomplete_curves']}. A condition that varied in the others is not known "
+            "of them"
         )
     if quality["pulling_curves"]:
         remarks.append(
-            f"{quality['oil']}: WARNING: curves pull the plain fit away, a robust one differs by "
-            f"{quality['robust_difference']:.2%} of mu: {quality['pulling_curves']}"
+            f"{quality['oil']}: WARNING: these curves pull the plain fit away: "
+            f"{quality['pulling_curves']}. A robust fit differs from it by "
+            f"{quality['robust_difference']:.2%} of mu"
         )
     return remarks
 

@@ -52,7 +52,7 @@ class Estimates:
         return np.asarray(covariance / np.outer(errors, errors))
 
     def reported(self, problem: Problem) -> "Estimates":
-        """The same of the constants as they stand in the law's equation, from internal ones."""
+        """The same of the constants in the form of the law's equation, from internal ones."""
         values = problem.reported(self.values)
         # d X0 / d ln|X0| = X0
         slopes = np.where(problem.logarithmic, values, 1.0)
@@ -82,16 +82,22 @@ def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
 
 
 def curve_bootstrap(
-    problem: Problem, optimum: Optimum, refits: int, random: np.random.Generator
+    problem: Problem,
+    optimum: Optimum,
+    refits: int,
+    random: np.random.Generator,
+    block: slice = slice(None),
 ) -> FloatArray:
     """Refits to as many whole curves drawn with replacement: shape (refits, free constants).
+
+    `block` says which of them are wanted. A refit is the same bytes in whatever block it is.
 
     Points of a run share its calibration and control errors; drawing runs, not points, keeps
     those errors together. A sample whose curves cannot tell the exponents apart is replaced.
 
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
-    draws = draw_curves(problem.at.design, refits, random)
+    draws = draw_curves(problem.at.design, refits, random)[block]
     return refit(problem, optimum.values, draws.astype(float), _REFIT_TOLERANCE)[0]
 
 

@@ -249,11 +249,11 @@ def _finding(law: str, row: dict[str, Any], curves: int) -> str:
         "best": f"the configured law {law} is the best of those compared",
         "tie": f"the configured law {law} ties with {', '.join(shared)}: the data do not tell them "
         "apart",
-        "judges differ": f"the two judges differ about the configured law {law}",
+        "judges differ": f"the two criteria disagree about the configured law {law}",
         "another law is better": f"{row['better_law']} describes the data better than the "
         f"configured law {law}",
     }[row["verdict"]]
-    return f"{head}. {_left_out_sentence(law, row, curves)}; {_bic_sentence(law, row)}"
+    return f"{head}. {_left_out_sentence(law, row, curves)}. {_bic_sentence(law, row)}"
 
 
 def _by_both(row: dict[str, Any]) -> list[str]:
@@ -271,7 +271,7 @@ def _left_out_sentence(law: str, row: dict[str, Any], curves: int) -> str:
     if best == law:
         return f"{text}, the least{_tied('left_out_ties', row)}"
     apart = 100 * row["left_out_difference"], 100 * row["left_out_difference_error"]
-    text += f", that of {best} {row['best_left_out_relative_rms']:.2%}"
+    text += f". That of {best} is {row['best_left_out_relative_rms']:.2%}"
     text += f" (difference {apart[0]:.2g} +- {apart[1]:.2g} %"
     return text + (", a tie)" if law in row["left_out_ties"].split(", ") else ")")
 
@@ -279,9 +279,9 @@ def _left_out_sentence(law: str, row: dict[str, Any], curves: int) -> str:
 def _bic_sentence(law: str, row: dict[str, Any]) -> str:
     best = row["bic_law"]
     if best == law:
-        return f"the BIC of {law} is the lowest{_tied('bic_ties', row)}"
+        return f"The BIC of {law} is the lowest{_tied('bic_ties', row)}"
     text = (
-        f"the BIC of {best} is lower than that of {law} by {row['bic_difference']:.0f} +- "
+        f"The BIC of {best} is lower than that of {law} by {row['bic_difference']:.0f} +- "
         f"{row['bic_difference_error']:.0f}"
     )
     return text + (", a tie" if law in row["bic_ties"].split(", ") else "")
@@ -298,7 +298,8 @@ def _advice(law: str, row: dict[str, Any], laws: pd.DataFrame) -> str:
         return "Keep the configured law until more curves decide"
     if row["verdict"] == "tie":
         fewest = str(laws.loc[_by_both(row), "n_constants"].astype(int).idxmin())
-        simpler = f"Keep it, or take the one with the fewest constants: {fewest}"
+        key = f" (`fit: {{law: {fewest}}}`)" if fewest in LAWS else ""
+        simpler = f"Keep it, or take the law with the fewest constants: {fewest}{key}"
         return "" if fewest == law else simpler
     if row["verdict"] != "another law is better":
         return ""
@@ -312,12 +313,14 @@ def _advice(law: str, row: dict[str, Any], laws: pd.DataFrame) -> str:
     else:
         sentences.append(f"{better} is compared only: `fit.law` does not take it")
     sentences.append(
-        f"It has {new['n_constants']} constants fitted in place of {old['n_constants']}, and "
-        f"misses the points by {new['relative_rms']:.2%} of mu in place of "
+        f"It has {new['n_constants']} fitted constants in place of {old['n_constants']}"
+    )
+    sentences.append(
+        f"It misses the points by {new['relative_rms']:.2%} of mu in place of "
         f"{old['relative_rms']:.2%}"
     )
     if not new["certified"]:
-        sentences.append("Its fit is not certified, which `fit.allow_uncertified` must then allow")
+        sentences.append("Its fit is not certified: set `fit: {allow_uncertified: true}` as well")
     if row["ends_out_law"] not in ("", better):
         sentences.append(
             f"Beyond the tested levels {row['ends_out_law']} did best (end levels left out)"
@@ -337,6 +340,6 @@ def _conditions_sentence(law: str, better: str) -> list[str]:
         for each in (law, better)
     )
     return [
-        f"It takes {of_new}; {law} takes {of_old}. What a law does not take, it cannot predict: "
+        f"It takes {of_new}. {law} takes {of_old}. What a law does not take, it cannot predict: "
         "predictions and exports then need the other conditions"
     ]

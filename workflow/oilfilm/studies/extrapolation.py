@@ -78,34 +78,27 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     return tables.from_rows(rows, "extrapolation_errors")
 
 
-def extrapolation_sentences(compared: pd.DataFrame) -> list[str]:
-    """The errors over all oils and figures, one sentence per law that was fitted."""
-    lines = []
+def errors_by_law(compared: pd.DataFrame) -> list[dict[str, Any]]:
+    """The errors over all oils and figures, one row per law that was fitted.
+
+    Args:
+        compared: Table `extrapolation`.
+
+    Returns:
+        `law`, the relative rms errors `inside_relative_rms` and `beyond_relative_rms` (of the
+        tested box; NaN without such conditions), `beyond_interval_ratio`, and the columns of the
+        worst condition as in the table `extrapolation_errors`.
+    """
+    rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
         outside = group["beyond"] != ""
-        regions = {"in the tested box": group[~outside], "beyond it": group[outside]}
-        sizes = [
-            f"{100 * relative_rms(rows):.3g} % of mu {region}"
-            for region, rows in regions.items()
-            if len(rows)
-        ]
-        errors = _errors(group)
-        line = (
-            f"{law}: rms error {', '.join(sizes)}; at worst mu "
-            f"{errors['worst_traction_coefficient']:.4g} for "
-            f"{errors['worst_true_traction_coefficient']:.4g}, at "
-            f"{errors['worst_max_hertz_pressure_gpa']:g} GPa, "
-            f"{errors['worst_entrainment_speed_m_s']:g} m/s, "
-            f"{errors['worst_inlet_temperature_c']:g} degC, S {errors['worst_slide_roll_ratio']:g}"
+        beyond = _errors(group[outside])
+        rows.append(
+            _errors(group)
+            | {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
+            | {f"beyond_{name}": beyond[name] for name in ("relative_rms", "interval_ratio")}
         )
-        share = _errors(regions["beyond it"])["interval_ratio"]
-        if not np.isnan(share):
-            line += (
-                f"; beyond it the fit's own 95 % interval holds the truth at {share:.0%} of "
-                "conditions"
-            )
-        lines.append(line)
-    return lines
+    return rows
 
 
 def relative_rms(compared: pd.DataFrame) -> float:

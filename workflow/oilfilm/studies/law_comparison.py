@@ -1,5 +1,6 @@
 """Several laws fitted to the same points by the same engine, held side by side."""
 
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,25 +15,34 @@ from oilfilm.fitting.cross_validation import (
     level_of,
     relative_rms,
 )
+from oilfilm.fitting.drawn import NOTHING, Drawn
+from oilfilm.fitting.engine import Optimum
 from oilfilm.fitting.fit import OilFit, fit_oil
-from oilfilm.fitting.problem import curve_data
+from oilfilm.fitting.problem import Problem, curve_data
 from oilfilm.fitting.solution import Solution
 from oilfilm.randomness import generator
+from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law
 
 # Why the laws' comparison says nothing of Wang-Deng where the paper's law made the points.
 TIE = (
-    "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size Wang-Deng on "
-    "load with D = -A is Eq. 7; Wang-Deng on groups is another law, at a disadvantage because "
-    "Eq. 7 made the points"
+    "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size load-based "
+    "Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
+    "disadvantage, because Eq. 7 made the points"
 )
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
 
 
-def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> dict[str, pd.DataFrame]:
+def compare_laws(
+    points: pd.DataFrame,
+    oil: str,
+    settings: Settings,
+    only: Collection[str] | None = None,
+    drawn: Mapping[str, Drawn] | None = None,
+) -> dict[str, pd.DataFrame]:
     """Fit all laws of config's `compare` to one oil's accepted points.
 
     Settings, seeds, points and weights are the same for each law; only the refits for the errors
@@ -42,24 +52,26 @@ def compare_laws(points: pd.DataFrame, oil: str, settings: Settings) -> dict[str
         points: Table of points of the campaign.
         oil: Oil to fit.
         settings: `compare`, `fit`, `seed`, `oils` and `rigs` of the settings.
+        only: The laws that are fitted here; all if not given.
+        drawn: What other jobs have computed of the fits, by law; it changes no byte.
 
     Returns:
         Name of each table of a comparison and the oil's rows of it. A law that cannot be fitted, or
         that needs unknown properties, gives rows without values and a verdict with the reason.
     """
     of_oil = points[points["oil"] == oil]
-    compare = settings.compare
-    fit_settings = settings.fit.model_copy(update={"bootstrap": compare.bootstrap})
-    laws = laws_of(oil, settings)
+    compared = [name for name in settings.compare.laws if only is None or name in only]
+    known = dict.fromkeys(compared, NOTHING) | dict(drawn or {})
+    fit_settings, laws = fit_of_comparison(settings), laws_of(oil, settings)
     fits = {
-        name: fit_oil(of_oil, oil, fit_settings, settings.seed, law=laws[name])
-        for name in compare.laws
+        name: fit_oil(of_oil, oil, fit_settings, settings.seed, law=laws[name], drawn=known[name])
+        for name in compared
         if name in laws
     }
-    unseen = {name: _unseen_errors(fit, oil, settings) for name, fit in fits.items()}
+    unseen = {name: _unseen_errors(fit, oil, settings, known[name]) for name, fit in fits.items()}
     rows = [
         _row(fits[name], unseen[name], of_oil, settings) if name in fits else _no_row(oil, name)
-        for name in compare.laws
+        for name in compared
     ]
     beside = [_law_points(oil, fits[name], unseen[name], of_oil) for name in fits]
 
@@ -88,6 +100,11 @@ def remarks(comparison: pd.DataFrame) -> list[str]:
         f"{row['certificate']}"
         for row in tables.rows(comparison)
     ]
+
+
+def fit_of_comparison(settings: Settings) -> FitSettings:
+    """Settings of the fits that are compared: fewer refits than those of the main fit."""
+    return settings.fit.model_copy(update={"bootstrap": settings.compare.bootstrap})
 
 
 def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
@@ -180,14 +197,22 @@ def _no_row(oil: str, law: str) -> dict[str, Any]:
     return {**none, **counts, **words, "certified": False}
 
 
-def _unseen_errors(fit: OilFit, oil: str, settings: Settings) -> FloatArray:
-    """Error of each point in the fit that has not seen its curve; none without a fit."""
-    if fit.solution is None:
-        return np.empty(0)
+def errors_left_out(
+    problem: Problem, best: Optimum, oil: str, settings: Settings, block: slice = slice(None)
+) -> FloatArray:
+    """Error of each point in the fit that has not seen its curve; of a block of groups."""
     # the same groups for every law
     random = generator(settings.seed, "left out", oil)
-    groups = settings.compare.left_out_groups
-    return leave_curves_out(fit.solution.problem, fit.solution.best, groups, random)
+    return leave_curves_out(problem, best, settings.compare.left_out_groups, random, block)
+
+
+def _unseen_errors(fit: OilFit, oil: str, settings: Settings, drawn: Drawn) -> FloatArray:
+    """The same of a whole fit; none without a fit."""
+    if fit.solution is None:
+        return np.empty(0)
+    if drawn.left_out is not None:
+        return drawn.left_out
+    return errors_left_out(fit.solution.problem, fit.solution.best, oil, settings)
 
 
 def _law_points(oil: str, fit: OilFit, unseen: FloatArray, points: pd.DataFrame) -> pd.DataFrame:

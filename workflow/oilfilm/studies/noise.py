@@ -98,27 +98,26 @@ def _words(row: dict[str, Any], parts: LackOfFit, runs_above: float) -> dict[str
     plateaus = ""
     if not np.isnan(row["plateau_relative_rms"]):
         plateaus = (
-            f"; the readings within plateaus alone scatter by {row['plateau_relative_rms']:.2%}, a "
+            f". Readings within plateaus alone scatter by {row['plateau_relative_rms']:.2%}, a "
             "lower bound of the noise"
         )
     if np.isnan(parts.noise):
-        many = " and ".join(
+        many = ". ".join(
             f"{count} repeated runs show a lack of fit where residuals are over "
             f"{np.sqrt(f_limit(max(runs_above, 1.0), count)):.1f} times the noise"
             for count in ADVISED_REPEATS
         )
         return {
             "verdict": "no repeats",
-            "finding": f"{residual}; noise and lack of fit cannot be told apart, because no runs "
+            "finding": f"{residual}. Noise and lack of fit cannot be told apart, because no runs "
             f"repeat a condition{plateaus}",
-            "advice": "Run some conditions again, best the extreme ones, and set "
-            f"repeated_conditions: accept in the campaign file: {many}",
+            "advice": "Run some conditions again, best the extreme ones. Set "
+            f"`repeated_conditions: accept` in the campaign file. {many}",
         }
     runs = "run repeats" if parts.repeats == 1 else "runs repeat"
     finding = (
-        f"{residual}; of this, repeats explain {row['repeat_relative_rms']:.2%} ({parts.repeats} "
-        f"{runs} an earlier one), lack of fit of the law "
-        f"{row['lack_of_fit_relative_rms']:.2%}"
+        f"{residual}. Repeats explain {row['repeat_relative_rms']:.2%} ({parts.repeats} {runs} an "
+        f"earlier one). The lack of fit of the law is {row['lack_of_fit_relative_rms']:.2%}"
     )
     test = f"F = {parts.ratio:.3g}, 95 % limit {parts.limit:.3g}"
     if parts.shown:
@@ -165,8 +164,9 @@ def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]"
 def _slip_levels(slip: FloatArray, condition: IndexArray, width: float) -> IndexArray:
     """Level of slip of each point, among the points of its condition."""
     levels = np.empty(len(slip), dtype=np.int64)
-    for number in np.unique(condition):
-        here = condition == number
+    order = np.argsort(condition, kind="stable")
+    edges = np.flatnonzero(np.diff(condition[order])) + 1
+    for here in np.split(order, edges):
         levels[here] = _clusters(slip[here], width)
     return levels
 

@@ -5,7 +5,7 @@ first whose conditions are met decides. Of the oils that it prefers the first on
 is taken. The best oil is the one that meets the rule's aim best, most traction or least heat (mu
 at the same load, speed and slip), among the oils with enough film.
 
-The rules speak of cage slip and of bearing speed: `selection.reading` says which slide-roll ratio
+The rules name cage slip and bearing speed: `selection.reading` says which slide-roll ratio
 and which entrainment speed these are.
 """
 

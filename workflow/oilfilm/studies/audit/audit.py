@@ -15,7 +15,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.reference import Claim, Claims, falling_viscosity, printed_constants
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.checks import CHECKS, Check
-from oilfilm.studies.audit.evidence import Evidence, Finding, NotCheckableError, share, usable
+from oilfilm.studies.audit.evidence import Evidence, NotCheckableError, Outcome, share, usable
 from oilfilm.studies.operating_grid import AXES, Film, Grid
 from oilfilm.studies.selection import select
 from oilfilm.tables import failed_gates
@@ -211,7 +211,7 @@ def _judge(
     }
 
 
-def _sentence(finding: Finding, evidence: Evidence) -> str:
+def _sentence(finding: Outcome, evidence: Evidence) -> str:
     """Shares, parts, worst case and remarks, in plain words."""
     by_oil = finding.cases.groupby("oil", sort=False)["holds"].mean()
     why = f"By construction: {finding.by_construction}" if finding.by_construction else ""
@@ -224,7 +224,7 @@ def _sentence(finding: Finding, evidence: Evidence) -> str:
     return " ".join([*sentences, *finding.remarks, *left_out])
 
 
-def _worst(finding: Finding) -> str:
+def _worst(finding: Outcome) -> str:
     """The worst case: its value, its oil and its conditions."""
     worst = finding.worst_case
     conditions = [worst["oil"]] if worst["oil"] else []

@@ -21,8 +21,8 @@ from oilfilm.bearing.kinematics import (
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.evidence import (
     Evidence,
-    Finding,
     NotCheckableError,
+    Outcome,
     cases,
     share,
 )
@@ -37,7 +37,7 @@ _GAMMAS = (0.0, 0.1, 0.2, 0.3)  # D cos(alpha)/dm of ball bearings
 # Sizes of each coefficient that stand for all that a law allows.
 _SIZES = 6
 _ROUNDING = 1e-15
-Judge = Callable[[Evidence, Grid, Settings], Finding | None]
+Judge = Callable[[Evidence, Grid, Settings], Outcome | None]
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,11 @@ def _check(claim: str, definition: str, where: str = "extrapolated") -> Callable
 
 
 @_check("zero-slip", "|mu| is {audit.zero_traction_max:g} at most wherever S is 0.")
-def _zero_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _zero_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     still = grid.at(slide_roll_ratio=[0.0])
     mu = np.abs(evidence.traction(still))
     judged = cases(still, evidence.oils, mu <= settings.audit.zero_traction_max, mu)
-    return Finding(
+    return Outcome(
         judged,
         "|mu| at S = 0",
         ".3g",
@@ -87,12 +87,12 @@ def _zero_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     "non-negative",
     "mu is 0 or more for every S up to {printed.boxes.tested.slide_roll_ratio[1]:g}.",
 )
-def _non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     curve = grid.at(slide_roll_ratio=_curve(settings)[1:])
     mu = evidence.traction(curve).min(axis=_S, keepdims=True)
     judged = cases(curve, evidence.oils, mu >= 0, mu)
     slip = _curve(settings)
-    return Finding(
+    return Outcome(
         judged,
         "smallest mu of a curve beyond S = 0",
         ".2g",
@@ -107,12 +107,12 @@ def _non_negative(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
     "{audit.linear_tolerance:.0%} of its value at no slip.",
     where="tested",
 )
-def _linear_start(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _linear_start(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     end = _linear_range(evidence, grid, settings)
     judged = cases(grid, evidence.oils, end >= settings.audit.linear_to_slip, end)
     remark = f"The linear range ends at S {_range(end)}."
     quantity = "S at the end of the linear range"
-    return Finding(judged, quantity, ".3g", worst="smallest", remarks=[remark])
+    return Outcome(judged, quantity, ".3g", worst="smallest", remarks=[remark])
 
 
 @_check(
@@ -121,13 +121,13 @@ def _linear_start(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
     "has lost {printed.signs.decline_max:.0%} of it at most.",
     where="tested",
 )
-def _peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     slip = _curve(settings)
     mu = evidence.traction(grid.at(slide_roll_ratio=slip))
     peaks = np.argmax(mu, axis=_S, keepdims=True) < len(slip) - 1
     decline = 1 - mu[..., -1:] / mu.max(axis=_S, keepdims=True)
     slight = decline <= settings.printed.signs.decline_max
-    return Finding(
+    return Outcome(
         cases(grid, evidence.oils, peaks & slight, decline),
         f"loss of mu between the peak and S {slip[-1]:g}",
         ".0%",
@@ -146,7 +146,7 @@ def _peak_decline(evidence: Evidence, grid: Grid, settings: Settings) -> Finding
     "{audit.cold_band_c[0]:g}-{audit.cold_band_c[1]:g} degC than at {audit.hot_band_c[0]:g}-"
     "{audit.hot_band_c[1]:g} degC.",
 )
-def _falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     mu = evidence.traction(grid)
     low, high = grid.inlet_temperature_c[[0, -1]]
     bands = np.clip([settings.audit.cold_band_c, settings.audit.hot_band_c], low, high)
@@ -156,7 +156,7 @@ def _falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) 
     )
     always, steeper = _falls(mu, _T), at_cold > at_hot
     cold, hot = (f"{band[0]:g}-{band[1]:g}" for band in bands)
-    return Finding(
+    return Outcome(
         cases(grid, evidence.oils, always & steeper, _last_over_first(mu, _T)),
         f"ratio of mu at {high:g} degC to mu at {low:g} degC",
         worst="largest",
@@ -172,13 +172,13 @@ def _falls_with_temperature(evidence: Evidence, grid: Grid, settings: Settings) 
     "mu falls from each level of U to the next, and changes less over the last third of the speeds "
     "than it falls over the first third.",
 )
-def _falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     mu = evidence.traction(grid)
     low, high = grid.entrainment_speed_m_s[[0, -1]]
     thirds = evidence.traction(grid.at(entrainment_speed_m_s=np.linspace(low, high, 4)))
     fall = -np.diff(thirds, axis=_U)
     always, levels_off = _falls(mu, _U), np.abs(fall[:, :, 2:]) < fall[:, :, :1]
-    return Finding(
+    return Outcome(
         cases(grid, evidence.oils, always & levels_off, _last_over_first(mu, _U)),
         f"ratio of mu at {high:g} m/s to mu at {low:g} m/s",
         worst="largest",
@@ -191,14 +191,14 @@ def _falls_with_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Fin
     "mu rises from each level of P to the next, and a straight line through mu(P) has R2 of "
     "{printed.signs.linear_r2_min:g} or more.",
 )
-def _rises_with_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _rises_with_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     pressure = grid.max_hertz_pressure_gpa
     even = np.linspace(pressure[0], pressure[-1], len(pressure))
     grid = grid.at(max_hertz_pressure_gpa=even)
     mu = evidence.traction(grid)
     r2 = _r_squared(even, mu, _P)
     always, straight = _falls(-mu, _P), r2 >= settings.printed.signs.linear_r2_min
-    return Finding(
+    return Outcome(
         cases(grid, evidence.oils, always & straight, r2),
         "R2 of the straight line mu(P)",
         worst="smallest",
@@ -215,7 +215,7 @@ def _rises_with_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
     "The linear range (mu/S within {audit.linear_tolerance:.0%} of its value at no slip) ends at "
     "smaller S from each level of P to the next.",
 )
-def _earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     end = _linear_range(evidence, grid, settings)
     low, high = grid.max_hertz_pressure_gpa[[0, -1]]
     cold, hot = ends = grid.inlet_temperature_c[[0, -1]]
@@ -223,7 +223,7 @@ def _earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     mu = evidence.traction(grid.at(inlet_temperature_c=ends, slide_roll_ratio=slip))
     reached = mu >= plateau_share * mu.max(axis=_S, keepdims=True)
     begin = slip[np.argmax(reached, axis=_S)]
-    return Finding(
+    return Outcome(
         cases(grid, evidence.oils, _falls(end, _P), _last_over_first(end, _P)),
         f"ratio of the linear range's end at {high:g} GPa to that at {low:g} GPa",
         worst="largest",
@@ -239,7 +239,7 @@ def _earlier_plateau(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     "viscosity-order",
     "At the same P, U, T and S mu falls from each oil to the next less viscous one.",
 )
-def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     oils, pressure = evidence.falling_viscosity, grid.max_hertz_pressure_gpa
     mu = evidence.traction_by_viscosity(grid)
     ratios = mu[:-1] / mu[1:]
@@ -261,7 +261,7 @@ def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Find
             f"Below {turn:.1f} GPa {oils[1]} has more traction than {oils[0]} at most operating "
             "points."
         )
-    return Finding(
+    return Outcome(
         cases(grid, [""], smallest > 1, smallest),
         "smallest ratio of an oil's mu to that of the next less viscous oil",
         worst="smallest",
@@ -278,14 +278,14 @@ def _viscosity_order(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     "The oils' relative spread of mu (largest less smallest, over the mean) at the hottest level "
     "is at most {audit.convergence_max:.0%} of that at the coldest level.",
 )
-def _hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     ends = grid.inlet_temperature_c[[0, -1]]
     mu = evidence.traction_by_viscosity(grid.at(inlet_temperature_c=ends))
     spread = np.ptp(mu, axis=0, keepdims=True)
     relative = spread / mu.mean(axis=0, keepdims=True)
     ratio = _last_over_first(relative, _T)
     cold, hot = relative.mean(axis=(0, 1, 2, 4))
-    return Finding(
+    return Outcome(
         cases(grid, [""], ratio <= settings.audit.convergence_max, ratio),
         f"relative spread at {ends[1]:g} degC over that at {ends[0]:g} degC",
         worst="largest",
@@ -303,14 +303,14 @@ def _hot_convergence(evidence: Evidence, grid: Grid, settings: Settings) -> Find
     "From the coldest to the hottest level mu falls by less at {audit.slow_and_fast_m_s[1]:g} m/s "
     "than at {audit.slow_and_fast_m_s[0]:g} m/s (or at the box's own ends).",
 )
-def _speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     speeds = np.clip(settings.audit.slow_and_fast_m_s, *grid.entrainment_speed_m_s[[0, -1]])
     ends = grid.inlet_temperature_c[[0, -1]]
     mu = evidence.traction(grid.at(entrainment_speed_m_s=speeds, inlet_temperature_c=ends))
     drop = -np.diff(mu, axis=_T)
     ratio = _last_over_first(drop, _U)
     milder = _falls(drop / mu[:, :, :, :1], _U).mean()
-    return Finding(
+    return Outcome(
         cases(grid, evidence.oils, ratio < 1, ratio),
         f"ratio of the fall of mu at {speeds[1]:g} m/s to that at {speeds[0]:g} m/s",
         worst="largest",
@@ -327,7 +327,7 @@ def _speed_mutes_temperature(evidence: Evidence, grid: Grid, settings: Settings)
     "paper.",
     where="tested",
 )
-def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     limit, film_min = evidence.lambda_limit, settings.audit.film_min_um
     if evidence.points is not None:
         points = evidence.points.dropna(subset=["lambda_ratio"])
@@ -355,7 +355,7 @@ def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
             [f"film {value:.2g} um, limit {film_min:g} um" for value in thickness.ravel()],
         )
     )
-    return Finding(
+    return Outcome(
         judged,
         "smallest ratio to its limit",
         worst="smallest",
@@ -369,10 +369,10 @@ def _full_film(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     "|mu(0)| of every fit by that form is above {audit.zero_traction_max:g}.",
     where="data",
 )
-def _wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     fits = _wang_deng(evidence)
     mu = fits["zero_slip_traction"].abs()
-    return Finding(
+    return Outcome(
         _of_rows(fits, mu > settings.audit.zero_traction_max, mu),
         "|mu| at S = 0",
         ".3g",
@@ -390,14 +390,14 @@ def _wang_deng_zero(evidence: Evidence, grid: Grid, settings: Settings) -> Findi
     "as much as that of the paper's own law.",
     where="data",
 )
-def _wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     fits, stress_law = _wang_deng(evidence), settings.audit.stress_law
     own = evidence.comparison[evidence.comparison["law"] == stress_law].set_index("oil")
     if not set(fits["oil"]) <= set(own.index):
         raise NotCheckableError(f"the comparison has no fit by {stress_law}")
     growth = fits["left_out_rmse"] / fits["rmse"]
     relative = growth / fits["oil"].map(own["left_out_rmse"] / own["rmse"])
-    return Finding(
+    return Outcome(
         _of_rows(fits, relative > settings.audit.overfit_min, relative),
         "growth of the error on curves left out, relative to the paper's law",
         worst="smallest",
@@ -415,10 +415,10 @@ def _wang_deng_overfit(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
     "point.",
     where="data",
 )
-def _torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     rows, limit = _torque(evidence, "stress"), settings.audit.torque_stress_error
     error = rows["relative_error"].abs()
-    return Finding(
+    return Outcome(
         _of_rows(rows, error <= limit, error),
         "relative error of the torque",
         ".1%",
@@ -436,7 +436,7 @@ def _torque_stress(evidence: Evidence, grid: Grid, settings: Settings) -> Findin
     "part only, if its largest error stays below {audit.torque_load_error:.0%}.",
     where="data",
 )
-def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     by_load, by_stress = (
         _torque(evidence, basis).set_index(["run_id", "first_row", "oil"])["relative_error"].abs()
         for basis in ("load", "stress")
@@ -446,7 +446,7 @@ def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
         raise NotCheckableError("no operating point was calculated by both bases")
     excess = both["load"] - both["stress"]
     limit, largest = settings.audit.torque_load_error, both["load"].max()
-    return Finding(
+    return Outcome(
         _of_rows(both, excess > 0, excess),
         "relative error by the load less that by the stress",
         ".1%",
@@ -467,12 +467,12 @@ def _torque_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
     "D cos(alpha)/dm from 0 to 0.3.",
     where="formula",
 )
-def _rolling_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _rolling_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     stated = settings.selection.stated
     pitch_speed, speed = stated.pitch_speed_mm_rpm, stated.entrainment_speed_m_s
     rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
     near = np.abs(rolling / speed - 1) <= settings.audit.kinematic_tolerance
-    return Finding(
+    return Outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": rolling, "detail": f"stated: {speed:g}"}),
         "entrainment speed (m/s)",
         ".0f",
@@ -492,12 +492,12 @@ def _rolling_speed(evidence: Evidence, grid: Grid, settings: Settings) -> Findin
     "0 to 0.3.",
     where="formula",
 )
-def _slip_is_cage_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Finding:
+def _slip_is_cage_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome:
     choice, slip = settings.selection, np.linspace(0.05, 0.4, 8)
     ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
     limit = choice.limits.slip_limit
     at_limit = inner_slide_roll_ratio(limit, choice.gamma)
-    return Finding(
+    return Outcome(
         pd.DataFrame(
             {
                 "oil": "",
@@ -520,7 +520,7 @@ def _slip_is_cage_slip(evidence: Evidence, grid: Grid, settings: Settings) -> Fi
     "light-load-4102",
     "Below {selection.limits.light_below_gpa:g} GPa the most viscous oil has the largest mu.",
 )
-def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
+def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome | None:
     limits, slip_limit = settings.selection.limits, settings.selection.slide_roll_ratio_limit
     light = _within(_to_the_end(grid, settings), above=-np.inf, below=limits.light_below_gpa)
     if light is None:
@@ -535,7 +535,7 @@ def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
         f"Fast, hot and with a cage slip above {limits.slip_limit:.0%} (S above {slip_limit:.2g}; "
         f"conclusion 4) it has the most at {share(corner > 1):.0%} of the operating points."
     )
-    return Finding(
+    return Outcome(
         cases(light, [""], ratio > 1, ratio),
         f"ratio of mu of {evidence.falling_viscosity[0]} to the largest of the others",
         worst="smallest",
@@ -549,7 +549,7 @@ def _light_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
     "{selection.limits.slip_limit:.0%} (selection.reading: {selection.reading}), the least viscous "
     "oil, where its film is thick enough, has the smallest mu; beyond, mu rises with viscosity.",
 )
-def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
+def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome | None:
     grid = _to_the_end(grid, settings)
     mu, slip_limit = evidence.traction_by_viscosity(grid), settings.selection.slide_roll_ratio_limit
     oil, adequate = _thinnest(evidence, grid)
@@ -561,7 +561,7 @@ def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
     if not checked.any():
         return None
     below, above = value[..., ~slipping][adequate[..., ~slipping]], value[..., slipping]
-    return Finding(
+    return Outcome(
         cases(grid, [""], value < 1, value)[checked.ravel()],
         "ratio of an oil's mu to that of the oil that should have more",
         worst="largest",
@@ -580,7 +580,7 @@ def _slip_limit(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
     "From {selection.limits.heavy_from_gpa:g} GPa on the least viscous oil, where its film is "
     "thick enough, has the smallest mu.",
 )
-def _heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding | None:
+def _heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Outcome | None:
     heavy = _within(grid, above=settings.selection.limits.heavy_from_gpa, below=np.inf)
     if heavy is None:
         return None
@@ -589,7 +589,7 @@ def _heavy_load(evidence: Evidence, grid: Grid, settings: Settings) -> Finding |
         raise NotCheckableError(f"the film of {oil} is nowhere thick enough under heavy load")
     mu = evidence.traction_by_viscosity(heavy)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    return Finding(
+    return Outcome(
         cases(heavy, [""], ratio < 1, ratio)[adequate.ravel()],
         f"ratio of mu of {oil} to the smallest of the others",
         worst="largest",

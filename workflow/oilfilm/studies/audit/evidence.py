@@ -131,7 +131,7 @@ def usable(law: FittedLaw) -> str:
 
 
 @dataclass(frozen=True)
-class Finding:
+class Outcome:
     """Every case in which a claim was checked, and how it fared.
 
     Attributes:

@@ -1,0 +1,305 @@
+"""Time, memory and bytes of a campaign as it grows (`make bench-scale`); renews its page.
+
+Whole runs of the default workflow on simulated logs, as if a laboratory had measured them:
+
+- `oils`: 100, 1 000 and 10 000 runs, a third of each oil; short logs (350 rows, 12 slips).
+- `one oil`: 300 and 3 000 runs of one oil.
+- `long logs`: 1 000 logs of 4 000 rows, as a rig writes them, from file to points.
+
+Before each run stand two dry runs; the second is measured. CPU times are used: user and system,
+of all processes. A straight line through the two smaller sizes predicts the largest one, and the
+largest two sizes predict a million runs.
+
+    python benchmarks/scale.py [most runs] [--draw]
+"""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests/helpers"))
+
+from campaigns import lay_out, printed, read_campaign, write_campaign  # noqa: E402
+from oilfilm.outputs.figures.style import DOUBLE_COLUMN_IN, MARKERS, save  # noqa: E402
+from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
+from oilfilm.settings.resolve import resolve  # noqa: E402
+
+COMMIT = subprocess.check_output(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], text=True)[
+    :-1
+]
+CORES = 2
+OILS = ("4102", "4050", "4010")
+TABLE, PICTURE, PAGE = (ROOT / f"docs/explanation/scale.{end}" for end in ("csv", "svg", "md"))
+# Around what was measured on the page.
+BEGIN, END = "<!-- measured: make bench-scale -->", "<!-- end -->"
+FAR = 10**6
+SHORT = {"sampling_rate_hz": 10, "slip_steps": 12}
+LONG = {"sampling_rate_hz": 50, "slip_steps": 31}
+FIGURES = ["fig02", "fig03", "fig04", "law-errors", "curves", "coverage", "residuals"]
+# Snakemake's own process.
+NAMES = {"__main__.py": "snakemake"}
+# A line through two small sizes predicts the largest one within this.
+LINEAR = 0.10
+ONE_OIL = 0.20
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of one run; `step` is a script, "dry run" or "whole run"."""
+
+    commit: str
+    campaign: str
+    runs: int
+    step: str
+    quantity: str
+    value: float
+
+
+def levels(runs: int) -> dict[str, list[float]]:
+    """A matrix of about as many conditions, none of them twice."""
+    side = round(runs ** (1 / 3))
+    last = round(runs / side**2)
+    return {
+        "max_hertz_pressure_gpa": np.linspace(1.0, 1.5, side).round(4).tolist(),
+        "entrainment_speed_m_s": np.linspace(25, 40, side).round(3).tolist(),
+        "inlet_temperature_c": np.linspace(25, 100, last).round(3).tolist(),
+    }
+
+
+def write_logs(project: Path, runs: int, oils: Iterable[str], logs: dict[str, int]) -> int:
+    """A project with the campaign `scale`, whose logs are there as if measured; their bytes."""
+    lay_out(project)
+    campaign = read_campaign(project, "demo")
+    oils = list(oils)
+    campaign |= {"oils": oils, "matrix": levels(runs // len(oils)), "figures": FIGURES}
+    del campaign["torque"], campaign["settings"]
+    campaign["twin"] |= {"defects": [], **logs}
+    write_campaign(project, "scale", campaign)
+    raw, size = project / "data/raw/scale", 0
+    raw.mkdir(parents=True)
+    simulated = simulate_campaign(resolve(project / "config", {"campaign": "scale"}), printed())
+    for run, content, _ in simulated:
+        (raw / run.name).write_bytes(content)
+        size += len(content)
+    del campaign["twin"], campaign["matrix"]
+    campaign |= {"simulated_by": "rig twin of oilfilm", "repeated_conditions": "accept"}
+    write_campaign(project, "scale", campaign)
+    return size
+
+
+def snakemake(project: Path, *arguments: str) -> list[dict[str, Any]]:
+    """Run Snakemake on the campaign; what each process has used."""
+    notes = project / "usage.jsonl"
+    notes.unlink(missing_ok=True)
+    path = os.pathsep.join([str(project / "workflow"), str(ROOT / "benchmarks/usage")])
+    environment = {**os.environ, "PYTHONPATH": path, "OILFILM_USAGE": str(notes)}
+    command = [sys.executable, "-m", "snakemake", "--cores", str(CORES), *arguments]
+    done = subprocess.run(
+        [*command, "--config", "campaign=scale"],
+        cwd=project,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise SystemExit(done.stdout + done.stderr)
+    return [json.loads(line) for line in notes.read_text(encoding="utf-8").splitlines()]
+
+
+def bytes_below(folder: Path) -> int:
+    """Bytes of all files below a folder."""
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+
+
+def measured(name: str, runs: int, oils: Iterable[str], logs: dict[str, int]) -> Iterator[Row]:
+    """One campaign through a dry run and a run."""
+    targets = ["results/scale/tables/points.parquet"] if logs == LONG else []
+    with tempfile.TemporaryDirectory(prefix="oilfilm-scale-") as folder:
+        project = Path(folder, "project")
+        size = write_logs(project, runs, oils, logs)
+        runs = len(list((project / "data/raw/scale").iterdir()))
+
+        def row(step: str, quantity: str, value: float) -> Row:
+            return Row(COMMIT, name, runs, step, quantity, round(value, 3))
+
+        yield row("logs", "bytes", size)
+        snakemake(project, "--dry-run", *targets)
+        processes = snakemake(project, "--dry-run", *targets)
+        dry = max(processes, key=lambda used: used["cpu_s"])
+        yield row("dry run", "cpu_s", dry["cpu_s"])
+        yield row("dry run", "mib", dry["mib"])
+        of_step = defaultdict(list)
+        for used in snakemake(project, *targets):
+            of_step[NAMES.get(used["step"], used["step"].removesuffix(".py"))].append(used)
+        for step, jobs in sorted(of_step.items()):
+            yield row(step, "cpu_s", sum(job["cpu_s"] for job in jobs))
+            yield row(step, "mib", max(job["mib"] for job in jobs))
+            yield row(step, "jobs", len(jobs))
+        total = sum(job["cpu_s"] for jobs in of_step.values() for job in jobs)
+        yield row("whole run", "cpu_s", total)
+        yield row("tables", "bytes", bytes_below(project / "results/scale/tables"))
+        yield row("samples", "bytes", bytes_below(project / "results/scale/tables/samples"))
+        yield row("results", "bytes", bytes_below(project / "results/scale"))
+
+
+def main(most: int) -> None:
+    """Measure every size up to `most` runs; write the table, the picture and what it means."""
+    sizes = [runs for runs in (100, 1000, 10000) if runs <= most]
+    plan = [("oils", runs, OILS, SHORT) for runs in sizes]
+    plan += [("one oil", runs, OILS[:1], SHORT) for runs in (300, 3000) if runs <= most]
+    plan += [("long logs", 1000, OILS, LONG)] if most >= 1000 else []
+    rows = []
+    for campaign in plan:
+        print(*campaign[:2], "runs", flush=True)
+        rows += measured(*campaign)
+    with TABLE.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, Row.__dataclass_fields__, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(asdict(row) for row in rows)
+
+
+def read_table() -> list[Row]:
+    """The last measurement."""
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        return [
+            Row(**{**row, "runs": int(row["runs"]), "value": float(row["value"])})
+            for row in csv.DictReader(file)
+        ]
+
+
+def series(rows: list[Row], campaign: str, step: str, quantity: str) -> dict[int, float]:
+    """One quantity by the number of runs."""
+    key = (campaign, step, quantity)
+    return {row.runs: row.value for row in rows if (row.campaign, row.step, row.quantity) == key}
+
+
+def line(of_runs: dict[int, float], at: float) -> float:
+    """The value at `at` on the straight line through the values at two numbers of runs."""
+    (one, low), (other, high) = sorted(of_runs.items())[-2:]
+    return low + (high - low) * (at - one) / (other - one)
+
+
+def steps_of(rows: list[Row], campaign: str = "oils") -> list[str]:
+    """Steps with a CPU time, the most expensive one of the largest campaign first."""
+    largest = max((row.runs for row in rows if row.campaign == campaign), default=0)
+    times = {
+        row.step: row.value
+        for row in rows
+        if (row.campaign, row.runs, row.quantity) == (campaign, largest, "cpu_s")
+    }
+    return sorted(times, key=lambda step: -times[step])
+
+
+def report(rows: list[Row]) -> Iterator[str]:
+    """Time, memory and bytes by step, the check of the model and its extrapolation, as Markdown."""
+    yield f"![CPU time and memory of the steps against the number of runs]({PICTURE.name})"
+    yield ""
+    yield f"All numbers are in [{TABLE.name}]({TABLE.name})."
+    for quantity, title in (("cpu_s", "CPU time (s)"), ("mib", "Memory of one process (MiB)")):
+        sizes = sorted(series(rows, "oils", "dry run", quantity))
+        names = [title, *(f"{size:,} runs" for size in sizes), "off the line", f"{FAR:,} runs"]
+        yield from ("", f"| {' | '.join(names)} |", "| --- |" + " --- |" * (len(names) - 1))
+        for step in steps_of(rows):
+            values = series(rows, "oils", step, quantity)
+            if not values:
+                continue
+            cells = [f"{values[size]:.3g}" if size in values else "" for size in sizes]
+            cells.append(f"{error_of_line(values):+.0%}" if len(values) > 2 else "")
+            cells.append(f"{line(values, FAR):,.2g}" if len(values) > 1 else "")
+            yield f"| `{step}` | {' | '.join(cells)} |"
+    yield ""
+    yield f"- Commit {' and '.join(sorted({row.commit for row in rows}))}, {CORES} cores."
+    whole = series(rows, "oils", "whole run", "cpu_s")
+    if len(whole) > 2:
+        error = error_of_line(whole)
+        yield f"- Whole run: {error:+.1%} off the line; allowed {LINEAR:.0%}."
+    one_oil = series(rows, "one oil", "whole run", "cpu_s")
+    if len(one_oil) == 2:
+        (few, low), (many, high) = sorted(one_oil.items())
+        ratio = high / low / (many / few)
+        yield (
+            f"- One oil: {many:,} runs take {high:.0f} s of CPU, {few} take {low:.0f} s: "
+            f"{ratio:.2f} times linear growth; allowed {1 + ONE_OIL}."
+        )
+    for campaign in ("oils", "long logs"):
+        dry = series(rows, campaign, "dry run", "cpu_s")
+        for runs in sorted(dry):
+            sizes = [
+                f"{what} {series(rows, campaign, what, 'bytes')[runs] / runs / 1000:.1f}"
+                for what in ("logs", "samples", "results")
+            ]
+            yield (
+                f"- {runs:,} {campaign.replace('oils', 'short logs')}: dry run {dry[runs]:.1f} s "
+                f"of CPU; kB per run: {', '.join(sizes)}."
+            )
+    of_long = {step: series(rows, "long logs", step, "mib") for step in ("ingest", "curate")}
+    if all(of_long.values()):
+        memory = ", ".join(f"{step} {max(of.values()):.0f} MiB" for step, of in of_long.items())
+        yield f"- Long logs: {memory}."
+
+
+def error_of_line(values: dict[int, float]) -> float:
+    """By how much the largest size differs from the line through the two before it, relative."""
+    *fitted, (largest, value) = sorted(values.items())
+    return value / line(dict(fitted), largest) - 1
+
+
+def draw(rows: list[Row]) -> None:
+    """Draw time and memory against the number of runs, measured and extrapolated."""
+    figure = Figure(figsize=(DOUBLE_COLUMN_IN, 3.4))
+    time, memory = figure.subplots(1, 2)
+    jobs = [step for step in steps_of(rows) if step not in {"whole run", "dry run"}][:6]
+    draw_growth(time, rows, "cpu_s", ["whole run", "dry run", *jobs])
+    time.set(ylabel="CPU time (s)")
+    draw_growth(memory, rows, "mib", ["dry run", *jobs])
+    memory.set(ylabel="Memory of the largest process (MiB)")
+    save(figure, PICTURE)
+
+
+def draw_growth(axis: Axes, rows: list[Row], quantity: str, steps: list[str]) -> None:
+    """Draw one quantity of some steps: points where it was measured, dotted beyond."""
+    for number, step in enumerate(steps):
+        values = series(rows, "oils", step, quantity)
+        runs = sorted(values)
+        look: dict[str, Any] = {"color": "k" if step == "whole run" else f"C{number}"}
+        heights = [values[size] for size in runs]
+        axis.plot(runs, heights, marker=MARKERS[number % 6], label=step, **look)
+        if len(runs) > 1:
+            far = [runs[-1], FAR]
+            axis.plot(far, [line(values, size) for size in far], ":", **look)
+    axis.set(xscale="log", yscale="log", xlabel="Runs")
+    axis.legend()
+
+
+def write_page(lines: Iterable[str]) -> None:
+    """Put what was measured into its place on the page."""
+    text = PAGE.read_text(encoding="utf-8")
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    assert begin and end, f"{PAGE}: lacks {BEGIN} or {END}"
+    measured_text = "\n".join(lines)
+    PAGE.write_text(f"{before}{begin}\n{measured_text}\n\n{end}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    given = [argument for argument in sys.argv[1:] if argument != "--draw"]
+    if "--draw" not in sys.argv:
+        main(int(given[0]) if given else 10000)
+    results = list(report(read_table()))
+    print("\n".join(results))
+    write_page(results)
+    draw(read_table())
