@@ -1,5 +1,6 @@
 """Figures draw what they keep, say what is simulated, and come out in the same bytes."""
 
+import itertools
 import re
 from collections.abc import Iterable
 from dataclasses import replace
@@ -10,12 +11,14 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from campaigns import CLAIMS, Campaign, printed, sign_study
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.figures import style
+from oilfilm.outputs.labels import printed as typeset
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.studies.selection import select
@@ -199,7 +202,8 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     lengths = np.divide(widths[1::2], widths[::2])
     np.testing.assert_allclose(lengths, drawn["share"].dropna())
     texts = {text.get_text() for text in figure.axes[0].texts}
-    assert set(drawn["claim"]) <= texts
+    # in whole words
+    assert set(map(typeset, drawn["statement"])) <= {text.replace("\n", " ") for text in texts}
     # signs and units as they are printed, no unit in another line than its number
     lines = "\n".join(texts).split("\n")
     assert not any(re.search(r"\bmu\b|degC|\bum\b|>=", line) for line in lines)
@@ -208,6 +212,17 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     assert len(drawn) == len(audited.claims)
     assert "SIMULATED" in text_around(figure)
     assert nothing_is_cut_off(figure)
+
+
+def test_no_text_of_the_claims_lies_over_another(audited: CampaignTables, config: Settings) -> None:
+    why = "cannot be checked: " + "the logs have no readings of that condition, " * 6
+    claims = audited.claims.assign(verdict="cannot be checked", finding=why)
+    for results in (audited, audited.replace(claims=claims)):
+        figure, _ = draw("claims", results, config)
+        figure.draw_without_rendering()
+        boxes = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text()]
+        shrunk = [box.shrunk(0.9, 0.9) for box in boxes]
+        assert not [pair for pair in itertools.combinations(shrunk, 2) if Bbox.intersection(*pair)]
 
 
 def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(

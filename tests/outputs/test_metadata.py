@@ -15,9 +15,10 @@ from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
-from oilfilm.outputs.metadata import data_package, table_file
+from oilfilm.outputs.metadata import data_package
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.table_file import table_file
 
 SAMPLES = [f"samples/oil={oil}/part-{part}.parquet" for oil in ("4010", "4102") for part in (0, 1)]
 RIG = ("runs", "points", "quarantine", "coverage", "coefficients", "fit_quality")

@@ -20,6 +20,7 @@ from oilfilm.outputs.report.contents import percent
 from oilfilm.outputs.report.explorer import Axis, explorer
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
+from oilfilm.readers.run_sheet import UNLISTED
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -293,7 +294,9 @@ def test_report_says_what_simulated_torque_and_ties_are_worth(
     measured = without(config, "twin", "torque").with_changes({"campaign": {"data": "measured"}})
     line = dict(verdict(results, sections.certainty(results), measured))["Paper"]
     assert "CIRCULAR" not in line
-    assert re.search(r"by stress is off by 20.0\s% in the median, 30.0\s% at worst\.$", line)
+    assert re.search(
+        r"pressure-based law is off by 20.0\s% in the median, 30.0\s% at worst\.$", line
+    )
 
 
 def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
@@ -305,11 +308,14 @@ def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
     )
     changed = results.replace(torque=torque)
     lines = bearing_lines(changed)
-    assert any(line.endswith("by load variable: stress 10.0%, 10.0%") for line in lines)
-    named = "4102 at 12000 rpm, 5000 N, 100 degC"
-    assert f"    left out, the cage may roll or skid, 1 of 2 plateaus: {named}" in lines
-    ((*about, median, largest, _),) = sections.torque(changed).rows
-    assert about == ["4102", "stress", "1"]
+    assert any(
+        line.startswith("| pressure-based    | 10.0            | 10.0             |")
+        for line in lines
+    )
+    left_out = "- Left out, because the cage may roll or skid: 1 of 2 plateaus."
+    assert f"{left_out} Operating points: 4102 at 12000 rpm, 5000 N, 100 degC." in lines
+    ((*about, median, largest, _, _),) = sections.torque(changed).rows
+    assert about == ["4102", "pressure-based", "1"]
     assert median == largest == percent(1)(0.1)
 
 
@@ -424,6 +430,46 @@ def test_measured_campaign_does_not_say_simulated(write: Write) -> None:
     assert "Measured data" in text
     assert "not stated in the campaign file" in text
     assert "June 2026" in write(measured | {"dataset": {"date": "June 2026"}})
+
+
+def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
+    write: Write, results: CampaignTables
+) -> None:
+    remark = {"file": "runs.csv", "rule": UNLISTED, "reason": "no row for a log"}
+    counts = rows("gate_counts", {"gate": UNLISTED}, {"gate": "thin_film", "points": 4})
+    listed = pd.concat([results.quarantine, rows("quarantine", remark)], ignore_index=True)
+    assert sections.refused(listed, "quarantine", "", 10).rows == (
+        sections.refused(results.quarantine, "quarantine", "", 10).rows
+    )
+    shown = sections.gates(results.replace(gate_counts=counts))
+    assert [row[0] for row in shown.rows] == ["thin film"]
+
+
+def test_bearing_is_shown_in_tables_with_a_quantity_in_each_row(results: CampaignTables) -> None:
+    torque = results.torque.assign(converged=[True, False], why=["", "no equilibrium"])
+    advice = rows(
+        "slip_advice",
+        {"judgement": "agree", "best_oil": "4102"},
+        {"judgement": "heats more", "best_oil": "4010"},
+        {"judgement": "no film"},
+    )
+    numbers, choice = sections.bearing(results.replace(torque=torque, slip_advice=advice))
+    values = {quantity: value for quantity, value, _ in numbers.rows}
+    assert values["Torque logs read"] == "1 of 2"
+    assert values["Equilibria not found"] == "1 of 2"
+    assert values["Reason"] == "no equilibrium"
+    assert values["Share of traction in the torque"] == "20 % to 20 %"  # 0.2 of 1.0 N m
+    assert choice.rows[0][:2] == ("The advice agrees with the best oil", "1 of 2")
+    assert not [cell for row in (*numbers.rows, *choice.rows) for cell in row if "->" in cell]
+
+
+def test_page_names_laws_and_gates_in_words(write: Write) -> None:
+    page = Page(write())
+    texts = "".join(page.texts[: page.texts.index("Configuration as resolved")])
+    assert "Johnson-Tevaarwerk (Eyring)" in texts
+    assert "stuck sensor" in texts
+    assert "deng2026" not in texts
+    assert "stuck_sensor" not in texts
 
 
 def test_runs_that_share_a_log_are_told_apart() -> None:

@@ -51,6 +51,11 @@ class FigureDeclaration:
     module: str = ""
 
     @property
+    def numbered_title(self) -> str:
+        """The title with the paper's number before it, where it has one."""
+        return f"{self.paper.rstrip('.')}. {self.title}" if self.paper else self.title
+
+    @property
     def source(self) -> Path:
         """File of its module."""
         return _FIGURES / f"{self.module.rpartition('.')[2]}.py"

@@ -3,37 +3,39 @@
 import re
 
 MEANINGS = {
-    "certified": "independent searches ended at the same constants and the checks of the optimum "
-    "hold, so that these are the best constants of this law; whether the law is the best one, and "
-    "right, is another question",
-    "bounds reached": "constants that the search holds at the end of their range; the data would "
-    "have them beyond it",
-    "rms": "root-mean-square, here of the differences in mu over that of mu",
-    "curves left out": "each run is predicted by a fit to all other runs: the error at what the "
-    "fit has not seen, at conditions like those tested",
-    "BIC": "Bayesian information criterion: misfit plus a penalty for each constant, the lowest is "
-    "best; it counts each point as independent, and a difference below 2 is nothing",
+    "certified": "independent searches ended at the same constants, and the checks of the optimum "
+    "hold: these are the best constants of this law. Another law may still be better",
+    "bounds reached": "constants at the end of the range of the search. The data would have them "
+    "beyond it",
+    "rms": "root mean square; here of the differences in mu, over that of mu",
+    "SSE": "sum of squared errors of mu",
+    "curves left out": "a fit to all other curves predicts each curve. This is the error at data "
+    "that the fit has not seen, at conditions like those tested",
+    "BIC": "Bayesian information criterion: misfit plus a penalty for each constant. The lowest is "
+    "best. It takes points as independent; a difference below 2 means nothing",
     "tie": "the difference is no larger than its uncertainty",
     "judges": "the error at curves left out, and the BIC",
-    "+-": "half width of the 95 % interval; the points of a run count as one, because they share "
+    "+-": "half width of the 95 % interval. The points of a run count as one, because they share "
     "its errors",
-    "lack of fit": "what the form of the law misses, however often one measures",
-    "repeat": "a run at the oil and the condition of an earlier run; their scatter is the noise",
-    "F": "lack of fit over noise, as mean squares; above its limit it is more than chance",
+    "lack of fit": "the part of the residuals that the form of the law misses, however often one "
+    "measures",
+    "repeat": "a run at the oil and the condition of an earlier run. Their scatter is the noise",
+    "F": "mean squares of lack of fit over those of noise. Above its limit it is more than chance",
     "joint interval": "holds for all constants of a fit together with 95 % confidence, calibration "
-    "included; a sign is known where it leaves out zero",
+    "included. A sign is known where the interval leaves out zero",
     "sign unknown": "zero is in the joint interval",
-    "in step": "exponent along the tested line of conditions that varied together, of none of them "
-    "alone",
+    "in step": "exponent along the tested line of conditions that varied together; not of one of "
+    "them alone",
     "no interval": "too few runs to resample, so that the error is not known",
-    "at a bound": "the constant is at the end of the range of the search; the data would have it "
+    "at a bound": "the constant is at the end of the range of the search. The data would have it "
     "beyond",
     "not identifiable": "the tested conditions cannot give this constant",
-    "correlated": "near 1 or -1 the two constants replace each other, and only a combination of "
-    "them is determined",
-    "full film": "film thickness over roughness (lambda) above its limit: no contact of asperities",
+    "correlated": "near 1 or -1 the two constants replace each other. Only a combination of them "
+    "is determined",
+    "full film": "no contact of asperities: film thickness over roughness (lambda) is above its "
+    "limit",
     "STAND-IN": "properties of another oil, used in place of unknown ones",
-    "CIRCULAR": "the data were made with what they are to test",
+    "CIRCULAR": "the data were made with the law that they are to test",
     "holds in part": "true at some of the conditions only",
     "by construction": "true for any constants, because the law's equation makes it so",
     "cannot be checked": "the campaign lacks what the claim is about",

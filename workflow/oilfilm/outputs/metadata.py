@@ -8,18 +8,15 @@ folder of the tables, which can be moved as a whole.
 import json
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import pyarrow.parquet as parquet
 from frictionless import Package, system
 
 from oilfilm import tables
-from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.campaign import Source
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.table_file import TableFile
 
 _TYPES = {"number": "number", "integer": "integer", "text": "string", "flag": "boolean"}
 _ORIGIN = {
@@ -28,36 +25,6 @@ _ORIGIN = {
 }
 _NOT_STATED = "not stated"
 _RAW_LOGS = Source(title="raw logs of the campaign; runs.parquet has the name and sha256 of each")
-
-
-@dataclass(frozen=True)
-class TableFile:
-    """One Parquet file of the dataset; its path is relative to the folder of the tables."""
-
-    table: str
-    path: str
-    data: str
-    sha256: str
-    bytes: int
-    rows: int
-
-
-def table_file(path: Path, folder: Path) -> TableFile:
-    """What the package states about one written table.
-
-    Raises:
-        OilfilmError: The file is missing, damaged or was not written by oilfilm.
-    """
-    footer = tables.read_footer(path)
-    tables.refuse_damaged(path)
-    return TableFile(
-        table=footer["table"],
-        path=path.relative_to(folder).as_posix(),
-        data=footer["data"],
-        sha256=file_digest(path),
-        bytes=path.stat().st_size,
-        rows=parquet.read_metadata(path).num_rows,
-    )
 
 
 def data_package(settings: Settings, files: Iterable[TableFile]) -> str:

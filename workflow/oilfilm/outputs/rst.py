@@ -11,7 +11,8 @@ from oilfilm.settings.campaign import Campaign
 
 def figure_caption(figure: str, campaign: Campaign, unjudged: Collection[str]) -> str:
     """Title and caption of a figure of a campaign."""
-    return f"**{_plain(figures()[figure].title)}.** {_plain(caption(figure, campaign, unjudged))}\n"
+    title = figures()[figure].numbered_title
+    return f"**{_plain(title)}.** {_plain(caption(figure, campaign, unjudged))}\n"
 
 
 def table_caption(table: str, campaign: Campaign, unjudged: Collection[str]) -> str:

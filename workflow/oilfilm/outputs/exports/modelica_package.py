@@ -45,7 +45,7 @@ _INPUTS = {
     "thermal_loading_parameter": _Input("thermalLoadingParameter", "1"),
 }
 _SLIP = "slideRollRatio"
-# What stands in the package for names of the tables.
+# The package's text for names of the tables.
 _NAMES = {SLIP: _SLIP} | {name: given.in_table_units for name, given in _INPUTS.items()}
 
 MODELICA = Language(

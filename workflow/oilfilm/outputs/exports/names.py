@@ -1,7 +1,7 @@
-"""Text of the configuration on its way into source code: what may stand there, and as what.
+"""Text of the configuration on its way into source code: what is allowed, and in which form.
 
 Names of oils and sentences of a campaign file are untrusted. As an identifier or in a comment
-they must not be able to end it, so nothing but a short list of characters passes.
+they must not be able to end it, so only a short list of characters passes.
 """
 
 import hashlib

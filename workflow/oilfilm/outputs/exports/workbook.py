@@ -92,7 +92,7 @@ class _Rows:
                     cell.data_type, cell.quotePrefix = "s", True
             if font:
                 cell.font = font
-            # heads stand above numbers, units beside them
+            # heads are above numbers, units beside them
             cell.alignment = Alignment(
                 horizontal="center" if column > 1 and isinstance(value, str) else None
             )

@@ -24,7 +24,7 @@ from oilfilm.tables.columns import use
 from oilfilm.units import RAD_S_PER_RPM
 
 _LOAD_VARIABLES: dict[str, tuple[str, Any, str]] = {
-    "stress": ("stress", style.LINES["fit"], "o"),
+    "stress": ("pressure P", style.LINES["fit"], "o"),
     "load": ("load W", style.LINES["load"], "s"),
     "dimensionless_load": (
         "load W/(E'R\N{SUPERSCRIPT TWO})",
@@ -70,13 +70,13 @@ _CAGE_SLIP_MAP = drawn_table(
 @register(
     name="cage-slip",
     title="Cage slip and choice of oil",
-    caption="Cage slip at friction equilibrium against dmN, pitch diameter times speed "
-    "(million mm rpm; U: entrainment speed of balls that roll), and axial load (kN), one panel per "
-    "oil. Line: limit of the paper; dashed: where the 2.5 % and 97.5 % quantiles of the slip reach "
-    "it; hatched: cells with the limit between them; crosses: the cage may roll or skid. Last "
-    "panel, only with all oils of the paper's rules: colour of the oil that they advise; symbols: "
-    "best oil, where it is another (least torque among the oils that hold the cage, "
-    "otherwise least slip).",
+    caption="Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch "
+    "diameter times speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: "
+    "axial load (kN). Full line: limit of the paper. Dashed lines: the 2.5 % and 97.5 % "
+    "quantiles of the slip reach the limit. Hatched: the limit lies between the quantiles. "
+    "Crosses: the cage may roll or skid. Last panel, with all oils of the rules of the paper: "
+    "oil that the rules advise (colour); symbols: best oil, where it is another one. The best "
+    "oil has the least torque of the oils that hold the cage; if none holds it, the least slip.",
     category="Bearing",
     family="bearing",
     tables=("cage_slip", "slip_advice"),
@@ -172,9 +172,9 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
 @register(
     name="size-effect",
     title="Size effect of laws of load",
-    caption="Traction torque by the laws of load, relative to that by the law of pressure (%), "
-    "against ball diameter (mm; all lengths in proportion, same pressure and surface speed) and "
-    "against conformity (same load and speed).",
+    caption="Traction torque by the load-based laws, relative to the pressure-based law (%). "
+    "Left: against ball diameter (mm), with all lengths in proportion and equal pressure and "
+    "surface speed. Right: against conformity, with equal load and speed.",
     category="Bearing",
     family="bearing",
     tables=("size_effect",),
@@ -190,7 +190,7 @@ def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
     axes = figure.subplots(1, 2, sharey=True)
     curvature = "Groove radius over ball diameter"
     panels = (
-        ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "stress and surface speed"),
+        ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "pressure and surface speed"),
         ("conformity", "groove_curvature", curvature, "load and speed"),
     )
     for number, (varied, column, label, held) in enumerate(panels):
@@ -210,22 +210,23 @@ def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(label)
         style.title_panel(axis, number, f"{varied} at the same {held}")
-    axes[0].set_ylabel("Traction torque above that\nof the law on stress (%)")
+    axes[0].set_ylabel("Traction torque above that\nof the pressure-based law (%)")
     if table.empty:
         style.say_in_panel(axes[0], "No oil has a law that a bearing could use.")
     else:
         axes[0].legend(loc="upper left")
         handles = _load_variable_handles()[1:]
-        axes[1].legend(handles=handles, loc="upper right", title="law on", title_fontsize=7)
+        axes[1].legend(handles=handles, loc="upper right", title="law based on", title_fontsize=7)
     return figure, [table]
 
 
 @register(
     name="power-loss",
     title="Published power loss",
-    caption="Calculated power loss (W) by term, and published power loss, against speed of the "
-    "inner ring. The oil's share of the volume, and with it the drag, is fitted to the points; "
-    "dashed: ends of its range. Published: NASA TP-2275, from a transcription by a third party.",
+    caption="Calculated power loss (W) by term, and published power loss, against speed of "
+    "the inner ring. The volume fraction of oil, and with it the drag, is fitted to the "
+    "published points. Dashed lines: ends of its range. Published points: NASA TP-2275, "
+    "transcribed by a third party.",
     category="Bearing",
     family="bearing",
     tables=("published_tests",),

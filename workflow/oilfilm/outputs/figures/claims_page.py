@@ -13,27 +13,16 @@ from matplotlib.patches import Rectangle
 from oilfilm import tables
 from oilfilm.outputs.figures import style
 from oilfilm.outputs.figures.registry import Drawing, drawn_table, register
+from oilfilm.outputs.labels import BASES, printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.audit.audit import percent
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
 
-_BASES = ("refit", "printed")
 _ROW_IN = 0.40
 _BAR, _BAR_WIDTH = 0.40, 0.13  # of the page's width
 _TEXT = 0.62
-_STATEMENT_LETTERS, _TEXT_LETTERS = 50, 62
-# What tables write in letters that every terminal has, as it is printed; in this order.
-_PRINTED = {
-    r"\bmu\b": "\N{GREEK SMALL LETTER MU}",
-    r"\bdegC\b": "\N{DEGREE SIGN}C",
-    r"\bum\b": "\N{MICRO SIGN}m",
-    r"\bR2\b": "R\N{SUPERSCRIPT TWO}",
-    ">=": "\N{GREATER-THAN OR EQUAL TO}",
-    # a number and its unit stay in one line
-    r"(?<=\d) (?=GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN})": "\N{NO-BREAK SPACE}",
-    r"(?<=\bS) (?=\d)": "\N{NO-BREAK SPACE}",
-}
+_STATEMENT_LETTERS, _TEXT_LETTERS = 35, 62
 _WORST = (
     ("worst_oil", "{}"),
     ("worst_max_hertz_pressure_gpa", "{:.3g} GPa"),
@@ -60,8 +49,9 @@ _CLAIMS_PAGE = drawn_table(
 @register(
     name="claims",
     title="Claims of the paper",
-    caption="Verdict on each claim by the refit and by the printed constants, share of the "
-    "conditions where it holds, and worst case.",
+    caption="Verdict on each claim of the paper, share of the conditions where it holds, and "
+    "worst case. Upper bar of each claim: fits and points of this campaign. Lower bar: constants "
+    "printed in the paper.",
     category="Claims",
     family="claims",
     tables=("claims",),
@@ -84,14 +74,15 @@ def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
     for row, claim in enumerate(claims):
         of_claim = drawn[drawn["claim"] == claim].set_index("basis")
         axis.axhline(row, color="#dddddd", linewidth=0.5)
-        axis.text(0, row + 0.20, claim, va="center", fontsize=7, fontweight="bold")
-        statement = textwrap.fill(_printed(of_claim["statement"].iloc[0]), _STATEMENT_LETTERS)
-        look: dict[str, Any] = {"va": "top", "linespacing": 1.1, "parse_math": False}
-        axis.text(0, row + 0.36, statement, fontsize=6, **look)
-        for line, basis in enumerate(_BASES):
+        statement = textwrap.fill(
+            printed(of_claim["statement"].iloc[0]), _STATEMENT_LETTERS, break_on_hyphens=False
+        )
+        look: dict[str, Any] = {"va": "center", "linespacing": 1.1, "parse_math": False}
+        axis.text(0, row + 0.5, statement, fontsize=7, **look)
+        for line, (basis, name) in enumerate(BASES.items()):
             if basis not in of_claim.index:
                 continue  # a claim on speeds alone, which needs no fit
-            _draw_line(axis, row + 0.28 + 0.46 * line, basis, of_claim.loc[basis])
+            _draw_line(axis, row + 0.28 + 0.46 * line, name, of_claim.loc[basis])
     handles = [
         style.symbol_handle(verdict, style.VERDICT_MARKERS[verdict], color=colour, markersize=4)
         for verdict, colour in style.VERDICT_COLOURS.items()
@@ -115,19 +106,18 @@ def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None
     if not np.isnan(line["share_tested_box"]):
         at = _BAR + _BAR_WIDTH * line["share_tested_box"]
         axis.plot([at, at], [y - 0.2, y + 0.2], color="black", linewidth=1.2)
-    text = textwrap.fill(_printed(line["words"]), _TEXT_LETTERS)
+    # two lines have room; the report and the table have the rest
+    text = "\n".join(
+        textwrap.wrap(printed(line["words"]), _TEXT_LETTERS, max_lines=2, placeholder=" ...")
+    )
     axis.text(_TEXT, y, text, va="center", fontsize=5.5, linespacing=1.0, parse_math=False)
-
-
-def _printed(text: str) -> str:
-    for plain, sign in _PRINTED.items():
-        text = re.sub(plain, sign, text)
-    return text
 
 
 def _worst_case(row: Mapping[str, Any]) -> str:
     if row["verdict"] == "cannot be checked":
-        return str(row["finding"]).removeprefix("cannot be checked: ")
+        return re.split(r";|\. (?=[A-Z])", str(row["finding"]).removeprefix("cannot be checked: "))[
+            0
+        ]
     if row["verdict"] == "by construction":
         return "the equation makes it so for any constants"
     if row["share"] == 1:

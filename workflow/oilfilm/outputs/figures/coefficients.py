@@ -30,8 +30,9 @@ _COEFFICIENT_TABLE = drawn_table(
     name="eqs11-13",
     paper="Eqs 11-13",
     title="Fitted constants",
-    caption="Constants of each oil: fitted, with the standard error of a bootstrap over curves, "
-    "and beside them those printed in the paper, signs restored, where it tested the oil.",
+    caption="Fitted constants of the traction law for each oil, with their standard errors "
+    "from a bootstrap over curves. Beside them: the constants printed in the paper, signs "
+    "restored, for the oils that it tested.",
     family="law",
     tables=("coefficients",),
     settings=("oils",),

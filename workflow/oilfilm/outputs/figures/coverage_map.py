@@ -53,9 +53,10 @@ _COVERAGE_MAP = drawn_table(
 @register(
     name="coverage",
     title="Coverage of the test matrix",
-    caption="Accepted, refused and missing conditions (missing: no run that could be read), one "
-    "column per oil and one row per temperature, against entrainment speed U (m/s) and maximum "
-    "Hertz pressure P (GPa) or load W (N). Numbers: accepted runs of all runs.",
+    caption="Conditions of the test matrix, one column of panels per oil and one row per "
+    "inlet temperature. Abscissa: entrainment speed U (m/s). Ordinate: maximum Hertz pressure P "
+    "(GPa) or load W (N). Numbers: accepted runs of all runs. Missing: no run of the condition "
+    "could be read.",
     category="Data quality",
     family="data",
     tables=("coverage",),
@@ -130,7 +131,7 @@ def _why_no_map(cells: pd.DataFrame, oils: Sequence[str]) -> str:
     if cells[_CELL[1:]].isna().all(axis=None):
         return (
             "No set points are stated, so that no map can be drawn.\n"
-            "They belong into the head of each log, or under\n`set_points` of the campaign file."
+            "Write them into the header of each log, or under\n`set_points` of the campaign file."
         )
     temperatures = cells.loc[cells["oil"].isin(oils), "temperature"].nunique()
     height_in = cells["y"].nunique() * temperatures * _CELL_HEIGHT_IN

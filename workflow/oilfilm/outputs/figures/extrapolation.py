@@ -43,8 +43,9 @@ _EXTRAPOLATION_PANELS = drawn_table(
 @register(
     name="extrapolation",
     title="Fitted laws and the truth of the simulation",
-    caption="(a-d) One oil along one cut through the conditions of each of Figs 7-10. (e) Rms "
-    "error of each law within the tested box and beyond it. No conclusion about the real oils.",
+    caption="(a-d) Fitted laws and the truth of the simulation for one oil, each along one "
+    "cut through the conditions of Figs 7 to 10. (e) Rms error of each law within the tested "
+    "conditions and beyond them. The figure allows no conclusion about real oils.",
     category="Fits",
     family="law",
     tables=("extrapolation",),

@@ -35,11 +35,10 @@ _IDENTIFIABILITY = drawn_table(
 @register(
     name="identifiability",
     title="Identifiability of the constants",
-    caption="Top: correlation of each pair of constants in the bootstrap over curves, or "
-    "by the Jacobian where there are too few curves. Bottom: "
-    "profile of each constant, the signed root of the rise of the squared error against the "
-    "distance from the optimum in naive standard errors; a straight line marks a well-determined "
-    "constant.",
+    caption="Top: correlation of each pair of constants, by the bootstrap over curves or, "
+    "with too few curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed "
+    "root of the rise of the squared error. Abscissa: distance from the optimum in standard "
+    "errors of independent points. A straight line marks a well-determined constant.",
     category="Fits",
     family="law",
     tables=("coefficients", "correlations", "profiles"),

@@ -60,12 +60,13 @@ _WANG_DENG_CURVES = drawn_table(
     name="fig04",
     paper="Fig. 4",
     title="The Wang-Deng law at zero slip and on a curve left out",
-    caption="Measured traction coefficient against slide-roll ratio, and the Wang-Deng law fitted "
-    "to all curves of the oil. One curve per oil, chosen by a rule among all tested curves and all "
-    "readings of the law. (a) The curve with the largest |mu(0)|; below, near zero slip. (b) The "
-    "curve whose rms error grows most when the fit has not seen it; below, the errors. "
-    "Full lines: fit to all curves; dashed: to all but this one; dotted: the paper's law (Eq. 7), "
-    "to all but this one. Symbols: plateau means with the 95 % interval of their random error.",
+    caption="Measured traction coefficient against slide-roll ratio, and the Wang-Deng law "
+    "fitted to the same oil. Each oil has one curve, chosen by a rule among all tested curves "
+    "and all versions of the law. (a) Curve with the largest traction coefficient at zero slip; "
+    "below: detail near zero slip. (b) Curve whose rms error grows most when the fit leaves it "
+    "out; below: the errors. Full lines: fit to all curves. Dashed lines: fit without this "
+    "curve. Dotted lines: law of the paper (Eq. 7), fitted without this curve. Symbols: plateau "
+    "means with the 95 % interval of their random error.",
     family="law",
     tables=("points", "comparison", "law_coefficients", "law_points"),
     settings=("oils", "rigs"),
@@ -319,8 +320,8 @@ _LAW_PANELS = drawn_table(
 @register(
     name="law-errors",
     title="Laws at zero slip and on data left out",
-    caption="(a) Traction coefficient at zero slip by each law, at every tested condition. (b) "
-    "Relative error of each law on fitted curves, on curves left out, and on the lowest and "
+    caption="(a) Traction coefficient at zero slip by each law, at every tested condition. "
+    "(b) Relative error of each law on fitted curves, on curves left out, and on the lowest and "
     "highest levels left out. Open symbols: fit not certified; constants at a bound are named.",
     category="Fits",
     family="law",

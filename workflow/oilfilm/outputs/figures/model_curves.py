@@ -67,13 +67,14 @@ _MODEL_CURVES = drawn_table(
 @register(
     name="fig07",
     paper="Fig. 7",
-    title="Traction against slip",
-    caption="Traction coefficient of all oils against slide-roll ratio, one panel per pressure and "
-    "speed, at several inlet temperatures (the paper does not print its own). "
-    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
-    "the others are in the table, and each panel has the largest of all differences. Shaded: "
-    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
+    title="Traction against slide-roll ratio",
+    caption="Traction coefficient of all oils against slide-roll ratio, one panel per maximum "
+    "Hertz pressure and entrainment speed. The curves are for several inlet temperatures; the "
+    "paper does not state its own. Full lines: fitted law with its 95 % interval. Thin dashed "
+    "lines: constants printed in the paper, signs restored, at the middle level. They are shown "
+    "where they differ by more than 5 % of the largest traction coefficient. Each panel states "
+    "the largest difference at all levels. Shaded: beyond the tested conditions. dmN: pitch "
+    "diameter times speed (mm rpm) of a bearing with this entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -89,12 +90,12 @@ def fig07(results: CampaignTables, settings: Settings) -> Drawing:
     paper="Fig. 8",
     title="Traction against entrainment speed",
     caption="Traction coefficient of all oils against entrainment speed (m/s), one panel per "
-    "pressure and slide-roll ratio, at several inlet temperatures (the paper does not print its "
-    "own). "
-    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
-    "the others are in the table, and each panel has the largest of all differences. Shaded: "
-    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
+    "maximum Hertz pressure and slide-roll ratio. The curves are for several inlet temperatures; "
+    "the paper does not state its own. Full lines: fitted law with its 95 % interval. Thin "
+    "dashed lines: constants printed in the paper, signs restored, at the middle level. They are "
+    "shown where they differ by more than 5 % of the largest traction coefficient. Each panel "
+    "states the largest difference at all levels. Shaded: beyond the tested conditions. dmN: "
+    "pitch diameter times speed (mm rpm) of a bearing with this entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -109,12 +110,13 @@ def fig08(results: CampaignTables, settings: Settings) -> Drawing:
     name="fig09",
     paper="Fig. 9",
     title="Traction against pressure",
-    caption="Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel per "
-    "speed and slide-roll ratio, at several inlet temperatures (the paper does not print its own). "
-    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
-    "the others are in the table, and each panel has the largest of all differences. Shaded: "
-    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
+    caption="Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel "
+    "per entrainment speed and slide-roll ratio. The curves are for several inlet temperatures; "
+    "the paper does not state its own. Full lines: fitted law with its 95 % interval. Thin "
+    "dashed lines: constants printed in the paper, signs restored, at the middle level. They are "
+    "shown where they differ by more than 5 % of the largest traction coefficient. Each panel "
+    "states the largest difference at all levels. Shaded: beyond the tested conditions. dmN: "
+    "pitch diameter times speed (mm rpm) of a bearing with this entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
@@ -129,12 +131,14 @@ def fig09(results: CampaignTables, settings: Settings) -> Drawing:
     name="fig10",
     paper="Fig. 10",
     title="Traction against temperature",
-    caption="Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), one "
-    "panel per pressure and speed, at several slide-roll ratios (the paper prints none). "
-    "Full lines: refit with its 95 % interval; thin dashed lines: constants that the paper prints, "
-    "signs restored, at the middle level and where they differ by more than 5 % of the largest mu; "
-    "the others are in the table, and each panel has the largest of all differences. Shaded: "
-    "beyond the tested conditions. dmN (mm rpm): speed of a bearing with this entrainment speed.",
+    caption="Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), "
+    "one panel per maximum Hertz pressure and entrainment speed. The curves are for several "
+    "slide-roll ratios; the paper does not state its own. Full lines: fitted law with its 95 % "
+    "interval. Thin dashed lines: constants printed in the paper, signs restored, at the middle "
+    "level. They are shown where they differ by more than 5 % of the largest traction "
+    "coefficient. Each panel states the largest difference at all levels. Shaded: beyond the "
+    "tested conditions. dmN: pitch diameter times speed (mm rpm) of a bearing with this "
+    "entrainment speed.",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),

@@ -42,13 +42,13 @@ _PLAN_MAP = drawn_table(
 @register(
     name="plan",
     title="Tests to run next",
-    caption="Tests that the rig can run, against entrainment speed U (m/s) and maximum Hertz "
-    "pressure P (GPa, top) or inlet temperature T (\N{DEGREE SIGN}C, bottom), one column per oil. "
-    "Colour: by how much one more curve reduces the uncertainty of the calculated friction torque "
-    "that comes from the law's constants (%; root mean square over the duty points; the best level "
-    "of the third condition; 0 also where it would not reduce it). Numbers: the tests to run next, "
-    "in this order; circles: measured runs. The plan assumes that the law's form is right: "
-    "errors of that form beyond the measured conditions are not covered.",
+    caption="Tests that the rig can run, one column of panels per oil. Abscissa: entrainment "
+    "speed U (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T "
+    "(\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated "
+    "friction torque by one more curve. Only the uncertainty from the constants of the law "
+    "counts, as root mean square over the duty points. The third condition has its best level. "
+    "Numbers: tests to run next, in this order. Circles: measured runs. The plan assumes that "
+    "the form of the law is right.",
     category="Bearing",
     family="bearing",
     tables=("test_plan", "points"),

@@ -40,9 +40,10 @@ _RESIDUALS_DRAWN = drawn_table(
 @register(
     name="residuals",
     title="Residuals of the fit",
-    caption="Measured minus fitted traction coefficient of every accepted plateau against pressure "
-    "(GPa), speed (m/s), temperature (\N{DEGREE SIGN}C) and slide-roll ratio, with the mean at "
-    "each level. A mean away from zero shows a systematic error of the law.",
+    caption="Measured minus fitted traction coefficient of all accepted plateaus against "
+    "maximum Hertz pressure (GPa), entrainment speed (m/s), inlet temperature (\N{DEGREE SIGN}C) "
+    "and slide-roll ratio. Symbols with bars: mean and scatter at each level. A mean away from "
+    "zero shows a systematic error of the law.",
     category="Fits",
     family="data",
     tables=("points", "runs", "coefficients"),

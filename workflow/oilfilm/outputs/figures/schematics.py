@@ -61,11 +61,10 @@ _SCHEMATIC = drawn_table(
     name="fig01",
     paper="Fig. 1",
     title="Traction rig",
-    caption="(a) Ball-on-disc rig with drives and sensors. (b) The cradle yaws about the vertical "
-    "axis of the air spindle and presses against the force sensor, which measures along the "
-    "rolling direction. (c) Contact of ball and disc with the measured speeds, load and force. "
-    "Schematic after the description in the text, not to scale; "
-    "dimensions as configured (mm).",
+    caption="(a) Ball-on-disc rig with drives and sensors. (b) The cradle turns about the "
+    "vertical axis of the air spindle. It presses against the force sensor, which measures along "
+    "the rolling direction. (c) Contact of ball and disc with the measured speeds, load and "
+    "force. Schematic after the text of the paper, not to scale; configured dimensions in mm.",
     family="configured",
     settings=("rigs",),
     shows_data=False,
@@ -129,7 +128,7 @@ _RIG: tuple[_Mark, ...] = (
     _label("a", "frame", 40, 98.5),
 )
 
-# Abscissa as in the side view; what lies above is farther away there.
+# Abscissa as in the side view; what is above is farther away there.
 _CRADLE: tuple[_Mark, ...] = (
     _box("b", "fixed", -52, -20, -46, 24),
     _box("b", "fixed", -46, -20, -25, -16),
@@ -191,9 +190,9 @@ def _contact(rig: Rig) -> list[_Mark]:
     name="fig05",
     paper="Fig. 5",
     title="Torque rig",
-    caption="Rig for the friction torque of a bearing: driven inner ring, pure axial load, "
-    "under-race lubrication, measured torque of the outer ring. Schematic after the description "
-    "in the text, not to scale.",
+    caption="Rig for the friction torque of a bearing: driven inner ring, pure axial load and "
+    "under-race lubrication. The torque of the outer ring is measured. Schematic after the text "
+    "of the paper, not to scale.",
     family="configured",
     shows_data=False,
     draws=_SCHEMATIC,

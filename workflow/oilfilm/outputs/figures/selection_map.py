@@ -45,11 +45,11 @@ _SELECTION_MAP = drawn_table(
 @register(
     name="selection",
     title="Choice of oil",
-    caption="Colour of the oil that the rules of the paper advise, against entrainment speed (m/s) "
-    "and maximum Hertz pressure (GPa); symbols: best oil by traction and film, where it is "
-    "another. Cage slip: that of the slide-roll ratio, by selection.reading. dmN: pitch diameter "
-    "times speed (mm rpm) of a bearing with this entrainment speed. Outside the film formula: the "
-    "choice depends on a film beyond the range of the thermal reduction.",
+    caption="Oil that the rules of the paper advise (colour), against entrainment speed (m/s) "
+    "and maximum Hertz pressure (GPa). Symbols: best oil by traction and film thickness, where "
+    "it is another one. Cage slip: the slip that corresponds to the slide-roll ratio. dmN: pitch "
+    "diameter times speed (mm rpm) of a bearing with this entrainment speed. Outside the film "
+    "formula: the choice depends on a film beyond the range of the thermal reduction.",
     category="Claims",
     family="claims",
     tables=("selection",),

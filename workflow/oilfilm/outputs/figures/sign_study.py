@@ -36,8 +36,9 @@ _SIGN_STUDY = drawn_table(
 @register(
     name="signs",
     title="Signs of the printed exponents",
-    caption="All 512 sign sets of the printed exponents of each oil, scored by the statements of "
-    "the paper: total score by rank, statements that hold for the set in use, margin of each sign.",
+    caption="Score of all 512 sets of signs of the printed exponents, one column of panels "
+    "per oil. The score counts statements of the paper that hold. Top: total score by rank. "
+    "Middle: statements that hold for the set in use. Bottom: margin of each sign.",
     category="Claims",
     family="claims",
     tables=("signs", "sign_verdicts"),

@@ -91,9 +91,9 @@ _STATED_VALUES = drawn_table(
     name="tab01",
     paper="Table 1",
     title="Properties of the oils",
-    caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and specific "
-    "heat at 100 \N{DEGREE SIGN}C and 1 bar, as configured, with sources. The values of the paper "
-    "are lost; stand-ins are marked.",
+    caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and "
+    "specific heat at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the "
+    "paper are lost. Properties that stand in for unknown ones are marked.",
     family="configured",
     settings=("oils",),
     references=("paper_tables",),
@@ -123,9 +123,9 @@ def _source_of(oil: Oil | None) -> str:
     name="tab02",
     paper="Table 2",
     title="Test matrix",
-    caption="Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet temperature "
-    "(\N{DEGREE SIGN}C), slide-roll ratios of accepted points, and accepted curves. The table of "
-    "the paper is lost; the last column quotes what remains in its text.",
+    caption="Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet "
+    "temperature (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. "
+    "The table of the paper is lost; the last column quotes its text.",
     family="data",
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -163,8 +163,8 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     name="tab03",
     paper="Table 3",
     title="Parameters of the bearing",
-    caption="Geometry, materials and cage of the bearing, as configured, with sources. The table "
-    "of the paper is partly lost; the last column quotes what remains in its text.",
+    caption="Geometry, materials and cage of the bearing, with their sources. The table of "
+    "the paper is partly lost; the last column quotes its text.",
     family="configured",
     settings=("bearings", "campaign.torque"),
     references=("paper_tables",),

@@ -19,11 +19,11 @@ _DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
 _FILLS = ("full", "none", "left", "right", "bottom", "top")  # of the symbols, by temperature
 # The law of the paper, and the one on load that its Fig. 6 compares with.
 _LAWS: dict[str, tuple[str, dict[str, Any]]] = {
-    "stress": ("law on stress", {"color": "#0072B2", "linestyle": "-"}),
-    "wang-deng-load": ("Wang-Deng on load", {"color": "#D55E00", "linestyle": (0, (4, 2))}),
+    "stress": ("pressure-based", {"color": "#0072B2", "linestyle": "-"}),
+    "wang-deng-load": ("load-based", {"color": "#D55E00", "linestyle": (0, (4, 2))}),
 }
 _LOAD_VARIABLES = {
-    "stress": "stress",
+    "stress": "pressure P",
     "load": "load W",
     "dimensionless_load": "load W/(E'R\N{SUPERSCRIPT TWO})",
 }
@@ -54,10 +54,11 @@ _TORQUE_DRAWN = drawn_table(
     name="fig06",
     paper="Fig. 6",
     title="Friction torque of the bearing",
-    caption="Measured torque (N m; bars: 95 %, random error and calibration) and torque calculated "
-    "with the law on stress and with the Wang-Deng law on load (bands: 95 %, refits of the law, "
-    "calibration and other terms), against speed of the inner ring; one panel per oil and axial "
-    "load. In the panels: median error of each law, and points that agree within twice the "
+    caption="Friction torque (N m) against speed of the inner ring, one panel per oil and "
+    "axial load. Symbols: measured torque; bars: 95 % interval from random error and "
+    "calibration. Lines: torque calculated with the pressure-based law and with the load-based "
+    "Wang-Deng law. Bands: 95 % interval from refits of the law, calibration and the other terms "
+    "of the torque. Numbers: median error of each law, and points that agree within twice the "
     "standard uncertainty of the difference. Crosses: the cage may roll or skid.",
     family="bearing",
     tables=("torque", "torque_control", "law_fit_quality"),
@@ -186,7 +187,7 @@ def misfit_sentence(control: pd.DataFrame) -> str:
         control: Table `torque_control`, with rows.
     """
     if (control["verdict"] == "positive control").all():
-        return "Positive control: the law on stress and the same other terms made the logs."
+        return "Positive control: the pressure-based law and the same other terms made the logs."
     return (
         f"Simulated traction behind the two rigs' logs: {control['law_misfit'].max():.1%} of "
         "\N{GREEK SMALL LETTER MU} apart."
@@ -209,9 +210,9 @@ _ERRORS_DRAWN = drawn_table(
 @register(
     name="torque-load-variable",
     title="Load variables of the law in the bearing",
-    caption="Error of the torque calculated with the law evaluated with pressure, with load and "
-    "with dimensionless load (%), against speed of the inner ring; one panel per oil and load "
-    "variable. Crosses: the cage may roll or skid.",
+    caption="Error (%) of the calculated torque against speed of the inner ring, one panel "
+    "per oil and load variable. The law is evaluated with pressure, with load and with "
+    "dimensionless load. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("torque", "torque_control"),

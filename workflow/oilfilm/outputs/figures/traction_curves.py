@@ -60,9 +60,9 @@ _CURVES = drawn_table(
     name="fig02",
     paper="Fig. 2",
     title="Traction curves of one oil",
-    caption="Traction coefficient against slide-roll ratio, one row per inlet temperature, by "
-    "maximum Hertz pressure (left) and by entrainment speed (right). Symbols: plateau means with "
-    "the 95 % interval of their random error; lines: fitted law.",
+    caption="Traction coefficient against slide-roll ratio, one row of panels per inlet "
+    "temperature. Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau "
+    "means with the 95 % interval of their random error. Lines: fitted law.",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -109,8 +109,9 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     name="fig03",
     paper="Fig. 3",
     title="Traction curves of all oils at one temperature",
-    caption="Traction coefficient against slide-roll ratio, one panel per pressure. Symbols: "
-    "plateau means with the 95 % interval of their random error; lines: fitted law.",
+    caption="Traction coefficient against slide-roll ratio, one panel per maximum Hertz "
+    "pressure. Symbols: plateau means with the 95 % interval of their random error. Lines: "
+    "fitted law.",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -200,8 +201,8 @@ def _finish(
 @register(
     name="curves",
     title="All curves",
-    caption="Traction coefficient against slide-roll ratio of every accepted plateau, one panel "
-    "per oil, and the fitted law at each tested condition.",
+    caption="Traction coefficient of all accepted plateaus against slide-roll ratio, one "
+    "panel per oil. Lines: fitted law at each tested condition.",
     category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
@@ -266,7 +267,10 @@ def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.D
     for curve in series:
         if curve.points.empty:
             continue
-        measured, line = _measured_rows(panel, curve), _fit_rows(panel, curve, curve.points)
+        measured, line = (
+            _measured_rows(panel, curve),
+            _fit_rows(panel, curve, _largest_slip(curve.points)),
+        )
         axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=curve.colour)
         axis.errorbar(
             measured["slide_roll_ratio"],
@@ -308,8 +312,9 @@ def _draw_cloud(
     cloud = replace(series[0], label=series[0].oil, points=points)
     drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
     width, order = (1.1, 3) if single else (0.3, 1.5)
+    largest_slip = _largest_slip(points)
     for condition in series:
-        line = _fit_rows(panel, condition, points)
+        line = _fit_rows(panel, condition, largest_slip)
         xy = line["slide_roll_ratio"], line["traction_coefficient"]
         axis.plot(*xy, color=condition.colour, linewidth=width, zorder=order)
         drawn.append(line)
@@ -323,10 +328,14 @@ def _measured_rows(panel: str, curve: _Series) -> pd.DataFrame:
     )
 
 
-def _fit_rows(panel: str, curve: _Series, points: pd.DataFrame) -> pd.DataFrame:
-    """The fit at the mean conditions of a curve, over the slip of some points."""
+def _largest_slip(points: pd.DataFrame) -> float:
+    return float(points["slide_roll_ratio"].abs().max())
+
+
+def _fit_rows(panel: str, curve: _Series, largest_slip: float) -> pd.DataFrame:
+    """The fit at the mean conditions of a curve, up to some slip."""
     condition = curve.points[list(curve.law.law.conditions)].mean().to_numpy(dtype=np.float64)
-    slip = np.linspace(0, float(points["slide_roll_ratio"].abs().max()), 151)
+    slip = np.linspace(0, largest_slip, 151)
     mu = curve.law.traction(condition, slip)
     return pd.DataFrame({"slide_roll_ratio": slip, "traction_coefficient": mu}).assign(
         panel=panel, series=curve.label, kind="fit", oil=curve.oil

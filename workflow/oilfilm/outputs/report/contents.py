@@ -63,6 +63,7 @@ class Shown:
         rows: One text per cell.
         left_out: Rows that are not shown, because there are too many.
         source: File of the campaign's results that has all of it.
+        links: Where the first cell of each row leads; nowhere without them.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Shown:
     rows: Sequence[Sequence[str]]
     left_out: int
     source: str
+    links: Sequence[str] = ()
 
     def __bool__(self) -> bool:
         """True where it has rows."""

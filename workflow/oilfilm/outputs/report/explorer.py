@@ -120,7 +120,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
             }
             for oil, fit in shown.items()
         ],
-        # the rules speak of certain oils only
+        # the rules name certain oils only
         "advised": any(oil in shown for rule in settings.selection.rules for oil in rule.prefer),
         "lacking": [{"oil": oil, "why": why} for oil, why in lacking.items() if why],
         "points": {"shown": len(chosen), "accepted": len(accepted)},

@@ -9,8 +9,10 @@ const read = (id) => JSON.parse(document.getElementById(id).textContent);
 const DATA = read("explorer-data");
 const DOWNLOADS = read("downloads");
 const DRAWINGS = read("drawings");
+const RUNS = read("run-pages");
 const POINTS_OF_CURVE = 201;
 const MANY = 300; // points beside a curve
+const SEARCHED = 15; // rows of a table with a field to search it, at least
 const byId = (id) => document.getElementById(id);
 const numbers = (values) => values.map((value) => value ?? NaN);
 
@@ -126,7 +128,7 @@ function advise(point) {
 }
 
 const short = (value, digits = 4) => (Number.isNaN(value) ? "\u2013" : Number(value.toPrecision(digits)).toString());
-const film = (oil) => `mu ${short(oil.mu)}, lambda ${short(oil.lambda, 3)}`;
+const film = (oil) => `\u03bc ${short(oil.mu)}, \u03bb ${short(oil.lambda, 3)}`;
 
 function adviceSentences(point) {
   if (point[3] === 0) return "Without slip no oil has traction: there is nothing to choose.";
@@ -142,9 +144,9 @@ function adviceSentences(point) {
   if (judgement === "outside the film formula") {
     return `${sentences[0]} The choice depends on a film beyond the range of the thermal reduction: no advice.`;
   }
-  if (judgement === "no film") return `${sentences[0]} No oil has enough film here (lambda above ${limit}).`;
+  if (judgement === "no film") return `${sentences[0]} No oil has enough film here (\u03bb above ${limit}).`;
   sentences.push(advised ? `Advised: ${advised.name}, the first with enough film (${film(advised)}; limit ${limit}).`
-    : `None of them has enough film (lambda above ${limit}).`);
+    : `None of them has enough film (\u03bb above ${limit}).`);
   if (advised === best) {
     sentences.push(`The numbers agree: of the oils with enough film it has the ${rule.aim}.`);
   } else {
@@ -401,6 +403,238 @@ function listen() {
   addEventListener("afterprint", () => { for (const details of folded) details.open = false; });
 }
 
+// ---------------------------------------------------------------- tables
+
+const cellText = (row, column) => row.cells[column].textContent.trim();
+// "\u22120.03", "4.3 %" and "31 of 31" are sorted as numbers, all else as text; what is none comes last
+const valueOf = (text) => parseFloat(text.replace("\u2212", "-"));
+
+function sortTable(table, column) {
+  const head = table.tHead.rows[0].cells[column];
+  const down = head.getAttribute("aria-sort") === "ascending";
+  for (const cell of table.tHead.rows[0].cells) cell.removeAttribute("aria-sort");
+  head.setAttribute("aria-sort", down ? "descending" : "ascending");
+  const rows = [...table.tBodies[0].rows];
+  const texts = rows.map((row) => cellText(row, column));
+  const known = texts.filter((text) => text && text !== "\u2013");
+  const numeric = known.every((text) => /^[\u2212+-]?[\d.]+(e[\u2212+-]?\d+)?( %| of \d+)?$/.test(text));
+  const key = (row) => {
+    const text = cellText(row, column);
+    return text === "\u2013" ? "" : text;
+  };
+  rows.sort((one, other) => {
+    const [a, b] = [key(one), key(other)];
+    if (!a || !b) return (a ? 0 : 1) - (b ? 0 : 1);
+    const order = numeric ? valueOf(a) - valueOf(b) : a.localeCompare(b, "en", { numeric: true });
+    return down ? -order : order;
+  });
+  table.tBodies[0].append(...rows);
+}
+
+function searchOf(table) {
+  const label = document.createElement("label");
+  const input = Object.assign(document.createElement("input"), { type: "search" });
+  const status = document.createElement("span");
+  status.setAttribute("role", "status");
+  label.className = "search";
+  const about = Object.assign(document.createElement("span"), { className: "only-heard" });
+  about.textContent = `: ${table.caption.textContent}`;
+  label.append("Search this table", about, input, status);
+  input.addEventListener("input", () => {
+    const wanted = input.value.toLowerCase().split(/\s+/);
+    let shown = 0;
+    for (const row of table.tBodies[0].rows) {
+      const text = row.textContent.toLowerCase();
+      row.hidden = !wanted.every((word) => text.includes(word));
+      shown += !row.hidden;
+    }
+    status.textContent = input.value ? `${shown} of ${table.tBodies[0].rows.length} rows` : "";
+  });
+  return label;
+}
+
+function listenToTables() {
+  for (const table of document.querySelectorAll("main table[role=table]")) {
+    const rows = table.tBodies[0].rows.length;
+    if (rows < 3) continue;
+    [...table.tHead.rows[0].cells].forEach((cell, column) => {
+      const button = Object.assign(document.createElement("button"), { type: "button", className: "sort" });
+      button.append(...cell.childNodes);
+      button.addEventListener("click", () => sortTable(table, column));
+      cell.append(button);
+    });
+    if (rows >= SEARCHED && !table.matches(".quantities *")) {
+      const frame = table.closest(".tall") ?? table.closest(".scroll");
+      frame.before(searchOf(table));
+    }
+  }
+}
+
+// ---------------------------------------------------------------- figures and runs, enlarged
+
+function enlarge(figure) {
+  const dialog = byId("enlarged");
+  const image = figure.querySelector(".enlarge img").cloneNode();
+  image.removeAttribute("width");
+  image.removeAttribute("height");
+  dialog.querySelector(".picture").replaceChildren(image);
+  byId("enlarged-caption").replaceChildren(...figure.querySelector("figcaption p").cloneNode(true).childNodes);
+  if (!dialog.open) dialog.showModal();
+}
+
+function listenToFigures() {
+  const figures = [...document.querySelectorAll("figure:has(.enlarge)")];
+  const dialog = byId("enlarged");
+  let current = 0;
+  const show = (number) => {
+    current = (number + figures.length) % figures.length;
+    enlarge(figures[current]);
+  };
+  figures.forEach((figure, number) => figure.querySelector(".enlarge").addEventListener("click", () => show(number)));
+  listenToDialog(dialog, (step) => show(current + step));
+}
+
+function listenToDialog(dialog, go) {
+  for (const button of dialog.querySelectorAll("[data-step]")) {
+    button.addEventListener("click", () => go(Number(button.dataset.step)));
+  }
+  dialog.querySelector("[data-close]").addEventListener("click", () => dialog.close());
+  dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });
+  dialog.addEventListener("keydown", (event) => {
+    if (event.key === "ArrowLeft") go(-1);
+    if (event.key === "ArrowRight") go(1);
+  });
+}
+
+function element(name, text, kind) {
+  const made = document.createElement(name);
+  made.textContent = text;
+  if (kind) made.className = kind;
+  return made;
+}
+
+function tableOf(heading, rows) {
+  const table = document.createElement("table");
+  table.append(element("caption", heading));
+  const body = table.createTBody();
+  for (const [name, text, kind] of rows) cells(body.insertRow(), [[name, true], [text, false, kind]]);
+  return table;
+}
+
+function shape(name, attributes, text = "") {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.textContent = text;
+  return made;
+}
+
+// Round numbers across a range, about five of them.
+function ticks(low, high) {
+  const rough = (high - low) / 5;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= rough);
+  const first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(6)));
+}
+
+function curveOfRun(run) {
+  const [width, height, left, bottom] = [640, 380, 70, 50];
+  const svg = shape("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `Traction curve of ${run.name}` });
+  const known = run.S.flatMap((s, k) => (s === null || run.mu[k] === null ? [] : [k]));
+  if (!known.length) return element("p", "No plateau of this run has a traction coefficient.");
+  const oil = DATA.oils.find((one) => one.name === run.oil);
+  const kept = known.filter((k) => run.accepted[k] === "1");
+  const slips = known.map((k) => run.S[k]);
+  const [low, high] = [Math.min(0, ...slips), Math.max(...slips, 1e-6)];
+  const line = oil && !run.condition.includes(null)
+    ? Array.from({ length: 101 }, (_, i) => high * (i / 100)).map((s) => [s, predict(oil, [...run.condition, s]).mu]).filter(([, mu]) => Number.isFinite(mu))
+    : [];
+  const values = [...known.map((k) => run.mu[k]), ...line.map(([, mu]) => mu)];
+  const [least, most] = [Math.min(0, ...values), Math.max(...values, 1e-6)];
+  const x = (s) => left + (width - left - 10) * ((s - low) / (high - low));
+  const y = (mu) => height - bottom - (height - bottom - 12) * ((mu - least) / (1.05 * (most - least)));
+  svg.append(shape("path", { class: "axis", d: `M${left} 12V${height - bottom}H${width - 10}` }));
+  for (const s of ticks(low, high)) {
+    svg.append(shape("path", { class: "axis", d: `M${x(s)} ${height - bottom}v5` }),
+      shape("text", { x: x(s), y: height - bottom + 20, "text-anchor": "middle" }, short(s)));
+  }
+  for (const mu of ticks(least, most)) {
+    svg.append(shape("path", { class: "axis", d: `M${left} ${y(mu)}h-5` }),
+      shape("text", { x: left - 8, y: y(mu) + 4, "text-anchor": "end" }, short(mu)));
+  }
+  svg.append(shape("text", { x: (left + width) / 2, y: height - 8, "text-anchor": "middle" }, "Slide-roll ratio S"),
+    shape("text", { transform: `translate(14 ${(height - bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, "Traction coefficient \u03bc"));
+  if (line.length) svg.append(shape("path", { class: "law", d: `M${line.map(([s, mu]) => `${x(s)} ${y(mu)}`).join("L")}` }));
+  for (const k of known) {
+    const [px, py] = [x(run.S[k]), y(run.mu[k])];
+    if (run.accepted[k] === "1") {
+      const reach = DATA.factor * (run.se[k] ?? 0);
+      svg.append(shape("path", { class: "error", d: `M${px} ${y(run.mu[k] - reach)}V${y(run.mu[k] + reach)}` }),
+        shape("circle", { class: "kept", cx: px, cy: py, r: 4 }));
+    } else svg.append(shape("path", { class: "refused", d: `M${px - 4} ${py - 4}l8 8m0 -8l-8 8` }));
+  }
+  const frame = document.createElement("div");
+  const parts = kept.length ? [`Circles: ${kept.length} accepted plateaus with the 95 % interval of their random error.`] : [];
+  if (kept.length < known.length) parts.push(`Crosses: ${known.length - kept.length} refused plateaus.`);
+  if (line.length) parts.push("Line: fitted law at the mean condition of the run.");
+  frame.append(svg, element("p", parts.join(" "), "note"));
+  return frame;
+}
+
+function pageOfRun(run) {
+  const accepted = run.verdict === "accepted";
+  const spoken = (rule) => rule.replaceAll("_", " ");
+  const size = run.S.length;
+  const gates = RUNS.gates.map((gate) => {
+    const points = run.gates[gate] ?? 0;
+    const whole = !accepted && gate === run.rule;
+    const text = whole ? "refused the run" : points ? `refused ${points} of ${size} plateaus` : "refused nothing";
+    return [spoken(gate), text, whole ? "bad" : points ? "fair" : ""];
+  });
+  const verdict = accepted ? "Accepted." : `Refused (${spoken(run.rule)}): ${run.reason}. ${run.advice}`;
+  const page = [element("p", verdict, accepted ? "good" : "bad")];
+  if (run.warning) page.push(element("p", `Warning: ${run.warning}`, "warning"));
+  const beside = document.createElement("div");
+  beside.append(tableOf("Facts", RUNS.facts.map((fact, i) => [fact, run.facts[i]])), tableOf("Gates", gates));
+  page.push(curveOfRun(run), beside);
+  const signals = run.picture && document.querySelector(`img[data-signals="${CSS.escape(run.picture)}"]`);
+  if (signals) {
+    const picture = document.createElement("div");
+    picture.className = "picture";
+    picture.append(signals.cloneNode());
+    page.push(picture);
+  }
+  return page;
+}
+
+// The page of a run has the address #run?name=...
+function showRun() {
+  const [kind, query] = location.hash.slice(1).split("?");
+  const dialog = byId("run");
+  const number = kind === "run" ? RUNS.runs.findIndex(({ name }) => name === new URLSearchParams(query).get("name")) : -1;
+  if (number < 0) {
+    if (dialog.open) dialog.close();
+    return;
+  }
+  byId("run-heading").textContent = RUNS.runs[number].name;
+  byId("run-page").replaceChildren(...pageOfRun(RUNS.runs[number]));
+  if (!dialog.open) dialog.showModal();
+}
+
+function listenToRuns() {
+  const dialog = byId("run");
+  listenToDialog(dialog, (step) => {
+    const shown = RUNS.runs.findIndex(({ name }) => name === byId("run-heading").textContent);
+    const { name } = RUNS.runs[(shown + step + RUNS.runs.length) % RUNS.runs.length];
+    location.hash = `#run?name=${encodeURIComponent(name)}`;
+  });
+  dialog.addEventListener("close", () => {
+    if (location.hash.startsWith("#run?")) history.replaceState(null, "", "#data");
+  });
+  addEventListener("hashchange", showRun);
+  showRun();
+}
+
 function listenToExplorer() {
   DATA.axes.forEach((axis, i) => {
     byId(`slider-${axis.symbol}`).addEventListener("input", (event) => {
@@ -428,7 +662,11 @@ function listenToExplorer() {
 }
 
 async function start() {
+  document.documentElement.classList.add("script");
   listen();
+  listenToTables();
+  listenToFigures();
+  listenToRuns();
   if (!DATA.oils.length) return;
   const [view] = await Bokeh.embed.embed_item(read("chart-data"), "chart");
   model = (name) => view.model.document.get_model_by_name(name);

@@ -22,8 +22,9 @@ from oilfilm.figure_catalogue import figures
 from oilfilm.outputs.captions import caption, tie
 from oilfilm.outputs.constants import by_certainty
 from oilfilm.outputs.facts import circular, film_unjudged_oils
+from oilfilm.outputs.labels import printed
 from oilfilm.outputs.meanings import meanings
-from oilfilm.outputs.report import chart, sections
+from oilfilm.outputs.report import chart, runs, sections
 from oilfilm.outputs.report.contents import Shown
 from oilfilm.outputs.report.explorer import explorer
 from oilfilm.outputs.report.law_script import law_script
@@ -41,15 +42,17 @@ _PACKAGES = (
     *("numpy", "scipy", "pandas", "pandera", "pyarrow", "matplotlib", "snakemake"),
     *("bokeh", "jinja2"),
 )
-_FIGURE_PX, _REFUSED_PX = 1400, 900
+_FIGURE_PX, _REFUSED_PX = 1250, 900
 _TAG = 500  # bytes around a picture, at most
 _SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
 # Texts of verdicts -> how they look.
 _LOOKS = {
-    **dict.fromkeys(("known", "holds", "yes", "best", "tie", "not shown"), "good"),
+    **dict.fromkeys(("known", "holds", "yes", "best", "tie", "not shown", "accepted"), "good"),
     **dict.fromkeys(("sign unknown", "no interval", "holds in part", "no"), "fair"),
     **dict.fromkeys(("judges differ", "not compared", "no repeats", "shown"), "fair"),
-    **dict.fromkeys(("at a bound", "not identifiable", "fails", "another law is better"), "bad"),
+    **dict.fromkeys(
+        ("at a bound", "not identifiable", "fails", "another law is better", "refused"), "bad"
+    ),
 }
 
 
@@ -59,7 +62,7 @@ class Picture:
 
     Attributes:
         png: Its file; a figure of the campaign has its drawing beside it as SVG.
-        title: A few words, also for those who cannot see it.
+        title: A few words, also for those who cannot see it; the paper's number before them.
         caption: Its caption.
         category: Heading of its gallery.
     """
@@ -109,7 +112,7 @@ def page(
     pictures = [
         Picture(
             png,
-            declared[png.stem].title,
+            declared[png.stem].numbered_title,
             caption(png.stem, settings.campaign, unjudged),
             declared[png.stem].category,
         )
@@ -125,6 +128,8 @@ def page(
         for row in tables.rows(results.refused_pages)
         if row["page"]
     ]
+    listed = runs.listed(results, settings.report.rows_max, settings.report.points_max)
+    pictured = {row["run_id"]: Path(row["page"]).stem for row in tables.rows(results.refused_pages)}
     gallery: dict[str, list[Picture]] = {}
     for picture in pictures:
         gallery.setdefault(picture.category, []).append(picture)
@@ -140,6 +145,8 @@ def page(
         "downloads": _downloads(results),
         "style": _asset("page.css"),
         "looks": _LOOKS,
+        "run_list": runs.run_list(results, listed),
+        "run_pages": runs.run_pages(results, listed, pictured),
         "gallery": gallery,
         "pages": pages,
     }
@@ -152,6 +159,7 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     rows_max = settings.report.rows_max
     sure = sections.certainty(results)
     said, fits = verdict(results, sure, settings), sections.fit_table(results, sure)
+    certificates = sections.certificates(results)
     laws, noise = sections.laws(results), sections.noise(results)
     ranked = by_certainty(results.coefficients, results.correlations)
     constants = [
@@ -166,15 +174,19 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
             "verdict": meanings(_texts(said, laws)),
             # a constant's errors are standard errors, as the note above its table says
             "constants": meanings(
-                _texts([], *constants, fits, noise).replace("\N{PLUS-MINUS SIGN}", "")
+                _texts(certificates, *constants, fits, noise).replace("\N{PLUS-MINUS SIGN}", "")
             ),
             "claims": meanings(" ".join(results.claims["verdict"])),
         },
         "equations": sections.equations(results),
         "fits": fits,
+        "certificates": certificates,
         "constants": constants,
         "quarantine": sections.refused(
-            results.quarantine, "quarantine", "Refused logs, runs and rows", rows_max
+            results.quarantine,
+            "quarantine",
+            "Everything that was refused: logs, runs and rows",
+            rows_max,
         ),
         "gates": sections.gates(results),
         "claims": sections.claims(results),
@@ -278,4 +290,5 @@ def _template() -> Template:
     # Bokeh reads a model where it first stands, and elsewhere by its number
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False}
     environment.filters["source_hash"] = _source_hash
+    environment.filters["printed"] = printed
     return environment.get_template("page.html.jinja")

@@ -1,5 +1,6 @@
 """What each section of the report shows, from the finished tables."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,19 @@ from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.outputs.bearing_sentences import bearing_lines
+from oilfilm.outputs.facts import accepted_torque_logs, oil_heat
+from oilfilm.outputs.labels import (
+    BASES,
+    OTHER_CHOICES,
+    gate_name,
+    in_words,
+    law_name,
+    law_names,
+    load_variable,
+)
 from oilfilm.outputs.report.contents import (
     Column,
+    Form,
     Shown,
     number,
     percent,
@@ -18,7 +29,10 @@ from oilfilm.outputs.report.contents import (
     significant,
     yes_or_no,
 )
-from oilfilm.studies.torque_control import without_bistable
+from oilfilm.readers.run_sheet import REMARKS
+from oilfilm.studies.selection import OUTSIDE
+from oilfilm.studies.torque_control import bistable_points, without_bistable
+from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
@@ -55,7 +69,7 @@ def fit_table(results: CampaignTables, sure: pd.DataFrame) -> Shown:
         "How near the law comes to the points, and how sure the fitted curves are",
         [
             Column("oil", "Oil"),
-            Column("law", "Law"),
+            Column("law", "Law", law_name),
             Column("n_points", "Points"),
             Column("n_curves", "Curves"),
             Column("relative_rms", "Misfit, rms of mu", two, ""),
@@ -63,9 +77,13 @@ def fit_table(results: CampaignTables, sure: pd.DataFrame) -> Shown:
             Column("median", "mu known to, median", two, "", meaning, is_number=True),
             Column("largest", "at worst", two, "", meaning, is_number=True),
             Column("certified", "Certified", yes_or_no, is_verdict=True),
-            Column("certificate", "Why"),
         ],
     )
+
+
+def certificates(results: CampaignTables) -> list[tuple[str, str]]:
+    """Oil, and why its fit is certified or not."""
+    return [(row["oil"], row["certificate"]) for row in tables.rows(results.fit_quality)]
 
 
 def laws(results: CampaignTables) -> Shown:
@@ -77,13 +95,13 @@ def laws(results: CampaignTables) -> Shown:
         "The configured law beside the best of the laws compared",
         [
             Column("oil", "Oil"),
-            Column("law", "Configured"),
+            Column("law", "Configured law", law_name),
             Column("verdict", "Verdict", is_verdict=True),
-            Column("left_out_ties", "Best at curves left out, with ties"),
+            Column("left_out_ties", "Best at curves left out, with ties", law_names),
             Column("left_out_relative_rms", "Configured, rms of mu", two, ""),
             Column("left_out_difference", "rms higher by", small, ""),
             Column("left_out_difference_error", "\N{PLUS-MINUS SIGN} of it", small, ""),
-            Column("bic_ties", "Best by BIC, with ties"),
+            Column("bic_ties", "Best by BIC, with ties", law_names),
             Column("bic_difference", "BIC higher by", number(".0f"), ""),
             Column("bic_difference_error", "\N{PLUS-MINUS SIGN} of it", number(".0f"), ""),
         ],
@@ -154,10 +172,11 @@ def equations(results: CampaignTables) -> list[tuple[Markup, str]]:
 
 
 def refused(quarantine: pd.DataFrame, name: str, caption: str, most: int) -> Shown:
-    """What was refused, why, and what to do."""
+    """What was refused, why, and what to do; remarks on the run sheet refuse nothing."""
+    quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
     columns = [
         Column("file", "Log"),
-        Column("rule", "Rule"),
+        Column("rule", "Gate", gate_name),
         Column("reason", "What was found"),
         Column("advice", "What to do"),
     ]
@@ -167,13 +186,14 @@ def refused(quarantine: pd.DataFrame, name: str, caption: str, most: int) -> Sho
 
 
 def gates(results: CampaignTables) -> Shown:
-    """How much each gate refused."""
+    """How much each gate refused; without gates that refused nothing."""
+    counts = results.gate_counts
     return show(
-        results.gate_counts,
+        counts[~counts["gate"].isin(REMARKS)],
         "gate_counts",
-        "How much each gate refused; a point counts at every gate that refused it",
+        "Everything that was refused, by gate; a point counts at every gate that refused it",
         [
-            Column("gate", "Gate"),
+            Column("gate", "Gate", gate_name),
             Column("what", "Judges"),
             Column("files", "Logs"),
             Column("runs_refused", "Runs refused"),
@@ -186,9 +206,13 @@ def gates(results: CampaignTables) -> Shown:
 
 def claims(results: CampaignTables) -> list[dict[str, Any]]:
     """Each claim with its rows, one per basis."""
+    known = results.claims.assign(
+        basis=results.claims["basis"].replace(BASES),
+        finding=results.claims["finding"].map(in_words),
+    )
     return [
         {"claim": claim, **tables.rows(rows)[0], "bases": tables.rows(rows)}
-        for claim, rows in results.claims.groupby("claim", sort=False)
+        for claim, rows in known.groupby("claim", sort=False)
     ]
 
 
@@ -202,7 +226,7 @@ def comparison(results: CampaignTables) -> Shown:
         "where they were fitted, and at ends of the matrix that were left out",
         [
             Column("oil", "Oil"),
-            Column("law", "Law"),
+            Column("law", "Law", law_name),
             Column("n_constants", "Constants"),
             Column("relative_rms", "Fitted", two, ""),
             Column("pressure_end_out_relative_rms", "P ends left out", two, ""),
@@ -224,15 +248,23 @@ def torque(results: CampaignTables) -> Shown:
     known = known.assign(
         size=known["relative_error"].abs(),
         share=known["traction_torque_n_m"] / known["torque_n_m"],
-        load_variable=known["load_variable"].str.replace("_", " "),
+        agrees=known["verdict"] == "compatible",
+        is_judged=known["verdict"] != "not known",
     )
     errors = known.groupby(["oil", "load_variable"], sort=False, as_index=False).agg(
         points=("size", "size"),
         median=("size", "median"),
         largest=("size", "max"),
+        agrees=("agrees", "sum"),
+        judged=("is_judged", "sum"),
         share=("share", "median"),
     )
+    errors["agreeing"] = [
+        f"{good} of {judged}" if judged else "not known"
+        for good, judged in zip(errors["agrees"], errors["judged"], strict=True)
+    ]
     form = percent(1)
+    agreeing = "points where the difference is within twice its standard uncertainty"
     return show(
         errors,
         "torque",
@@ -240,10 +272,11 @@ def torque(results: CampaignTables) -> Shown:
         "skid; nothing is fitted to torque",
         [
             Column("oil", "Oil", meaning=""),
-            Column("load_variable", "Load variable", meaning=""),
+            Column("load_variable", "Law and load variable", load_variable, meaning=""),
             Column("points", "Points", is_number=True),
             Column("median", "Median error", form, is_number=True),
             Column("largest", "Largest error", form, is_number=True),
+            Column("agreeing", "Agree within uncertainty", meaning=agreeing),
             Column("share", "Traction's share of torque, median", form, is_number=True),
         ],
     )
@@ -267,8 +300,135 @@ def torque_control(results: CampaignTables) -> Shown:
     )
 
 
-def bearing(results: CampaignTables) -> list[str]:
-    """Findings on the bearing, one sentence per line; none without torque logs."""
+def bearing(results: CampaignTables) -> list[Shown]:
+    """Torque logs, equilibria, traction, choice of oil and heat in numbers; none without logs."""
     if results.torque_runs.empty:
         return []
-    return [line.strip() for line in bearing_lines(results)[1:] if line]
+    facts = [
+        *_torque_logs(results),
+        *(_equilibria(results.torque) if len(results.torque) else []),
+        *_inverted(results.torque_inversion),
+        *_heat(results.heat_balance),
+    ]
+    shown = _quantities("bearing-numbers", "The calculation of the bearing in numbers", facts)
+    return [shown, *_choice(results.slip_advice, results.advice_band)]
+
+
+Fact = tuple[str, str, str]  # quantity, value, table
+
+
+def _quantities(name: str, caption: str, facts: Sequence[Fact]) -> Shown:
+    columns = [Column("quantity", "Quantity"), Column("value", "Value"), Column("table", "Table")]
+    return Shown(name, caption, columns, facts, 0, "")
+
+
+def _torque_logs(results: CampaignTables) -> list[Fact]:
+    read, logs, kept = accepted_torque_logs(results)
+    runs = results.torque_runs
+    facts = [
+        ("Torque logs read", f"{read} of {logs}", "torque_runs"),
+        ("Torque logs with runs that were not refused", f"{kept} of {logs}", "torque_runs"),
+        ("Plateaus accepted", f"{runs['accepted'].sum()} of {len(runs)}", "torque_runs"),
+    ]
+    gates = failed_gates.counts(runs)
+    refused = [(f"Plateaus refused: {gate_name(str(gate))}", str(n)) for gate, n in gates.items()]
+    facts += [(quantity, value, "torque_runs") for quantity, value in refused]
+    accepted = runs.loc[runs["accepted"], "oil"]
+    for oil, count in accepted[~accepted.isin(results.torque["oil"])].value_counts().items():
+        why = (
+            f"{count}: the oil lacks properties, a fitted law that follows each condition, or a "
+            "traction rig whose contact is known"
+        )
+        facts.append((f"Plateaus of {oil} not calculated", why, "torque"))
+    return facts
+
+
+def _equilibria(torque: pd.DataFrame) -> list[Fact]:
+    sound = torque[torque["converged"]]
+    lost = torque.loc[~torque["converged"], "why"]
+    sizes = number(".0e")
+    facts = [("Equilibria not found", f"{len(lost)} of {len(torque)}", "torque")]
+    facts += [("Reason", str(why), "torque") for why in lost.unique()]
+    if sound.empty:
+        return facts
+    by_stress = sound[sound["load_variable"] == "stress"]
+    share = by_stress["traction_torque_n_m"] / by_stress["torque_n_m"]
+    beyond = [
+        (f"Heat of traction beyond the tested {name}, mean", by_stress[f"share_beyond_{name}"])
+        for name in ("pressure", "speed", "slip")
+    ]
+    whole = percent(0)
+    skidding = bistable_points(sound) or "none"
+    facts += [
+        ("Largest residual force, of the ball load", sizes(sound["residual"].max()), "torque"),
+        ("Largest error of the energy balance", sizes(sound["energy_error"].abs().max()), "torque"),
+        ("Largest error of integration", sizes(sound["quadrature_error"].abs().max()), "torque"),
+        ("Operating points where the cage may roll or skid, left out", skidding, "torque"),
+        ("Share of traction in the torque", _range(share, whole), "torque"),
+    ]
+    return facts + [(name, whole(values.mean()), "torque") for name, values in beyond]
+
+
+def _range(values: "pd.Series[float]", form: Form) -> str:
+    return f"{form(values.min())} to {form(values.max())}"
+
+
+def _inverted(inversion: pd.DataFrame) -> list[Fact]:
+    if inversion.empty:
+        return []
+    known = (inversion["verdict"] == "determined").sum()
+    quantity = "Plateaus whose measured torque determines the traction coefficient"
+    return [(quantity, f"{known} of {len(inversion)}", "torque_inversion")]
+
+
+def _heat(balance: pd.DataFrame) -> list[Fact]:
+    """What the oil's own heating changes on the map of cage slip."""
+    heat = oil_heat(balance)
+    if heat is None:
+        return []
+    outlet = _range(heat.outlet_temperature_c, number(".0f"))
+    other = f"{heat.other_best_oil} of {heat.points}"
+    facts = [
+        ("Oil temperature at the outlet (\N{DEGREE SIGN}C)", outlet),
+        ("Change of the torque by the heated oil", _range(heat.torque_change, percent(0))),
+        ("Operating points where the heated oil changes the best oil", other),
+    ]
+    if heat.unbalanced:
+        facts.append(("Cases without a steady temperature", f"{heat.unbalanced} of {heat.cases}"))
+    return [(quantity, value, "heat_balance") for quantity, value in facts]
+
+
+def _choice(advice: pd.DataFrame, band: pd.DataFrame) -> list[Shown]:
+    """The paper's choice of oil by cage slip beside the best oil, counted over operating points."""
+    judged = advice[~advice["judgement"].isin(["no film", OUTSIDE])]
+    if judged.empty:
+        return []
+    total, others = len(judged), judged[judged["judgement"] != "agree"]
+    facts = [("The advice agrees with the best oil", f"{total - len(others)} of {total}")]
+    facts += [
+        (OTHER_CHOICES.get(str(judgement), str(judgement)), f"{count} of {total}")
+        for judgement, count in others["judgement"].value_counts().items()
+    ]
+    facts += [
+        (f"{oil} is the best oil where the advice differs", f"{count} of {total}")
+        for oil, count in others["best_oil"].value_counts().items()
+    ]
+    shown = [(quantity, value, "slip_advice") for quantity, value in facts]
+    if len(band):
+        fraction = band["oil_volume_fraction"]
+        drag = _range(fraction, number(".2g"))
+        shown += [
+            (
+                f"The advice agrees, with oil volume fraction {drag} and "
+                f"{band['refit'].max()} refits of the law",
+                f"{_range(band['agreeing_points'], number('.0f'))} of {total}",
+                "advice_band",
+            ),
+            (
+                "The best oil is the same with every drag and refit",
+                f"{(judged['best_oil_share'] == 1).sum()} of {total}",
+                "slip_advice",
+            ),
+        ]
+    caption = "The paper's choice of oil by cage slip beside the calculated best oil"
+    return [_quantities("oil-choice", f"{caption}, counted over operating points", shown)]

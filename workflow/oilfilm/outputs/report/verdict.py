@@ -13,10 +13,12 @@ from oilfilm.outputs.facts import (
     condition_counts,
     counted,
     film_unjudged_oils,
+    noise_sentences,
     refused_files,
     stand_in_oils,
     unread_logs,
 )
+from oilfilm.outputs.labels import in_words
 from oilfilm.outputs.report.contents import percent
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.torque_control import without_bistable
@@ -44,7 +46,7 @@ def verdict(
         lines.append(("Paper", _paper(results, settings)))
     elif torque := _torque(results):
         lines.append(("Bearing", " ".join(torque)))
-    return lines
+    return [(subject, in_words(sentence)) for subject, sentence in lines]
 
 
 def _data(results: CampaignTables, settings: Settings) -> str:
@@ -74,11 +76,11 @@ def _fit(quality: pd.DataFrame) -> str:
         return "Nothing could be fitted."
     rows = [f"{_TWO(row['relative_rms'])} for {row['oil']}" for row in tables.rows(fitted)]
     proven = int(fitted["certified"].sum())
-    certified = "every fit" if proven == len(fitted) else f"{proven} of {len(fitted)} fits"
+    certified = "every fit is" if proven == len(fitted) else f"{proven} of {len(fitted)} fits are"
     lost = quality.loc[quality["rmse"].isna(), "oil"]
     return (
-        f"The law {', '.join(fitted['law'].unique())} misses the points by (rms, of mu) "
-        f"{', '.join(rows)}; {certified} certified as the best constants of this law"
+        f"The rms misfit of {', '.join(fitted['law'].unique())}, relative to mu, is "
+        f"{', '.join(rows)}; {certified} certified: no other constants of this law fit better"
         + (f"; not fitted: {', '.join(lost)}." if len(lost) else ".")
     )
 
@@ -101,18 +103,8 @@ def _head(finding: str) -> str:
 
 def _noise(misfits: pd.DataFrame) -> str:
     """What the laws miss beside the noise, and what to do."""
-    sentences = []
-    for _, rows in misfits.groupby("verdict", sort=False):
-        if rows["verdict"].iloc[0] == "no repeats":
-            oils = ", ".join(rows["oil"])
-            sentences.append(
-                f"{oils}: noise and lack of fit cannot be told apart, because no runs repeat a "
-                "condition."
-            )
-        else:
-            sentences += [f"{row['oil']}: {row['finding']}." for row in tables.rows(rows)]
-        sentences += [f"{advice}." for advice in rows["advice"].unique() if advice]
-    return " ".join(sentences) or "Nothing is known of the noise."
+    advised = [f"{advice}." for advice in misfits["advice"].unique() if advice]
+    return " ".join([*noise_sentences(misfits), *advised]) or "Nothing is known of the noise."
 
 
 def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
@@ -131,13 +123,13 @@ def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
     given = coefficients[coefficients["value"].notna()]
     sentence += f". {(given['verdict'] == 'known').sum()} of {len(coefficients)} constants known"
     for state, words in (
-        ("sign unknown", "sign unknown (zero is in the joint interval)"),
-        ("at a bound", "at a bound"),
-        ("in step", "exponents along the tested line, of no condition alone"),
+        ("sign unknown", "Sign unknown (zero is in the joint interval)"),
+        ("at a bound", "At a bound"),
+        ("in step", "Exponents along the tested line, of no condition alone"),
     ):
         rows = given[given["verdict"] == state]
         if len(rows):
-            sentence += f"; {words}: {', '.join(rows['oil'] + ' ' + rows['constant'])}"
+            sentence += f". {words}: {', '.join(rows['oil'] + ' ' + rows['constant'])}"
     lost = (~coefficients["identifiable"]).sum()
     return sentence + (f"; {lost} not identifiable." if lost else ".")
 
@@ -189,13 +181,13 @@ def _torque(results: CampaignTables) -> list[str]:
     """How far the calculated torque is from the measured one, or what simulated torque shows."""
     if len(results.torque_control):
         control = control_sentences(results.torque_control)
-        return [f"Bearing torque, {sentence}." for sentence in control]
+        return [f"Bearing torque, {sentences}" for sentences in control]
     sure = without_bistable(results.torque)
     by_stress = sure[sure["load_variable"] == "stress"]
     error = by_stress["relative_error"].dropna().abs()
     if error.empty:
         return []
     return [
-        f"Bearing torque by stress is off by {percent(1)(error.median())} in the median, "
-        f"{percent(1)(error.max())} at worst."
+        f"The torque of the pressure-based law is off by {percent(1)(error.median())} in the "
+        f"median, {percent(1)(error.max())} at worst."
     ]
