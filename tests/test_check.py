@@ -17,7 +17,10 @@ from campaigns import ROOT, read_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND, stuck
 from oilfilm.cli import main
-from oilfilm.cli.check_text import WIDTH
+from oilfilm.cli.check import check_files
+from oilfilm.cli.check_text import WIDTH, report
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.settings.resolve import resolve
 
 CONFIG = ["--config", str(ROOT / "config")]
 N_PER_KGF = 9.80665
@@ -249,6 +252,44 @@ def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
     both = [str(tmp_path / f"data/raw/{folder}/a.csv") for folder in ("june", "demo")]
     assert main(["check", *both, *where]) == 2
     assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
+
+
+def test_log_of_another_project_is_not_judged_by_the_settings_of_this_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project = tmp_path / "june"
+    shutil.copytree(ROOT / "config", project / "config")
+    write_campaign(project, "june", read_campaign(ROOT, "demo"))
+    log = project / "data/raw/june/a.csv"
+    log.parent.mkdir(parents=True)
+    log.write_bytes(traction_text())
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "june/data/raw/june/a.csv"]) == 2
+    message = capsys.readouterr().err
+    assert f"is of the campaign june in the project folder {project}" in message
+    assert f"--config {project / 'config'}" in message
+    assert main(["check", str(log), "--campaign", "demo"]) == 0
+    assert main(["check", str(log), "--config", str(project / "config")]) == 0
+    monkeypatch.chdir(project)
+    assert main(["check", "data/raw/june/a.csv"]) == 0
+
+
+def test_many_refused_runs_of_one_log_are_counted_at_its_end() -> None:
+    settings = resolve(ROOT / "config", {"campaign": "demo"})
+    (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings, TRACTION_RIG)
+    (run,), names = log.runs, [f"run{number:02}" for number in range(12)]
+    many = log.model_copy(
+        update={
+            "runs": [run.model_copy(update={"run_id": name}) for name in names],
+            "refusals": [
+                each.model_copy(update={"run_id": name}) for each in log.refusals for name in names
+            ],
+        }
+    )
+    text = report([many])
+    assert [name for name in names if f"{name}: REFUSED" in text] == names[:10]
+    assert "a.csv: 2 more runs, not shown here; --json shows all\n  2 stuck_sensor" in text
+    assert "a.csv: 12 runs: 12 refused\n" in text
 
 
 def test_page_shows_what_is_printed(

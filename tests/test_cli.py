@@ -53,7 +53,7 @@ def test_file_that_is_no_log_is_told(tmp_path: Path, capsys: pytest.CaptureFixtu
     path = tmp_path / "photo.jpg"
     path.write_bytes(b"\xff\xd8\xff\xe0")
     assert main(["check", str(path), *CONFIG]) == 1
-    assert "unknown_format: no reader knows this content" in capsys.readouterr().out
+    assert "unknown_format: the format is not known" in capsys.readouterr().out
 
 
 def test_mistakes_are_sentences(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -270,7 +270,7 @@ def test_defect_in_one_log_does_not_end_the_watch(
     put(project, "a.csv", GOOD)
     monkeypatch.setattr("oilfilm.cli.watching.check_logs", fail)
     (verdict,) = looked(watcher_of(project))
-    assert "a defect of oilfilm: ZeroDivisionError: planted -> Judge it by" in str(verdict)
+    assert "a defect of oilfilm: ZeroDivisionError: planted -> Run `oilfilm check`" in str(verdict)
 
 
 def test_missing_folder_is_named_until_it_is_there(project: Path) -> None:

@@ -99,5 +99,5 @@ def test_corpus_holds_at_least_40_different_files() -> None:
 def test_file_named_as_a_run_of_another_one_is_told() -> None:
     channels = [c for group in ("a", "b") for c in formats.tdms_channels(group, good(), UNITS)]
     log = formats.tdms_file([RootObject(KEYS), *channels])
-    with pytest.raises(OilfilmError, match=r"^log:b: its run .* as one of log has already"):
+    with pytest.raises(OilfilmError, match=r"^log:b: its run .* which a run of log has already"):
         check_logs([("log", log), ("log:b", GOOD)], CONFIG)

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from oilfilm.readers.raw_files import (
     refuse_altered,
     refuse_strangers,
     remove_others,
-    shard_of,
+    shares_of,
     unchanged_logs,
 )
 
@@ -63,9 +64,19 @@ def test_link_is_refused_not_skipped(tmp_path: Path, target: str, problem: str) 
         raw_files(tmp_path / "raw")
 
 
-def test_share_of_a_log_does_not_depend_on_the_other_logs() -> None:
-    # CRC-32 of "123456789" is 0xCBF43926, the check value of the standard
-    assert shard_of("123456789", 1000) == 0xCBF43926 % 1000
+def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
+    logs = [f"4102_P1.00_U25_T{number:03d}.csv" for number in range(800)]
+    before, after = shares_of(logs, 100), shares_of([*logs, "x.csv"], 120)
+    # 8 shares; a twentieth more is within four standard deviations of chance
+    assert all(60 < len(files) < 140 for files in before.values())
+    assert sorted(chain.from_iterable(before.values())) == logs
+    assert {n: [log for log in files if log != "x.csv"] for n, files in after.items()} == before
+
+
+def test_shares_double_when_logs_are_more_than_a_share_takes() -> None:
+    counts = [len(shares_of([f"{n}.csv" for n in range(logs)], 250)) for logs in (1, 250, 251, 501)]
+    assert counts == [1, 1, 2, 4]
+    assert shares_of([], 250) == {}
 
 
 def test_twin_refuses_a_folder_with_logs_of_somebody_else(tmp_path: Path) -> None:
@@ -78,12 +89,12 @@ def test_twin_refuses_a_folder_with_logs_of_somebody_else(tmp_path: Path) -> Non
 
 
 def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
-    parts = [tmp_path / f"oil=x/part-{share}.parquet" for share in range(3)]
-    parts[0].parent.mkdir()
+    parts = [tmp_path / f"oil={oil}/part-{share}.parquet" for oil in "xy" for share in range(2)]
     for part in parts:
+        part.parent.mkdir(exist_ok=True)
         part.write_text("")
-    remove_others(parts[:1])
-    assert [part.exists() for part in parts] == [True, False, False]
+    remove_others(tmp_path, ["x"], [0])
+    assert [part.exists() for part in parts] == [True, False, False, False]
 
 
 # sha256 of "abc", from FIPS 180-2, appendix B.1

@@ -22,7 +22,7 @@ def need_workflow() -> None:
     """
     if find_spec("snakemake") is None:
         raise OilfilmError(
-            "Snakemake is not installed: this is the core of oilfilm alone. Install the workflow: "
+            "Snakemake is not installed: only the core of oilfilm is. Install the workflow: "
             "pip install 'oilfilm[workflow]'"
         )
 

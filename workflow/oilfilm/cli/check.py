@@ -33,6 +33,8 @@ def run(options: argparse.Namespace) -> int:
     raw = project_folder(options.config) / "data" / "raw"
     given = [log for path in options.logs for log in _logs_at(path)]
     campaign = options.campaign or _campaign_of(given, raw, config)
+    if not campaign and not options.config:
+        _refuse_logs_of_other_projects(given)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
     paths = [path for path in dict.fromkeys(given) if not is_run_sheet(path, raw)]
@@ -76,11 +78,26 @@ def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
     return known[0] if known else None
 
 
+def _refuse_logs_of_other_projects(paths: Iterable[Path]) -> None:
+    """Raise where a log lies in another project folder: it needs the settings that are there."""
+    for path in (Path(os.path.realpath(path)) for path in paths):
+        for raw in (folder for folder in path.parents if folder.parts[-2:] == ("data", "raw")):
+            project = raw.parents[1]
+            campaign = path.relative_to(raw).parts[0].removesuffix("-torque")
+            if (project / f"config/campaigns/{campaign}.yaml").is_file():
+                raise OilfilmError(
+                    f"{path}: is of the campaign {campaign} in the project folder {project}, which "
+                    "has settings of its own. Run the command there, or name the settings that are "
+                    f"meant: --config {project / 'config'}, or --campaign with a campaign of the "
+                    "present folder."
+                )
+
+
 def _name(path: Path) -> str:
     named = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
     if named != str(path):
         raise OilfilmError(
-            f"{named}: the name is no text in the encoding of this system, "
+            f"{named}: the name cannot be written in the encoding of this system, "
             f"{sys.getfilesystemencoding()}. Rename the file or set another locale."
         )
     return named

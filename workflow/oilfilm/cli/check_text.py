@@ -41,9 +41,7 @@ def report(logs: Sequence[CheckedLog]) -> str:
             lines += [*_understood(log), ""]
     if len(logs) > 1:
         refused = [log.file for log in logs if log.verdict == "refused"]
-        counts = sorted(Counter(log.verdict for log in logs).items())
-        verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts)
-        lines.append(f"{len(logs)} logs: {verdicts}")
+        lines.append(f"{len(logs)} logs: {_counted(log.verdict for log in logs)}")
         lines += [f"  {printable(file)}" for file in refused]
         if brief:
             lines.append("Name a log alone to see how it was understood, or add --json.")
@@ -65,26 +63,50 @@ def _verdict(log: CheckedLog) -> Iterator[str]:
         plateaus = sum(run.plateaus for run in clean)
         yield f"{printable(log.file)}: {len(clean)} runs ACCEPTED with all {plateaus} plateaus"
         listed = [run for run in log.runs if run not in clean]
-    for run in sorted(listed, key=lambda run: run.verdict != "refused"):
-        yield (
-            f"{printable(run.run_id)}: {run.verdict.upper()}, {run.accepted_plateaus} of "
-            f"{run.plateaus} plateaus, {run.rows} rows"
-        )
-        if run.warning:
-            yield f"  WARNING: {printable(run.warning)}"
-        of_run = [refused for refused in log.refusals if refused.run_id == run.run_id]
-        for refused in of_run:
-            yield from _sentence(f"{refused.rule}: {refused.reason}", refused.advice)
-        explained = {refused.rule for refused in of_run}
-        for gate in run.failed_gates:
-            if gate.gate not in explained:
-                found = f"{gate.gate}: {gate.plateaus} plateaus, first at row {gate.first_row}"
-                yield from _sentence(found, gate.advice)
+    listed = sorted(listed, key=lambda run: run.verdict != "refused")
+    for run in listed[:_RUNS_LISTED]:
+        yield from _verdict_on_run(log, run)
+    if more := listed[_RUNS_LISTED:]:
+        yield f"{printable(log.file)}: {len(more)} more runs, not shown here; --json shows all"
+        rules = _counted(rule for run in more for rule in _rules(log, run))
+        yield from _wrapped(rules, "  ")
+    if len(log.runs) > _RUNS_LISTED:
+        verdicts = _counted(run.verdict for run in log.runs)
+        yield f"{printable(log.file)}: {len(log.runs)} runs: {verdicts}"
     shown = {run.run_id for run in log.runs}
     for refused in log.refusals:
         if refused.run_id not in shown:
             where = f"{refused.run_id}: " if refused.run_id else ""
             yield from _sentence(f"{where}{refused.rule}: {refused.reason}", refused.advice)
+
+
+def _verdict_on_run(log: CheckedLog, run: CheckedRun) -> Iterator[str]:
+    yield (
+        f"{printable(run.run_id)}: {run.verdict.upper()}, {run.accepted_plateaus} of "
+        f"{run.plateaus} plateaus, {run.rows} rows"
+    )
+    if run.warning:
+        yield f"  WARNING: {printable(run.warning)}"
+    of_run = [refused for refused in log.refusals if refused.run_id == run.run_id]
+    for refused in of_run:
+        yield from _sentence(f"{refused.rule}: {refused.reason}", refused.advice)
+    explained = {refused.rule for refused in of_run}
+    for gate in run.failed_gates:
+        if gate.gate not in explained:
+            count = f"{gate.plateaus} plateau{'' if gate.plateaus == 1 else 's'}"
+            found = f"{gate.gate}: {count}, first at row {gate.first_row}"
+            yield from _sentence(found, gate.advice)
+
+
+def _rules(log: CheckedLog, run: CheckedRun) -> set[str]:
+    """Every rule that refused a run or some of its plateaus."""
+    of_run = {refused.rule for refused in log.refusals if refused.run_id == run.run_id}
+    return of_run | {gate.gate for gate in run.failed_gates}
+
+
+def _counted(names: Iterable[str]) -> str:
+    """Each of some names with how often it comes, in their order."""
+    return ", ".join(f"{count} {name}" for name, count in sorted(Counter(names).items()))
 
 
 def _sentence(found: str, advice: str) -> Iterator[str]:

@@ -147,7 +147,7 @@ class CheckedLog(Group):
     campaign: str = key("Campaign whose rigs, oils and limits were applied.")
     verdict: Verdict = key("refused: the file or a run of it was refused.")
     rig_kind: str = key("traction or torque.")
-    format: str = key("Format that was recognised; none where no reader knows the content.")
+    format: str = key("Format that was recognised; none where the format is not known.")
     encoding: str = key("Encoding of a text log; else empty.")
     delimiter: str = key("Delimiter of a text log in a word; else empty.")
     decimal_mark: str = key("Decimal mark of a text log: point or comma; else empty.")

@@ -33,7 +33,7 @@ The file of the command in `workflow/schemas` is their JSON schema.
 `oilfilm --print-completion bash` (or zsh, fish, tcsh) prints the script that completes commands
 and options in that shell:
 
-```
+```sh
 oilfilm --print-completion bash > ~/.local/share/bash-completion/completions/oilfilm
 ```
 """

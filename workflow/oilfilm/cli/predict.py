@@ -118,7 +118,7 @@ def prediction(
     }
     if away := fit.away_from(conditions):
         unknown = any(each.level is None for each in away)
-        advice = "Ask for a point on it, or leave the option out to be given the tested value."
+        advice = "Give a point on it. Without the option the tested value is used."
         raise OilfilmError(
             f"{oil}: mu is not known there: {'; '.join(where[each] for each in away)}."
             + ("" if unknown else f" {advice}")

@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     places = [folder / name for name in ("Snakefile", "workflow/Snakefile")]
     if not any(place.is_file() for place in places):
         raise OilfilmError(
-            f"{folder}: has no Snakefile, so it is no project folder. Name one, or make one: "
+            f"{folder}: has no Snakefile, so it is not a project folder. Name one, or make one: "
             "oilfilm init DIR LOG..."
         )
     need_workflow()

@@ -225,7 +225,7 @@ class Watcher:
             return Verdict(log.name, changed, "not judged", "", (Problem(_sentence(error, file)),))
         except Exception as error:  # one log must not end the watch
             found = f"a defect of oilfilm: {type(error).__name__}: {error}"
-            advice = "Judge it by `oilfilm check` and report what that prints."
+            advice = "Run `oilfilm check` on it, and report what is printed."
             return Verdict(log.name, changed, "refused", "", (Problem(found, advice),))
         return _verdict(checked, log, changed)
 

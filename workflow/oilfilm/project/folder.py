@@ -59,7 +59,7 @@ def make_project(
     name = safe_name(campaign or folder.resolve().name, "--campaign" if campaign else folder)
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
-            f"{folder}: is there already and not empty. Name a new or an empty folder."
+            f"{folder}: exists already and is not empty. Name a new or an empty folder."
         )
     logs, sheet = _gathered(given)
     sniffed: list[Sniffed] = []

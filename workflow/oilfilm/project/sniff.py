@@ -98,7 +98,7 @@ class Sniffed:
 
     Attributes:
         file: Its path below the campaign's folder.
-        format: Its format; `none` where no reader knows it.
+        format: Its format; `none` where it is not known.
         form: How it is written.
         guesses: Columns by the quantity that they seem to mean, each with its unit.
         missing: Quantities that no column seems to mean.
@@ -121,7 +121,7 @@ class Sniffed:
 
 @cache
 def _settings() -> Settings:
-    """Settings of a campaign that knows nothing of rig and oil: the readers ask for some."""
+    """Settings of a campaign without rig and oil: the readers ask for some."""
     return resolve(CONFIG, {"campaign": "etm-slim"})
 
 
@@ -236,7 +236,7 @@ def _without_levels_of(run: Run, quantities: Set[str]) -> Run:
 
 
 def _unit(quantity: str, column: tuple[str, str]) -> str | None:
-    """The unit for the campaign file: None where the log gives it as the readers want it."""
+    """The unit for the campaign file: None where the log gives it as the readers need it."""
     name, unit = column
     return (
         None

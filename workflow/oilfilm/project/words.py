@@ -58,7 +58,7 @@ _TOKENS = re.compile(r"[^\W\d_]+\d?|\d+")
 
 
 def guessed(name: str, unit: str, vocabulary: Vocabulary) -> tuple[str, int]:
-    """The quantity that a column's name seems to mean, and how much speaks for it; "" and 0: none.
+    """The quantity that a column's name seems to mean, and how likely it is; "" and 0: none.
 
     Args:
         name: Column name without its unit.

@@ -173,7 +173,7 @@ def damaged_file(form: str, error: Exception) -> Reading:
     """The reading of a file that its format's library stumbles over, whatever it raised."""
     what = " ".join(str(error).split())[:200] or type(error).__name__
     reason = f"the file begins like {form}, but cannot be read: {what}"
-    advice = "Copy it again from the rig, or export it again; what it held cannot be told."
+    advice = "Copy it again from the rig, or export it again: this copy cannot be repaired."
     return refused_file(0, "damaged_file", reason, advice)
 
 

@@ -33,6 +33,7 @@ from oilfilm.readers.traction_log import TRACTION
 from oilfilm.readers.understood import Understood
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
+from oilfilm.tables.table_file import digests_of_runs
 
 _LONGEST_LABEL = 200
 # How files begin that are no logs.
@@ -113,7 +114,7 @@ def ingest_logs(
             other = file_of_run.setdefault(run.run_id, file)
             if other != file:
                 raise OilfilmError(
-                    f"{file}: its run would have the name {run.run_id!r}, as one of {other} has "
+                    f"{file}: its run gets the name {run.run_id!r}, which a run of {other} has "
                     "already. Rename the file."
                 )
             rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
@@ -138,21 +139,27 @@ def sample_files(
     """Write the samples of runs as they come, so that memory does not grow with their number.
 
     A row group has whole runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
+    The footer gets `content`, the digest of each run's samples.
 
     Args:
         paths: File of each oil.
         provenance: As `tables.writing`.
     """
     waiting: dict[str, list[LoggedRun]] = {oil: [] for oil in paths}
+    content: dict[str, dict[str, str]] = {oil: {} for oil in paths}
     with ExitStack() as files:
         add = {
-            oil: files.enter_context(tables.writing("samples", path, provenance))
+            oil: files.enter_context(
+                tables.writing("samples", path, {**provenance, "content": content[oil]})
+            )
             for oil, path in paths.items()
         }
 
         def write(oil: str) -> None:
             if waiting[oil]:
-                add[oil](_together(waiting[oil]))
+                samples = _together(waiting[oil])
+                add[oil](samples)
+                content[oil].update(digests_of_runs(samples))
                 waiting[oil].clear()
 
         def keep(run: LoggedRun) -> None:
@@ -225,7 +232,7 @@ def _read_log(
         content = unpack(content)
     except OSError as error:
         reason = f"the compressed file cannot be unpacked: {error}"
-        advice = "Copy it again from the rig; what it held cannot be told."
+        advice = "Copy it again from the rig: this copy cannot be repaired."
         return "none", refused_file(0, "damaged_archive", reason, advice)
     name = recognised_format(content)
     if name is None:
@@ -280,7 +287,7 @@ def unpack(content: bytes) -> bytes:
     with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
         unpacked = stream.read(LARGEST_LOG + 1)
     if len(unpacked) > LARGEST_LOG:
-        raise OSError(f"it unfolds to more than {LARGEST_LOG >> 20} MiB")
+        raise OSError(f"unpacked it has more than {LARGEST_LOG >> 20} MiB")
     return bytes(unpacked)
 
 
@@ -297,7 +304,7 @@ def _codec(content: bytes) -> str | None:
 
 
 def _unknown(content: bytes) -> Reading:
-    reason = f"no reader knows this content: it {_what_it_seems(content[:40])}"
+    reason = f"the format is not known: the file {_what_it_seems(content[:40])}"
     advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
     return refused_file(0, "unknown_format", reason if content else "the file is empty", advice)
 
@@ -310,7 +317,7 @@ def _what_it_seems(head: bytes) -> str:
     text = head.decode("utf-8", "ignore")
     if text and all(letter.isprintable() or letter.isspace() for letter in text):
         return f"begins {text!r}"
-    return f"is no text; its first bytes are {head[:8].hex(' ')} (hexadecimal)"
+    return f"is not text; its first bytes are {head[:8].hex(' ')} (hexadecimal)"
 
 
 def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:

@@ -207,7 +207,7 @@ def _row_above_names(head: _Head) -> str:
         like_a_row = sum(form) >= _NUMBERS_OF_ROW and [_is_number(cell) for cell in cells] == form
         if like_a_row and tuple(cells) not in counted:
             return (
-                f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but stands "
+                f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "
                 "above the line of names; put the names above all rows"
             )
     return ""
@@ -412,7 +412,7 @@ def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
         return None
     if cells < columns:
         reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
-        advice = "Nothing can be made of half a row; see what became of the run."
+        advice = "This row is not used. Check whether the run was complete."
         return Refusal("cut_row", reason, advice).of_rows(run_id, row, row)
     reason = f"row {row}, the last, has no line end, so that its last number may be cut"
     advice = "End the file with a line end."

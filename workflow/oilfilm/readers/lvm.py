@@ -190,7 +190,7 @@ def _numbers(
         values[:, :width] = alone
         return values
     plain = [row if _is_row(row, separator, names) else "?" for row in rows]
-    # everything but the rows is written anew: nothing else of the file is for lvm-read to judge
+    # everything but the rows is written again: nothing else of the file is for lvm-read to judge
     lines = [
         f"Decimal_Separator{separator}{decimal_mark}\n",
         "\n",

@@ -116,7 +116,7 @@ def read(
     labels = distinct(f"step{step.number:03d}" for step in steps)
     rows = sum(len(step.lines) for step in steps)
     if kind is not TRACTION:
-        reason = f"the file is an export of a PCS traction rig and no {kind.vocabulary.name} log"
+        reason = f"the file is an export of a PCS traction rig, not a {kind.vocabulary.name} log"
         advice = "Move it to the folder of the campaign's traction logs."
         return refused_file(rows, "columns", reason, advice)
     runs: list[LoggedRun] = []

@@ -2,8 +2,15 @@
 
 import hashlib
 import re
-import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import (
+    Callable,
+    Collection,
+    Iterable,
+    Iterator,
+    Mapping,
+    MutableMapping,
+    Sequence,
+)
 from pathlib import Path, PurePosixPath
 
 from oilfilm import object_storage
@@ -88,7 +95,7 @@ def stored_logs(address: str) -> tuple[dict[str, str], str]:
         path = PurePosixPath(name)
         # as in a folder, where no path leads out of it
         if path.as_posix() != name or path.is_absolute() or ".." in path.parts:
-            raise OilfilmError(f"{address}/{name}: is no path below the campaign. Rename it.")
+            raise OilfilmError(f"{address}/{name}: is not a path below the campaign. Rename it.")
         if _is_hidden(path) or _is_readme(path):
             continue
         if fault := unfit_name(name, f"{address}/{name}"):
@@ -154,7 +161,7 @@ def find_sheet(folder: Path) -> Path | None:
 
 
 def refuse_strangers(folder: Path, written: Iterable[str]) -> None:
-    """The folder that the rig twin writes anew each time must hold nothing but its logs.
+    """The folder that the rig twin writes again each time must hold only its logs.
 
     Raises:
         OilfilmError: A file there is none of those `written`.
@@ -200,7 +207,7 @@ def refuse_altered(
         if not (folder / name).is_file() or digest_of(folder / name) != digest:
             raise OilfilmError(
                 f"{folder / name}: is not as the rig twin wrote it. Delete {folder}: the next run "
-                "simulates it anew."
+                "simulates it again."
             )
 
 
@@ -258,19 +265,39 @@ def etag_of(state: str) -> str:
     return state.removeprefix(_ETAG) if state.startswith(_ETAG) else ""
 
 
-def remove_others(parts: Iterable[Path]) -> None:
-    """Delete shares of the samples that no job writes any more, as after a change of `shards`.
+def remove_others(folder: Path, oils: Collection[str], shares: Collection[int]) -> None:
+    """Delete samples that no job writes any more, as after a change of `split.runs`.
 
     Args:
-        parts: Every file `samples/oil=<oil>/part-<share>.parquet` that there should be.
+        folder: Of the samples, with files `oil=<oil>/part-<share>.parquet`.
+        oils: The oils of the campaign.
+        shares: The shares of its logs.
     """
-    wanted = set(parts)
-    for folder in {path.parent.parent for path in wanted}:
-        for path in sorted(folder.glob("oil=*/part-*.parquet")):
-            if path not in wanted:
-                path.unlink()
+    wanted = {f"oil={oil}/part-{share}.parquet" for oil in oils for share in shares}
+    for path in sorted(folder.glob("oil=*/part-*.parquet")):
+        if path.relative_to(folder).as_posix() not in wanted:
+            path.unlink()
 
 
-def shard_of(file: str, shards: int) -> int:
-    """The share of the work that a log belongs to; it depends on its name alone."""
-    return zlib.crc32(file.encode()) % shards
+def shares_of(files: Sequence[str], runs: int) -> dict[int, list[str]]:
+    """The logs of each share of the work, by its number; no share is empty.
+
+    The share of a log depends on its name and on the number of shares. That is a power of two: a
+    log that is added or removed moves no other one, but where the campaign has doubled.
+
+    Args:
+        files: Names of the logs.
+        runs: Logs in a share, at most, on average.
+
+    Examples:
+        >>> logs = [f"run{number}.csv" for number in range(900)]
+        >>> [number for number, files in shares_of(logs, 250).items() if 180 < len(files) < 270]
+        [0, 1, 2, 3]
+    """
+    count = 1 << max(-(-len(files) // runs) - 1, 0).bit_length()
+    shares: dict[int, list[str]] = {}
+    for file in files:
+        # names in a row must spread: the low bits of a checksum would not
+        digest = hashlib.blake2b(file.encode(), digest_size=8).digest()
+        shares.setdefault(int.from_bytes(digest) % count, []).append(file)
+    return dict(sorted(shares.items()))

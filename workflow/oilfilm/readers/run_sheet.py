@@ -167,7 +167,7 @@ class SheetOfLog:
         return Refusal(
             "sheet_rows_disagree",
             f"{self.sheet} gives the run load_n {load} and max_hertz_pressure_gpa {pressure}, "
-            "which that load does not make on the rig",
+            "but on this rig that load gives another pressure",
             "Leave one of them.",
         )
 
@@ -191,8 +191,8 @@ class SheetOfLog:
                 if not _same(key, value, other, header[other], rig, settings)
             ]
         if differing:
-            reason = f"{self.sheet} says otherwise than the header: {', '.join(differing)}"
-            advice = "The run sheet is followed. Correct whichever is wrong."
+            reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
+            advice = "The run sheet is used. Correct the one that is wrong."
             yield Refusal(CONTRADICTION, reason, advice, run_id)
 
     def _unmatched(

@@ -61,7 +61,7 @@ def _workbook(content: bytes, path: Path) -> Cells:
     try:
         unfolded = sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(content)).infolist())
         if unfolded > _LARGEST:
-            raise ValueError(f"it unfolds to {unfolded >> 20} MiB")
+            raise ValueError(f"unpacked it has {unfolded >> 20} MiB")
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
         rows = book.worksheets[0].iter_rows(values_only=True)
         return [[_cell(value) for value in row] for row in rows]

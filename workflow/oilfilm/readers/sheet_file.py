@@ -404,4 +404,4 @@ def _unmatched(row: int, cell: str, nearest: str | None) -> Refusal:
 def _unlisted(unlisted: Sequence[str], files: Sequence[str]) -> Refusal:
     listed = ", ".join(unlisted[:_LISTED]) + (" ..." if len(unlisted) > _LISTED else "")
     reason = printable(f"no row for {len(unlisted)} of {len(files)} logs: {listed}")
-    return Refusal(UNLISTED, reason, "Their headers hold alone. Add rows where that is not meant.")
+    return Refusal(UNLISTED, reason, "Only their headers count. Add rows where that is wrong.")

@@ -125,7 +125,7 @@ def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
     return Refusal(
         "not_a_sweep",
         f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
-        f"Nothing to do if it is no sweep of slip; otherwise correct the header. {FORMAT_ADVICE}",
+        f"Nothing to do if this is not a slip sweep; otherwise correct the header. {FORMAT_ADVICE}",
     )
 
 
