@@ -159,14 +159,14 @@ def _relisted(members: Members, changed: Members) -> Members:
 
 
 HOSTILE: dict[str, tuple[Callable[[Members], Members], str]] = {
-    "out of the folder": (added("data/../../x"), "is no path of a file below"),
-    "absolute": (added("/x"), "is no path of a file below"),
-    "drive": (added("c:x"), "is no path of a file below"),
-    "control character": (added("data/a\nb"), "is no path of a file below"),
-    "twice": (lambda members: [*members, members[-1]], "or is there twice"),
-    "link": (added("data/l", type=tarfile.SYMTYPE, linkname="/etc/passwd"), "is no plain file"),
-    "hard link": (added("data/l", type=tarfile.LNKTYPE, linkname="data/x"), "is no plain file"),
-    "device": (added("data/d", type=tarfile.CHRTYPE), "is no plain file"),
+    "out of the folder": (added("data/../../x"), "is not a path below its folder"),
+    "absolute": (added("/x"), "is not a path below its folder"),
+    "drive": (added("c:x"), "is not a path below its folder"),
+    "control character": (added("data/a\nb"), "is not a path below its folder"),
+    "twice": (lambda members: [*members, members[-1]], "or occurs twice"),
+    "link": (added("data/l", type=tarfile.SYMTYPE, linkname="/etc/passwd"), "is not a plain file"),
+    "hard link": (added("data/l", type=tarfile.LNKTYPE, linkname="data/x"), "is not a plain file"),
+    "device": (added("data/d", type=tarfile.CHRTYPE), "is not a plain file"),
     "extra": (added("data/x"), r"data/x is not named in it \(manifest"),
     "extra tag": (added("fetch.txt"), r"fetch.txt is not named in it \(tagmanifest"),
     "missing": (lambda members: members[:-1], "is missing"),
@@ -209,7 +209,7 @@ def test_file_larger_than_the_room_is_refused_before_it_is_unpacked(
 ) -> None:
     usage = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(archives.shutil, "disk_usage", lambda _: usage._replace(free=1000))
-    with pytest.raises(OilfilmError, match="larger than the room on this disk"):
+    with pytest.raises(OilfilmError, match="too large for this disk"):
         restore_archive(archive, tmp_path / "restored")
 
 
@@ -217,9 +217,9 @@ def test_what_cannot_be_archived_is_told(
     release: Path, archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     project = release.parents[3]
-    with pytest.raises(OilfilmError, match=r"is there already. Name a new file"):
+    with pytest.raises(OilfilmError, match=r"exists already. Name a new file"):
         make_archive(release, project, archive, packages=False)
-    with pytest.raises(OilfilmError, match=r"is there already. Name a new folder"):
+    with pytest.raises(OilfilmError, match=r"exists already. Name a new folder"):
         restore_archive(archive, tmp_path)
     with pytest.raises(OilfilmError, match="is not the log that release"):
         make_archive(release, tmp_path, tmp_path / "a.tar.zst", packages=False)

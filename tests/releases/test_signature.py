@@ -62,7 +62,7 @@ def test_forged_release_passes_its_own_hashes_and_fails_its_signature(
     sign(release, key)
     alter(release, "summary.txt", b"better\n")
     assert verify(release) == []
-    with pytest.raises(NotSignedError, match="is not of this manifest"):
+    with pytest.raises(NotSignedError, match="does not fit this manifest"):
         signer(release, signers)
     assert main(["verify", str(release), "--signers", str(signers)]) == 1
     assert "altered after ada@lab.example signed it" in capsys.readouterr().out
@@ -73,7 +73,7 @@ def test_key_of_a_stranger_is_no_signature(
 ) -> None:
     stranger, _ = new_key(tmp_path, "mallory")
     sign(release, stranger)
-    with pytest.raises(NotSignedError, match=r"no signer in .*signers has made it"):
+    with pytest.raises(NotSignedError, match=r"was made by none of the signers in .*signers"):
         signer(release, ada[1])
 
 
@@ -85,7 +85,7 @@ def test_signature_for_another_purpose_is_none_of_a_release(
     command = ["ssh-keygen", "-Y", "sign", "-f", str(key), "-n", "git"]
     made_for_git = subprocess.run(command, input=content, capture_output=True, check=True)
     (release / SIGNATURE).write_bytes(made_for_git.stdout)
-    with pytest.raises(NotSignedError, match="is not of this manifest"):
+    with pytest.raises(NotSignedError, match="does not fit this manifest"):
         signer(release, signers)
 
 

@@ -105,7 +105,7 @@ def test_name_in_a_configuration_leads_nowhere(
     oils = {name: plain["oils"]["4102"], **plain["oils"]}
     alter(stranger, "config.yaml", as_yaml({**plain, "oils": oils}).encode())
     printed = refusal(capsys, "verify", stranger, "--rebuild", "--cores", "1")
-    assert "is no resolved configuration" in printed
+    assert "is not a resolved configuration" in printed
 
 
 # ---------------------------------------------------------------- tables

@@ -1,7 +1,7 @@
 """Digests of raw logs, kept from one start of the workflow to the next.
 
 A terabyte of logs cannot be read at every start. A log keeps its digest while its size, its times
-and its place on the disk are the same. Whoever reads its content takes the digest anew: the job
+and its place on the disk are the same. Whoever reads its content takes the digest again: the job
 that ingests it, a release, `oilfilm verify`.
 """
 

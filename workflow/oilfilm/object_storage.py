@@ -144,7 +144,7 @@ def _client() -> Any:
         return boto3.Session().client("s3", config=Config(connect_timeout=10, **needed))
     except ValueError:
         raise OilfilmError(
-            "AWS_ENDPOINT_URL_S3: is no address of a server; expected one such as "
+            "AWS_ENDPOINT_URL_S3: is not the address of a server; expected one such as "
             "https://s3.example.org."
         ) from None
 
@@ -180,7 +180,7 @@ def _in_words(address: str) -> Iterator[None]:
     except ParamValidationError:
         # what is no name of a bucket may be a key, so it is not quoted
         raise OilfilmError(
-            "The address of a place in object storage has no valid name of a bucket; expected "
+            "The address of a place in object storage has no valid bucket name; expected "
             "s3://BUCKET/PLACE, without a key or a server."
         ) from None
     except (BotoCoreError, ClientError, Boto3Error, OSError) as error:

@@ -79,7 +79,7 @@ _SPELLINGS = {
     "-": "dimensionless",
 }
 # Words, each perhaps to a power of one digit, and products of them. A unit comes out of a file, and
-# pint would compute whatever else stands in it, 10**10**10 too.
+# pint would compute whatever else is in it, 10**10**10 too.
 _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
 _PLAIN = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
 _LONGEST = 40

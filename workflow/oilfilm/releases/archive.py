@@ -68,7 +68,7 @@ def make_archive(release: Path, root: Path, file: Path, *, packages: bool) -> in
             changed, the archive is there already, or a package cannot be had.
     """
     if file.exists():
-        raise OilfilmError(f"{file}: is there already. Name a new file.")
+        raise OilfilmError(f"{file}: exists already. Name a new file.")
     # the name of `latest` is that of its version
     stored = StoredRelease.open(release.resolve())
     if complaints := verify(stored.folder):
@@ -102,7 +102,7 @@ def restore_archive(file: Path, folder: Path) -> Path:
         OilfilmError: It is no such archive, is damaged, or has names that lead out of the folder.
     """
     if folder.exists():
-        raise OilfilmError(f"{folder}: is there already. Name a new folder.")
+        raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     with atomic_folder(folder) as temporary:
         try:
             with _read(file) as archive:
@@ -263,7 +263,7 @@ def _read(file: Path) -> Iterator[tarfile.TarFile]:
 
 
 def _unpack(archive: tarfile.TarFile, folder: Path) -> _Bag:
-    """Write the payload below a folder, member by member; nothing but plain files is taken."""
+    """Write the payload below a folder, member by member; only plain files are taken."""
     room = shutil.disk_usage(folder).free
     digests: dict[str, str] = {}
     tags: dict[str, bytes] = {}
@@ -274,17 +274,17 @@ def _unpack(archive: tarfile.TarFile, folder: Path) -> _Bag:
         said = printable(member.name)[:200]
         source = archive.extractfile(member) if member.isreg() else None
         if source is None:
-            raise _NoBagError(f"{said} is no plain file.")
+            raise _NoBagError(f"{said} is not a plain file.")
         if not is_inside(path) or path in digests:
-            raise _NoBagError(f"{said} is no path of a file below its folder, or is there twice.")
+            raise _NoBagError(f"{said} is not a path below its folder, or occurs twice.")
         room -= member.size
         if len(digests) == _MOST_FILES or room < 0:
-            raise _NoBagError(f"{said} is one file too many, or larger than the room on this disk.")
+            raise _NoBagError(f"{said} is one file too many, or too large for this disk.")
         if path.startswith(_PAYLOAD):
             digests[path] = _copy(source, folder / path.removeprefix(_PAYLOAD))
             continue
         if member.size > _LARGEST_TAG:
-            raise _NoBagError(f"{said} is larger than any description of a bag.")
+            raise _NoBagError(f"{said} is too large for a description of the archive.")
         tags[path] = source.read()
         digests[path] = hashlib.sha256(tags[path]).hexdigest()
     return _Bag(digests, tags)

@@ -98,7 +98,7 @@ def _in_order(releases: Path) -> dict[str, ListedRelease | None]:
         text = (releases / _LIST).read_text(encoding="utf-8")
         known = _List.model_validate_json(text).releases
     except (FileNotFoundError, ValidationError, UnicodeDecodeError):
-        known = []  # it is made anew
+        known = []  # it is made again
     order: dict[str, ListedRelease | None] = {
         each.version: each for each in known if each.version in present
     }

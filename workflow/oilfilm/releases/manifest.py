@@ -58,7 +58,7 @@ class Manifest:
         made_from: Campaign, tag, digests of configuration, code and lock, the environment, and
             every raw log. The version depends on it and on nothing else.
         files: Every file of the release but the manifest itself.
-        samples: The samples' files, which a release leaves out.
+        samples: The samples of each oil, which a release leaves out: one hash over all their runs.
     """
 
     made_from: Mapping[str, Any]
@@ -131,18 +131,18 @@ def read_manifest(folder: Path) -> tuple[Manifest, bool]:
             return _parse(path), name == PINNED_MANIFEST
     if folder.parent.name == "pins":
         raise OilfilmError(
-            f"{folder}: is no pin: it holds no {PINNED_MANIFEST}. "
+            f"{folder}: is not a pin: it holds no {PINNED_MANIFEST}. "
             f"`oilfilm pin results/releases/{folder.name}/latest` makes one of a release."
         )
     raise OilfilmError(
-        f"{folder}: is no release: it holds no {MANIFEST}. `snakemake release` makes one in "
+        f"{folder}: is not a release: it holds no {MANIFEST}. `snakemake release` makes one in "
         "results/releases/<campaign>."
     )
 
 
 def _parse(path: Path) -> Manifest:
     if path.stat().st_size > LARGEST:
-        raise OilfilmError(f"{path}: is larger than {LARGEST} bytes, which no manifest is.")
+        raise OilfilmError(f"{path}: is larger than {LARGEST} bytes, so it is not a manifest.")
     try:
         text = path.read_bytes().decode("utf-8")
         content = json.loads(text)

@@ -66,6 +66,6 @@ class ManifestFile(Group):
     made_from: MadeFrom = key("What the release was made from.")
     files: Annotated[list[Record], Field(max_length=100_000)] = key("Files of the release.")
     samples: Annotated[list[Record], Field(max_length=100_000)] = key(
-        "Samples, which the release leaves out."
+        "Samples of each oil, which the release leaves out."
     )
     sha256: Sha256

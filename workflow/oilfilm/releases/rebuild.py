@@ -67,7 +67,7 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
         texts = unresolve(settings)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(
-            f"{stored.folder}: config.yaml is no resolved configuration ({error})."
+            f"{stored.folder}: config.yaml is not a resolved configuration ({error})."
         ) from error
     simulated = _simulated_folders(settings)
     for path, text in texts.items():

@@ -12,7 +12,7 @@ import pandas as pd
 from oilfilm import object_storage, tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.errors import OilfilmError
-from oilfilm.outputs.metadata import data_package, table_file
+from oilfilm.outputs.metadata import data_package
 from oilfilm.outputs.report.release_id import with_release
 from oilfilm.readers.raw_files import etag_of
 from oilfilm.releases.crate import CRATE, run_crate
@@ -38,6 +38,7 @@ from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, envir
 from oilfilm.releases.verify import verify
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
+from oilfilm.tables.table_file import content_digest, table_file
 
 REPORT = "report.html"
 LOG = "log.txt"
@@ -74,7 +75,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     """Make the release of a finished run. The same run gives the same release.
 
     Samples are left out: they are the raw logs in SI units, and most of the bytes. The manifest
-    has their hashes.
+    has the hash of each oil's, which does not depend on how the work was spread over jobs.
 
     Args:
         run: The run to release.
@@ -158,10 +159,23 @@ def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> 
     inside = records_of(temporary, files_below(temporary))
     _write(temporary / CRATE, run_crate(run.settings, made_from, inside))
     files = records_of(temporary, files_below(temporary))
-    manifest = Manifest(made_from, files, records_of(results, samples))
+    manifest = Manifest(made_from, files, _sample_records(results, samples))
     _write(temporary / MANIFEST, manifest.text())
     _write(temporary / CHECKSUMS, checksums(manifest))
     return manifest
+
+
+def _sample_records(results: Path, paths: Sequence[str]) -> tuple[FileRecord, ...]:
+    """The content of each oil's samples: hash over all runs, and bytes of all columns."""
+    of_oil: dict[str, list[Path]] = {}
+    for path in paths:
+        of_oil.setdefault(path.rpartition("/")[0], []).append(results / path)
+    width = 8 * (len(tables.columns("samples")) - 1)
+    records = []
+    for folder, files in sorted(of_oil.items()):
+        digest, rows = content_digest(files)
+        records.append(FileRecord(folder, digest, rows * width))
+    return tuple(records)
 
 
 def _below(run: FinishedRun) -> list[str]:
@@ -198,17 +212,27 @@ def _refuse_changed(raw: Sequence[FileRecord], run: FinishedRun) -> None:
 
 
 def _log_summary(run: FinishedRun) -> str:
-    """Messages of all jobs; at least one line per job."""
-    lines = []
+    """Messages of all steps; at least one line per step.
+
+    Logs in one folder are those of the jobs that share a step: how many there are must not show.
+    """
+    messages: dict[str, list[str]] = {}
+    top = min((log.parent for log in run.logs), key=lambda folder: len(folder.parts), default=None)
     for log in sorted(run.logs):
+        step = messages.setdefault(log.stem if log.parent == top else log.parent.name, [])
         try:
-            text = (run.root / log).read_text(encoding="utf-8").rstrip("\n").split("\n")
+            step += (run.root / log).read_text(encoding="utf-8").rstrip("\n").split("\n")
         except FileNotFoundError:
             raise OilfilmError(
                 f"{log}: the log of a job is missing. Run `snakemake release --forcerun RULE` "
                 "with the rule that writes it."
             ) from None
-        lines += [f"{log.stem}: {line}" for line in text]
+    lines = [
+        f"{step}: {line}"
+        for step, texts in sorted(messages.items())
+        # of equal lines the last one counts: all jobs end with the same
+        for line in reversed(dict.fromkeys(reversed(texts)))
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -71,20 +71,20 @@ def signer(folder: Path, signers: Path) -> str:
         )
     if signature.stat().st_size > _LARGEST:
         raise NotSignedError(
-            f"{SIGNATURE}: is larger than {_LARGEST} bytes, which no signature is."
+            f"{SIGNATURE}: is larger than {_LARGEST} bytes, so it is not a signature."
         )
     both = ["-f", str(signers), "-s", str(signature), "-n", _PURPOSE]
     known = _ssh_keygen(["-Y", "find-principals", *both])
     name = known.stdout.decode("utf-8", "replace").partition("\n")[0].strip()
     if known.returncode or not name:
         raise NotSignedError(
-            f"{SIGNATURE}: no signer in {signers} has made it. Do not trust the release, or add "
-            "the key of its maker after you have checked it by another channel."
+            f"{SIGNATURE}: was made by none of the signers in {signers}. Do not trust the release, "
+            "or add the key of its maker after you have checked it by another channel."
         )
     checked = _ssh_keygen(["-Y", "verify", *both, "-I", name], (folder / MANIFEST).read_bytes())
     if checked.returncode:
         raise NotSignedError(
-            f"{SIGNATURE}: is not of this manifest ({_last_line(checked)}). The release was "
+            f"{SIGNATURE}: does not fit this manifest ({_last_line(checked)}). The release was "
             f"altered after {printable(name)} signed it, or the signature belongs to another one."
         )
     return name

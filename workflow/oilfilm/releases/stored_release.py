@@ -90,7 +90,7 @@ class StoredRelease:
         try:
             return tables.read(name, file)
         except UNREADABLE as error:
-            raise OilfilmError(f"{file}: is no table that can be read ({error}).") from error
+            raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
 
     def config(self) -> dict[str, Any] | None:
         """The configuration as resolved; None where the pin does not keep it.

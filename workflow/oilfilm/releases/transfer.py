@@ -60,7 +60,7 @@ def download_release(address: str, folder: Path) -> None:
         OilfilmError: The storage fails, it is no release, or a file is not as it was released.
     """
     if folder.exists():
-        raise OilfilmError(f"{folder}: is there already. Name a new folder.")
+        raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     with atomic_folder(folder) as temporary:
         copy_release(address, temporary)
         if complaints := verify(temporary):

@@ -63,7 +63,7 @@ def file_mismatch(folder: Path, record: FileRecord) -> str:
         return f"{printable(record.path)}: is missing."
     # before anything is opened: a link may lead anywhere, a pipe never ends
     if not stat.S_ISREG(status.st_mode) or _crosses_link(folder, record.path):
-        return f"{printable(record.path)}: is no plain file."
+        return f"{printable(record.path)}: is not a plain file."
     if status.st_size != record.size:
         sizes = f"{status.st_size} bytes, {record.size} in the manifest"
         return f"{printable(record.path)}: differs: {sizes}."

@@ -37,7 +37,9 @@ def collect_wheels(lock: Path, folder: Path) -> None:
         pip = (str(place / "venv" / "bin" / "python"), "-m", "pip", "--disable-pip-version-check")
         builder = _SETUPTOOLS.search(f"{lock.read_text(encoding='utf-8')}\nend\n")
         if builder is None:
-            raise OilfilmError(f"{lock}: does not name setuptools, by which sources are built.")
+            raise OilfilmError(
+                f"{lock}: does not name setuptools, which builds packages from source."
+            )
         (place / "setuptools.lock").write_text(builder[0], encoding="utf-8")
         known = ("--require-hashes", "--requirement")
         _python(*pip, "install", "--quiet", *known, str(place / "setuptools.lock"))

@@ -268,7 +268,7 @@ def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node
         if not node.operands:
             return node
         if node not in written:
-            # not built anew by `_BUILD`: the order of operations stays
+            # not built again by `_BUILD`: the order of operations stays
             plain = _node(node.operation, *map(write_out, node.operands))
             if uses[node] > 1:
                 steps.append((f"x{len(steps)}", plain))

@@ -344,7 +344,7 @@ class LawOfContact:
 
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:
-    """Constants as they stand in the law's equation, from the search's form."""
+    """Constants in the form of the law's equation, from the search's form."""
     size = np.exp(np.where(law.signs == 0, 0.0, internal))
     return np.where(law.signs == 0, internal, law.signs * size)
 

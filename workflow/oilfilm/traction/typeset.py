@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from oilfilm.traction.expression import Form, Language
 from oilfilm.traction.law import QUANTITIES, Law
 
+DEGREES = "&#176;C"
 LATEX = Language(
     {
         "*": Form(r"{}\,{}", 2, (2, 3)),
@@ -80,13 +81,21 @@ def mathml(law: Law) -> str:
     ]
     for coefficient, factors in _power_laws(law).items():
         powers = "".join(
-            f"<msup><mrow><mo>(</mo><mfrac><mi>{symbol}</mi><mtext>{reference}</mtext></mfrac>"
-            f"<mo>)</mo></mrow><mtext>{exponent}</mtext></msup>"
+            f"<msup><mrow><mo>(</mo><mfrac><mi>{symbol}</mi>"
+            f"<mtext>{reference.replace('degC', DEGREES)}</mtext></mfrac>"
+            f"<mo>)</mo></mrow>{_exponent(exponent)}</msup>"
             for symbol, reference, exponent in factors
         )
         head = f"<mi>{coefficient}</mi><mo>=</mo><msub><mi>{coefficient}</mi><mn>0</mn></msub>"
         formulas.append(head + powers)
     return " ".join(f'<math display="block"><mrow>{text}</mrow></math>' for text in formulas)
+
+
+def _exponent(text: str) -> str:
+    """A number, or a constant such as X1 with its number as index."""
+    if text[0].isalpha():
+        return f"<msub><mi>{text[0]}</mi><mn>{text[1:]}</mn></msub>"
+    return f"<mn>{text}</mn>"
 
 
 def laws_page(laws: Iterable[Law]) -> str:
