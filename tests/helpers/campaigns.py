@@ -136,7 +136,7 @@ def lay_out_small(project: Path) -> None:
         {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"},
         {"oil": "4102", "condition": [1.0, 40, 50], "kind": "swapped_sign"},
     ]
-    campaign["settings"] = {**QUICK, "shards": 2}
+    campaign["settings"] = {**QUICK, "split": {"runs": 6}}
     write_campaign(project, "small", campaign)
 
 

@@ -59,7 +59,8 @@ def made(
     for path, (table, frame) in zip(files, frames.items(), strict=True):
         tables.write(frame, table, root / path, provenance)
     sample = results / "tables/samples/oil=4102/part-0.parquet"
-    tables.write(tables.empty("samples"), "samples", root / sample, provenance)
+    content = {**provenance, "content": {}}
+    tables.write(tables.empty("samples"), "samples", root / sample, content)
     others: dict[Path, bytes] = {
         results / "figures/fig02.png": PNG,
         results / "summary.txt": b"fine\n",

@@ -1,5 +1,6 @@
 """Results that a report can be made of in a second, with names that would break a careless page."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,8 @@ def measured(oil: str) -> pd.DataFrame:
         traction_force_systematic_n=0.01,
         entrainment_speed_systematic_m_s=0.03,
         inlet_temperature_systematic_c=0.5,
+        lambda_ratio=7.0,
+        failed_gates="",
     )
 
 
@@ -66,7 +69,10 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         for name in ("coefficients", "fit_quality", "refits")
     }
     names = points["run_id"].unique()
-    runs = [{"run_id": name, "file": name, "verdict": "accepted"} for name in names]
+    runs = [
+        {"run_id": name, "file": name, "oil": name.partition("-")[0], "verdict": "accepted"}
+        for name in names
+    ]
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
     runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
@@ -101,13 +107,18 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     )
 
 
-def report_of(results: CampaignTables, config: Settings, folder: Path) -> str:
+def report_of(
+    results: CampaignTables,
+    config: Settings,
+    folder: Path,
+    names: Sequence[str] = ("fig02", "coverage"),
+) -> str:
     """A report with small pictures in place of the figures and of the page of the refused run."""
-    pngs = [folder / f"{name}.png" for name in ("fig02", "coverage", "stuck")]
+    pngs = [folder / f"{name}.png" for name in (*names, "stuck")]
     for png in pngs:
         Image.new("RGB", (300, 200), "white").save(png)
         png.with_suffix(".svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    return page(results, pngs[:2], folder, config, PROVENANCE)
+    return page(results, pngs[:-1], folder, config, PROVENANCE)
 
 
 def with_hostile_names(results: CampaignTables) -> CampaignTables:

@@ -17,8 +17,10 @@ NOT_TRACKED = (
     "tables/",
     ".venv",
     "config/campaigns/june",
+    "config/campaigns/etm.yaml",
     "config/rigs/my",
     "tribology/",
+    "kg/m³",
 )
 
 

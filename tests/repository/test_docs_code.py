@@ -98,3 +98,4 @@ def test_bearing_of_the_tutorial_has_an_equilibrium() -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "all converged: True" in done.stdout
+    assert not lacking("bearing.md", done.stdout), done.stdout

@@ -1,0 +1,65 @@
+"""Blocks of code on pages, and which commands among them no test can carry out as they are."""
+
+import re
+from typing import NamedTuple
+
+from campaigns import ROOT
+
+HOW_TO = "docs/how-to"
+# Pages whose commands `workflow/test_how_to.py` carries out.
+CARRIED_OUT = (
+    *(f"{HOW_TO}/{page}.md sh" for page in ("check", "plan", "releases", "nightly")),
+    "docs/tutorials/demonstration.md sh",
+)
+# Commands that no test carries out as they are; the rest of the line says what is tested instead.
+NOT_RUN = {
+    r"make( test)?$": "the tests themselves follow it",
+    r".*snakemake --workflow-profile profiles/slurm": "needs Slurm: workflow/test_slurm.py",
+    r".*profiles/kubernetes|.*executor-plugin-kubernetes": "needs Kubernetes; the page says so",
+    r".*s3://": "needs a server of object storage: workflow/test_object_storage.py",
+    r".*pip install .*requirements-": "needs a network: repository/test_requirements_lock.py",
+    r".*oilfilm watch": "runs until Ctrl-C: test_watch.py",
+    r".* --hook": "tells somebody: releases/test_nightly.py",
+    r"oilfilm --print-completion": "changes the shell of the user: test_command_line.py",
+    r".*snakemake --config campaign=etm-slim": "20 s of fits: curation/test_measured_curves.py",
+    r"oilfilm (init june|run$|check data/raw/june$)|(cd|cat).* ?june": "tutorial first-csv",
+}
+
+
+class Block(NamedTuple):
+    page: str
+    language: str
+    content: str
+
+    @property
+    def names(self) -> set[str]:
+        return {self.page, f"{self.page} {self.language}"}
+
+
+def blocks() -> list[Block]:
+    """The blocks of all pages, but for pictures and other directives."""
+    pages = [*(ROOT / "docs").rglob("*.md"), *(ROOT / "data/raw").rglob("README.md")]
+    pages += [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "config/README.md")]
+    found = []
+    for page in sorted(page for page in pages if "_build" not in page.parts):
+        name = page.relative_to(ROOT).as_posix()
+        text = page.read_text("utf-8")
+        for indent, language, content in re.findall(
+            r"^( *)```([^{\n]*)\n(.*?)^ *```$", without_directives(text), re.DOTALL | re.MULTILINE
+        ):
+            found.append(Block(name, language, re.sub(rf"(?m)^{indent}", "", content)))
+    return found
+
+
+def without_directives(text: str) -> str:
+    return re.sub(r"(?ms)^ *```\{.*?^ *```$", "", text)
+
+
+def commands(block: Block) -> list[str]:
+    """The commands of a block, without comments; a line of a screen begins with `$`."""
+    lines = [line.partition(" #")[0].strip() for line in block.content.splitlines()]
+    return [line for line in lines if line]
+
+
+def reason(command: str) -> str:
+    return next((why for form, why in NOT_RUN.items() if re.match(form, command)), "")
