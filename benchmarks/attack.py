@@ -30,6 +30,7 @@ from damages import SOUND  # noqa: E402
 from oilfilm import tables  # noqa: E402
 from oilfilm.curation.curate import check_logs  # noqa: E402
 from oilfilm.errors import OilfilmError  # noqa: E402
+from oilfilm.outputs.figures.registry import drawn_tables  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.releases.manifest import files_below  # noqa: E402
 from oilfilm.releases.verify import verify  # noqa: E402
@@ -149,6 +150,7 @@ def flipped_bits(seed: int) -> bool:
             counts["release, " + ("found" if complaints(copy) else f"NOT FOUND: {path}")] += 1
             shutil.rmtree(copy)
         results = project / "results/small"
+        drawn_tables()  # declares them, so that they can be read
         for path in files_below(results):
             file = results / path
             if not file.stat().st_size:
