@@ -23,11 +23,7 @@ def verdicts(laboratory: tuple[Path, Laboratory]) -> Curated:
 
 @pytest.fixture(scope="module")
 def result(laboratory: tuple[Path, Laboratory], verdicts: Curated) -> Outcome:
-    project, lab = laboratory
-    settings = settings_of(project).with_changes({"fit": {"bootstrap": 200, "searches": 2}})
-    found = outcome(lab, verdicts)
-    with_fits(found, lab, verdicts, settings)
-    return found
+    return outcome(laboratory[1], verdicts)
 
 
 def test_no_sound_log_is_refused_and_every_row_of_it_is_used(
@@ -48,7 +44,13 @@ def test_faults_are_stopped_or_named_with_a_right_reason(result: Outcome) -> Non
     )
 
 
-def test_constants_and_traction_of_the_sound_logs_are_the_true_ones(result: Outcome) -> None:
+@pytest.mark.nightly
+def test_constants_and_traction_of_the_sound_logs_are_the_true_ones(
+    laboratory: tuple[Path, Laboratory], verdicts: Curated, result: Outcome
+) -> None:
+    project, lab = laboratory
+    settings = settings_of(project).with_changes({"fit": {"bootstrap": 200, "searches": 2}})
+    with_fits(result, lab, verdicts, settings)
     # 36 intervals of 95 %: fewer than 30 inside happen once in 30 000 laboratories
     assert sum(result.inside) >= 30
     assert max(result.rms_sound.values()) < 0.01

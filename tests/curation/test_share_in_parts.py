@@ -84,6 +84,7 @@ def test_hash_of_samples_does_not_depend_on_shares_and_row_groups(
     assert counted == len(samples) > 4 * rows
 
 
+@pytest.mark.nightly
 def test_memory_does_not_grow_with_the_samples_of_a_share(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

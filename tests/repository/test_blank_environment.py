@@ -78,6 +78,7 @@ def asked_of_the_core(core: Path, home: Path) -> None:
     assert found["found"] == pytest.approx(found["printed"], rel=1e-5)
 
 
+@pytest.mark.nightly
 def test_core_checks_predicts_and_fits(core: Path, tmp_path: Path) -> None:
     asked_of_the_core(core, tmp_path)
 

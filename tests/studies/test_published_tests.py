@@ -46,7 +46,7 @@ def test_the_drag_that_is_set_is_that_of_the_fit_with_the_printed_law(config, oi
     assert abs((error * slope).sum()) < 0.05 * (error * slope).abs().sum()
 
 
-@pytest.mark.no_cover
+@pytest.mark.nightly
 def test_the_lowest_drag_left_open_is_that_of_the_fit_with_another_traction(config):
     # the film of the campaign `thermal` in place of a law
     thermal = resolve(ROOT / "config", {"campaign": "thermal"})

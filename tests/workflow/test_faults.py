@@ -116,6 +116,7 @@ def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
         pytest.skip(f"the same bytes, but not with {', '.join(around.lacking)}")
 
 
+@pytest.mark.nightly
 def test_release_that_exists_leaves_the_same_bytes_as_one_that_is_made(
     undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -343,6 +344,7 @@ def test_clock_that_has_stepped_back_stops_no_run(undisturbed: Path) -> None:
             os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
 
 
+@pytest.mark.nightly
 def test_damaged_table_is_refused_and_made_again(undisturbed: Path) -> None:
     """A sector of the disk reads otherwise."""
     table = "results/small/tables/extrapolation_errors.parquet"

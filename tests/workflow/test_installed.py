@@ -155,6 +155,7 @@ use rule * from oilfilm
 """
 
 
+@pytest.mark.nightly
 def test_workflow_that_snakedeploy_deploys(installed: Path, tmp_path: Path) -> None:
     """The whole config.yaml comes as `config`: "4050" stays text, and a campaign wins over it."""
     source, deployed = tmp_path / "source", tmp_path / "deployed"

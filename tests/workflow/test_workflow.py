@@ -294,15 +294,6 @@ def jobs_without(log: Path, project: Path, *target: str) -> set[str]:
     return set(re.findall(r"log: results/two/logs/(\S+)\.log", shown))
 
 
-def test_removed_log_refits_its_oil_alone(tmp_path: Path) -> None:
-    raw = lay_out_two(tmp_path)
-    target = ("results/two/tables/coefficients.parquet", "--config", "campaign=two")
-    succeed(tmp_path, *target)
-    jobs = jobs_without(raw / "4102_P1.25_U40_T120.csv", tmp_path, *target)
-    assert {"fit-4102", "fits"} <= jobs
-    assert "fit-4050" not in jobs
-
-
 @pytest.mark.nightly
 def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> None:
     """One log of the first oil is removed, then one of the second in a run that is killed."""
@@ -342,25 +333,17 @@ def with_split(project: Path, split: dict[str, int]) -> None:
     write_campaign(project, "small", campaign)
 
 
-def test_tables_have_the_same_bytes_however_the_work_is_split(
-    released_project: Path, tmp_path: Path
-) -> None:
-    project = tmp_path / "project"
-    shutil.copytree(released_project, project, symlinks=True)
-    folder = Path("results/small/tables")
+def test_split_decides_which_jobs_share_the_work(project: Path) -> None:
     names = ("points", "runs", "quarantine", "coefficients", "refits", "comparison", "law_points")
-    made = [folder / f"{name}.parquet" for name in names]
-    for path in made:
-        (project / path).unlink()
-    with_split(project, SPLIT)
-    jobs = planned(project, *map(str, made), *SMALL)
+    tables_of_run = [f"results/small/tables/{name}.parquet" for name in names]
+    before = (project / "config/campaigns/small.yaml").read_text(encoding="utf-8")
+    try:
+        with_split(project, SPLIT)
+        jobs = planned(project, *tables_of_run, *SMALL)
+    finally:
+        (project / "config/campaigns/small.yaml").write_text(before, encoding="utf-8")
     assert jobs["curate"] == 2  # of three shares: one has the logs of one of the two before
     assert jobs["drawn"] == 3 + 2 + 2 * 2  # searches, refits of the fit, curves left out
-    succeed(project, *map(str, made), *SMALL)
-    for path in made:
-        assert (project / path).read_bytes() == (released_project / path).read_bytes(), path
-    samples = (project / folder / "samples").glob("oil=*/*.parquet")
-    assert len(list(samples)) == 3
 
 
 @pytest.mark.nightly
@@ -395,6 +378,7 @@ def lay_out_spoiled(project: Path) -> None:
     write_campaign(project, "spoiled", campaign)
 
 
+@pytest.mark.nightly
 def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project: Path) -> None:
     lay_out_spoiled(project)
     message = fail(project, "--config", "campaign=spoiled")
