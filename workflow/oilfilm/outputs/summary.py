@@ -92,7 +92,7 @@ def _places(results: CampaignTables, name: str) -> list[str]:
         f"Exports: {folder}/exports (the fits for bearing codes; start with README.md)",
     ]
     if (results.quarantine["stage"] == "curate").any():
-        lines.append(f"Refused: {folder}/refused (one page per run; index.parquet lists them)")
+        lines.append(f"Refused: {folder}/refused (one picture per run; index.parquet lists them)")
     return lines
 
 
