@@ -12,17 +12,21 @@ import pandas as pd
 import pytest
 
 from campaigns import ROOT, without
+from oilfilm import tables
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.outputs.bearing_sentences import bearing_lines
+from oilfilm.outputs.labels import OTHER_CHOICES
 from oilfilm.outputs.meanings import MEANINGS
-from oilfilm.outputs.report import sections
+from oilfilm.outputs.refused_sentences import refused_lines
+from oilfilm.outputs.report import runs, sections
 from oilfilm.outputs.report.contents import percent
 from oilfilm.outputs.report.explorer import Axis, explorer
 from oilfilm.outputs.report.verdict import verdict
 from oilfilm.outputs.spreadsheet import csv_text
-from oilfilm.readers.run_sheet import UNLISTED
+from oilfilm.readers.run_sheet import CONTRADICTION, UNLISTED
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from oilfilm.studies.selection import OUTSIDE
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
 
@@ -443,6 +447,27 @@ def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
     )
     shown = sections.gates(results.replace(gate_counts=counts))
     assert [row[0] for row in shown.rows] == ["thin film"]
+    assert refused_lines(rows("quarantine", remark), "quarantine") == []
+
+
+def test_page_of_a_refused_run_has_the_advice_of_the_rule_that_refused_it(
+    results: CampaignTables,
+) -> None:
+    about = {"run_id": "stuck.csv", "file": "stuck.csv"}
+    remark = rows("quarantine", {**about, "rule": CONTRADICTION, "advice": "Correct the sheet."})
+    quarantine = pd.concat([remark, results.quarantine], ignore_index=True)
+    refused = results.runs[results.runs["run_id"] == "stuck.csv"]
+    (page,) = runs.run_pages(results.replace(quarantine=quarantine), refused, {})["runs"]
+    assert page["advice"] == "Check the sensor."
+
+
+def test_every_judgement_on_the_advice_that_differs_has_a_sentence() -> None:
+    (allowed,) = (
+        column.allowed
+        for column in tables.TABLES["slip_advice"].columns
+        if column.name == "judgement"
+    )
+    assert set(allowed) == {"agree", "no film", OUTSIDE, *OTHER_CHOICES}
 
 
 def test_bearing_is_shown_in_tables_with_a_quantity_in_each_row(results: CampaignTables) -> None:

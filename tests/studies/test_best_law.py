@@ -1,4 +1,4 @@
-"""The best law is named by two judges, with the uncertainty of their differences."""
+"""The best law is named by two criteria, with the uncertainty of their differences."""
 
 from typing import Any
 
@@ -92,17 +92,17 @@ def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_no
     assert beaten["left_out_difference"] == pytest.approx(falls)
 
 
-def test_judges_that_differ_are_said_to_differ() -> None:
+def test_criteria_that_disagree_are_said_to() -> None:
     base = np.full(30, 1.0)
     many = {"deng2026": 2, "tanh": 40}
     frames = compared({"deng2026": base, "tanh": 0.9 * base}, many)
     (row,) = tables.rows(best_laws(*frames))
     # less error, but 38 constants more
     assert (row["left_out_law"], row["bic_law"]) == ("tanh", "deng2026")
-    assert row["verdict"] == "judges differ"
+    assert row["verdict"] == "criteria disagree"
 
 
-def test_judges_that_name_different_laws_agree_against_the_configured_one() -> None:
+def test_criteria_that_name_different_laws_agree_against_the_configured_one() -> None:
     base = np.full(30, 1.0)
     constants = {"deng2026": 20, "tanh": 40, "eyring": 2}
     # BIC by hand: 71.4 of deng2026, 128.7 of tanh, 9.9 of eyring

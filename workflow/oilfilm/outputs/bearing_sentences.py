@@ -4,7 +4,12 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.outputs.facts import accepted_torque_logs, oil_heat
+from oilfilm.outputs.facts import (
+    LACKING,
+    accepted_torque_logs,
+    oil_heat,
+    plateaus_not_calculated,
+)
 from oilfilm.outputs.labels import OTHER_CHOICES, gate_name, load_variable
 from oilfilm.outputs.plain_text import bullet, listed, percent, section, sentence, text_table
 from oilfilm.outputs.refused_sentences import refused_lines
@@ -39,7 +44,7 @@ def _logs(results: CampaignTables) -> list[str]:
     lines = [
         f"- Torque logs: {read} of {logs} were read. {kept} have runs that were not refused.",
         f"- Plateaus: {runs['accepted'].sum()} of {len(runs)} are accepted.",
-        *refused_lines(refused, refused["rule"].value_counts().sort_index()),
+        *refused_lines(refused, "torque_quarantine"),
     ]
     gates = failed_gates.counts(runs)
     if len(gates):
@@ -49,12 +54,9 @@ def _logs(results: CampaignTables) -> list[str]:
 
 def _not_compared(results: CampaignTables) -> list[str]:
     """Oils whose plateaus no law could be evaluated for."""
-    accepted = results.torque_runs.loc[results.torque_runs["accepted"], "oil"]
-    counts = accepted[~accepted.isin(results.torque["oil"])].value_counts()
     return [
-        f"- Not compared: {count} plateaus of {oil}. The oil lacks properties, a fitted law that "
-        "follows each condition, or a traction rig whose contact is known."
-        for oil, count in counts.items()
+        f"- Not compared: {count} plateaus of {oil}. The oil {LACKING}."
+        for oil, count in plateaus_not_calculated(results).items()
     ]
 
 
@@ -219,5 +221,6 @@ def _heat(balance: pd.DataFrame) -> list[str]:
         f"- It changes the best oil at {heat.other_best_oil} of {heat.points} operating points.",
     ]
     if heat.unbalanced:
-        lines += bullet(f"No steady temperature was found at {heat.unbalanced} of {heat.cases}.")
+        lost = f"{heat.unbalanced} of {heat.cases} cases"
+        lines += bullet(f"No steady temperature was found in {lost}.")
     return lines

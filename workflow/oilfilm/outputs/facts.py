@@ -90,6 +90,20 @@ def accepted_torque_logs(results: CampaignTables) -> tuple[int, int, int]:
     return len(read), len(read | refused_files(refused)), len(kept)
 
 
+# Why no torque is calculated for an oil.
+LACKING = (
+    "lacks properties, a fitted law that follows each condition, or a traction rig whose contact "
+    "is known"
+)
+
+
+def plateaus_not_calculated(results: CampaignTables) -> dict[str, int]:
+    """Number of accepted torque plateaus of each oil for which no torque is calculated."""
+    accepted = results.torque_runs.loc[results.torque_runs["accepted"], "oil"]
+    counts = accepted[~accepted.isin(results.torque["oil"])].value_counts()
+    return {str(oil): int(count) for oil, count in counts.items()}
+
+
 def stand_in_oils(oils: Mapping[str, OilFile | None]) -> list[str]:
     """Oils with the properties of another oil."""
     return [name for name, oil in oils.items() if oil is not None and oil.stand_in]

@@ -22,6 +22,7 @@ LOAD_VARIABLES = {
 BASES = {"refit": "this campaign", "printed": "printed constants"}
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
 OTHER_CHOICES = {
+    "slips": "Its oil exceeds the limit of cage slip, another oil does not",
     "heats more": "Its oil gives more friction heat than the best oil",
     "slips more": "Its oil gives more cage slip than the best oil",
     "rule has none": "None of its oils has enough film",

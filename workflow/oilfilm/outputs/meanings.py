@@ -14,7 +14,7 @@ MEANINGS = {
     "BIC": "Bayesian information criterion: misfit plus a penalty for each constant. The lowest is "
     "best. It takes points as independent; a difference below 2 means nothing",
     "tie": "the difference is no larger than its uncertainty",
-    "judges": "the error at curves left out, and the BIC",
+    "criteria": "the error at curves left out, and the BIC",
     "+-": "half width of the 95 % interval. The points of a run count as one, because they share "
     "its errors",
     "lack of fit": "the part of the residuals that the form of the law misses, however often one "

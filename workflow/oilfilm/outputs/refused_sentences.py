@@ -4,19 +4,21 @@ import pandas as pd
 
 from oilfilm.outputs.labels import gate_name
 from oilfilm.outputs.plain_text import bullet, sentence
+from oilfilm.readers.run_sheet import REMARKS
 
 
-def refused_lines(quarantine: pd.DataFrame, counts: "pd.Series[int]") -> list[str]:
-    """How often each gate refused something: its first case, and what to do.
+def refused_lines(quarantine: pd.DataFrame, table: str) -> list[str]:
+    """How often each gate refused something: its first case, and what to do. Most cases first.
 
     Args:
-        quarantine: Table of refusals.
-        counts: Number of refusals by gate, in the order of the lines.
+        quarantine: Table of refusals. Remarks on the run sheet refuse nothing and are left out.
+        table: Its name.
     """
+    quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
     lines = []
-    for rule, count in counts.items():
+    for rule, count in quarantine["rule"].value_counts().items():
         case = quarantine[quarantine["rule"] == rule].iloc[0]
-        first = f" (the first of {count} cases; the table quarantine has all)" if count > 1 else ""
+        first = f" (the first of {count} cases; the table {table} has all)" if count > 1 else ""
         gate, name = gate_name(str(rule)), case["run_id"] or case["file"]
         lines += bullet(f"{name}: {gate}{first}. {sentence(case['reason'])}", case["advice"])
     return lines

@@ -184,8 +184,8 @@ def _without_set_points(runs: pd.DataFrame) -> list[str]:
 
 def _refused(results: CampaignTables) -> list[str]:
     """What was refused and why, with what to do."""
-    counts, gates = results.quarantine["rule"].value_counts(), failed_gates.counts(results.points)
-    lines = refused_lines(results.quarantine, counts)
+    gates = failed_gates.counts(results.points)
+    lines = refused_lines(results.quarantine, "quarantine")
     by_gate = [[gate_name(str(gate)), str(count)] for gate, count in gates.items()]
     nothing = [] if lines or by_gate else ["Nothing was refused."]
     return section("Refused", lines, text_table(["gate", "refused points"], by_gate), nothing)

@@ -1,6 +1,6 @@
 """Which of the compared laws describes each oil best, beside the configured one.
 
-Two judges: the error at curves that the fit has not seen, and the Bayesian information criterion
+Two criteria: the error at curves that the fit has not seen, and the Bayesian information criterion
 (BIC). A difference counts where it is larger than its uncertainty, which is that of whole curves,
 because the points of a run share its errors.
 """
@@ -233,7 +233,7 @@ def _judgement(law: str, unseen: Judged, by_bic: Judged, laws: pd.DataFrame) -> 
     if law in by_both:
         return ("best" if by_both == [law] else "tie"), ""
     if law in unseen.ties or law in by_bic.ties:
-        return "judges differ", ""
+        return "criteria disagree", ""
     # both refuse the configured one; where they name different laws, unseen curves decide.
     # A proven fit first, then the fewest constants
     order = laws.loc[by_both or list(unseen.ties)].sort_values(
@@ -249,7 +249,7 @@ def _finding(law: str, row: dict[str, Any], curves: int) -> str:
         "best": f"the configured law {law} is the best of those compared",
         "tie": f"the configured law {law} ties with {', '.join(shared)}: the data do not tell them "
         "apart",
-        "judges differ": f"the two criteria disagree about the configured law {law}",
+        "criteria disagree": f"the two criteria disagree about the configured law {law}",
         "another law is better": f"{row['better_law']} describes the data better than the "
         f"configured law {law}",
     }[row["verdict"]]
@@ -257,7 +257,7 @@ def _finding(law: str, row: dict[str, Any], curves: int) -> str:
 
 
 def _by_both(row: dict[str, Any]) -> list[str]:
-    """The laws that are among the best by both judges."""
+    """The laws that are among the best by both criteria."""
     by_bic = row["bic_ties"].split(", ")
     return [name for name in row["left_out_ties"].split(", ") if name in by_bic]
 
@@ -294,7 +294,7 @@ def _tied(column: str, row: dict[str, Any]) -> str:
 
 def _advice(law: str, row: dict[str, Any], laws: pd.DataFrame) -> str:
     """What to do; empty where the configured law is as good as any."""
-    if row["verdict"] == "judges differ":
+    if row["verdict"] == "criteria disagree":
         return "Keep the configured law until more curves decide"
     if row["verdict"] == "tie":
         fewest = str(laws.loc[_by_both(row), "n_constants"].astype(int).idxmin())

@@ -305,7 +305,7 @@ _FITS = (
             ("temperature", "inlet temperature"),
         )
     ),
-    text("better_law", "law that is better than the configured one by both judges; empty where "
+    text("better_law", "law that is better than the configured one by both criteria; empty where "
         "none is"),
     text("left_out_law", "law with the least error at curves left out"),
     text("left_out_ties", "laws that this judge does not tell from its best one, which is first, "

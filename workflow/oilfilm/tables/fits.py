@@ -106,10 +106,10 @@ _FITS = (
             bic_ties bic_difference bic_difference_error ends_out_law finding advice""",
         uses=(
             use("law", "configured"),
-            use("verdict", "best: of the laws compared, by both judges; tie: others are as good "
-                "within the uncertainty; another law is better: by both judges; judges differ: one "
-                "of the two has the configured law among its best",
-                allowed=("best", "tie", "another law is better", "judges differ",
+            use("verdict", "best: of the laws compared, by both criteria; tie: others are as good "
+                "within the uncertainty; another law is better: by both criteria; "
+                "criteria disagree: one of the two has the configured law among its best",
+                allowed=("best", "tie", "another law is better", "criteria disagree",
                     "not compared")),
             use("advice", "empty where there is nothing to do"),
         ),

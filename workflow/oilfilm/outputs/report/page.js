@@ -407,7 +407,7 @@ function listen() {
 
 const cellText = (row, column) => row.cells[column].textContent.trim();
 // "\u22120.03", "4.3 %" and "31 of 31" are sorted as numbers, all else as text; what is none comes last
-const valueOf = (text) => parseFloat(text.replace("\u2212", "-"));
+const valueOf = (text) => parseFloat(text.replaceAll("\u2212", "-"));
 
 function sortTable(table, column) {
   const head = table.tHead.rows[0].cells[column];
@@ -546,7 +546,7 @@ function curveOfRun(run) {
   const kept = known.filter((k) => run.accepted[k] === "1");
   const slips = known.map((k) => run.S[k]);
   const [low, high] = [Math.min(0, ...slips), Math.max(...slips, 1e-6)];
-  const line = oil && !run.condition.includes(null)
+  const line = oil && run.condition.every((value, axis) => value !== null || DATA.axes[axis].idle)
     ? Array.from({ length: 101 }, (_, i) => high * (i / 100)).map((s) => [s, predict(oil, [...run.condition, s]).mu]).filter(([, mu]) => Number.isFinite(mu))
     : [];
   const values = [...known.map((k) => run.mu[k]), ...line.map(([, mu]) => mu)];

@@ -12,6 +12,7 @@ from oilfilm import tables
 from oilfilm.curation.gate import TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.run_gates import RUN_GATES
+from oilfilm.outputs.labels import gate_name
 from oilfilm.outputs.report.contents import Column, Shown, number, show
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -53,7 +54,7 @@ def run_list(results: CampaignTables, runs: pd.DataFrame) -> Shown:
     shown = show(
         runs.assign(
             passed=texts,
-            why=runs["rule"].str.replace("_", " "),
+            why=runs["rule"].map(gate_name),
             warned=runs["warning"] != "",
         ),
         "runs",
@@ -84,6 +85,16 @@ def _conditions(runs: pd.DataFrame) -> list[Column]:
     return [column for column in columns if runs[column.name].notna().any()]
 
 
+def _advice(quarantine: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
+    """What to do about each refused run: the advice of the rule that refused it, by run."""
+    rule = quarantine["run_id"].map(runs.set_index("run_id")["rule"])
+    return (
+        quarantine[quarantine["rule"] == rule]
+        .drop_duplicates("run_id")
+        .set_index("run_id")["advice"]
+    )
+
+
 def run_pages(
     results: CampaignTables, runs: pd.DataFrame, pictures: Mapping[str, str]
 ) -> dict[str, Any]:
@@ -94,7 +105,7 @@ def run_pages(
         runs: Those with a page, as `listed` gives them.
         pictures: Name of the picture of its signals by run, of refused runs.
     """
-    advice = results.quarantine.drop_duplicates("run_id").set_index("run_id")["advice"]
+    advice = _advice(results.quarantine, runs)
     points = dict(list(results.points.groupby("run_id", sort=False)))
     none = results.points[:0]
     pages = []

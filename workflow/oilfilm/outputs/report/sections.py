@@ -9,7 +9,12 @@ from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.outputs.facts import accepted_torque_logs, oil_heat
+from oilfilm.outputs.facts import (
+    LACKING,
+    accepted_torque_logs,
+    oil_heat,
+    plateaus_not_calculated,
+)
 from oilfilm.outputs.labels import (
     BASES,
     OTHER_CHOICES,
@@ -87,7 +92,7 @@ def certificates(results: CampaignTables) -> list[tuple[str, str]]:
 
 
 def laws(results: CampaignTables) -> Shown:
-    """The configured law of each oil beside the best of those compared, by both judges."""
+    """The configured law of each oil beside the best of those compared, by both criteria."""
     two, small = percent(2), percent(3)
     return show(
         results.law_verdicts,
@@ -333,13 +338,9 @@ def _torque_logs(results: CampaignTables) -> list[Fact]:
     gates = failed_gates.counts(runs)
     refused = [(f"Plateaus refused: {gate_name(str(gate))}", str(n)) for gate, n in gates.items()]
     facts += [(quantity, value, "torque_runs") for quantity, value in refused]
-    accepted = runs.loc[runs["accepted"], "oil"]
-    for oil, count in accepted[~accepted.isin(results.torque["oil"])].value_counts().items():
-        why = (
-            f"{count}: the oil lacks properties, a fitted law that follows each condition, or a "
-            "traction rig whose contact is known"
-        )
-        facts.append((f"Plateaus of {oil} not calculated", why, "torque"))
+    for oil, count in plateaus_not_calculated(results).items():
+        what = f"Plateaus of {oil} not calculated"
+        facts.append((what, f"{count}: the oil {LACKING}", "torque"))
     return facts
 
 
@@ -425,7 +426,7 @@ def _choice(advice: pd.DataFrame, band: pd.DataFrame) -> list[Shown]:
                 "advice_band",
             ),
             (
-                "The best oil is the same with every drag and refit",
+                "The best oil is as good as any other with every drag and refit",
                 f"{(judged['best_oil_share'] == 1).sum()} of {total}",
                 "slip_advice",
             ),

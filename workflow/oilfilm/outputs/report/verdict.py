@@ -18,7 +18,7 @@ from oilfilm.outputs.facts import (
     stand_in_oils,
     unread_logs,
 )
-from oilfilm.outputs.labels import in_words
+from oilfilm.outputs.labels import gate_name, in_words
 from oilfilm.outputs.report.contents import percent
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.torque_control import without_bistable
@@ -137,7 +137,7 @@ def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
 def _trouble(results: CampaignTables, settings: Settings) -> str:
     rules = results.runs.loc[results.runs["verdict"] == "refused", "rule"]
     gates = ", ".join(
-        str(gate).replace("_", " ") + (f" {count}" if count > 1 else "")
+        gate_name(str(gate)) + (f" {count}" if count > 1 else "")
         for gate, count in rules.value_counts().items()
     )
     pulling = results.fit_quality.loc[results.fit_quality["pulling_curves"] != "", "oil"]

@@ -182,61 +182,61 @@ def _judge(
     try:
         if evidence.obstacle:
             raise NotCheckableError(evidence.obstacle)
-        findings = {name: check.judge(evidence, grid, settings) for name, grid in grids.items()}
+        outcomes = {name: check.judge(evidence, grid, settings) for name, grid in grids.items()}
     except NotCheckableError as reason:
         return row | {"finding": f"cannot be checked: {reason}"}
-    finding = findings[check.where]
-    if finding is None:
+    outcome = outcomes[check.where]
+    if outcome is None:
         box = _JUDGED_ON[check.where]
         return row | {
             "finding": f"cannot be checked: {box} has no condition that the claim is about"
         }
-    if finding.share >= settings.audit.holds_share and finding.complete:
-        verdict = "by construction" if finding.by_construction else "holds"
+    if outcome.share >= settings.audit.holds_share and outcome.complete:
+        verdict = "by construction" if outcome.by_construction else "holds"
     else:
-        verdict = "fails" if finding.share < settings.audit.fails_share else "holds in part"
+        verdict = "fails" if outcome.share < settings.audit.fails_share else "holds in part"
     row |= {
         f"share_{name}_box": other.share
-        for name, other in findings.items()
+        for name, other in outcomes.items()
         if name in boxes and other is not None
     }
-    worst = finding.worst_case
+    worst = outcome.worst_case
     return row | {
         "verdict": verdict,
-        "finding": _sentence(finding, evidence),
-        "share": finding.share,
-        "cases": len(finding.cases),
+        "finding": _sentence(outcome, evidence),
+        "share": outcome.share,
+        "cases": len(outcome.cases),
         **worst.add_prefix("worst_"),
-        "worst_quantity": finding.quantity,
+        "worst_quantity": outcome.quantity,
     }
 
 
-def _sentence(finding: Outcome, evidence: Evidence) -> str:
+def _sentence(outcome: Outcome, evidence: Evidence) -> str:
     """Shares, parts, worst case and remarks, in plain words."""
-    by_oil = finding.cases.groupby("oil", sort=False)["holds"].mean()
-    why = f"By construction: {finding.by_construction}" if finding.by_construction else ""
-    first = f"Holds in {percent(finding.share)} of {len(finding.cases)} cases"
+    by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean()
+    why = f"By construction: {outcome.by_construction}" if outcome.by_construction else ""
+    first = f"Holds in {percent(outcome.share)} of {len(outcome.cases)} cases"
     if len(by_oil) > 1:
         first += f" ({', '.join(f'{oil} {percent(value)}' for oil, value in by_oil.items())})"
-    parts = "; ".join(f"{part}: {percent(share(holds))}" for part, holds in finding.parts.items())
-    sentences = [f"{text}." for text in (why, first, parts, _worst(finding)) if text]
+    parts = "; ".join(f"{part}: {percent(share(holds))}" for part, holds in outcome.parts.items())
+    sentences = [f"{text}." for text in (why, first, parts, _worst(outcome)) if text]
     left_out = [f"Left out: {oil} ({why})." for oil, why in evidence.unknown.items()]
-    return " ".join([*sentences, *finding.remarks, *left_out])
+    return " ".join([*sentences, *outcome.remarks, *left_out])
 
 
-def _worst(finding: Outcome) -> str:
+def _worst(outcome: Outcome) -> str:
     """The worst case: its value, its oil and its conditions."""
-    worst = finding.worst_case
+    worst = outcome.worst_case
     conditions = [worst["oil"]] if worst["oil"] else []
     conditions += [
         form.format(worst[name])
         for name, form in zip(AXES, _CONDITION_FORMS, strict=True)
         if not np.isnan(worst[name])
     ]
-    head = "Worst case" if finding.share < 1 else "Case nearest to failing"
+    head = "Worst case" if outcome.share < 1 else "Case nearest to failing"
     where = f" ({', '.join(conditions)})" if conditions else ""
     detail = f" ({worst['detail']})" if worst["detail"] else ""
-    return f"{head}{where}, {finding.quantity}: {worst['value']:{finding.form}}{detail}"
+    return f"{head}{where}, {outcome.quantity}: {worst['value']:{outcome.form}}{detail}"
 
 
 def percent(share: float) -> str:
