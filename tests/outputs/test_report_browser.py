@@ -509,11 +509,19 @@ def test_search_leaves_the_rows_with_all_words(page: Page) -> None:
     assert "1 of 55 rows" in page.inner_text("#runs .search")
 
 
+def test_search_hides_rows_on_a_narrow_screen_too(page: Page) -> None:
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.click("#runs summary")
+    page.locator("#runs input[type=search]").fill("stuck")
+    assert page.locator("#run-list tbody tr:visible").count() == 1
+
+
 def test_every_run_has_a_page_with_its_curve_and_the_gates(
     page: Page, results: CampaignTables
 ) -> None:
     page.click("#runs summary")
     page.locator("#run-list a").nth(1).click()
+    page.wait_for_selector("#run[open]")
     name = page.inner_text("#run-heading")
     points = results.points[results.points["run_id"] == name]
     assert page.locator("#run-page circle").count() == len(points) == 31
