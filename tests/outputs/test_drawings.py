@@ -403,6 +403,16 @@ def test_runs_with_a_load_for_a_set_point_have_their_own_lines(
         assert any(np.allclose(line, mu, rtol=1e-9) for line in ends), condition
 
 
+def test_runs_at_speeds_that_nobody_stated_have_their_own_lines(
+    drawing: Draw, results: CampaignTables, config: Settings
+) -> None:
+    runs = results.runs.assign(nominal_entrainment_speed_m_s=np.nan)
+    settings = without(config, "matrix", "twin", "torque")
+    _, drawn = drawing("curves", settings, runs=runs)
+    fits = drawn[(drawn["kind"] == "fit") & (drawn["oil"] == "4102")]
+    assert fits["series"].nunique() == len(matrix())
+
+
 def test_residuals_of_runs_with_a_load_for_a_set_point_have_one_mean_per_level(
     drawing: Draw, results: CampaignTables, config: Settings
 ) -> None:

@@ -156,6 +156,16 @@ def with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
     return runs.assign(nominal_max_hertz_pressure_gpa=pressure, nominal_load_n=load)
 
 
+def with_measured(runs: pd.DataFrame, points: pd.DataFrame) -> pd.DataFrame:
+    """Runs with the mean of their accepted plateaus for each set point that they do not state."""
+    names = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
+    means = points[points["accepted"]].groupby("run_id")[names].mean().reindex(runs["run_id"])
+    measured = means.add_prefix("nominal_").set_index(runs.index)
+    # a load is a set point of the pressure
+    of_load = measured["nominal_max_hertz_pressure_gpa"].mask(runs["nominal_load_n"].notna())
+    return runs.fillna(measured.assign(nominal_max_hertz_pressure_gpa=of_load))
+
+
 def _levels(
     values: "pd.Series[float]", planned: "pd.Series[float]", same: SameSetPointSettings
 ) -> "pd.Series[float]":

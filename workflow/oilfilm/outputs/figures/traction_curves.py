@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from oilfilm.curation.coverage import SET_POINTS, with_levels
+from oilfilm.curation.coverage import SET_POINTS, with_levels, with_measured
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.facts import counted
 from oilfilm.outputs.figures import style
@@ -214,7 +214,8 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
     oils = list(settings.oils)
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
     figure, axes = style.panels(1, len(oils), width, 2.8)
-    runs = with_levels(results.runs, settings)
+    # runs at speeds that nobody stated are no repeats of one condition
+    runs = with_levels(with_measured(results.runs, results.points), settings)
     drawn = []
     for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]

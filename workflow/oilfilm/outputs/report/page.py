@@ -172,10 +172,7 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
         "noise": noise,
         "meanings": {
             "verdict": meanings(_texts(said, laws)),
-            # a constant's errors are standard errors, as the note above its table says
-            "constants": meanings(
-                _texts(certificates, *constants, fits, noise).replace("\N{PLUS-MINUS SIGN}", "")
-            ),
+            "constants": meanings(_texts(certificates, *constants, fits, noise)),
             "claims": meanings(" ".join(results.claims["verdict"])),
         },
         "equations": sections.equations(results),

@@ -161,8 +161,8 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         Column("constant", "Constant"),
         Column("value", "Value", unit=""),
         Column(lower, "Joint interval", unit=""),
-        Column("standard_error", "\N{PLUS-MINUS SIGN} random", unit=""),
-        Column("systematic_standard_error", "\N{PLUS-MINUS SIGN} calibration", unit=""),
+        Column("standard_error", "Standard error, random", unit=""),
+        Column("systematic_standard_error", "Standard error, calibration", unit=""),
         Column("verdict", "Verdict", is_verdict=True),
     ]
     if rows["printed_value"].notna().any():
