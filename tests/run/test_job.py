@@ -7,7 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from oilfilm import tables
+from oilfilm import home, tables
+from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.run.job import job
 
@@ -40,12 +41,12 @@ def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: P
         assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
 
 
-def inputs_of(folder: Path, shares: list[list[str]], wildcards: dict[str, str]) -> dict[str, str]:
+def inputs_of(top: Path, shares: list[list[str]], wildcards: dict[str, str]) -> dict[str, str]:
     """Inputs in the provenance of a job that reads the points of some shares of the logs."""
-    collect = a_job(folder)
+    collect = a_job(top)
     collect.wildcards = wildcards
     for number, logs in enumerate(shares):
-        path = folder / f"parts/curate/{len(shares)}-{number}.parquet"
+        path = top / f"results/june/parts/curate/{len(shares)}-{number}.parquet"
         about = {"campaign": "june", "data": "measured", "rule": "curate", "code": "c"}
         inputs = {f"data/raw/june/{log}": log * 4 for log in logs}
         part = {**about, "settings": "s", "part": True, "inputs": inputs}
@@ -56,13 +57,36 @@ def inputs_of(folder: Path, shares: list[list[str]], wildcards: dict[str, str]) 
     return inputs
 
 
-def test_provenance_names_the_logs_whatever_shares_they_were_read_in(tmp_path: Path) -> None:
-    together = inputs_of(tmp_path, [["a", "b", "c"]], {})
+@pytest.fixture
+def copies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The top folder of results whose names do not depend on it, as of results in storage."""
+    monkeypatch.setenv(home.COPIES, str(tmp_path))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "log", ["june/samples/1.parquet", "june/parts/1.parquet", "parts/1.parquet", "june/1.json"]
+)
+def test_raw_log_is_no_result_whatever_its_name_and_folder_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, log: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = Path("data/raw", log)
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"a log that cannot be read: its reader says so")
+    ingest = a_job(tmp_path)
+    ingest.input, ingest.wildcards = [str(path)], {"shard": "0"}
+    with job(ingest) as (_, provenance):
+        assert provenance["inputs"] == {path.as_posix(): file_digest(path)[:16]}
+
+
+def test_provenance_names_the_logs_whatever_shares_they_were_read_in(copies: Path) -> None:
+    together = inputs_of(copies, [["a", "b", "c"]], {})
     assert together.keys() == {"rule curate", "data/raw/june"}
-    assert inputs_of(tmp_path, [["c"], ["a", "b"]], {}) == together
-    assert inputs_of(tmp_path, [["c"], ["a"]], {}) != together
+    assert inputs_of(copies, [["c"], ["a", "b"]], {}) == together
+    assert inputs_of(copies, [["c"], ["a"]], {}) != together
     # a part names each, so that what joins the parts can
-    assert inputs_of(tmp_path, [["a"]], {"shard": "3"}).keys() == {
+    assert inputs_of(copies, [["a"]], {"shard": "3"}).keys() == {
         "rule curate",
         "data/raw/june/a",
     }

@@ -81,16 +81,27 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
     inputs: dict[str, str] = {}
     listed = any(path.suffix == ".sha256" for path in paths)
     for path in paths:
-        if path.suffix in {".npy", ".json"} or (listed and path.is_dir()):
+        name = portable(path)
+        made = name.startswith("results/") and path.suffix in {".npy", ".json"}
+        if made or (listed and path.is_dir()):
             continue  # made from the same inputs; a twin's listing has the digests of its logs
-        between = {"parts", "samples"} & set(path.parts) and path.suffix == ".parquet"
-        footer = read_footer(path) if between else {}
+        footer = read_footer(path) if _is_table_of_part(name) else {}
         if footer.get("part"):
             inputs |= footer["inputs"]
             inputs[f"rule {footer['rule']}"] = f"code {footer['code']}, {footer['settings']}"
         else:
-            inputs[portable(path)] = input_digest(path)[:16]
+            inputs[name] = input_digest(path)[:16]
     return inputs
+
+
+def _is_table_of_part(name: str) -> bool:
+    """Whether a path from the top folder is a table that a part of a step has written.
+
+    A raw log may be Parquet too, in a folder of any name: it has no footer of oilfilm.
+    """
+    top, *folders = name.split("/")
+    of_part = folders[1:2] == ["parts"] or folders[1:3] == ["tables", "samples"]
+    return top == "results" and of_part and name.endswith(".parquet")
 
 
 def by_folder(inputs: Mapping[str, str]) -> dict[str, str]:
