@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import pyarrow.parquet as parquet
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -188,6 +189,27 @@ def test_other_bytes_under_the_same_version_are_refused(run: making.FinishedRun)
     with pytest.raises(OilfilmError, match=r"now given other bytes, first in summary\.txt"):
         released(run)
     assert bytes_of(release) == before
+
+
+def flip_last_byte_of_first_page(path: Path) -> None:
+    """A change that leaves the footer as it is, as by a failing disk."""
+    column = parquet.read_metadata(path).row_group(0).column(0)
+    start = column.dictionary_page_offset or column.data_page_offset
+    last = start + column.total_compressed_size - 1
+    content = bytearray(path.read_bytes())
+    content[last] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("table", ["tables/points", "tables/samples/oil=4102/part-0", "figures/f"])
+def test_table_with_a_flipped_bit_is_not_released(run: making.FinishedRun, table: str) -> None:
+    path = run.results / f"{table}.parquet"
+    row = {**dict.fromkeys(tables.columns("samples"), 1), "run_id": "a.csv"}
+    about = {"campaign": "demo", "data": "simulated", "content": {}}
+    tables.write(tables.from_rows([row], "samples"), "samples", run.root / path, about)
+    flip_last_byte_of_first_page(run.root / path)
+    with pytest.raises(OilfilmError, match=rf"{table}\.parquet: cannot be read as Parquet"):
+        released(replace(run, files=[*run.files, path]))
 
 
 def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.FinishedRun) -> None:

@@ -85,8 +85,8 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         The release's folder, and whether it is new.
 
     Raises:
-        OilfilmError: A raw log has changed since the run read it, or the release exists already
-            with other content.
+        OilfilmError: A raw log has changed since the run read it, a table is damaged, or the
+            release exists already with other content.
     """
     made_from = _made_from(run)
     version = version_of(made_from)
@@ -144,6 +144,8 @@ def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> 
     paths = _below(run)
     samples = [path for path in paths if path.startswith(_SAMPLES)]
     for path in paths:
+        if path.endswith(".parquet"):
+            tables.refuse_damaged(results / path)
         if path not in samples:
             copy_file(results / path, temporary / path)
     for path, file in code_files(run.home).items():
