@@ -227,6 +227,11 @@ def test_text_of_the_command_line_stays_text(folder: Path) -> None:
     assert resolve(folder, {"figures": {"fig02": {"oil": "4050"}}}).figures.fig02.oil == "4050"
 
 
+def test_comparison_of_no_law_is_refused_in_words(folder: Path) -> None:
+    with pytest.raises(OilfilmError, match=r"`compare\.laws`: found \[\], expected 1 item or more"):
+        resolve(folder, {"compare": {"laws": []}})
+
+
 @pytest.mark.parametrize(
     ("name", "expected"), [(1000.0, "decimal number"), ("a" * 300, "300 bytes"), ("", "a name")]
 )

@@ -320,7 +320,7 @@ class TorqueLogSettings(Group):
 class CompareSettings(Group):
     """Laws compared on the same points by the same fit."""
 
-    laws: Unique[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
+    laws: Levels[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
     bootstrap: int = key("Bootstrap refits of each law (whole curves are resampled).", ge=2)
     left_out_groups: int = key(
         "Up to so many curves are left out one at a time, more in so many groups.", ge=2

@@ -187,8 +187,8 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
     if kind in ("too_short", "too_long"):
         count = context.get("min_length", context.get("max_length"))
         bound = "or more" if kind == "too_short" else "or fewer"
-        things = "items" if node.get("type") == "array" else "entries"
-        return f"{count} {things} {bound}"
+        one, many = ("item", "items") if node.get("type") == "array" else ("entry", "entries")
+        return f"{count} {one if count == 1 else many} {bound}"
     bounds = {
         "greater_than": "more than {gt:g}",
         "greater_than_equal": "{ge:g} or more",
