@@ -105,7 +105,17 @@ def test_name_in_a_configuration_leads_nowhere(
     oils = {name: plain["oils"]["4102"], **plain["oils"]}
     alter(stranger, "config.yaml", as_yaml({**plain, "oils": oils}).encode())
     printed = refusal(capsys, "verify", stranger, "--rebuild", "--cores", "1")
-    assert "is not a resolved configuration" in printed
+    assert "is not a configuration of this version of oilfilm" in printed
+
+
+def test_release_with_a_key_of_an_earlier_version_says_which_code_rebuilds_it(
+    stranger: Path, config: Settings, capsys: pytest.CaptureFixture[str]
+) -> None:
+    older = as_yaml({**config.plain(), "shards": 4})
+    alter(stranger, "config.yaml", older.encode())
+    printed = refusal(capsys, "verify", stranger, "--rebuild", "--cores", "1")
+    assert "unknown key 'shards'" in printed
+    assert "rebuild it with a clone of that version; its code is in the folder code/" in printed
 
 
 # ---------------------------------------------------------------- tables

@@ -227,6 +227,13 @@ def test_text_of_the_command_line_stays_text(folder: Path) -> None:
     assert resolve(folder, {"figures": {"fig02": {"oil": "4050"}}}).figures.fig02.oil == "4050"
 
 
+def test_replaced_key_says_what_takes_its_place(folder: Path) -> None:
+    path = folder / "config.yaml"
+    path.write_text("shards: 4\n" + path.read_text("utf-8"), "utf-8")
+    with pytest.raises(OilfilmError, match=r"line 1: .*'shards'.* write `split: {runs: 250}`"):
+        resolve(folder, {})
+
+
 def test_comparison_of_no_law_is_refused_in_words(folder: Path) -> None:
     with pytest.raises(OilfilmError, match=r"`compare\.laws`: found \[\], expected 1 item or more"):
         resolve(folder, {"compare": {"laws": []}})

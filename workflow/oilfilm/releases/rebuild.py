@@ -67,7 +67,9 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
         texts = unresolve(settings)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(
-            f"{stored.folder}: config.yaml is not a resolved configuration ({error})."
+            f"{stored.folder}: config.yaml is not a configuration of this version of oilfilm "
+            f"({error}). If the release was made by another version, rebuild it with a clone of "
+            f"that version; its code is in the folder {CODE}/ of the release."
         ) from error
     simulated = _simulated_folders(settings)
     for path, text in texts.items():

@@ -28,6 +28,10 @@ _TYPE_NAMES = {
 }
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
+# Keys of earlier versions, each with what is said of it now.
+_REPLACED = {
+    "shards": "It was replaced: write `split: {runs: 250}`, the number of logs in a share.",
+}
 # Units that are taken for the expected one: (unit, factor, offset) into the expected one.
 _OTHER_UNITS = {
     "GPa": [("MPa", 1e-3, 0.0), ("Pa", 1e-9, 0.0)],
@@ -161,6 +165,8 @@ def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
     if unknown in _GROUP_OF:
         owner = _GROUP_OF[unknown]
         hint = f" It belongs under `{owner}`: write `{owner}: {{{unknown}: ...}}`."
+    if unknown in _REPLACED:
+        hint = f" {_REPLACED[unknown]}"
     return (
         f"found the unknown key {unknown!r}{under}; expected one of "
         f"{', '.join(sorted(known))}.{hint}"
