@@ -1,5 +1,6 @@
 """Fits whose parts are jobs of their own: no split changes a byte."""
 
+import time
 from math import ceil
 from pathlib import Path
 
@@ -8,7 +9,8 @@ import pandas as pd
 import pytest
 
 from fit_points import P, T, U, make_points, matrix
-from oilfilm.fitting.drawn import Drawn, read_drawn, write_block
+from oilfilm.errors import OilfilmError
+from oilfilm.fitting.drawn import Drawn, read_block, read_drawn, write_block
 from oilfilm.fitting.fit import fit_oil
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies.fit_parts import Part, compute_part
@@ -38,7 +40,7 @@ def drawn(
     def write(what: str, number: int, ends: np.ndarray | None) -> np.ndarray:
         block = slice(number * size, (number + 1) * size)
         array = compute_part(Part(of, OIL, law, what, block), points, settings, ends)
-        write_block(array, folder / law / f"{what}-{number}.npy")
+        write_block(array, folder / law / f"{what}-{number}.npz")
         return array
 
     ends = write("ends", 0, None)
@@ -46,7 +48,44 @@ def drawn(
     for what, total in whole.items():
         for number in range(ceil(total / size)):
             write(what, number, ends)
-    return read_drawn(sorted((folder / law).glob("*.npy"), reverse=True))[law]
+    return read_drawn(sorted((folder / law).glob("*.npz"), reverse=True))[law]
+
+
+def test_block_has_the_same_bytes_whenever_it_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_block(np.arange(6.0), tmp_path / "now.npz")
+    monkeypatch.setattr(time, "time", lambda: 2e9)
+    write_block(np.arange(6.0), tmp_path / "later.npz")
+    assert (tmp_path / "now.npz").read_bytes() == (tmp_path / "later.npz").read_bytes()
+
+
+def test_no_flipped_bit_of_a_block_changes_a_number(tmp_path: Path) -> None:
+    path, block = tmp_path / "refits-0.npz", np.array([[1.0, np.nan], [2.0, 3.0]])
+    write_block(block, path)
+    sound = path.read_bytes()
+    refused = 0
+    for bit in range(8 * len(sound)):
+        damaged = bytearray(sound)
+        damaged[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(damaged)
+        try:
+            np.testing.assert_array_equal(read_block(path), block)
+        except OilfilmError as error:
+            assert str(error).startswith(f"{path}: cannot be read (")
+            assert str(error).endswith("Delete it and run snakemake again.")
+            refused += 1
+    assert refused > 8 * (block.nbytes + 64)  # all of the numbers and of what says their shape
+
+
+def test_block_that_is_cut_off_or_missing_is_refused_in_words(tmp_path: Path) -> None:
+    path = tmp_path / "ends-0.npz"
+    write_block(np.arange(6.0), path)
+    path.write_bytes(path.read_bytes()[:-30])
+    for _ in range(2):
+        with pytest.raises(OilfilmError, match=r"ends-0\.npz: cannot be read \("):
+            read_drawn([path])
+        path.unlink(missing_ok=True)
 
 
 @pytest.mark.parametrize("size", [7, 100])

@@ -188,7 +188,7 @@ def parts_of_fit(of, oil, law, refits, folds=0):
     }
     names = [f"{what}-{n}" for what, count in counts.items() if count > 1 for n in range(count)]
     folder = f"results/{CAMPAIGN.name}/parts/drawn/{of}/{oil}/{law}"
-    return [f"{folder}/{name}.npy" for name in (["ends-0"] if names else []) + names]
+    return [f"{folder}/{name}.npz" for name in (["ends-0"] if names else []) + names]
 
 
 # Tables that a campaign without torque logs lacks, and those that one without a twin lacks.

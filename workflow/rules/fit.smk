@@ -17,10 +17,10 @@ rule drawn:
         ends=lambda wildcards: (
             []
             if wildcards.what == "ends"
-            else f"results/{CAMPAIGN.name}/parts/drawn/{wildcards.of}/{wildcards.oil}/{wildcards.law}/ends-0.npy"
+            else f"results/{CAMPAIGN.name}/parts/drawn/{wildcards.of}/{wildcards.oil}/{wildcards.law}/ends-0.npz"
         ),
     output:
-        part="<parts>/drawn/{of}/{oil}/{law}/{what}-{block}.npy",
+        part="<parts>/drawn/{of}/{oil}/{law}/{what}-{block}.npz",
     log:
         "<logs>/{of}-{oil}/{law}-{what}-{block}.log",
     wildcard_constraints:

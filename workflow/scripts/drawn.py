@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-import numpy as np
-
-from oilfilm.fitting.drawn import write_block
+from oilfilm.fitting.drawn import read_block, write_block
 from oilfilm.run.job import job
 from oilfilm.studies.fit_parts import Part, compute_part
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -15,6 +13,6 @@ with job(snakemake) as (settings, _):
     block = slice(first, first + size)
     part = Part(wildcards.of, wildcards.oil, wildcards.law, wildcards.what, block)
     given = snakemake.input.get("ends")
-    ends = np.load(given) if given else None
+    ends = read_block(Path(given)) if given else None
     points = CampaignTables.of_job(snakemake.input).points
     write_block(compute_part(part, points, settings, ends), Path(snakemake.output.part))

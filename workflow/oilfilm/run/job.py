@@ -82,7 +82,7 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
     listed = any(path.suffix == ".sha256" for path in paths)
     for path in paths:
         name = portable(path)
-        made = name.startswith("results/") and path.suffix in {".npy", ".json"}
+        made = name.startswith("results/") and path.suffix in {".npz", ".json"}
         if made or (listed and path.is_dir()):
             continue  # made from the same inputs; a twin's listing has the digests of its logs
         footer = read_footer(path) if _is_table_of_part(name) else {}
