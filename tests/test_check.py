@@ -274,6 +274,21 @@ def test_log_of_another_project_is_not_judged_by_the_settings_of_this_one(
     assert main(["check", "data/raw/june/a.csv"]) == 0
 
 
+def test_log_of_another_project_is_refused_beside_a_log_of_this_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("june", "july"):
+        project = tmp_path / f"project of {name}"
+        shutil.copytree(ROOT / "config", project / "config")
+        write_campaign(project, name, read_campaign(ROOT, "demo"))
+        log = project / f"data/raw/{name}/a.csv"
+        log.parent.mkdir(parents=True)
+        log.write_bytes(traction_text())
+    monkeypatch.chdir(tmp_path / "project of june")
+    assert main(["check", "data/raw/june/a.csv", str(log)]) == 2
+    assert f"{log}: is of the campaign july in the project" in capsys.readouterr().err
+
+
 def test_many_refused_runs_of_one_log_are_counted_at_its_end() -> None:
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings, TRACTION_RIG)

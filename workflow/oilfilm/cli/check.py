@@ -33,8 +33,8 @@ def run(options: argparse.Namespace) -> int:
     raw = project_folder(options.config) / "data" / "raw"
     given = [log for path in options.logs for log in _logs_at(path)]
     campaign = options.campaign or _campaign_of(given, raw, config)
-    if not campaign and not options.config:
-        _refuse_logs_of_other_projects(given)
+    if not options.campaign and not options.config:
+        _refuse_logs_of_other_projects(given, raw)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
     paths = [path for path in dict.fromkeys(given) if not is_run_sheet(path, raw)]
@@ -78,9 +78,15 @@ def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
     return known[0] if known else None
 
 
-def _refuse_logs_of_other_projects(paths: Iterable[Path]) -> None:
-    """Raise where a log lies in another project folder: it needs the settings that are there."""
-    for path in (Path(os.path.realpath(path)) for path in paths):
+def _refuse_logs_of_other_projects(paths: Iterable[Path], own: Path) -> None:
+    """Raise if a log is in another project folder: it needs the settings that are there.
+
+    Args:
+        paths: The logs.
+        own: The folder of the campaigns' folders in the present project.
+    """
+    real = [Path(os.path.realpath(path)) for path in paths]
+    for path in (path for path in real if own.resolve() not in path.parents):
         for raw in (folder for folder in path.parents if folder.parts[-2:] == ("data", "raw")):
             project = raw.parents[1]
             campaign = path.relative_to(raw).parts[0].removesuffix("-torque")
