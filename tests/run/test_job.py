@@ -7,10 +7,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from campaigns import ROOT
 from oilfilm import home, tables
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
-from oilfilm.run.job import job
+from oilfilm.run.job import _SPLIT, job
+from oilfilm.settings.config import SplitSettings
 
 
 def a_job(tmp_path: Path) -> SimpleNamespace:
@@ -109,6 +111,31 @@ def test_disk_that_takes_no_file_ends_a_job_in_a_sentence(
     message = capsys.readouterr().err
     assert message.startswith(sentence)
     assert "points.parquet" in message
+
+
+@pytest.mark.parametrize(
+    ("rule", "advice"),
+    [
+        ("curate", "A lower `split.runs` in config.yaml makes its jobs smaller."),
+        ("fit", "A lower `split.refits` in config.yaml makes its jobs smaller."),
+        ("report", "Free some or raise the limit of the job, then run snakemake again."),
+    ],
+)
+def test_lack_of_memory_names_the_key_that_makes_jobs_of_the_rule_smaller(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], rule: str, advice: str
+) -> None:
+    of_rule = a_job(tmp_path)
+    of_rule.rule = rule
+    with pytest.raises(SystemExit), job(of_rule):
+        raise MemoryError
+    assert capsys.readouterr().err.rstrip("\n").endswith(advice)
+
+
+@pytest.mark.parametrize("rule", sorted(_SPLIT))
+def test_rule_whose_jobs_can_be_made_smaller_exists(rule: str) -> None:
+    rules = "".join(path.read_text("utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))
+    assert f"\nrule {rule}:\n" in rules
+    assert set(_SPLIT[rule]) <= SplitSettings.model_fields.keys()
 
 
 def test_other_trouble_with_files_is_a_fault_of_the_program(tmp_path: Path) -> None:

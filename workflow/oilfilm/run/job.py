@@ -14,6 +14,14 @@ from oilfilm.run.start import machine_fault
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import read_footer
 
+# Keys of `split` that give each job of a rule less to do.
+_SPLIT = {
+    **dict.fromkeys(("ingest", "curate"), ("runs",)),
+    "fit": ("refits",),
+    "drawn": ("refits", "folds"),
+    "compare": ("laws", "refits", "folds"),
+}
+
 
 @contextmanager
 def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
@@ -39,8 +47,8 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
         _end(f"{fault} ({error}). Finished steps are kept: run snakemake again.", log)
     except MemoryError:
         _end(
-            "There is not enough memory for this step. Free some, raise the limit of the job, or "
-            "lower `split.runs` in config.yaml, then run snakemake again.",
+            "There is not enough memory for this step. Free some or raise the limit of the job, "
+            f"then run snakemake again.{_advice_on_split(snakemake.rule)}",
             log,
         )
 
@@ -48,6 +56,11 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
 def say(text: str, stream: TextIO = sys.stdout) -> None:
     """Print a text; at a terminal it takes the place of the line of progress."""
     print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
+
+
+def _advice_on_split(rule: str) -> str:
+    keys = " or ".join(f"`split.{key}`" for key in _SPLIT.get(rule, ()))
+    return f" A lower {keys} in config.yaml makes its jobs smaller." if keys else ""
 
 
 def _end(sentence: str, log: Path) -> NoReturn:
