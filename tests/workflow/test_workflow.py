@@ -346,6 +346,22 @@ def test_split_decides_which_jobs_share_the_work(project: Path) -> None:
     assert jobs["drawn"] == 3 + 2 + 2 * 2  # searches, refits of the fit, curves left out
 
 
+def test_another_size_of_blocks_does_not_repeat_the_searches(project: Path) -> None:
+    law = resolve(project / "config", {"campaign": "small"}).fit.law
+    ends = f"results/small/parts/drawn/fit/4102/{law}/ends-0.npz"
+    coefficients = "results/small/tables/coefficients.parquet"
+    campaign = project / "config/campaigns/small.yaml"
+    before = campaign.read_text(encoding="utf-8")
+    try:
+        with_split(project, {"refits": 10})
+        succeed(project, ends, *SMALL)
+        with_split(project, {"refits": 5})
+        jobs = planned(project, coefficients, *SMALL)
+    finally:
+        campaign.write_text(before, encoding="utf-8")
+    assert jobs["drawn"] == 4  # blocks of refits
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("split", [SPLIT, {"runs": 1}, {"runs": 1000, "refits": 3, "laws": 2}])
 def test_release_has_the_same_bytes_however_the_work_is_split(

@@ -8,6 +8,10 @@ FIT_TABLES = (
 )
 
 
+# Refits or groups of curves in one job; the searches of a fit are one job, whatever `split` sets.
+SIZES = {"ends": 0, "refits": SETTINGS.split.refits or 0, "left-out": SETTINGS.split.folds or 0}
+
+
 # A fit of many curves in jobs of their own, where `split` asks for it: first the ends of its searches,
 # then blocks of its refits and of the curves that are left out.
 rule drawn:
@@ -29,9 +33,7 @@ rule drawn:
         what="ends|refits|left-out",
     params:
         code=code("drawn.py"),
-        size=lambda wildcards: (
-            (SETTINGS.split.folds if wildcards.what == "left-out" else SETTINGS.split.refits) or 0
-        ),
+        size=lambda wildcards: SIZES[wildcards.what],
         config=lambda wildcards: (
             part("fit", "seed")
             if wildcards.of == "fit"
