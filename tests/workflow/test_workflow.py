@@ -236,6 +236,16 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
     assert "row 4: 'later.csv' matches no log" in listed
 
 
+def test_tables_of_runs_and_points_name_their_run_sheet(project: Path, own: Path) -> None:
+    digest = file_digest(own / "runs.csv")[:16]
+    for table in ("points", "runs", "quarantine"):
+        footer = tables.read_footer(project / f"results/own/tables/{table}.parquet")
+        assert footer["inputs"]["data/raw/own/runs.csv"] == digest
+    # no fit is made again for a row of the sheet that leaves its points as they are
+    of_oil = tables.read_footer(project / "results/own/parts/collect/4102/points.parquet")
+    assert of_oil["inputs"].keys() == {"logs of 4102"}
+
+
 def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None:
     name = "4102_P1.50_U40_T120.csv"
     with changed(own / name, "\n", "\n\n"):

@@ -344,6 +344,11 @@ def keep_first_seen():
         )
 
 
+def run_sheet_of(folder):
+    """The run sheet in a folder of logs with its digest, as inputs of a table; empty without one."""
+    return {path: digest[:16] for path, digest in SHEETS.items() if Path(path).parent == folder}
+
+
 def sheet_of_shard(wildcards):
     """What the run sheet says of the logs of one share: a changed row reads only its logs again."""
     if SHEET is None:

@@ -43,6 +43,8 @@ checkpoint collect:
         code=code("collect.py"),
         oils=OILS,
         shares=SHARDS,
+        # here and not in `ingest`, where each share depends on its own rows alone
+        run_sheet=run_sheet_of(RAW),
         config=part("film", "gates", "rigs", "same_set_point", campaign=("repeated_conditions",)),
     script:
         "../scripts/collect.py"

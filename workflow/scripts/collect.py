@@ -12,6 +12,7 @@ from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
     inputs, outputs = snakemake.input, snakemake.output
+    provenance["inputs"] |= snakemake.params.run_sheet
     shares = CampaignTables.of_job(inputs)
     samples = Path(outputs.points).with_name("samples")
     remove_others(samples, snakemake.params.oils, snakemake.params.shares)
