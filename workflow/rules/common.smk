@@ -156,13 +156,14 @@ SHARDS = list(FILES_OF_SHARE)
 # The samples of one share. Patterns are texts of their own where several rules expand them: an
 # output of a rule that is kept in object storage cannot be expanded.
 SAMPLES = [f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS]
+PARTS = f"results/{CAMPAIGN.name}/parts"
 
 
 pathvars:
     raw=RAW.as_posix(),
     torque_raw=TORQUE_RAW.as_posix(),
     tables=f"results/{CAMPAIGN.name}/tables",
-    parts=f"results/{CAMPAIGN.name}/parts",
+    parts=PARTS,
     figures=f"results/{CAMPAIGN.name}/figures",
     logs=f"results/{CAMPAIGN.name}/logs",
     results=f"results/{CAMPAIGN.name}",
@@ -175,20 +176,27 @@ wildcard_constraints:
     oil="|".join(OILS),
 
 
+# Refits or groups of curves in one job; the searches of a fit are one job, whatever `split` sets.
+SIZES = {"ends": 0, "refits": SETTINGS.split.refits or 0, "left-out": SETTINGS.split.folds or 0}
+
+
 def blocks(total, size):
-    """Number of jobs for so many refits, laws or groups of curves: 1 without a `size`."""
+    """Number of jobs for so many refits or groups of curves: 1 without a `size`."""
     return -(-total // size) if size else 1
 
 
+def part_file(of, oil, law, what, block):
+    """File of a part of one law's fit to one oil."""
+    return f"{PARTS}/drawn/{of}/{oil}/{law}/{what}-{block}.npz"
+
+
 def parts_of_fit(of, oil, law, refits, folds=0):
-    """Files of the parts of a fit that are jobs of their own; none unless `split` asks for them."""
-    counts = {
-        "refits": blocks(refits, SETTINGS.split.refits),
-        "left-out": blocks(folds, SETTINGS.split.folds),
-    }
-    names = [f"{what}-{n}" for what, count in counts.items() if count > 1 for n in range(count)]
-    folder = f"results/{CAMPAIGN.name}/parts/drawn/{of}/{oil}/{law}"
-    return [f"{folder}/{name}.npz" for name in (["ends-0"] if names else []) + names]
+    """Files of the parts of a fit that are jobs of their own; none unless `split` sets them."""
+    totals = {"refits": refits, "left-out": folds}
+    counts = {what: blocks(total, SIZES[what]) for what, total in totals.items()}
+    parts = [(what, n) for what, count in counts.items() if count > 1 for n in range(count)]
+    searches = [("ends", 0)] if parts else []
+    return [part_file(of, oil, law, what, n) for what, n in searches + parts]
 
 
 # Tables that a campaign without torque logs lacks, and those that one without a twin lacks.

@@ -10,10 +10,9 @@ COMPARE_TABLES = (
 
 
 COMPARED_LAWS = COMPARED.compare.laws
-# Laws of one job.
+LAWS_PER_JOB = SETTINGS.split.laws or len(COMPARED_LAWS)
 LAWS_OF_PART = [
-    COMPARED_LAWS[first : first + (SETTINGS.split.laws or len(COMPARED_LAWS))]
-    for first in range(0, len(COMPARED_LAWS), SETTINGS.split.laws or len(COMPARED_LAWS))
+    COMPARED_LAWS[first : first + LAWS_PER_JOB] for first in range(0, len(COMPARED_LAWS), LAWS_PER_JOB)
 ]
 
 

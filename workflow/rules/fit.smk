@@ -8,11 +8,7 @@ FIT_TABLES = (
 )
 
 
-# Refits or groups of curves in one job; the searches of a fit are one job, whatever `split` sets.
-SIZES = {"ends": 0, "refits": SETTINGS.split.refits or 0, "left-out": SETTINGS.split.folds or 0}
-
-
-# A fit of many curves in jobs of their own, where `split` asks for it: first the ends of its searches,
+# A fit of many curves in jobs of their own, if `split` sets them: first the ends of its searches,
 # then blocks of its refits and of the curves that are left out.
 rule drawn:
     "A part of one law's fit to one oil."
@@ -21,10 +17,10 @@ rule drawn:
         ends=lambda wildcards: (
             []
             if wildcards.what == "ends"
-            else f"results/{CAMPAIGN.name}/parts/drawn/{wildcards.of}/{wildcards.oil}/{wildcards.law}/ends-0.npz"
+            else part_file(wildcards.of, wildcards.oil, wildcards.law, "ends", 0)
         ),
     output:
-        part="<parts>/drawn/{of}/{oil}/{law}/{what}-{block}.npz",
+        part=part_file("{of}", "{oil}", "{law}", "{what}", "{block}"),
     log:
         "<logs>/{of}-{oil}/{law}-{what}-{block}.log",
     wildcard_constraints:
