@@ -12,7 +12,8 @@ COMPARE_TABLES = (
 COMPARED_LAWS = COMPARED.compare.laws
 LAWS_PER_JOB = SETTINGS.split.laws or len(COMPARED_LAWS)
 LAWS_OF_PART = [
-    COMPARED_LAWS[first : first + LAWS_PER_JOB] for first in range(0, len(COMPARED_LAWS), LAWS_PER_JOB)
+    COMPARED_LAWS[first : first + LAWS_PER_JOB]
+    for first in range(0, len(COMPARED_LAWS), LAWS_PER_JOB)
 ]
 
 
