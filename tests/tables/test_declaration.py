@@ -7,6 +7,7 @@ import pint
 import pytest
 
 from oilfilm import tables
+from oilfilm.outputs import tables_page
 from oilfilm.outputs.figures.registry import drawn_tables
 from oilfilm.outputs.table_examples import examples, read_examples
 from oilfilm.outputs.tables_page import PAGE, page
@@ -91,10 +92,21 @@ def test_reference_page_is_that_of_the_declaration() -> None:
     assert PAGE.read_text(encoding="utf-8") == page()
 
 
+def test_new_table_and_new_column_have_a_dash_until_there_is_an_example(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    known = {name: of for name, of in read_examples().items() if name != "points"}
+    del known["runs"]["oil"]
+    monkeypatch.setattr(tables_page, "read_examples", lambda: known)
+    points, runs = (page().partition(f"\n## {name}\n")[2] for name in ("points", "runs"))
+    for section in (points, runs):
+        assert "\n| `oil` | text | - |" in section.partition("\n## ")[0]
+
+
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_every_column_has_an_example_that_its_declaration_allows(model: tables.Table) -> None:
     """`oilfilm.outputs.table_examples` says how to renew them."""
-    shown = read_examples()[model.name]
+    shown = read_examples().get(model.name, {})
     assert list(shown) == model.names
     # no example: no finished table had a value, so the column must be one that may be empty
     row = {

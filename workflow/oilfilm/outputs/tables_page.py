@@ -35,7 +35,7 @@ def page() -> str:
     of_figures = drawn_tables()
     others = [table for table in TABLES.values() if table not in of_figures]
     examples = read_examples()
-    sections = (_section(table, examples[table.name]) for table in (*others, *of_figures))
+    sections = (_section(table, examples.get(table.name, {})) for table in (*others, *of_figures))
     return "\n".join([_BEGINS, *sections])
 
 
@@ -52,7 +52,7 @@ def _section(table: Table, examples: dict[str, Any]) -> str:
         *([f"Belongs to: {'; '.join(references)}."] if references else []),
         "",
         _COLUMNS_BEGIN,
-        *(_row(column, examples[column.name]) for column in table.columns),
+        *(_row(column, examples.get(column.name)) for column in table.columns),
     ]
     return "\n".join(lines) + "\n"
 
