@@ -39,12 +39,12 @@ from oilfilm.curation.curate import Curated, collect, curate_parts  # noqa: E402
 from oilfilm.readers.ingest import ingest_logs, read_bytes, sample_files  # noqa: E402
 from oilfilm.readers.raw_files import shares_of  # noqa: E402
 from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
+from oilfilm.settings.config import SplitSettings  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from oilfilm.settings.resolved import Settings  # noqa: E402
 
 CORES = 2
 HEADER_LINES = 5
-RUNS_A_SHARE = 250
 PROVENANCE = {"campaign": "bench", "data": "simulated"}
 
 
@@ -98,8 +98,9 @@ def carry_naively(path: Path, out: Path) -> None:
 
 
 def shares_in(folder: Path) -> dict[int, list[str]]:
-    """The logs of each share."""
-    return shares_of([path.name for path in sorted(folder.iterdir())], RUNS_A_SHARE)
+    """The logs of each share: of the default size, or smaller, so that each process has one."""
+    names = [path.name for path in sorted(folder.iterdir())]
+    return shares_of(names, min(SplitSettings().runs, -(-len(names) // CORES)))
 
 
 def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curated:

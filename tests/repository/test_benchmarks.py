@@ -3,10 +3,18 @@
 import ast
 from importlib import import_module
 from pathlib import Path
+from runpy import run_path
 
 import pytest
 
 from campaigns import ROOT
+
+
+def test_small_benchmark_of_ingest_gives_each_process_a_share(tmp_path: Path) -> None:
+    ingest = run_path(str(ROOT / "benchmarks/ingest.py"))
+    for number in range(40):
+        (tmp_path / f"run{number}.csv").touch()
+    assert len(ingest["shares_in"](tmp_path)) == ingest["CORES"]
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("*.py")), ids=lambda p: p.stem)
