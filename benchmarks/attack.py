@@ -36,6 +36,7 @@ from oilfilm.releases.manifest import files_below  # noqa: E402
 from oilfilm.releases.verify import verify  # noqa: E402
 from reproduce import succeed  # noqa: E402
 
+NOT_FOUND = "NOT FOUND"
 SHARE = 100
 FORMATS = ("csv", "csv", "csv", "tdms", "lvm", "parquet")
 CASES = {
@@ -130,7 +131,7 @@ def what_reader_says(file: Path, table: str, seed: int) -> str:
     except OilfilmError:
         return "found by its reader"
     same = footer == as_written[0] and content.equals(as_written[1])
-    return "changes nothing that is read" if same else f"NOT FOUND: {file}"
+    return "changes nothing that is read" if same else NOT_FOUND
 
 
 def flipped_bits(seed: int) -> bool:
@@ -147,7 +148,7 @@ def flipped_bits(seed: int) -> bool:
             copy = Path(folder, "copy")
             shutil.copytree(release, copy, copy_function=shutil.copyfile)
             flipped(copy / path, seed)
-            counts["release, " + ("found" if complaints(copy) else f"NOT FOUND: {path}")] += 1
+            counts["release, " + ("found" if complaints(copy) else f"{NOT_FOUND}: {path}")] += 1
             shutil.rmtree(copy)
         results = project / "results/small"
         drawn_tables()  # declares them, so that they can be read
@@ -159,10 +160,11 @@ def flipped_bits(seed: int) -> bool:
                 counts[f"run, {file.suffix or file.name}: no checksum before a release"] += 1
                 continue
             table = tables.read_footer(file)["table"]
-            counts[f"run, table: {what_reader_says(file, table, seed)}"] += 1
+            what = what_reader_says(file, table, seed)
+            counts[f"run, table: {what}" + (f": {path}" if what == NOT_FOUND else "")] += 1
     for what, count in sorted(counts.items()):
         print(f"one bit flipped in a file of a {what}: {count}", flush=True)
-    return not any("NOT FOUND" in what for what in counts)
+    return not any(NOT_FOUND in what for what in counts)
 
 
 def complaints(release: Path) -> bool:

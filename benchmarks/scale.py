@@ -6,9 +6,9 @@ Whole runs of the default workflow on simulated logs, as if a laboratory had mea
 - `one oil`: 300 and 3 000 runs of one oil.
 - `long logs`: 1 000 logs of 4 000 rows, as a rig writes them, from file to points.
 
-Before each run stand two dry runs; the second is measured. CPU times are used: user and system,
+Two dry runs precede each run; the second is measured. CPU times are used: user and system,
 of all processes. A straight line through the two smaller sizes predicts the largest one, and the
-largest two sizes predict a million runs.
+largest two sizes predict a million runs. Growth beyond the allowed limits ends in exit code 1.
 
     python benchmarks/scale.py [most runs] [--draw]
 """
@@ -230,7 +230,7 @@ def report(rows: list[Row]) -> Iterator[str]:
     one_oil = series(rows, "one oil", "whole run", "cpu_s")
     if len(one_oil) == 2:
         (few, low), (many, high) = sorted(one_oil.items())
-        ratio = high / low / (many / few)
+        ratio = growth(one_oil)
         yield (
             f"- One oil: {many:,} runs take {high:.0f} s of CPU, {few} take {low:.0f} s: "
             f"{ratio:.2f} times linear growth; allowed {1 + ONE_OIL}."
@@ -256,6 +256,24 @@ def error_of_line(values: dict[int, float]) -> float:
     """By how much the largest size differs from the line through the two before it, relative."""
     *fitted, (largest, value) = sorted(values.items())
     return value / line(dict(fitted), largest) - 1
+
+
+def growth(values: dict[int, float]) -> float:
+    """Growth from the smallest to the largest size, over that of the number of runs."""
+    (few, low), *_, (many, high) = sorted(values.items())
+    return high / low / (many / few)
+
+
+def complaints(rows: list[Row]) -> list[str]:
+    """What grows by more than is allowed."""
+    found = []
+    whole = series(rows, "oils", "whole run", "cpu_s")
+    if len(whole) > 2 and abs(error_of_line(whole)) > LINEAR:
+        found.append(f"Whole run: more than {LINEAR:.0%} off the line.")
+    one_oil = series(rows, "one oil", "whole run", "cpu_s")
+    if len(one_oil) == 2 and growth(one_oil) > 1 + ONE_OIL:
+        found.append(f"One oil: more than {1 + ONE_OIL} times linear growth.")
+    return found
 
 
 def draw(rows: list[Row]) -> None:
@@ -303,3 +321,6 @@ if __name__ == "__main__":
     print("\n".join(results))
     write_page(results)
     draw(read_table())
+    if too_much := complaints(read_table()):
+        print("\n".join(too_much), file=sys.stderr)
+        raise SystemExit(1)

@@ -17,6 +17,27 @@ def test_small_benchmark_of_ingest_gives_each_process_a_share(tmp_path: Path) ->
     assert len(ingest["shares_in"](tmp_path)) == ingest["CORES"]
 
 
+@pytest.mark.parametrize(
+    ("campaign", "seconds", "complaint"),
+    [
+        ("oils", {100: 10, 1000: 100, 10000: 1000}, ""),
+        ("oils", {100: 10, 1000: 100, 10000: 1200}, "Whole run: more than 10% off the line."),
+        ("oils", {100: 10, 1000: 100, 10000: 800}, "Whole run: more than 10% off the line."),
+        ("one oil", {300: 10, 3000: 110}, ""),
+        ("one oil", {300: 10, 3000: 130}, "One oil: more than 1.2 times linear growth."),
+    ],
+)
+def test_benchmark_of_scale_complains_about_growth_beyond_its_limits(
+    campaign: str, seconds: dict[int, float], complaint: str
+) -> None:
+    scale = run_path(str(ROOT / "benchmarks/scale.py"))
+    rows = [
+        scale["Row"]("0123456", campaign, runs, "whole run", "cpu_s", value)
+        for runs, value in seconds.items()
+    ]
+    assert "".join(scale["complaints"](rows)) == complaint
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("*.py")), ids=lambda p: p.stem)
 def test_benchmark_imports_what_the_library_has(path: Path) -> None:
     imports = [
