@@ -8,7 +8,7 @@ import re
 import zlib
 from pathlib import Path
 
-# What a writer adds to the metadata: the place of the checksum, for which zeros stand.
+# What a writer adds to the metadata: a placeholder of zeros for the checksum.
 PLACE = {"oilfilm.footer_crc32": "00000000"}
 
 _STATED = re.compile(rb"oilfilm\.footer_crc32..([0-9a-f]{8})", re.DOTALL)
@@ -30,7 +30,7 @@ def seal(path: Path) -> None:
 
 
 def is_sound(path: Path) -> bool:
-    """Whether a footer has its checksum, or has none at all, as in tables of before.
+    """Whether a footer has its checksum, or none at all, as in tables written by earlier versions.
 
     Raises:
         OSError: There is no such file, or it is too short for a footer.
@@ -52,7 +52,7 @@ def _footer(path: Path) -> bytes:
 
 
 def _stated(footer: bytes) -> tuple[int, slice]:
-    """The checksum that a footer states, and where: the last place, because texts stand before."""
+    """The checksum in a footer, and where: the last match, as texts come earlier in the footer."""
     *_, last = _STATED.finditer(footer)
     return int(last[1], 16), slice(*last.span(1))
 
