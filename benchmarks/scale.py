@@ -54,6 +54,8 @@ NAMES = {"__main__.py": "snakemake"}
 # A line through two small sizes predicts the largest one within this.
 LINEAR = 0.10
 ONE_OIL = 0.20
+# The line of a step that takes less is not judged: starting Python varies as much.
+LEAST_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -218,7 +220,8 @@ def report(rows: list[Row]) -> Iterator[str]:
             if not values:
                 continue
             cells = [f"{values[size]:.3g}" if size in values else "" for size in sizes]
-            cells.append(f"{error_of_line(values):+.0%}" if len(values) > 2 else "")
+            grows = quantity != "cpu_s" or sorted(values.values())[-2:][0] >= LEAST_S
+            cells.append(f"{error_of_line(values):+.0%}" if grows and len(values) > 2 else "")
             cells.append(f"{line(values, FAR):,.2g}" if len(values) > 1 else "")
             yield f"| `{step}` | {' | '.join(cells)} |"
     yield ""
@@ -281,7 +284,7 @@ def draw(rows: list[Row]) -> None:
     figure = Figure(figsize=(DOUBLE_COLUMN_IN, 3.4))
     time, memory = figure.subplots(1, 2)
     jobs = [step for step in steps_of(rows) if step not in {"whole run", "dry run"}][:6]
-    draw_growth(time, rows, "cpu_s", ["whole run", "dry run", *jobs])
+    draw_growth(time, rows, "cpu_s", ["dry run", *jobs, "whole run"])
     time.set(ylabel="CPU time (s)")
     draw_growth(memory, rows, "mib", ["dry run", *jobs])
     memory.set(ylabel="Memory of the largest process (MiB)")

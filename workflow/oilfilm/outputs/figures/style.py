@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -50,6 +51,8 @@ LEVEL_PHRASES = {
     "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
     "slide_roll_ratio": "S = {:g}",
 }
+# Decimal places of the positions of axes, as shares of the figure: far below a pixel.
+_PLACES = 6
 _SMALL_PRINT: dict[str, Any] = {"va": "top", "fontsize": 6, "color": GREY}
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
@@ -239,8 +242,19 @@ def plain(text: str) -> str:
 def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
     metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
+    _lay_out(figure)
     for path in paths:
         with atomic_file(path) as aside:
             figure.savefig(aside, format=path.suffix[1:], metadata=metadata[path.suffix])
-        # what is laid out once stays so
-        figure.set_layout_engine("none")
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place the axes once, on a grid: the solver of the layout may differ in the last bits.
+
+    The order of its sums depends on addresses in memory.
+    """
+    figure.set_dpi(mpl.rcParams["savefig.dpi"])
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        axes.set_position(np.round(axes.get_position(original=True).bounds, _PLACES))
