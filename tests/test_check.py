@@ -228,8 +228,9 @@ def test_log_of_either_kind_needs_the_option(
 
 
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = tmp_path / "demo-torque"
-    folder.mkdir()
+    # a project may have the name of its campaign
+    folder = tmp_path / "demo/data/raw/demo-torque"
+    folder.mkdir(parents=True)
     (folder / "a.csv").write_bytes(stuck(SOUND["torque"]))
     (folder / "b.csv").write_text("nothing that can be read\n")
     logs = checked(capsys, folder / "a.csv", folder / "b.csv", *CONFIG)

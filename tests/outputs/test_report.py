@@ -169,7 +169,7 @@ def test_verdict_is_a_few_lines_with_the_numbers(results: CampaignTables, config
     assert "54 of 55 runs and 1674 of 1674 points" in lines["Data"]
     assert all(oil in lines["Fit"] for oil in OILS)
     assert "1 run refused (stuck sensor)" in lines["Trouble"]
-    assert "1 log could not be read" in lines["Trouble"]
+    assert "1 log without a run (unreadable)" in lines["Trouble"]
     assert "STAND-IN" in lines["Trouble"]
     assert "holds 1." in lines["Paper"]
     assert "20.0 % in the median, 30.0 % at worst" in lines["Paper"]  # of 0.1 and -0.3

@@ -66,7 +66,7 @@ def row_of(text: str, first: str, column: str = "") -> list[str]:
 def test_summary_of_the_demonstration(demo: Campaign) -> None:
     text = text_of(demo, "4010")
     assert "SIMULATED" in text
-    assert "- Logs: 218 of 218 were read.\n- Runs: 212 of 218 are accepted.\n" in text
+    assert "- Logs: 218 of 218 have runs.\n- Runs: 212 of 218 are accepted.\n" in text
     assert "STAND-IN properties are used for 4102, 4050" in text
     matrix = "Conditions of the test matrix: 212 of 216 are accepted. Refused: 4. Missing: none."
     assert f"{matrix} Tested outside the matrix: 1.\n" in text

@@ -156,11 +156,13 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
         OilfilmError: It may be of either kind.
     """
     campaign = settings.campaign
-    folders = {folder.name for folder in Path(file).resolve().parents}
-    if campaign.torque is None or campaign.name in folders:
+    if campaign.torque is None:
         return TRACTION_RIG
-    if f"{campaign.name}-torque" in folders:
-        return TORQUE_RIG
+    # the nearest folder decides: that of the project may have the name of the campaign, too
+    of_folder = {campaign.name: TRACTION_RIG, f"{campaign.name}-torque": TORQUE_RIG}
+    for folder in Path(file).resolve().parents:
+        if folder.name in of_folder:
+            return of_folder[folder.name]
     readings = [read_log(content, file, settings, kind.logs)[1] for kind in _KINDS]
     fitting = [
         kind

@@ -111,13 +111,13 @@ def _remarks(quality: pd.DataFrame, ranked: pd.DataFrame) -> list[str]:
             )
         lost = rows.loc[~rows["identifiable"], "constant"]
         if len(lost):
-            why = _conditions_in_words(sentences(fit)).split("; ")
+            why = conditions_in_words(sentences(fit)).split("; ")
             reasons = " ".join(map(sentence, why))
             lines += bullet(f"{oil}: not identifiable: {', '.join(lost)}. {reasons}")
     return lines
 
 
-def _conditions_in_words(text: str) -> str:
+def conditions_in_words(text: str) -> str:
     """A text with the columns of conditions in words."""
     for name, quantity in QUANTITIES.items():
         text = re.sub(rf"\b{name}\b", quantity.meaning.partition(",")[0], text)
@@ -180,7 +180,10 @@ def _constants(fitted: pd.DataFrame, ranked: pd.DataFrame) -> list[str]:
         f"{sentence(row['determined'].removeprefix('no, '))}"
         for row in tables.rows(unsure)
     ]
-    note = "The 95 % interval is the value +- what follows it."
+    note = (
+        "+- is half the width of the 95 % interval of that constant alone. The interval need not "
+        "be centred on the value: see lower and upper of coefficients.parquet."
+    )
     return section("Fitted constants", [note], *blocks, reasons)
 
 

@@ -101,7 +101,7 @@ def _data(results: CampaignTables, settings: Settings) -> list[str]:
     campaign = settings.campaign
     read, unread = set(results.runs["file"]), unread_logs(results)
     return [
-        f"- Logs: {len(read)} of {len(read | unread)} were read.",
+        f"- Logs: {len(read)} of {len(read | unread)} have runs.",
         f"- Runs: {accepted_runs(results)} are accepted.",
         *(f"- NOT ENOUGH: {sentence(lacking)}" for lacking in shortfalls(results, campaign)),
         f"- Points: {accepted_points(results)} are accepted.",
@@ -141,7 +141,7 @@ def _covered(results: CampaignTables) -> list[str]:
 
 def _may_be_unread(counts: Mapping[str, int], results: CampaignTables) -> str:
     unread = len(unread_logs(results))
-    return f" ({counted(unread, 'log')} could not be read)" if unread and counts["missing"] else ""
+    return f" ({counted(unread, 'log')} without a run)" if unread and counts["missing"] else ""
 
 
 def _unjudged(points: pd.DataFrame, campaign: Campaign) -> list[str]:

@@ -16,6 +16,7 @@ import scipy
 from oilfilm.fitting.conditions import LEAST_SIZE, FixedCondition
 from oilfilm.fitting.fitted import FittedLaw
 from oilfilm.outputs.colours import oil_colour
+from oilfilm.outputs.fit_sentences import conditions_in_words
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
 from oilfilm.settings.config import Box, NearbySettings
 from oilfilm.settings.resolved import Settings
@@ -253,7 +254,7 @@ def _over_axes(fixed: FixedCondition, law: Law, load_at_1_gpa: float | None) -> 
         "within": fixed.within / power,
         "least_size": LEAST_SIZE.get(fixed.condition, 0.0),
         "in_step": in_step,
-        "where": fixed.sentence(),
+        "where": conditions_in_words(fixed.sentence()),
     }
 
 

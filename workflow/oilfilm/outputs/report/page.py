@@ -145,6 +145,7 @@ def page(
         "downloads": _downloads(results),
         "style": _asset("page.css"),
         "looks": _LOOKS,
+        "run_count": len(results.runs),
         "run_list": runs.run_list(results, listed),
         "run_pages": runs.run_pages(results, listed, pictured),
         "gallery": gallery,

@@ -134,21 +134,27 @@ def _error(coefficients: pd.DataFrame, sure: pd.DataFrame) -> str:
     return sentence + (f"; {lost} not identifiable." if lost else ".")
 
 
-def _trouble(results: CampaignTables, settings: Settings) -> str:
-    rules = results.runs.loc[results.runs["verdict"] == "refused", "rule"]
-    gates = ", ".join(
+def _counts(rules: "pd.Series[str]") -> str:
+    """Gates in words, the most frequent first, with their number where it is above one."""
+    return ", ".join(
         gate_name(str(gate)) + (f" {count}" if count > 1 else "")
         for gate, count in rules.value_counts().items()
     )
+
+
+def _trouble(results: CampaignTables, settings: Settings) -> str:
+    rules = results.runs.loc[results.runs["verdict"] == "refused", "rule"]
     pulling = results.fit_quality.loc[results.fit_quality["pulling_curves"] != "", "oil"]
     stand_ins = stand_in_oils(settings.oils)
-    unread, points = len(unread_logs(results)), (~results.points["accepted"]).sum()
+    without_run = results.quarantine[results.quarantine["file"].isin(unread_logs(results))]
+    reasons = without_run.drop_duplicates("file")["rule"]
+    points = (~results.points["accepted"]).sum()
     torque_logs = len(refused_files(results.torque_quarantine))
     unjudged, lacking = film_unjudged_oils(results.points), shortfalls(results, settings.campaign)
     troubles = {
         f"TOO FEW ACCEPTED RUNS ({'; '.join(lacking)})": len(lacking),
-        f"{counted(len(rules), 'run')} refused ({gates})": len(rules),
-        f"{counted(unread, 'log')} could not be read": unread,
+        f"{counted(len(rules), 'run')} refused ({_counts(rules)})": len(rules),
+        f"{counted(len(reasons), 'log')} without a run ({_counts(reasons)})": len(reasons),
         f"{counted(points, 'point')} refused in all": points,
         f"{counted(torque_logs, 'torque log')} refused in whole or in part": torque_logs,
         f"single curves pull the fit of {', '.join(pulling)}": len(pulling),
