@@ -14,7 +14,7 @@ from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
 
 # How many files of each format are damaged; `make bench-fuzz` takes 20 000.
-NUMBERS = pytest.mark.parametrize("files", [6, nightly(200)])
+NUMBERS = pytest.mark.parametrize("files", [12, nightly(200)])
 
 
 @pytest.mark.no_cover
