@@ -1,13 +1,12 @@
 """Describe the tables of a campaign for other programs."""
 
-import json
 from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import write_text
 from oilfilm.outputs.metadata import data_package
 from oilfilm.run.job import job
-from oilfilm.tables.table_file import TableFile, table_file
+from oilfilm.tables.table_file import read_listing, table_file
 
 with job(snakemake) as (settings, _):
     package = Path(snakemake.output.package)
@@ -16,5 +15,5 @@ with job(snakemake) as (settings, _):
         tables.refuse_damaged(path)
         files.append(table_file(path, package.parent))
     for path in map(Path, snakemake.input.listings):
-        files += [TableFile(**each) for each in json.loads(path.read_text(encoding="utf-8"))]
+        files += read_listing(path)
     write_text(data_package(settings, files), package)
