@@ -441,5 +441,5 @@ def test_measured_curves_that_ship_go_through(project: Path) -> None:
     write_campaign(project, "etm-slim", campaign)
     output = succeed(project, "--config", "campaign=etm-slim")
     assert "FILM NOT JUDGED" in output
-    assert "points  20482 of 20500 accepted" in output
+    assert "Points: 20482 of 20500 are accepted" in output
     assert (project / "results/etm-slim/figures/curves.png").stat().st_size > 10_000

@@ -54,7 +54,10 @@ def prepare(address: str) -> None:
     """
     bucket, prefix = _place(address)
     with _in_words(address):
-        _client().put_object(Bucket=bucket, Key=f"{prefix}/.oilfilm".lstrip("/"), Body=b"")
+        client = _client()
+        # a server may make a missing bucket when an object is written: a misspelt name must not
+        client.list_objects_v2(Bucket=bucket, Prefix=prefix, MaxKeys=1)
+        client.put_object(Bucket=bucket, Key=f"{prefix}/.oilfilm".lstrip("/"), Body=b"")
 
 
 def pieces(address: str, etag: str = "", largest: int | None = None) -> Iterator[bytes]:
