@@ -413,6 +413,22 @@ def test_runs_at_speeds_that_nobody_stated_have_their_own_lines(
     assert fits["series"].nunique() == len(matrix())
 
 
+def test_few_lines_lie_over_thousands_of_points(
+    drawing: Draw, results: CampaignTables, config: Settings
+) -> None:
+    few = results.points[results.points["inlet_temperature_c"] == 70.0]
+    names = few["run_id"].drop_duplicates()[lambda runs: runs.str.startswith("4102")][:3]
+    points = pd.concat([results.points[results.points["run_id"].isin(names)]] * 30)
+    figure, drawn = drawing(
+        "curves", without(config, "matrix", "twin", "torque"), points=points, runs=results.runs
+    )
+    assert (drawn["kind"] == "measured").sum() == len(points) > 2000
+    lines = [line for line in figure.axes[0].lines if len(line.get_xdata())]
+    cloud, *fits = sorted(lines, key=lambda line: -len(line.get_xdata()))
+    assert len(fits) == 3
+    assert all(line.get_zorder() > cloud.get_zorder() for line in fits)
+
+
 def test_residuals_of_runs_with_a_load_for_a_set_point_have_one_mean_per_level(
     drawing: Draw, results: CampaignTables, config: Settings
 ) -> None:

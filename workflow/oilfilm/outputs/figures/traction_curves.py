@@ -25,6 +25,8 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 _NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
 # More conditions than this in one panel cannot be told apart by shade and symbol.
 _CONDITIONS_TOLD_APART = 6
+# Symbols of more points would hide the lines.
+_POINTS_TOLD_APART = 2000
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
 
 
@@ -228,7 +230,9 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
             style.say_in_panel(axis, why)
             continue
         conditions = list(_conditions(runs, of_oil))
-        told_apart = 1 < len(conditions) <= _CONDITIONS_TOLD_APART
+        told_apart = (
+            1 < len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
+        )
         colour = style.oil_colour(oil, oils)
         colours: Iterable[Any] = (
             style.shades(colour, len(conditions)) if told_apart else itertools.repeat("black")
@@ -295,15 +299,15 @@ def _draw_cloud(
 ) -> list[pd.DataFrame]:
     """All points in one colour, with the fit of each condition through them."""
     points = pd.concat([condition.points for condition in series])
-    # a single line is drawn over its points, many lines under all points
-    single = len(series) == 1
-    many = single and len(points) > 2000
+    # few lines are drawn over their points, many lines under all points
+    few = len(series) <= _CONDITIONS_TOLD_APART
+    many = few and len(points) > _POINTS_TOLD_APART
     axis.plot(
         points["slide_roll_ratio"],
         points["traction_coefficient"],
         ".",
         color=colour,
-        markersize=1.6 if many or not single else 3.5,
+        markersize=1.6 if many or not few else 3.5,
         alpha=0.15 if many else 0.7,
         rasterized=True,
     )
@@ -312,7 +316,7 @@ def _draw_cloud(
     # so many error bars would hide the points: none is drawn
     cloud = replace(series[0], label=series[0].oil, points=points)
     drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
-    width, order = (1.1, 3) if single else (0.3, 1.5)
+    width, order = (1.1, 3) if few else (0.3, 1.5)
     largest_slip = _largest_slip(points)
     for condition in series:
         line = _fit_rows(panel, condition, largest_slip)
