@@ -116,8 +116,8 @@ def test_disk_that_takes_no_file_ends_a_job_in_a_sentence(
 @pytest.mark.parametrize(
     ("rule", "advice"),
     [
-        ("curate", "A lower `split.runs` in config.yaml makes its jobs smaller."),
-        ("fit", "A lower `split.refits` in config.yaml makes its jobs smaller."),
+        ("curate", "To make its jobs smaller, set `split.runs` in config.yaml, or lower it."),
+        ("fit", "To make its jobs smaller, set `split.refits` in config.yaml, or lower it."),
         ("report", "Free some or raise the limit of the job, then run snakemake again."),
     ],
 )

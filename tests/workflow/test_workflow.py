@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from snakemake.scheduling.job_scheduler import JobScheduler
 
 from campaigns import (
     ETM,
@@ -341,6 +342,12 @@ def with_split(project: Path, split: dict[str, int]) -> None:
     campaign = read_campaign(project, "small")
     campaign["settings"] |= {"split": split}
     write_campaign(project, "small", campaign)
+
+
+def test_snakemake_looks_up_its_limit_on_job_starts_where_a_local_run_removes_it() -> None:
+    """An attribute with a wrong name would be set without an error, and without effect."""
+    assert "job_rate_limiter" in JobScheduler.job_selector.__code__.co_names
+    assert "job_rate_limiter" in JobScheduler.schedule.__code__.co_names
 
 
 def test_split_decides_which_jobs_share_the_work(project: Path) -> None:

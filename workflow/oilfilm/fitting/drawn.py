@@ -17,7 +17,7 @@ from oilfilm.traction.law import FloatArray
 
 @dataclass(frozen=True)
 class Drawn:
-    """What is known already of one law's fit to one oil; what is None the fit computes itself.
+    """Known parts of one law's fit to one oil; the fit itself computes those that are None.
 
     Attributes:
         ends: End of each search: free internal constants and SSE, shape (searches, free + 1).
@@ -31,7 +31,7 @@ class Drawn:
 
 
 NOTHING = Drawn()
-# What a damaged block raises, by where the damage is.
+# Errors of NumPy and zipfile at a damaged block, by the place of the damage.
 _DAMAGED = (zipfile.BadZipFile, zlib.error, OSError, ValueError, KeyError, EOFError, RuntimeError)
 
 

@@ -36,7 +36,7 @@ from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import BoolArray, FloatArray, Law
 
-# What the tested box is of, and the columns of `fit_quality` that hold it.
+# Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
 BOX = (
     "max_hertz_pressure_gpa",
     "entrainment_speed_m_s",
@@ -102,11 +102,11 @@ def fit_oil(
     """
     law = law or LAWS[settings.law]
     try:
-        posed = _pose(points, oil, settings, law)
-    except _HopelessError as error:
+        prepared = _prepare(points, oil, settings, law)
+    except _NotFittableError as error:
         return OilFit(tables_without_fit(law, error.quality, printed or {}, str(error)), None)
-    solution = _solve(posed, oil, settings, seed, drawn)
-    return OilFit(tables_of_fit(solution, posed.quality, printed or {}, settings), solution)
+    solution = _solve(prepared, oil, settings, seed, drawn)
+    return OilFit(tables_of_fit(solution, prepared.quality, printed or {}, settings), solution)
 
 
 def search_ends(
@@ -114,8 +114,8 @@ def search_ends(
 ) -> FloatArray:
     """The searches of a fit alone, as `Drawn.ends`; no rows where the data cannot be fitted."""
     try:
-        problem = _pose(points, oil, settings, law).problem
-    except _HopelessError:
+        problem = _prepare(points, oil, settings, law).problem
+    except _NotFittableError:
         return np.empty((0, 1))
     optima = _search(problem, oil, settings, seed)
     return np.stack([np.append(optimum.values, optimum.sse) for optimum in optima])
@@ -144,15 +144,15 @@ def block_of_refits(
 def located_at(
     points: pd.DataFrame, oil: str, settings: FitSettings, law: Law, ends: FloatArray
 ) -> tuple[Problem, Optimum] | None:
-    """What a law is fitted to, and the best end of its searches; None where it cannot be fitted."""
+    """The problem of a fit and the best end of its searches; None where it cannot be fitted."""
     if not len(ends):
         return None
-    problem, optima = _settled(_pose(points, oil, settings, law).problem, _optima(ends))
+    problem, optima = _with_bounds_held(_prepare(points, oil, settings, law).problem, _optima(ends))
     return problem, _lowest(optima)
 
 
 @dataclass(frozen=True)
-class _Posed:
+class _Prepared:
     """What is to be fitted, and what the table of quality says of it before any search."""
 
     problem: Problem
@@ -162,15 +162,15 @@ class _Posed:
     quality: dict[str, Any]
 
 
-class _HopelessError(Exception):
-    """Data that cannot be fitted, in words; `quality` as of `_Posed`."""
+class _NotFittableError(Exception):
+    """Data that cannot be fitted, in words; `quality` as of `_Prepared`."""
 
     def __init__(self, reason: str, quality: dict[str, Any]) -> None:
         super().__init__(reason)
         self.quality = quality
 
 
-def _pose(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) -> _Posed:
+def _prepare(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) -> _Prepared:
     points = points[points["oil"] == oil]
     data = curve_data(points, law.conditions)
     incomplete = incomplete_curves(law.conditions, data.conditions, settings)
@@ -193,8 +193,8 @@ def _pose(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) -> _P
         problem = build_problem(law, data, followed)
         _refuse_hopeless(problem, data)
     except ValueError as error:
-        raise _HopelessError(str(error), quality) from error
-    return _Posed(problem, data, points, followed, quality)
+        raise _NotFittableError(str(error), quality) from error
+    return _Prepared(problem, data, points, followed, quality)
 
 
 def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
@@ -223,16 +223,18 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
         raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
 
 
-def _solve(posed: _Posed, oil: str, settings: FitSettings, seed: int, drawn: Drawn) -> Solution:
-    problem, data = posed.problem, posed.data
+def _solve(
+    prepared: _Prepared, oil: str, settings: FitSettings, seed: int, drawn: Drawn
+) -> Solution:
+    problem, data = prepared.problem, prepared.data
     optima = _search(problem, oil, settings, seed) if drawn.ends is None else _optima(drawn.ends)
-    problem, optima = _settled(problem, optima)
+    problem, optima = _with_bounds_held(problem, optima)
     best = _lowest(optima)
     naive = naive_covariance(problem, best)
     refits = drawn.refits
     if refits is None:
         refits = _refits(problem, best, oil, settings, seed)
-    shifted = calibration_refits(problem, best, posed.points, posed.followed)
+    shifted = calibration_refits(problem, best, prepared.points, prepared.followed)
     return Solution(
         problem,
         data,
@@ -260,7 +262,7 @@ def _lowest(optima: list[Optimum]) -> Optimum:
     return min(optima, key=lambda optimum: optimum.sse)
 
 
-def _settled(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:
+def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:
     """The problem with constants held that ran into a bound at its lowest end, and all ends."""
     values = _lowest(optima).values
     stuck = at_bounds(problem, values)

@@ -90,7 +90,7 @@ def curve_bootstrap(
 ) -> FloatArray:
     """Refits to as many whole curves drawn with replacement: shape (refits, free constants).
 
-    `block` says which of them are wanted. A refit is the same bytes in whatever block it is.
+    `block` selects some of them. The bytes of a refit do not depend on the block.
 
     Points of a run share its calibration and control errors; drawing runs, not points, keeps
     those errors together. A sample whose curves cannot tell the exponents apart is replaced.

@@ -60,7 +60,7 @@ def say(text: str, stream: TextIO = sys.stdout) -> None:
 
 def _advice_on_split(rule: str) -> str:
     keys = " or ".join(f"`split.{key}`" for key in _SPLIT.get(rule, ()))
-    return f" A lower {keys} in config.yaml makes its jobs smaller." if keys else ""
+    return f" To make its jobs smaller, set {keys} in config.yaml, or lower it." if keys else ""
 
 
 def _end(sentence: str, log: Path) -> NoReturn:
