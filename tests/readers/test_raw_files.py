@@ -126,7 +126,9 @@ def test_log_that_is_not_as_the_twin_wrote_it_is_refused(tmp_path: Path) -> None
 
 def test_log_that_has_changed_since_its_digest_was_taken_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("abc")
-    assert list(unchanged_logs(tmp_path, {"a.csv": ABC})) == [("a.csv", b"abc")]
+    inputs: dict[str, str] = {}
+    assert list(unchanged_logs(tmp_path, {"a.csv": ABC}, inputs=inputs)) == [("a.csv", b"abc")]
+    assert inputs == {f"{tmp_path}/a.csv": ABC[:16]}
     (tmp_path / "a.csv").write_text("abcd")
     with pytest.raises(OilfilmError, match="has changed since the run began"):
         list(unchanged_logs(tmp_path, {"a.csv": ABC}))

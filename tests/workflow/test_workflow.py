@@ -162,6 +162,7 @@ def test_changed_gate_judges_again_but_reads_nothing_again(project: Path) -> Non
     assert not {"twin", "ingest"} & rules
 
 
+@pytest.mark.nightly
 def test_another_law_leaves_the_comparison_of_laws_alone(project: Path) -> None:
     rules = set(planned(project, *SMALL, "fit={'law': 'tanh'}"))
     assert "fit" in rules
@@ -185,6 +186,7 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(project: Path) -> No
     assert rules == {"data_figures", "law_figures", "refused", "report", "enough", "all"}
 
 
+@pytest.mark.nightly
 def test_corrected_title_redoes_the_description_and_nothing_else(project: Path) -> None:
     with changed(project / "config/campaigns/small.yaml", "title: ", "title: Corrected "):
         assert set(planned(project, *SMALL)) == {"metadata", "report", "enough", "all"}
@@ -237,6 +239,21 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
     assert "row 4: 'later.csv' matches no log" in listed
 
 
+def test_measured_logs_are_in_the_provenance_and_no_inputs_of_snakemake(
+    project: Path, own: Path
+) -> None:
+    """Snakemake would look at each of its inputs at every step: the square of their number."""
+    samples = tables.read_footer(project / "results/own/tables/samples/oil=4102/part-0.parquet")
+    logs = {name for name in samples["inputs"] if name.startswith("data/raw/own/")}
+    assert len(logs) == 6
+    for log in logs:
+        assert samples["inputs"][log] == file_digest(project / log)[:16]
+    rows = succeed(project, *OWN, "--detailed-summary").splitlines()
+    ingest = [row for row in rows if "\tingest\t" in row]
+    assert len(ingest) >= 2
+    assert "data/raw" not in "".join(ingest)
+
+
 def test_tables_of_runs_and_points_name_their_run_sheet(project: Path, own: Path) -> None:
     digest = file_digest(own / "runs.csv")[:16]
     for table in ("points", "runs", "quarantine"):
@@ -262,6 +279,7 @@ def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None
     assert (jobs["ingest"], jobs["curate"]) == (1, 1)
 
 
+@pytest.mark.nightly
 def test_changed_row_of_the_run_sheet_redoes_only_its_own_share(project: Path, own: Path) -> None:
     with changed(own / "runs.csv", "25,50,", "25,50,oil spilt"):
         jobs = planned(project, *OWN)
@@ -370,9 +388,9 @@ def test_another_size_of_blocks_does_not_repeat_the_searches(project: Path) -> N
     campaign = project / "config/campaigns/small.yaml"
     before = campaign.read_text(encoding="utf-8")
     try:
-        with_split(project, {"refits": 10})
+        with_split(project, {"runs": 6, "refits": 10})
         succeed(project, ends, *SMALL)
-        with_split(project, {"refits": 5})
+        with_split(project, {"runs": 6, "refits": 5})
         jobs = planned(project, coefficients, *SMALL)
     finally:
         campaign.write_text(before, encoding="utf-8")

@@ -28,8 +28,7 @@ if TORQUE_SIMULATED:
 rule torque_runs:
     "Steady plateaus of the torque logs, zero removed, with every gate's verdict."
     input:
-        **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
-        logs=TORQUE_RAW.as_posix() if TORQUE_SIMULATED else logs_in(TORQUE_RAW, TORQUE_FILES),
+        **(from_twin(rules.torque_twin, TORQUE_RAW) if TORQUE_SIMULATED else {}),
     output:
         torque_runs="<tables>/torque_runs.parquet",
         torque_quarantine="<tables>/torque_quarantine.parquet",

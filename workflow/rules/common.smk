@@ -369,16 +369,13 @@ def sheet_of_torque_logs(wildcards):
     return TORQUE_SHEET.plain(TORQUE_FILES, remarks=True) if TORQUE_SHEET else {}
 
 
-def logs_of_shard(wildcards):
-    """The logs of one share; the twin's folder as a whole, because one job writes it."""
-    return RAW.as_posix() if SIMULATED else logs_in(RAW, files_of_shard(wildcards))
+def from_twin(twin, folder):
+    """What a twin has written as inputs of the job that reads its logs.
 
-
-def logs_in(folder, files):
-    """Measured logs as inputs of a job; those in object storage are read by the job itself."""
-    if folder.as_posix() in STORED:
-        return []
-    return [local((folder / file).as_posix()) for file in files]
+    Measured logs are no inputs: Snakemake would look at each of them at every step. Their digests
+    are among the params of their job.
+    """
+    return {"listing": twin.output.listing, "logs": folder.as_posix()}
 
 
 def begin():

@@ -36,8 +36,7 @@ if SIMULATED:
 rule ingest:
     "Samples of one share of the raw logs; what cannot be read goes to quarantine."
     input:
-        **({"listing": rules.twin.output.listing} if SIMULATED else {}),
-        logs=logs_of_shard,
+        **(from_twin(rules.twin, RAW) if SIMULATED else {}),
     output:
         samples=SAMPLES,
         runs="<parts>/ingest/{shard}/runs.parquet",

@@ -14,9 +14,11 @@ from oilfilm.tables.table_file import table_file
 
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", settings.campaign.name)
-    digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
+    listing = snakemake.input.get("listing")
+    digests = expected_digests(snakemake.params.files, listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
-    logs = unchanged_logs(folder, digests, snakemake.params.place, provenance["inputs"])
+    inputs = None if listing else provenance["inputs"]
+    logs = unchanged_logs(folder, digests, snakemake.params.place, inputs)
     paths = dict(zip(settings.oils, map(Path, snakemake.output.samples), strict=True))
     with sample_files(paths, provenance) as keep:
         verified = {name: digest for name, digest in digests.items() if not etag_of(digest)}

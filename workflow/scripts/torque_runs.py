@@ -11,11 +11,13 @@ from oilfilm.tables.campaign_tables import write_tables
 
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", f"{settings.campaign.name}-torque")
-    digests = expected_digests(snakemake.params.files, snakemake.input.get("listing"))
+    listing = snakemake.input.get("listing")
+    digests = expected_digests(snakemake.params.files, listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
-    logs = unchanged_logs(folder, digests, snakemake.params.place, provenance["inputs"])
+    inputs = None if listing else provenance["inputs"]
+    logs = unchanged_logs(folder, digests, snakemake.params.place, inputs)
     curated = check_logs(logs, settings, TORQUE_RIG, sheet)
-    # logs of a bucket, which are no inputs for Snakemake, have been added one by one
+    # measured logs, which are no inputs for Snakemake, have been added one by one
     provenance["inputs"] = by_folder(provenance["inputs"])
     frames = {"torque_runs": curated.points, "torque_quarantine": curated.quarantine}
     write_tables(frames, snakemake.output, provenance)

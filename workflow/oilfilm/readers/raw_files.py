@@ -231,8 +231,8 @@ def unchanged_logs(
         folder: Where the logs are.
         digests: sha256 of each log by its name, or its state from `stored_logs`.
         address: Where they are in object storage, if they are there.
-        inputs: Gets the digest of each log that only object storage has, because it is no input
-            file of the job whose provenance this is.
+        inputs: Gets the digest of each log; it belongs to the provenance of a job for which
+            Snakemake does not know these logs as inputs.
 
     Raises:
         OilfilmError: A log cannot be read, or has changed since its digest was taken.
@@ -241,13 +241,14 @@ def unchanged_logs(
         path = f"{address or folder}/{name}"
         etag = etag_of(digest)
         content = object_storage.content(path, etag) if address else _content(folder / name)
-        if not etag and hashlib.sha256(content).hexdigest() != digest:
+        found = hashlib.sha256(content).hexdigest()
+        if not etag and found != digest:
             raise OilfilmError(
                 f"{path}: has changed since the run began. When it is complete, run snakemake "
                 "again."
             )
-        if etag and inputs is not None:
-            inputs[f"{folder}/{name}"] = hashlib.sha256(content).hexdigest()[:16]
+        if inputs is not None:
+            inputs[f"{folder}/{name}"] = found[:16]
         yield name, content
 
 
