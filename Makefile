@@ -51,6 +51,8 @@ INSTALL = $(if $(UV),'$(UV)' pip install --quiet --compile-bytecode --python $(B
 IN_VENV = PATH="$$PWD/$(BIN):$$PATH"
 # Packages of another installation must not shadow the locked ones.
 unexport PYTHONPATH PYTHONHOME
+# Without bytecode each of many Pythons that are started would compile the library anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: all setup dev docs docs-links test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
 	bench-ingest bench-attack bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-mutation bench-plan bench-run bench-scale bench-slurm \

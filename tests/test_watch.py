@@ -404,7 +404,7 @@ def test_log_that_is_written_slowly_gets_one_verdict_when_it_is_finished(project
 
     def log() -> None:
         content = german()
-        pieces = 40
+        pieces = 20
         with (project / "data/raw/june/Öl λ.csv").open("wb") as file:
             for piece in range(pieces):
                 file.write(content[piece * len(content) // pieces :][: len(content) // pieces + 1])

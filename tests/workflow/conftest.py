@@ -11,10 +11,15 @@ from reproduce import USUAL, Surroundings, measured, succeed
 
 @pytest.fixture(scope="session")
 def released_project(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
-    """The campaign `small`, run and released once for all workers; tests change copies of it."""
+    """The campaign `small`, run and released once for all workers; tests change copies of it.
+
+    Its folder has a name that shells, Make and Snakemake may stumble over.
+    """
     folder = tmp_path_factory.getbasetemp()
     if worker_id != "master":
         folder = folder.parent
+    folder = folder / "Prüfstand; it's #1 %d" / "-x"
+    folder.mkdir(parents=True, exist_ok=True)
     project, output = folder / "small", folder / "small.txt"
     with (folder / "small.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

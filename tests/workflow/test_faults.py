@@ -22,6 +22,7 @@ from oilfilm.releases.pin import pin
 from oilfilm.releases.table_diff import file_difference
 from releases import alter
 from reproduce import (
+    IN_ONE_SHARE,
     Surroundings,
     command,
     compare,
@@ -65,6 +66,7 @@ def test_run_needs_no_network_and_unpickles_nothing(released_project: Path) -> N
     assert not (released_project / "guard.log").exists()
 
 
+@pytest.mark.nightly
 def test_run_in_a_folder_of_any_name_and_other_surroundings_ends_in_the_same_bytes(
     undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -274,16 +276,16 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     shutil.copytree(undisturbed, new, symlinks=True)
     (new / POINTS).unlink()
     # every step from the logs on, so that it lasts longer than the second run takes to start
-    again = (POINTS, "--forcerun", "ingest", *SMALL)
+    again = (POINTS, "--forcerun", "ingest", *SMALL, IN_ONE_SHARE)
     with start(new, *again, stdout=subprocess.DEVNULL) as first:
         wait_for(lambda: bool(unfinished(new)))
         assert "Another run of campaign 'small' by" in fail(new, POINTS, *SMALL)
         # the run alone, so that its job lives on
         first.kill()
-    code, output = run(new, POINTS, *SMALL)
+    code, output = run(new, POINTS, *SMALL, IN_ONE_SHARE)
     while code != 0:
         assert REFUSED.search(output)
-        code, output = run(new, POINTS, *SMALL)
+        code, output = run(new, POINTS, *SMALL, IN_ONE_SHARE)
     assert file_difference(undisturbed / POINTS, new / POINTS) == ""
 
 

@@ -11,7 +11,7 @@ from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.verify import verify
-from reproduce import Surroundings, fail, succeed
+from reproduce import IN_ONE_SHARE, Surroundings, fail, succeed
 from storage_servers import (
     IN_BUCKET,
     SECRET,
@@ -126,7 +126,7 @@ def test_points_from_a_bucket_to_a_bucket_are_those_of_folders(
     lay_out_small(project)
     lay_out_measured(released_project, project)
     store_logs(project, quick)
-    arguments = (f"results/own/{points}", *OWN, *IN_BUCKET, "s3://lab/both")
+    arguments = (f"results/own/{points}", *OWN, IN_ONE_SHARE, *IN_BUCKET, "s3://lab/both")
     output = succeed(project, *arguments, around=around(quick))
     assert SECRET not in output
     assert len(output.splitlines()) < 20
