@@ -88,7 +88,8 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         OilfilmError: A raw log has changed since the run read it, a table is damaged, or the
             release exists already with other content.
     """
-    made_from = _made_from(run)
+    config = as_yaml(run.settings.plain())
+    made_from = _made_from(run, config)
     version = version_of(made_from)
     temporary, folder = releases / f".{version}.part", releases / version
     make_folder(releases)
@@ -97,7 +98,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         shutil.rmtree(leftover)
     new = not folder.exists()
     try:
-        manifest = _gather(run, made_from, temporary)
+        manifest = _gather(run, made_from, config, temporary)
         if new:
             _close(temporary)
             rename_flushed(temporary, folder)
@@ -109,7 +110,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     return folder, new
 
 
-def _made_from(run: FinishedRun) -> dict[str, Any]:
+def _made_from(run: FinishedRun, config: str) -> dict[str, Any]:
     """The stable part of the manifest: what the version depends on."""
     raw = tuple(_raw_record(run, path) for path in sorted(run.raw))
     _refuse_changed(raw, run)
@@ -118,7 +119,7 @@ def _made_from(run: FinishedRun) -> dict[str, Any]:
         "data": run.settings.campaign.data,
         "tag": run.settings.release.tag,
         "schema_version": tables.SCHEMA_VERSION,
-        "config": sha256_of(as_yaml(run.settings.plain())),
+        "config": sha256_of(config),
         "code": code_tree_digest(run.home),
         "lock": FileRecord.of(run.home, LOCK).sha256,
         "environment": environment(run.home),
@@ -138,7 +139,9 @@ def _raw_record(run: FinishedRun, path: str) -> FileRecord:
     return FileRecord(path, digest.hexdigest(), size)
 
 
-def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> Manifest:
+def _gather(
+    run: FinishedRun, made_from: Mapping[str, Any], config: str, temporary: Path
+) -> Manifest:
     """Copy every file of a release into a folder; returns the manifest."""
     results = run.root / run.results
     paths = _below(run)
@@ -151,7 +154,7 @@ def _gather(run: FinishedRun, made_from: Mapping[str, Any], temporary: Path) -> 
     for path, file in code_files(run.home).items():
         copy_file(file, temporary / CODE / path)
     copy_file(run.home / LOCK, temporary / LOCK)
-    _write(temporary / CONFIG, as_yaml(run.settings.plain()))
+    _write(temporary / CONFIG, config)
     _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
     _write(temporary / LOG, _log_summary(run))
     if REPORT in paths:
