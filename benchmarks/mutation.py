@@ -129,7 +129,7 @@ def seen(tree: Path, tests: list[str]) -> bool:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
         code = 1
         try:
-            options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--no-header"]
+            options = ["-x", "-q", "-p", "no:cacheprovider", "--no-header"]
             code = importlib.import_module("pytest").main([*options, *tests])
         finally:
             os._exit(int(code))
@@ -182,6 +182,8 @@ def main() -> None:
     parser.add_argument("rooms", nargs="*", default=list(ROOMS), help="default: all")
     given = parser.parse_args()
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    # plugins are of no use here, and pytest warns of one that is imported already
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     for name in IMPORTED:
         importlib.import_module(name)
     with tempfile.TemporaryDirectory(prefix="oilfilm-mutation-") as folder:
