@@ -98,7 +98,7 @@ def etm(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Runs of snakemake come first: begun last, they would keep one core while the others rest.
 
-    The first one makes the project that all others need; a long file that needs none goes beside it.
+    The first one makes what all others need. A long file that needs none of it goes beside it.
     """
     first = ("test_every_law.py", "test_report_browser.py")
 
