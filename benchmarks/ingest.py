@@ -13,7 +13,7 @@ process and spread over as many as ours:
 - naive pandas: the straightforward version, which reads a file at a time with `read_csv`, groups
   its rows by slip, averages, and writes both tables, judging nothing.
 
-Times are the best of three rounds, in which ours and bare pyarrow take turns; naive pandas, at a
+Times are the best of three rounds, in which ours and pyarrow's take turns; naive pandas, at a
 minute a round, has one.
 """
 

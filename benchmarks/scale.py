@@ -220,8 +220,10 @@ def report(rows: list[Row]) -> Iterator[str]:
             if not values:
                 continue
             cells = [f"{values[size]:.3g}" if size in values else "" for size in sizes]
-            grows = quantity != "cpu_s" or sorted(values.values())[-2] >= LEAST_S
-            cells.append(f"{error_of_line(values):+.0%}" if grows and len(values) > 2 else "")
+            grows = len(values) > 2 and (
+                quantity != "cpu_s" or values[sorted(values)[-2]] >= LEAST_S
+            )
+            cells.append(f"{error_of_line(values):+.0%}" if grows else "")
             cells.append(f"{line(values, FAR):,.2g}" if len(values) > 1 else "")
             yield f"| `{step}` | {' | '.join(cells)} |"
     yield ""
@@ -237,7 +239,7 @@ def report(rows: list[Row]) -> Iterator[str]:
     if len(whole) > 3:
         small, next_one, *_ = sorted(whole)
         error = error_of_line({size: whole[size] for size in (small, next_one, largest)})
-        yield f"- They are {error:+.1%} off the line through {small:,} and {next_one:,}."
+        yield f"- They are {error:+.1%} off the line through {small:,} and {next_one:,} runs."
     one_oil = series(rows, "one oil", "whole run", "cpu_s")
     if len(one_oil) == 2:
         (few, low), (many, high) = sorted(one_oil.items())

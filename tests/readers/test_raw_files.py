@@ -9,7 +9,8 @@ import pytest
 
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.raw_files import (
-    expected_digests,
+    expected_states,
+    keep_states,
     listing,
     raw_files,
     read_listing,
@@ -140,5 +141,19 @@ def test_log_that_has_changed_since_its_digest_was_taken_is_refused(tmp_path: Pa
 def test_digests_come_from_the_run_or_from_the_twins_listing(tmp_path: Path) -> None:
     written = tmp_path / "logs.sha256"
     written.write_text(f"{ABC}  a.csv\n{'0' * 64}  b.csv\n")
-    assert expected_digests({"a.csv": "1"}, None) == {"a.csv": "1"}
-    assert expected_digests({"a.csv": ""}, str(written)) == {"a.csv": ABC}
+    states = tmp_path / "0.json"
+    keep_states({"a.csv": "1"}, states)
+    assert expected_states(states) == {"a.csv": "1"}
+    assert expected_states(states, str(written)) == {"a.csv": ABC}
+
+
+def test_states_are_written_anew_only_where_one_changes(tmp_path: Path) -> None:
+    """Its time stamp decides whether a job runs again."""
+    states = tmp_path / "parts/logs/0.json"
+    keep_states({"a.csv": "1", "Öl.csv": "2"}, states)
+    os.utime(states, (0, 0))
+    keep_states({"Öl.csv": "2", "a.csv": "1"}, states)
+    assert states.stat().st_mtime == 0
+    keep_states({"a.csv": "1", "Öl.csv": "3"}, states)
+    assert states.stat().st_mtime > 0
+    assert expected_states(states) == {"a.csv": "1", "Öl.csv": "3"}

@@ -9,7 +9,6 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm import home, tables
-from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.run.job import _SPLIT, job
 from oilfilm.settings.config import SplitSettings
@@ -64,22 +63,6 @@ def copies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The top folder of results whose names do not depend on it, as of results in storage."""
     monkeypatch.setenv(home.COPIES, str(tmp_path))
     return tmp_path
-
-
-@pytest.mark.parametrize(
-    "log", ["june/samples/1.parquet", "june/parts/1.parquet", "parts/1.parquet", "june/1.json"]
-)
-def test_raw_log_is_no_result_whatever_its_name_and_folder_are(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, log: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    path = Path("data/raw", log)
-    path.parent.mkdir(parents=True)
-    path.write_bytes(b"a log that cannot be read: its reader says so")
-    ingest = a_job(tmp_path)
-    ingest.input, ingest.wildcards = [str(path)], {"shard": "0"}
-    with job(ingest) as (_, provenance):
-        assert provenance["inputs"] == {path.as_posix(): file_digest(path)[:16]}
 
 
 def test_provenance_names_the_logs_whatever_shares_they_were_read_in(copies: Path) -> None:

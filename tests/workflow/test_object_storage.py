@@ -90,6 +90,8 @@ def test_points_from_logs_in_a_bucket_are_those_from_a_folder(
     for path in (here / "results/own").rglob("*.parquet"):
         same = there / path.relative_to(here)
         assert path.read_bytes() == same.read_bytes(), file_difference(path, same)
+    torque = tables.read_footer(there / made[1])
+    assert "data/raw/own-torque" in torque["inputs"]
     # A log that is put anew into the bucket is read anew, the others are not.
     changed, others = sorted(quick.files("lab", "logs/own/"))[0], "s3://lab/logs/own/"
     content = quick.files("lab", "logs/own/")[changed]

@@ -28,7 +28,12 @@ if TORQUE_SIMULATED:
 rule torque_runs:
     "Steady plateaus of the torque logs, zero removed, with every gate's verdict."
     input:
-        **(from_twin(rules.torque_twin, TORQUE_RAW) if TORQUE_SIMULATED else {}),
+        **(
+            {"listing": rules.torque_twin.output.listing, "logs": "<torque_raw>"}
+            if TORQUE_SIMULATED
+            else {}
+        ),
+        states=state_file("torque"),
     output:
         torque_runs="<tables>/torque_runs.parquet",
         torque_quarantine="<tables>/torque_quarantine.parquet",
@@ -36,7 +41,6 @@ rule torque_runs:
         "<logs>/torque-runs.log",
     params:
         code=code("torque_runs.py"),
-        files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
         place=STORED.get(TORQUE_RAW.as_posix(), ""),
         sheet=sheet_of_torque_logs,
         config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),

@@ -15,7 +15,7 @@ from oilfilm.figure_catalogue import families
 from oilfilm.settings.resolve import overrides_of, resolve
 from oilfilm.errors import OilfilmError
 from oilfilm.run.lock import lock_run, clear_leftovers
-from oilfilm.run.start import ask_machine, start_python_by_name
+from oilfilm.run.start import ask_machine, machine_fault, start_python_by_name
 from oilfilm.digest_cache import DigestCache
 from oilfilm.digests import code_digest, file_digest
 from oilfilm import home, object_storage
@@ -23,6 +23,7 @@ from oilfilm.home import HOME, PACKAGE
 from oilfilm.readers.first_seen import FirstSeen
 from oilfilm.readers.raw_files import (
     find_sheet,
+    keep_states,
     raw_files,
     refuse_altered,
     refuse_strangers,
@@ -335,14 +336,43 @@ if workflow.is_main_process:
     FIRST_SEEN = refuse_changed_logs()
 
 
+def state_file(name):
+    """File with the state of each log of a job: its input in place of the logs.
+
+    Snakemake would look at every log at every step.
+    """
+    return local(f"{PARTS}/logs/{name}.json")
+
+
+def keep_states_of_logs():
+    """Write these files; one that changes, because a log did, makes its job run again.
+
+    A job on another machine may find none.
+    """
+    logs_of_job = {str(shard): (RAW, files) for shard, files in FILES_OF_SHARE.items()}
+    if CAMPAIGN.torque is not None:
+        logs_of_job["torque"] = (TORQUE_RAW, TORQUE_FILES)
+    for name, (folder, files) in logs_of_job.items():
+        path = Path(state_file(name))
+        if workflow.is_main_process or not path.is_file():
+            known = {file: "" if folder in twins else state_of_log(folder / file) for file in files}
+            try:
+                keep_states(known, path)
+            except OSError as error:
+                raise WorkflowError(f"{path}: {machine_fault(error) or error.strerror}") from None
+
+
+keep_states_of_logs()
+
+
 def keep_first_seen():
     """Add the logs that jobs have read, whether in this run or before, to the campaign's listing."""
     states = {}
     for job in filter(workflow.dag.noneedrun_finished, workflow.dag.jobs):
         folder = {"ingest": RAW, "torque_runs": TORQUE_RAW}.get(job.rule.name)
         if folder is not None:
-            files = job.params.files
-            states |= {(folder / file).as_posix(): state for file, state in files.items()}
+            files = files_of_shard(job.wildcards) if folder == RAW else TORQUE_FILES
+            states |= {(folder / file).as_posix(): state_of_log(folder / file) for file in files}
     try:
         FIRST_SEEN.add(states)
     except OSError as error:
@@ -367,15 +397,6 @@ def sheet_of_shard(wildcards):
 
 def sheet_of_torque_logs(wildcards):
     return TORQUE_SHEET.plain(TORQUE_FILES, remarks=True) if TORQUE_SHEET else {}
-
-
-def from_twin(twin, folder):
-    """What a twin has written as inputs of the job that reads its logs.
-
-    Measured logs are no inputs: Snakemake would look at each of them at every step. Their digests
-    are among the params of their job.
-    """
-    return {"listing": twin.output.listing, "logs": folder.as_posix()}
 
 
 def begin():

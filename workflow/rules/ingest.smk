@@ -36,7 +36,8 @@ if SIMULATED:
 rule ingest:
     "Samples of one share of the raw logs; what cannot be read goes to quarantine."
     input:
-        **(from_twin(rules.twin, RAW) if SIMULATED else {}),
+        **({"listing": rules.twin.output.listing, "logs": "<raw>"} if SIMULATED else {}),
+        states=state_file("{shard}"),
     output:
         samples=SAMPLES,
         runs="<parts>/ingest/{shard}/runs.parquet",
@@ -46,7 +47,6 @@ rule ingest:
         "<logs>/ingest/{shard}.log",
     params:
         code=code("ingest.py"),
-        files=lambda wildcards: with_digests(RAW, files_of_shard(wildcards), SIMULATED),
         place=STORED.get(RAW.as_posix(), ""),
         sheet=sheet_of_shard,
         config=part(

@@ -19,6 +19,7 @@ rule refused:
     input:
         **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
         **finished("points", "runs", "quarantine", "torque_quarantine"),
+        states=state_file("torque") if CAMPAIGN.torque is not None else [],
         samples=expand(SAMPLES, shard=SHARDS),
     output:
         pages=directory("<results>/refused"),
@@ -26,7 +27,6 @@ rule refused:
         "<logs>/refused.log",
     params:
         code=code("refused.py"),
-        files=lambda wildcards: with_digests(TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
         place=STORED.get(TORQUE_RAW.as_posix(), ""),
         sheet=sheet_of_torque_logs,
         pages_max=SETTINGS.figures.refused_pages_max,

@@ -7,7 +7,7 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.atomic_write import write_text
 from oilfilm.readers.ingest import ingest_logs, sample_files
-from oilfilm.readers.raw_files import etag_of, expected_digests, unchanged_logs
+from oilfilm.readers.raw_files import etag_of, expected_states, unchanged_logs
 from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
 from oilfilm.tables.table_file import table_file
@@ -15,7 +15,7 @@ from oilfilm.tables.table_file import table_file
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", settings.campaign.name)
     listing = snakemake.input.get("listing")
-    digests = expected_digests(snakemake.params.files, listing)
+    digests = expected_states(Path(snakemake.input.states), listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     inputs = None if listing else provenance["inputs"]
     logs = unchanged_logs(folder, digests, snakemake.params.place, inputs)

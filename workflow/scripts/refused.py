@@ -6,7 +6,7 @@ from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.outputs.figures.refused_runs import Judged, draw_pages, judged_torque_logs
-from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.readers.raw_files import expected_states, unchanged_logs
 from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -20,7 +20,7 @@ with job(snakemake) as (settings, provenance):
     if settings.campaign.torque is not None:
         refused = results.torque_quarantine
         folder = Path("data/raw", f"{settings.campaign.name}-torque")
-        digests = expected_digests(snakemake.params.files, inputs.get("listing"))
+        digests = expected_states(Path(inputs.states), inputs.get("listing"))
         named = {name: digests[name] for name in digests if name in set(refused["file"])}
         logs = unchanged_logs(folder, named, snakemake.params.place)
         sheet = RunSheet.of_plain(snakemake.params.sheet)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.readers.raw_files import expected_digests, unchanged_logs
+from oilfilm.readers.raw_files import expected_states, unchanged_logs
 from oilfilm.readers.run_sheet import RunSheet
 from oilfilm.run.job import by_folder, job
 from oilfilm.tables.campaign_tables import write_tables
@@ -12,7 +12,7 @@ from oilfilm.tables.campaign_tables import write_tables
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", f"{settings.campaign.name}-torque")
     listing = snakemake.input.get("listing")
-    digests = expected_digests(snakemake.params.files, listing)
+    digests = expected_states(Path(snakemake.input.states), listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     inputs = None if listing else provenance["inputs"]
     logs = unchanged_logs(folder, digests, snakemake.params.place, inputs)

@@ -1,6 +1,7 @@
 """Which raw logs a campaign has. Standard library only: the Snakefile imports it."""
 
 import hashlib
+import json
 import re
 from collections.abc import (
     Callable,
@@ -14,6 +15,7 @@ from collections.abc import (
 from pathlib import Path, PurePosixPath
 
 from oilfilm import object_storage
+from oilfilm.atomic_write import write_bytes
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 
@@ -211,12 +213,29 @@ def refuse_altered(
             )
 
 
-def expected_digests(files: Mapping[str, str], written: str | None) -> dict[str, str]:
-    """The digest that each log had when the run began, or, from a listing, when it was written."""
+def keep_states(states: Mapping[str, str], path: Path) -> None:
+    """Write the state of each log of a job into a file, unless they stand there already.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    content = (json.dumps(states, indent=1, sort_keys=True) + "\n").encode()
+    if not path.is_file() or path.read_bytes() != content:
+        write_bytes(content, path)
+
+
+def expected_states(path: Path, written: str | None = None) -> dict[str, str]:
+    """The state that each log of a job had when the run began.
+
+    Args:
+        path: A file of `keep_states`.
+        written: The listing of a twin, which gives the digests of simulated logs.
+    """
+    states: dict[str, str] = json.loads(path.read_text(encoding="utf-8"))
     if written is None:
-        return dict(files)
+        return states
     listed = read_listing(Path(written))
-    return {name: listed[name] for name in files}
+    return {name: listed[name] for name in states}
 
 
 def unchanged_logs(
@@ -231,8 +250,8 @@ def unchanged_logs(
         folder: Where the logs are.
         digests: sha256 of each log by its name, or its state from `stored_logs`.
         address: Where they are in object storage, if they are there.
-        inputs: Gets the digest of each log; it belongs to the provenance of a job for which
-            Snakemake does not know these logs as inputs.
+        inputs: Gets the digest of each log, for the provenance. Snakemake does not know the logs
+            as inputs.
 
     Raises:
         OilfilmError: A log cannot be read, or has changed since its digest was taken.
@@ -256,9 +275,11 @@ def _content(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise OilfilmError(
-            f"{path}: cannot be read ({error.strerror}). Check its rights."
-        ) from error
+        missing = isinstance(error, FileNotFoundError)
+        advice = (
+            "Put it back, or run snakemake again without it." if missing else "Check its rights."
+        )
+        raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
 
 
 def etag_of(state: str) -> str:

@@ -108,10 +108,7 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
 
 
 def _is_table_of_part(name: str) -> bool:
-    """Whether a path from the top folder is a table that a part of a step has written.
-
-    A raw log may be Parquet too, in a folder of any name: it has no footer of oilfilm.
-    """
+    """Whether a path from the top folder is a table that a part of a step has written."""
     top, *folders = name.split("/")
     of_part = folders[1:2] == ["parts"] or folders[1:3] == ["tables", "samples"]
     return top == "results" and of_part and name.endswith(".parquet")
