@@ -191,25 +191,27 @@ def unfinished(project: Path) -> list[str]:
     return sorted(base64.urlsafe_b64decode(record.name).decode() for record in records)
 
 
-def files_made(project: Path) -> set[str]:
-    """Files that a run has made, relative to the project."""
-    return {
-        path.relative_to(project).as_posix()
+def files_made(project: Path, but: str = "") -> set[str]:
+    """Files that a run has made, relative to the project, but those of a pattern."""
+    paths = {
+        path.relative_to(project)
         for folder in ("results", "data/raw")
         for path in (project / folder).rglob("*")
-        if (path.is_symlink() or path.is_file()) and not _of_the_place(path.relative_to(project))
+        # Snakemake's log has dates
+        if (path.is_symlink() or path.is_file()) and path.name != "snakemake.log"
     }
+    return {path.as_posix() for path in paths if not (but and path.match(but))}
 
 
-def _of_the_place(path: Path) -> bool:
-    """Whether a file says when or from where, too: it may differ between equal runs."""
-    # Snakemake's log has dates; the state of a log in a bucket is its tag there
-    return path.name == "snakemake.log" or path.match("results/*/parts/logs/*.json")
+def compare(before: Path, after: Path, but: str = "") -> str:
+    """The first file that two projects have made differently, and where; empty if there is none.
 
-
-def compare(before: Path, after: Path) -> str:
-    """The first file that two projects have made differently, and where; empty if there is none."""
-    old, new = files_made(before), files_made(after)
+    Args:
+        before: A project.
+        after: Another one.
+        but: Pattern of files that are left out.
+    """
+    old, new = files_made(before, but), files_made(after, but)
     if one_sided := old ^ new:
         return f"{min(one_sided)}: is in one of the projects only"
     differences = ((name, file_difference(before / name, after / name)) for name in sorted(old))

@@ -98,6 +98,10 @@ def keep_in_bucket(project: Path, **places: str) -> None:
     )
 
 
+# Digests of the logs in a folder, tags of those in a bucket.
+STATES_OF_LOGS = "results/own/parts/logs/*"
+
+
 def store_logs(project: Path, storage: Storage) -> None:
     """Move the logs of the campaign `own` to the bucket `lab`, where its releases will be too."""
     for folder in (project / "data/raw").glob("own*"):

@@ -246,6 +246,10 @@ def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
     shown = pages[pages["page"] != ""]
     assert len(shown) == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(shown["page"])
+    # the limit is that of both rigs together
+    (tmp_path / "one").mkdir()
+    drawn = draw_pages([traction, torque], demo.config, 1, tmp_path / "one")
+    assert drawn.loc[drawn["page"] != "", "run_id"].tolist() == one["run_id"].tolist()
     entry = pages.set_index("run_id").loc["stuck.csv"]
     assert (entry["rule"], entry["place"], entry["first_row"]) == ("stuck_sensor", "rows", 121)
     figure = draw_page(

@@ -43,12 +43,13 @@ def test_benchmark_of_scale_complains_about_growth_beyond_its_limits(
     [
         ({100: 20}, ["| `whole run` | 20 |  |  |"]),
         (
-            # a line of 10 s and 0.1 s per run from 1 000 on, below it of half of that
+            # 10 s and 0.1 s per run, but 5 s less at 100 runs
             {100: 15, 1000: 110, 3000: 310, 10000: 1010},
             [
                 "| `whole run` | 15 | 110 | 310 | 1.01e+03 | +0% | 1e+05 |",
                 "10,000 runs are +0.0% off the line through 1,000 and 3,000; allowed 10%.",
                 "They are -4.7% off the line through 100 and 1,000 runs.",
+                "Whole runs of one size differ by up to 7%.",
             ],
         ),
     ],
@@ -62,6 +63,7 @@ def test_page_of_scale_says_how_far_the_largest_size_is_off_the_lines(
         for runs, cpu_s in seconds.items()
         for step, quantity, value in (
             ("whole run", "cpu_s", cpu_s),
+            ("whole run", "spread", 0.07),
             ("dry run", "cpu_s", 1.0),
             ("dry run", "mib", 1.0),
             *((step, "bytes", 1000.0) for step in ("logs", "samples", "results")),

@@ -25,8 +25,9 @@ from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.releases.verify import verify
 from oilfilm.rig_twin.simulate import simulate_campaign
+from oilfilm.run.lock import job_lock
 from oilfilm.settings.resolve import resolve
-from reproduce import compare, fail, killed, succeed
+from reproduce import IN_ONE_SHARE, compare, fail, killed, succeed
 
 pytestmark = pytest.mark.workflow
 
@@ -254,6 +255,13 @@ def test_measured_logs_are_in_the_provenance_and_no_inputs_of_snakemake(
     assert "data/raw" not in "".join(ingest)
 
 
+def test_measured_logs_are_listed_as_first_seen_and_simulated_ones_are_not(
+    project: Path, own: Path
+) -> None:
+    listed = [path.name for path in (project / "data/first_seen").glob("*.sha256")]
+    assert listed == [f"{own.name}.sha256"]
+
+
 def test_tables_of_runs_and_points_name_their_run_sheet(project: Path, own: Path) -> None:
     digest = file_digest(own / "runs.csv")[:16]
     for table in ("points", "runs", "quarantine"):
@@ -292,6 +300,16 @@ def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None
             with without_records(project):
                 jobs = planned(project, *OWN)
     assert (jobs["ingest"], jobs["curate"]) == (1, 1)
+
+
+def test_start_beside_an_active_run_leaves_what_its_jobs_have_as_input(
+    project: Path, own: Path
+) -> None:
+    folder = project / "results/own/parts/logs"
+    states = {path: path.read_bytes() for path in folder.iterdir()}
+    with job_lock(project / ".snakemake"):
+        planned(project, *OWN, IN_ONE_SHARE)
+    assert {path: path.read_bytes() for path in states} == states
 
 
 @pytest.mark.nightly

@@ -33,7 +33,7 @@ rule torque_runs:
             if TORQUE_SIMULATED
             else {}
         ),
-        states=state_file("torque"),
+        states=state_file("torque", TORQUE_RAW),
     output:
         torque_runs="<tables>/torque_runs.parquet",
         torque_quarantine="<tables>/torque_quarantine.parquet",
@@ -41,6 +41,7 @@ rule torque_runs:
         "<logs>/torque-runs.log",
     params:
         code=code("torque_runs.py"),
+        files=lambda wildcards: states_of(TORQUE_RAW, TORQUE_FILES),
         place=STORED.get(TORQUE_RAW.as_posix(), ""),
         sheet=sheet_of_torque_logs,
         config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),

@@ -128,6 +128,7 @@ except OilfilmError as mistake:
 PACKAGES = file_digest(HOME / "requirements.lock")[:8]
 
 twins = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
+other_run = ""
 if workflow.is_main_process:
     other_run = clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
     if other_run:
@@ -290,33 +291,26 @@ if workflow.is_main_process:
     atexit.register(keep_digests)
 
 
-def with_digests(folder, files, simulated):
-    """Each log with its digest, whatever its time stamp says; the twin has yet to write its own.
-
-    A log in object storage has its state instead: it is read by its job alone.
-    """
-    state = STATES.get if folder.as_posix() in STORED else digest_of_log
-    return {file: "" if simulated else state(folder / file) for file in files}
-
-
-def raw_with_digests(wildcards):
-    """Every log and run sheet of the campaign by its path from the top folder, with its digest."""
-    return SHEETS | {
-        (folder / file).as_posix(): digest
-        for folder, files, simulated in (
-            (RAW, FILES, SIMULATED),
-            (TORQUE_RAW, TORQUE_FILES, TORQUE_SIMULATED),
-        )
-        for file, digest in with_digests(folder, files, simulated).items()
-    }
-
-
 def state_of_log(path):
-    """State of a measured log; empty for one that cannot be read, which its job says in words."""
+    """A log's sha256, or its tag in storage; empty if it cannot be read, which its job says."""
     try:
         return STATES.get(path) or digest_of_log(path)
     except OSError:
         return ""
+
+
+def states_of(folder, files):
+    """The state of each log, whatever its time stamp says; empty where the twin has yet to write."""
+    return {file: "" if folder in twins else state_of_log(folder / file) for file in files}
+
+
+def raw_with_digests(wildcards):
+    """Every log and run sheet of the campaign by its path from the top folder, with its state."""
+    return SHEETS | {
+        (folder / file).as_posix(): state
+        for folder, files in ((RAW, FILES), (TORQUE_RAW, TORQUE_FILES))
+        for file, state in states_of(folder, files).items()
+    }
 
 
 def refuse_changed_logs():
@@ -336,30 +330,36 @@ if workflow.is_main_process:
     FIRST_SEEN = refuse_changed_logs()
 
 
-def state_file(name):
-    """File with the state of each log of a job: its input in place of the logs.
+def state_file(name, folder):
+    """A job's input that stands for its measured logs; none where a twin writes them.
 
-    Snakemake would look at every log at every step.
+    Snakemake would look at every log at every step. What the job goes by is among its params.
     """
-    return local(f"{PARTS}/logs/{name}.json")
+    return [] if folder in twins else local(f"{PARTS}/logs/{name}.json")
 
 
 def keep_states_of_logs():
-    """Write these files; one that changes, because a log did, makes its job run again.
+    """Write the state of each log into the file of its job: when a log changes, the file does.
 
-    A job on another machine may find none.
+    Then the job runs again, even where Snakemake's records of its params are lost. A file that a
+    job of another run has as input stays as it is. A job on another machine needs no more than the
+    file's name.
     """
     logs_of_job = {str(shard): (RAW, files) for shard, files in FILES_OF_SHARE.items()}
     if CAMPAIGN.torque is not None:
         logs_of_job["torque"] = (TORQUE_RAW, TORQUE_FILES)
     for name, (folder, files) in logs_of_job.items():
-        path = Path(state_file(name))
-        if workflow.is_main_process or not path.is_file():
-            known = {file: "" if folder in twins else state_of_log(folder / file) for file in files}
-            try:
-                keep_states(known, path)
-            except OSError as error:
-                raise WorkflowError(f"{path}: {machine_fault(error) or error.strerror}") from None
+        if folder in twins:
+            continue
+        path = Path(state_file(name, folder))
+        try:
+            if not workflow.is_main_process:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.open("ab").close()
+            elif not other_run or not path.is_file():
+                keep_states(states_of(folder, files), path)
+        except OSError as error:
+            raise WorkflowError(f"{path}: {machine_fault(error) or error.strerror}") from None
 
 
 keep_states_of_logs()
@@ -371,8 +371,8 @@ def keep_first_seen():
     for job in filter(workflow.dag.noneedrun_finished, workflow.dag.jobs):
         folder = {"ingest": RAW, "torque_runs": TORQUE_RAW}.get(job.rule.name)
         if folder is not None:
-            files = files_of_shard(job.wildcards) if folder == RAW else TORQUE_FILES
-            states |= {(folder / file).as_posix(): state_of_log(folder / file) for file in files}
+            files = job.params.files
+            states |= {(folder / file).as_posix(): state for file, state in files.items()}
     try:
         FIRST_SEEN.add(states)
     except OSError as error:

@@ -37,7 +37,7 @@ rule ingest:
     "Samples of one share of the raw logs; what cannot be read goes to quarantine."
     input:
         **({"listing": rules.twin.output.listing, "logs": "<raw>"} if SIMULATED else {}),
-        states=state_file("{shard}"),
+        states=state_file("{shard}", RAW),
     output:
         samples=SAMPLES,
         runs="<parts>/ingest/{shard}/runs.parquet",
@@ -47,6 +47,7 @@ rule ingest:
         "<logs>/ingest/{shard}.log",
     params:
         code=code("ingest.py"),
+        files=lambda wildcards: states_of(RAW, files_of_shard(wildcards)),
         place=STORED.get(RAW.as_posix(), ""),
         sheet=sheet_of_shard,
         config=part(

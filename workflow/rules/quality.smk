@@ -19,7 +19,7 @@ rule refused:
     input:
         **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
         **finished("points", "runs", "quarantine", "torque_quarantine"),
-        states=state_file("torque") if CAMPAIGN.torque is not None else [],
+        states=state_file("torque", TORQUE_RAW) if CAMPAIGN.torque is not None else [],
         samples=expand(SAMPLES, shard=SHARDS),
     output:
         pages=directory("<results>/refused"),
@@ -27,6 +27,7 @@ rule refused:
         "<logs>/refused.log",
     params:
         code=code("refused.py"),
+        files=lambda wildcards: states_of(TORQUE_RAW, TORQUE_FILES),
         place=STORED.get(TORQUE_RAW.as_posix(), ""),
         sheet=sheet_of_torque_logs,
         pages_max=SETTINGS.figures.refused_pages_max,

@@ -15,13 +15,14 @@ from oilfilm.tables.table_file import table_file
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", settings.campaign.name)
     listing = snakemake.input.get("listing")
-    digests = expected_states(Path(snakemake.input.states), listing)
+    states = expected_states(snakemake.params.files, listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
+    # the digest of a listing is that of its logs
     inputs = None if listing else provenance["inputs"]
-    logs = unchanged_logs(folder, digests, snakemake.params.place, inputs)
+    logs = unchanged_logs(folder, states, snakemake.params.place, inputs)
     paths = dict(zip(settings.oils, map(Path, snakemake.output.samples), strict=True))
     with sample_files(paths, provenance) as keep:
-        verified = {name: digest for name, digest in digests.items() if not etag_of(digest)}
+        verified = {name: state for name, state in states.items() if not etag_of(state)}
         ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=verified)
     files = [asdict(table_file(path, path.parents[2])) for path in paths.values()]
     write_text(json.dumps(files, indent=2) + "\n", Path(snakemake.output.files))

@@ -20,8 +20,8 @@ with job(snakemake) as (settings, provenance):
     if settings.campaign.torque is not None:
         refused = results.torque_quarantine
         folder = Path("data/raw", f"{settings.campaign.name}-torque")
-        digests = expected_states(Path(inputs.states), inputs.get("listing"))
-        named = {name: digests[name] for name in digests if name in set(refused["file"])}
+        states = expected_states(snakemake.params.files, inputs.get("listing"))
+        named = {name: states[name] for name in states if name in set(refused["file"])}
         logs = unchanged_logs(folder, named, snakemake.params.place)
         sheet = RunSheet.of_plain(snakemake.params.sheet)
         rigs.append(judged_torque_logs(logs, refused, settings, sheet))

@@ -12,10 +12,11 @@ from oilfilm.tables.campaign_tables import write_tables
 with job(snakemake) as (settings, provenance):
     folder = Path("data/raw", f"{settings.campaign.name}-torque")
     listing = snakemake.input.get("listing")
-    digests = expected_states(Path(snakemake.input.states), listing)
+    states = expected_states(snakemake.params.files, listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
+    # the digest of a listing is that of its logs
     inputs = None if listing else provenance["inputs"]
-    logs = unchanged_logs(folder, digests, snakemake.params.place, inputs)
+    logs = unchanged_logs(folder, states, snakemake.params.place, inputs)
     curated = check_logs(logs, settings, TORQUE_RIG, sheet)
     # measured logs, which are no inputs for Snakemake, have been added one by one
     provenance["inputs"] = by_folder(provenance["inputs"])

@@ -214,7 +214,7 @@ def refuse_altered(
 
 
 def keep_states(states: Mapping[str, str], path: Path) -> None:
-    """Write the state of each log of a job into a file, unless they stand there already.
+    """Write the state of each log of a job into a file, unless the file has them already.
 
     Raises:
         OSError: The file cannot be written.
@@ -224,23 +224,17 @@ def keep_states(states: Mapping[str, str], path: Path) -> None:
         write_bytes(content, path)
 
 
-def expected_states(path: Path, written: str | None = None) -> dict[str, str]:
-    """The state that each log of a job had when the run began.
-
-    Args:
-        path: A file of `keep_states`.
-        written: The listing of a twin, which gives the digests of simulated logs.
-    """
-    states: dict[str, str] = json.loads(path.read_text(encoding="utf-8"))
+def expected_states(states: Mapping[str, str], written: str | None) -> dict[str, str]:
+    """The state that each log had when the run began, or, from a listing, when it was written."""
     if written is None:
-        return states
+        return dict(states)
     listed = read_listing(Path(written))
     return {name: listed[name] for name in states}
 
 
 def unchanged_logs(
     folder: Path,
-    digests: Mapping[str, str],
+    states: Mapping[str, str],
     address: str = "",
     inputs: MutableMapping[str, str] | None = None,
 ) -> Iterator[tuple[str, bytes]]:
@@ -248,20 +242,20 @@ def unchanged_logs(
 
     Args:
         folder: Where the logs are.
-        digests: sha256 of each log by its name, or its state from `stored_logs`.
+        states: sha256 of each log by its name, or its state from `stored_logs`.
         address: Where they are in object storage, if they are there.
         inputs: Gets the digest of each log, for the provenance. Snakemake does not know the logs
             as inputs.
 
     Raises:
-        OilfilmError: A log cannot be read, or has changed since its digest was taken.
+        OilfilmError: A log cannot be read, or has changed since its state was taken.
     """
-    for name, digest in digests.items():
+    for name, state in states.items():
         path = f"{address or folder}/{name}"
-        etag = etag_of(digest)
+        etag = etag_of(state)
         content = object_storage.content(path, etag) if address else _content(folder / name)
         found = hashlib.sha256(content).hexdigest()
-        if not etag and found != digest:
+        if not etag and found != state:
             raise OilfilmError(
                 f"{path}: has changed since the run began. When it is complete, run snakemake "
                 "again."
@@ -275,11 +269,10 @@ def _content(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        missing = isinstance(error, FileNotFoundError)
-        advice = (
-            "Put it back, or run snakemake again without it." if missing else "Check its rights."
-        )
-        raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
+        raise OilfilmError(
+            f"{path}: cannot be read ({error.strerror}). Check its rights. If it is missing, put "
+            "it back, or run snakemake again without it."
+        ) from error
 
 
 def etag_of(state: str) -> str:
