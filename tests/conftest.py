@@ -95,6 +95,12 @@ def etm(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     return made_once("etm", curated, tmp_path_factory)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than cores: tests wait for browsers, servers and runs of snakemake."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Runs of snakemake come first: begun last, they would keep one core while the others rest.
 

@@ -14,6 +14,7 @@ NOT_TRACKED = (
     "results/",
     "data/raw/",
     "figures/",
+    "parts/",
     "tables/",
     ".venv",
     "config/campaigns/june",
