@@ -11,7 +11,7 @@ import pytest
 from oilfilm.errors import OilfilmError
 from oilfilm.readers.raw_files import (
     expected_states,
-    keep_states,
+    keep_found,
     listing,
     raw_files,
     read_listing,
@@ -146,13 +146,15 @@ def test_digests_come_from_the_run_or_from_the_twins_listing(tmp_path: Path) -> 
     assert expected_states({"a.csv": ""}, str(written)) == {"a.csv": ABC}
 
 
-def test_states_are_written_anew_only_where_one_changes(tmp_path: Path) -> None:
+def test_what_a_run_finds_is_written_anew_only_where_it_changes(tmp_path: Path) -> None:
     """Its time stamp decides whether a job runs again."""
-    states = tmp_path / "parts/logs/0.json"
-    keep_states({"a.csv": "1", "Öl.csv": "2"}, states)
-    os.utime(states, (0, 0))
-    keep_states({"Öl.csv": "2", "a.csv": "1"}, states)
-    assert states.stat().st_mtime == 0
-    keep_states({"a.csv": "1", "Öl.csv": "3"}, states)
-    assert states.stat().st_mtime > 0
-    assert json.loads(states.read_bytes()) == {"a.csv": "1", "Öl.csv": "3"}
+    kept = tmp_path / "parts/logs/0.json"
+    keep_found({"states": {"a.csv": "1", "Öl.csv": "2"}}, kept)
+    os.utime(kept, (0, 0))
+    keep_found({"states": {"a.csv": "1", "Öl.csv": "2"}}, kept)
+    assert kept.stat().st_mtime == 0
+    keep_found({"states": {"b/c.csv": "1", "b.csv": "3"}}, kept)
+    assert kept.stat().st_mtime > 0
+    # a job on a cluster reads the logs in the order of a local run
+    states = json.loads(kept.read_bytes())["states"]
+    assert list(states.items()) == [("b/c.csv", "1"), ("b.csv", "3")]

@@ -312,11 +312,31 @@ def test_start_beside_an_active_run_leaves_what_its_jobs_have_as_input(
     assert {path: path.read_bytes() for path in states} == states
 
 
+def test_job_of_a_cluster_reads_the_logs_that_were_there_when_the_run_began(
+    project: Path, own: Path
+) -> None:
+    """Slurm starts a Snakemake for each job, which lists the logs anew."""
+    planned(project, *OWN)
+    runs = project / "results/own/parts/ingest/0/runs.parquet"
+    before = runs.read_bytes()
+    runs.unlink()
+    late = own / "0_late.csv"
+    shutil.copy(own / "4102_P1.50_U40_T120.csv", late)
+    try:
+        job = ("--mode", "remote", "--no-hooks", "--target-jobs", "ingest:shard=0", "--force")
+        succeed(project, *job, "--config", "campaign=own", "split={'runs': 1}")
+    finally:
+        late.unlink()
+    assert runs.read_bytes() == before
+
+
 @pytest.mark.nightly
 def test_changed_row_of_the_run_sheet_redoes_only_its_own_share(project: Path, own: Path) -> None:
     with changed(own / "runs.csv", "25,50,", "25,50,oil spilt"):
         jobs = planned(project, *OWN)
-    assert (jobs["ingest"], jobs["curate"]) == (1, 1)
+        with without_records(project):
+            again = planned(project, *OWN)
+    assert [(of["ingest"], of["curate"]) for of in (jobs, again)] == [(1, 1)] * 2
 
 
 @pytest.mark.nightly

@@ -33,7 +33,7 @@ rule torque_runs:
             if TORQUE_SIMULATED
             else {}
         ),
-        states=state_file("torque", TORQUE_RAW),
+        measured=lambda wildcards: measured_logs_of("torque"),
     output:
         torque_runs="<tables>/torque_runs.parquet",
         torque_quarantine="<tables>/torque_quarantine.parquet",
@@ -41,9 +41,9 @@ rule torque_runs:
         "<logs>/torque-runs.log",
     params:
         code=code("torque_runs.py"),
-        files=lambda wildcards: states_of(TORQUE_RAW, TORQUE_FILES),
+        files=lambda wildcards: logs_as_found("torque")["states"],
         place=STORED.get(TORQUE_RAW.as_posix(), ""),
-        sheet=sheet_of_torque_logs,
+        sheet=lambda wildcards: logs_as_found("torque")["sheet"],
         config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),
     script:
         "../scripts/torque_runs.py"

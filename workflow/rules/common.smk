@@ -1,4 +1,5 @@
 import atexit
+import json
 import mimetypes
 import os
 import shutil
@@ -8,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.settings.types import SharedFSUsage
 from snakemake.logging import logger
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
@@ -23,7 +25,7 @@ from oilfilm.home import HOME, PACKAGE
 from oilfilm.readers.first_seen import FirstSeen
 from oilfilm.readers.raw_files import (
     find_sheet,
-    keep_states,
+    keep_found,
     raw_files,
     refuse_altered,
     refuse_strangers,
@@ -274,10 +276,6 @@ def code(script, *modules):
     return f"{code_digest(HOME / 'workflow/scripts' / script, *modules)}-{PACKAGES}"
 
 
-def files_of_shard(wildcards):
-    return FILES_OF_SHARE[int(wildcards.shard)]
-
-
 # Taken once per run: a release names the logs that its run has read, not what they became since.
 digest_of_log = cache(KEPT_DIGESTS.digest)
 
@@ -330,39 +328,61 @@ if workflow.is_main_process:
     FIRST_SEEN = refuse_changed_logs()
 
 
-def state_file(name, folder):
-    """A job's input that stands for its measured logs; none where a twin writes them.
+# Logs by the job that reads them: a share, or "torque".
+LOGS_OF_JOB = {str(shard): files for shard, files in FILES_OF_SHARE.items()}
+if CAMPAIGN.torque is not None:
+    LOGS_OF_JOB["torque"] = TORQUE_FILES
 
-    Snakemake would look at every log at every step. What the job goes by is among its params.
+
+def folder_of_job(name):
+    return TORQUE_RAW if name == "torque" else RAW
+
+
+def file_of_job(name):
+    return f"{PARTS}/logs/{name}.json"
+
+
+@cache
+def logs_as_found(name):
+    """The state of each log of a job and the run sheet's rows on them, when the run began.
+
+    A process of a cluster reads them from the job's file: logs may have come or changed since.
     """
-    return [] if folder in twins else local(f"{PARTS}/logs/{name}.json")
+    folder, path = folder_of_job(name), Path(file_of_job(name))
+    if not workflow.is_main_process and folder not in twins and path.is_file():
+        return json.loads(path.read_text(encoding="utf-8"))
+    files = LOGS_OF_JOB.get(name, [])
+    sheet = TORQUE_SHEET if name == "torque" else SHEET
+    # remarks on the sheet as a whole belong to the first share
+    remarks = name in {"torque", *list(LOGS_OF_JOB)[:1]}
+    rows = sheet.plain(files, remarks=remarks) if sheet else {}
+    return {"states": states_of(folder, files), "sheet": rows}
 
 
-def keep_states_of_logs():
-    """Write the state of each log into the file of its job: when a log changes, the file does.
+def measured_logs_of(name):
+    """A job's input that stands for its measured logs: it shows a change without records of params.
 
-    Then the job runs again, even where Snakemake's records of its params are lost. A file that a
-    job of another run has as input stays as it is. A job on another machine needs no more than the
-    file's name.
+    Snakemake would look at every log at every step. A file of this machine keeps its job here where
+    the others have no access to the folder. There the params alone show a change.
     """
-    logs_of_job = {str(shard): (RAW, files) for shard, files in FILES_OF_SHARE.items()}
-    if CAMPAIGN.torque is not None:
-        logs_of_job["torque"] = (TORQUE_RAW, TORQUE_FILES)
-    for name, (folder, files) in logs_of_job.items():
-        if folder in twins:
-            continue
-        path = Path(state_file(name, folder))
-        try:
-            if not workflow.is_main_process:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.open("ab").close()
-            elif not other_run or not path.is_file():
-                keep_states(states_of(folder, files), path)
-        except OSError as error:
-            raise WorkflowError(f"{path}: {machine_fault(error) or error.strerror}") from None
+    measured = name in LOGS_OF_JOB and folder_of_job(name) not in twins
+    shared = SharedFSUsage.INPUT_OUTPUT in workflow.storage_settings.shared_fs_usage
+    return local(file_of_job(name)) if measured and shared else []
 
 
-keep_states_of_logs()
+def keep_logs_as_found():
+    """Write these files. One that a job of another run goes by stays as it is."""
+    for name in LOGS_OF_JOB:
+        path = Path(file_of_job(name))
+        if folder_of_job(name) not in twins and not (other_run and path.is_file()):
+            try:
+                keep_found(logs_as_found(name), path)
+            except OSError as error:
+                raise WorkflowError(f"{path}: {machine_fault(error) or error.strerror}") from None
+
+
+if workflow.is_main_process:
+    keep_logs_as_found()
 
 
 def keep_first_seen():
@@ -385,18 +405,6 @@ def keep_first_seen():
 def run_sheet_of(folder):
     """The run sheet in a folder of logs with its digest, as inputs of a table; empty without one."""
     return {path: digest[:16] for path, digest in SHEETS.items() if Path(path).parent == folder}
-
-
-def sheet_of_shard(wildcards):
-    """What the run sheet says of the logs of one share: a changed row reads only its logs again."""
-    if SHEET is None:
-        return {}
-    # remarks on the sheet as a whole belong to the first share
-    return SHEET.plain(files_of_shard(wildcards), remarks=int(wildcards.shard) == SHARDS[0])
-
-
-def sheet_of_torque_logs(wildcards):
-    return TORQUE_SHEET.plain(TORQUE_FILES, remarks=True) if TORQUE_SHEET else {}
 
 
 def begin():

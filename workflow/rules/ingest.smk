@@ -37,7 +37,7 @@ rule ingest:
     "Samples of one share of the raw logs; what cannot be read goes to quarantine."
     input:
         **({"listing": rules.twin.output.listing, "logs": "<raw>"} if SIMULATED else {}),
-        states=state_file("{shard}", RAW),
+        measured=lambda wildcards: measured_logs_of(wildcards.shard),
     output:
         samples=SAMPLES,
         runs="<parts>/ingest/{shard}/runs.parquet",
@@ -47,9 +47,9 @@ rule ingest:
         "<logs>/ingest/{shard}.log",
     params:
         code=code("ingest.py"),
-        files=lambda wildcards: states_of(RAW, files_of_shard(wildcards)),
+        files=lambda wildcards: logs_as_found(wildcards.shard)["states"],
         place=STORED.get(RAW.as_posix(), ""),
-        sheet=sheet_of_shard,
+        sheet=lambda wildcards: logs_as_found(wildcards.shard)["sheet"],
         config=part(
             "rigs",
             "oils",

@@ -19,7 +19,7 @@ rule refused:
     input:
         **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
         **finished("points", "runs", "quarantine", "torque_quarantine"),
-        states=state_file("torque", TORQUE_RAW) if CAMPAIGN.torque is not None else [],
+        measured=lambda wildcards: measured_logs_of("torque"),
         samples=expand(SAMPLES, shard=SHARDS),
     output:
         pages=directory("<results>/refused"),
@@ -27,9 +27,9 @@ rule refused:
         "<logs>/refused.log",
     params:
         code=code("refused.py"),
-        files=lambda wildcards: states_of(TORQUE_RAW, TORQUE_FILES),
+        files=lambda wildcards: logs_as_found("torque")["states"],
         place=STORED.get(TORQUE_RAW.as_posix(), ""),
-        sheet=sheet_of_torque_logs,
+        sheet=lambda wildcards: logs_as_found("torque")["sheet"],
         pages_max=SETTINGS.figures.refused_pages_max,
         config=part(
             "oils",

@@ -14,7 +14,6 @@ with job(snakemake) as (settings, provenance):
     listing = snakemake.input.get("listing")
     states = expected_states(snakemake.params.files, listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
-    # the digest of a listing is that of its logs
     inputs = None if listing else provenance["inputs"]
     logs = unchanged_logs(folder, states, snakemake.params.place, inputs)
     curated = check_logs(logs, settings, TORQUE_RIG, sheet)

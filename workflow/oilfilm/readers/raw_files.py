@@ -13,6 +13,7 @@ from collections.abc import (
     Sequence,
 )
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from oilfilm import object_storage
 from oilfilm.atomic_write import write_bytes
@@ -213,13 +214,17 @@ def refuse_altered(
             )
 
 
-def keep_states(states: Mapping[str, str], path: Path) -> None:
-    """Write the state of each log of a job into a file, unless the file has them already.
+def keep_found(found: Mapping[str, Mapping[str, Any]], path: Path) -> None:
+    """Write what a run has found of the logs of a job, unless the file has it already.
+
+    Args:
+        found: The state of each log, in their order, and the rows of the run sheet.
+        path: Where it is kept.
 
     Raises:
         OSError: The file cannot be written.
     """
-    content = (json.dumps(states, indent=1, sort_keys=True) + "\n").encode()
+    content = (json.dumps(found, indent=1) + "\n").encode()
     if not path.is_file() or path.read_bytes() != content:
         write_bytes(content, path)
 
