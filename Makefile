@@ -178,7 +178,7 @@ bench-left-out: $(DEV) ## leaving curves out of 300, 1000 and 3000: time and its
 
 MAX ?= 10000
 
-bench-scale: $(DEV) ## 100 to MAX=10000 runs through the whole workflow: time, memory, bytes; renews its page (25 min)
+bench-scale: $(DEV) ## 100 to MAX=10000 runs through the whole workflow: time, memory, bytes; renews its page (half an hour)
 	$(BIN)/python benchmarks/scale.py $(MAX)
 
 bench-ingest: $(DEV) ## 10 million rows: time and memory against pyarrow and pandas (minutes)

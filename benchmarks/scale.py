@@ -222,6 +222,11 @@ def line(of_runs: dict[int, float], at: float) -> float:
     return low + (high - low) * (at - one) / (other - one)
 
 
+def extrapolated(values: dict[int, float]) -> float:
+    """The value at a million runs, on the line through the largest two sizes unless it falls."""
+    return max(line(values, FAR), values[max(values)])
+
+
 def steps_of(rows: list[Row], campaign: str = "oils") -> list[str]:
     """Steps with a CPU time, the most expensive one of the largest campaign first."""
     largest = max((row.runs for row in rows if row.campaign == campaign), default=0)
@@ -251,7 +256,7 @@ def report(rows: list[Row]) -> Iterator[str]:
                 quantity != "cpu_s" or values[sorted(values)[-2]] >= LEAST_S
             )
             cells.append(f"{error_of_line(values):+.0%}" if grows else "")
-            cells.append(f"{line(values, FAR):,.2g}" if len(values) > 1 else "")
+            cells.append(f"{extrapolated(values):,.2g}" if len(values) > 1 else "")
             yield f"| `{step}` | {' | '.join(cells)} |"
     yield ""
     yield f"- Commit {' and '.join(sorted({row.commit for row in rows}))}, {CORES} cores."
@@ -355,8 +360,7 @@ def draw_growth(axis: Axes, rows: list[Row], quantity: str, steps: list[str]) ->
         heights = [values[size] for size in runs]
         axis.plot(runs, heights, marker=MARKERS[number % 6], label=step, **look)
         if len(runs) > 1:
-            far = [runs[-1], FAR]
-            axis.plot(far, [line(values, size) for size in far], ":", **look)
+            axis.plot([runs[-1], FAR], [heights[-1], extrapolated(values)], ":", **look)
     axis.set(xscale="log", yscale="log", xlabel="Runs")
     axis.legend()
 
