@@ -171,7 +171,7 @@ bench-plan: $(DEV) ## planned tests against random ones, on simulated campaigns 
 	$(BIN)/python benchmarks/plan.py
 
 bench-refits: $(DEV) ## resampled refits of every law against SciPy, one by one (5 min)
-	$(BIN)/python benchmarks/refits.py
+	$(BIN)/python benchmarks/refits.py 1000
 
 bench-left-out: $(DEV) ## leaving curves out of 300, 1000 and 3000: time and its growth (12 min)
 	$(BIN)/python benchmarks/left_out.py
