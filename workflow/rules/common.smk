@@ -298,7 +298,7 @@ def state_of_log(path):
 
 
 def states_of(folder, files):
-    """The state of each log, whatever its time stamp says; empty where the twin has yet to write."""
+    """The state of each log, whatever its time stamp says; empty if the twin has yet to write it."""
     return {file: "" if folder in twins else state_of_log(folder / file) for file in files}
 
 
@@ -371,7 +371,7 @@ def measured_logs_of(name):
 
 
 def keep_logs_as_found():
-    """Write these files. One that a job of another run goes by stays as it is."""
+    """Write the file of each job with measured logs, unless a job of another run goes by it."""
     for name in LOGS_OF_JOB:
         path = Path(file_of_job(name))
         if folder_of_job(name) not in twins and not (other_run and path.is_file()):
