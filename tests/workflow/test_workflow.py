@@ -317,17 +317,24 @@ def test_job_of_a_cluster_reads_the_logs_that_were_there_when_the_run_began(
 ) -> None:
     """Slurm starts a Snakemake for each job, which lists the logs anew."""
     planned(project, *OWN)
-    runs = project / "results/own/parts/ingest/0/runs.parquet"
-    before = runs.read_bytes()
-    runs.unlink()
+    results = project / "results/own"
+    tables_made = [results / "parts/ingest/0/runs.parquet", results / "tables/points.parquet"]
+    before = [table.read_bytes() for table in tables_made]
     late = own / "0_late.csv"
     shutil.copy(own / "4102_P1.50_U40_T120.csv", late)
+    sheet = changed(own / "runs.csv", "later.csv", "latest.csv")
+    process = ("--mode", "remote", "--no-hooks", "--force")
     try:
-        job = ("--mode", "remote", "--no-hooks", "--target-jobs", "ingest:shard=0", "--force")
-        succeed(project, *job, "--config", "campaign=own", "split={'runs': 1}")
+        with sheet:
+            for table, job in zip(tables_made, ("ingest:shard=0", "collect:"), strict=True):
+                table.unlink()
+                only = ("--target-jobs", job, "--allowed-rules", job.partition(":")[0])
+                succeed(project, *process, *only, "--config", "campaign=own", "split={'runs': 1}")
     finally:
         late.unlink()
-    assert runs.read_bytes() == before
+    assert [table.read_bytes() for table in tables_made] == before
+    # what a later test finds is all of one age
+    succeed(project, *OWN, "--forcerun", "curate")
 
 
 @pytest.mark.nightly

@@ -156,11 +156,32 @@ OILS = list(SETTINGS.oils)
 # What the twin's truth is computed from, beside the campaign file.
 TRUTH = ["rigs", "oils"] if SIMULATED and CAMPAIGN.twin.thermal_ehl else ["rigs"]
 FILES_OF_SHARE = shares_of(FILES, SETTINGS.split.runs)
-SHARDS = list(FILES_OF_SHARE)
 # The samples of one share. Patterns are texts of their own where several rules expand them: an
 # output of a rule that is kept in object storage cannot be expanded.
 SAMPLES = [f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS]
 PARTS = f"results/{CAMPAIGN.name}/parts"
+
+
+def file_of_found(name):
+    return f"{PARTS}/logs/{name}.json"
+
+
+def found_before(name):
+    """What the run found of measured logs when it began, for a process of a cluster.
+
+    It starts later: logs may have come, gone or changed since.
+    """
+    path = Path(file_of_found(name))
+    if workflow.is_main_process or not path.is_file():
+        return None
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+# Shares of the logs, and digests of the run sheets by their paths.
+OF_RUN = {"shares": list(FILES_OF_SHARE), "sheets": SHEETS}
+if not SIMULATED:
+    OF_RUN = found_before("run") or OF_RUN
+SHARDS = OF_RUN["shares"]
 
 
 pathvars:
@@ -338,19 +359,14 @@ def folder_of_job(name):
     return TORQUE_RAW if name == "torque" else RAW
 
 
-def file_of_job(name):
-    return f"{PARTS}/logs/{name}.json"
-
-
 @cache
 def logs_as_found(name):
-    """The state of each log of a job and the run sheet's rows on them, when the run began.
-
-    A process of a cluster reads them from the job's file: logs may have come or changed since.
-    """
-    folder, path = folder_of_job(name), Path(file_of_job(name))
-    if not workflow.is_main_process and folder not in twins and path.is_file():
-        return json.loads(path.read_text(encoding="utf-8"))
+    """The state of each log of a job and the run sheet's rows on them, when the run began."""
+    folder = folder_of_job(name)
+    if name == "torque" and CAMPAIGN.torque is None:
+        return {"states": {}, "sheet": {}}
+    if folder not in twins and (found := found_before(name)):
+        return found
     files = LOGS_OF_JOB.get(name, [])
     sheet = TORQUE_SHEET if name == "torque" else SHEET
     # remarks on the sheet as a whole belong to the first share
@@ -367,22 +383,26 @@ def measured_logs_of(name):
     """
     measured = name in LOGS_OF_JOB and folder_of_job(name) not in twins
     shared = SharedFSUsage.INPUT_OUTPUT in workflow.storage_settings.shared_fs_usage
-    return local(file_of_job(name)) if measured and shared else []
+    return local(file_of_found(name)) if measured and shared else []
 
 
-def keep_logs_as_found():
-    """Write the file of each job with measured logs, unless a job of another run goes by it."""
-    for name in LOGS_OF_JOB:
-        path = Path(file_of_job(name))
-        if folder_of_job(name) not in twins and not (other_run and path.is_file()):
+def keep_all_found():
+    """Write what was found of measured logs, except what a job of another run goes by."""
+    measured = [name for name in LOGS_OF_JOB if folder_of_job(name) not in twins]
+    found = {name: logs_as_found(name) for name in measured}
+    if not SIMULATED:
+        found["run"] = OF_RUN
+    for name, content in found.items():
+        path = Path(file_of_found(name))
+        if not (other_run and path.is_file()):
             try:
-                keep_found(logs_as_found(name), path)
+                keep_found(content, path)
             except OSError as error:
                 raise WorkflowError(f"{path}: {machine_fault(error) or error.strerror}") from None
 
 
 if workflow.is_main_process:
-    keep_logs_as_found()
+    keep_all_found()
 
 
 def keep_first_seen():
@@ -404,7 +424,8 @@ def keep_first_seen():
 
 def run_sheet_of(folder):
     """The run sheet in a folder of logs with its digest, as inputs of a table; empty without one."""
-    return {path: digest[:16] for path, digest in SHEETS.items() if Path(path).parent == folder}
+    sheets = OF_RUN["sheets"].items()
+    return {path: digest[:16] for path, digest in sheets if Path(path).parent == folder}
 
 
 def begin():

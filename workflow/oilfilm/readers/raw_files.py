@@ -214,11 +214,11 @@ def refuse_altered(
             )
 
 
-def keep_found(found: Mapping[str, Mapping[str, Any]], path: Path) -> None:
-    """Write what a run has found of the logs of a job, unless the file has it already.
+def keep_found(found: Mapping[str, Any], path: Path) -> None:
+    """Write what a run has found of its logs, unless the file has it already.
 
     Args:
-        found: The state of each log, in their order, and the rows of the run sheet.
+        found: Plain data, as the state of each log in their order.
         path: Where it is kept.
 
     Raises:
