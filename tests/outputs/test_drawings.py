@@ -579,6 +579,7 @@ def test_pictures_look_as_they_did(drawing: Draw, tmp_path: Path, name: str) -> 
     assert message is None, f"{message}\nIs it meant? Look at it, then copy it over the baseline."
 
 
+@pytest.mark.nightly
 def test_a_broken_picture_is_seen(
     drawing: Draw, results: CampaignTables, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -189,6 +189,14 @@ def make(demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path) -> Mak
     return release
 
 
+@pytest.fixture(scope="module")
+def plain(
+    demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """A release of the same tables without raw logs; no test changes it."""
+    return released(made(project(tmp_path_factory.mktemp("plain") / "p"), demo.config, {}, frames))
+
+
 def comparison_of(before: Path, after: Path) -> Comparison:
     return compare(StoredRelease.open(before), StoredRelease.open(after), DRIFT)
 
@@ -202,7 +210,7 @@ def test_point_and_constant_that_change_their_verdict_are_named(
     coefficients.loc[3, "verdict"] = "sign unknown"
     after = make(points=points, coefficients=coefficients)
     row = points.loc[first]
-    assert comparison_of(make(), after).verdicts.rows == [
+    assert comparison_of(plain, after).verdicts.rows == [
         ("points", f"{row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
         ("coefficients", "4102, deng2026, A3", "known", "sign unknown"),
     ]
@@ -210,7 +218,7 @@ def test_point_and_constant_that_change_their_verdict_are_named(
 
 def test_changed_setting_is_named_with_its_key(make: Make, demo: Campaign) -> None:
     config = demo.config.with_changes({"gates": {"lambda_limit": 2.5}})
-    comparison = comparison_of(make(), make(config))
+    comparison = comparison_of(plain, make(config))
     assert comparison.config.rows == [("gates.lambda_limit", "3.0", "2.5")]
 
 
@@ -219,7 +227,7 @@ def test_changed_package_is_named(make: Make) -> None:
     environment = read_manifest(after)[0].made_from["environment"]
     packages = {**environment["packages"], "numpy": "99.0"}
     alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
-    ((what, _, new),) = comparison_of(make(), after).environment.rows
+    ((what, _, new),) = comparison_of(plain, after).environment.rows
     assert (what, new) == ("numpy", "99.0")
 
 
@@ -245,7 +253,7 @@ def test_lost_fits_are_stopped(
 ) -> None:
     fits = ("coefficients", "fit_quality", "refits")
     after = make(**{name: frames[name][frames[name]["oil"] == kept] for name in fits})
-    rows = drift_table(comparison_of(make(), after), DRIFT).rows
+    rows = drift_table(comparison_of(plain, after), DRIFT).rows
     assert {row[0] for row in rows} == stopped
     assert "4050 is fitted in one release only" in str(rows)
 
@@ -257,7 +265,7 @@ def test_constant_that_is_no_longer_known_is_stopped(
     lost = coefficients.index[(coefficients["oil"] == "4050") & (coefficients["constant"] == "C3")]
     coefficients.loc[lost, "value"] = np.nan
     after = make(coefficients=coefficients)
-    rows = drift_table(comparison_of(make(), after), DRIFT).rows
+    rows = drift_table(comparison_of(plain, after), DRIFT).rows
     assert ("4050", "C3", "inf standard errors") in {(row[0], row[1], row[4]) for row in rows}
 
 
@@ -271,7 +279,7 @@ def test_gate_closes_at_its_limit(
     coefficients.loc[heads, "value"] *= scale
     # so that mu alone decides
     drift = DRIFT.model_copy(update={"standard_errors": 1e9})
-    comparison = comparison_of(make(), make(coefficients=coefficients))
+    comparison = comparison_of(plain, make(coefficients=coefficients))
     change = comparison.traction.set_index(["oil", "measure"])["change"]
     assert change["4102", "relative"] == pytest.approx(scale - 1, rel=1e-9)
     assert bool(drift_table(comparison, drift).rows) == stopped
@@ -362,14 +370,14 @@ def test_figures_stand_side_by_side(
         (run.root / run.results / f"figures/{name}.png").write_bytes(content)
     extra = run.results / "figures/fig03.png"
     after = released(replace(run, files=[*run.files, extra]))
-    comparison = comparison_of(make(), after)
+    comparison = comparison_of(plain, after)
     text = page(comparison, drift_table(comparison, DRIFT))
     # what is no PNG is not embedded
     assert text.count("data:image/png;base64,") == 2
     assert "onload" not in text
     assert "<p>no such figure</p>" in text
     assert "<p>no PNG</p>" in text
-    kept = comparison_of(pin(make(), tmp_path / "pinned"), after)
+    kept = comparison_of(pin(plain, tmp_path / "pinned"), after)
     text = page(kept, drift_table(kept, DRIFT))
     assert text.count("data:image/png;base64,") == 1
     assert "<p>not kept in the pin</p>" in text
@@ -381,7 +389,7 @@ def test_settings_that_no_encoding_holds_make_a_page(
     settings = merge(demo.config.plain(), {"campaign": {"description": "half a letter: \ud800"}})
     after, path = make(), tmp_path / "diff.html"
     alter(after, "config.yaml", as_yaml(settings).encode("ascii"))
-    assert main(["diff", str(make()), str(after), "--html", str(path), *CONFIG]) == 0
+    assert main(["diff", str(plain), str(after), "--html", str(path), *CONFIG]) == 0
     assert "half a letter: \\ud800" in path.read_text(encoding="utf-8")
     assert "half a letter: \\ud800" in capsys.readouterr().out
 
@@ -404,7 +412,7 @@ def test_tables_that_contradict_each_other_end_in_a_sentence(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     coefficients = frames["coefficients"].assign(law=law)
-    assert main(["diff", str(make(coefficients=coefficients)), str(make()), *CONFIG]) == 2
+    assert main(["diff", str(make(coefficients=coefficients)), str(plain), *CONFIG]) == 2
     printed = capsys.readouterr().err
     assert "tables/" in printed
     assert printed.count("\n") == 1

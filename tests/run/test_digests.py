@@ -1,10 +1,14 @@
 """Digests change with what they stand for, and with nothing else."""
 
+import ast
 from pathlib import Path
+
+import pytest
 
 from oilfilm import digests
 
-SCRIPTS = Path(__file__).parents[2] / "workflow/scripts"
+WORKFLOW = Path(__file__).parents[2] / "workflow"
+SCRIPTS = WORKFLOW / "scripts"
 
 
 def modules_behind(script: str) -> set[str]:
@@ -13,6 +17,41 @@ def modules_behind(script: str) -> set[str]:
 
 def test_digest_follows_imports_to_the_formulas() -> None:
     assert {"film", "contact", "run_gates", "store"} <= modules_behind("curate.py")
+
+
+def imports_that_python_sees(text: str) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names |= {f"{node.module}.{alias.name}" for alias in node.names} | {str(node.module)}
+    return names
+
+
+def test_no_import_of_any_module_is_missed() -> None:
+    for path in WORKFLOW.rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        missed = imports_that_python_sees(text) - set(digests._imported_names(text))
+        assert not missed, path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from oilfilm.physics import (\n    film,  # see (3)\n    contact as c,\n)",
+        "from oilfilm.physics import film, \\\n    contact",
+        "from oilfilm import(film)",
+        "import json, oilfilm.physics.film as film",
+        "import json; import oilfilm.physics",
+        "if True: from oilfilm.physics import film",
+        "def late():\n\tfrom oilfilm.physics import film",
+        "from  oilfilm.physics  import  film",
+        "from \\\n oilfilm.physics import film",
+    ],
+)
+def test_import_is_found_however_it_is_written(text: str) -> None:
+    assert imports_that_python_sees(text) <= set(digests._imported_names(text))
 
 
 def test_digest_of_a_fit_does_not_depend_on_figures_or_readers() -> None:

@@ -130,6 +130,7 @@ def test_release_that_exists_leaves_the_same_bytes_as_one_that_is_made(
     assert compare(undisturbed, project) == ""
 
 
+@pytest.mark.nightly
 def test_code_that_changes_during_a_run_is_not_released(undisturbed: Path, tmp_path: Path) -> None:
     project = tmp_path / "edited"
     shutil.copytree(undisturbed, project, symlinks=True)

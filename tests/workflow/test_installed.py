@@ -112,19 +112,19 @@ def runs_of(project: Path, name: str) -> pd.DataFrame:
     return pd.read_parquet(project / f"results/{name}/tables/runs.parquet")
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
 def test_projects_run_from_their_folders_with_one_installation(
-    installed: Path, tmp_path: Path, count: int
+    installed: Path, tmp_path: Path
 ) -> None:
     """`init`, one line filled in, `run`: each folder has the runs of its own logs alone."""
-    for name, oil in (("juni", "Öl B-12"), ("juli", "Öl C-7"))[:count]:
+    for name, oil in (("juni", "Öl B-12"), ("juli", "Öl C-7")):
         bench, runs = bench_and_runs(oil)
         logs = write_logs(tmp_path / f"logs-{name}", bench, runs, METRES)
         run(installed, tmp_path, "oilfilm", "init", name, *map(str, logs))
         accept_film(tmp_path / name, name)
         target = f"results/{name}/tables/runs.parquet"
         run(installed, tmp_path, "oilfilm", "run", name, "--", target)
-    for name, oil in (("juni", "oel-b-12"), ("juli", "oel-c-7"))[:count]:
+    for name, oil in (("juni", "oel-b-12"), ("juli", "oel-c-7")):
         found = runs_of(tmp_path / name, name)
         assert found["verdict"].tolist() == ["accepted"] * 3
         assert set(found["oil"]) == {oil}
