@@ -104,9 +104,10 @@ def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Runs of snakemake come first: begun last, they would keep one core while the others rest.
 
-    The first one makes what all others need. A long file that needs none of it goes beside it.
+    The first one makes what all others need. Long files that need none of it go beside it; one of
+    them sleeps for most of its time.
     """
-    first = ("test_every_law.py", "test_report_browser.py")
+    first = ("test_every_law.py", "test_report_browser.py", "test_watch.py")
 
     def place(item: pytest.Item) -> int:
         if item.path.name in first:

@@ -202,7 +202,7 @@ def comparison_of(before: Path, after: Path) -> Comparison:
 
 
 def test_point_and_constant_that_change_their_verdict_are_named(
-    make: Make, frames: dict[str, pd.DataFrame]
+    make: Make, plain: Path, frames: dict[str, pd.DataFrame]
 ) -> None:
     points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
     first = points.index[points["accepted"]][0]
@@ -216,13 +216,13 @@ def test_point_and_constant_that_change_their_verdict_are_named(
     ]
 
 
-def test_changed_setting_is_named_with_its_key(make: Make, demo: Campaign) -> None:
+def test_changed_setting_is_named_with_its_key(make: Make, plain: Path, demo: Campaign) -> None:
     config = demo.config.with_changes({"gates": {"lambda_limit": 2.5}})
     comparison = comparison_of(plain, make(config))
     assert comparison.config.rows == [("gates.lambda_limit", "3.0", "2.5")]
 
 
-def test_changed_package_is_named(make: Make) -> None:
+def test_changed_package_is_named(make: Make, plain: Path) -> None:
     after = make()
     environment = read_manifest(after)[0].made_from["environment"]
     packages = {**environment["packages"], "numpy": "99.0"}
@@ -249,7 +249,7 @@ def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not
 
 @pytest.mark.parametrize(("kept", "stopped"), [("4102", {"4050"}), ("none of them", set(OILS))])
 def test_lost_fits_are_stopped(
-    make: Make, frames: dict[str, pd.DataFrame], kept: str, stopped: set[str]
+    make: Make, plain: Path, frames: dict[str, pd.DataFrame], kept: str, stopped: set[str]
 ) -> None:
     fits = ("coefficients", "fit_quality", "refits")
     after = make(**{name: frames[name][frames[name]["oil"] == kept] for name in fits})
@@ -259,7 +259,7 @@ def test_lost_fits_are_stopped(
 
 
 def test_constant_that_is_no_longer_known_is_stopped(
-    make: Make, frames: dict[str, pd.DataFrame]
+    make: Make, plain: Path, frames: dict[str, pd.DataFrame]
 ) -> None:
     coefficients = frames["coefficients"].copy()
     lost = coefficients.index[(coefficients["oil"] == "4050") & (coefficients["constant"] == "C3")]
@@ -271,7 +271,7 @@ def test_constant_that_is_no_longer_known_is_stopped(
 
 @pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
 def test_gate_closes_at_its_limit(
-    make: Make, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
+    make: Make, plain: Path, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
 ) -> None:
     """mu is A + B S times an exponential that C decides: A and B by 1 % move mu by 1 %."""
     coefficients = frames["coefficients"].copy()
@@ -362,7 +362,7 @@ def test_page_that_cannot_be_written_is_told(
 
 
 def test_figures_stand_side_by_side(
-    make: Make, demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path
+    make: Make, plain: Path, demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path
 ) -> None:
     run = made(project(tmp_path / "p"), demo.config, {}, frames)
     figures = {"fig02": PNG + b"2", "fig03": b"<svg onload=x>"}
@@ -384,7 +384,7 @@ def test_figures_stand_side_by_side(
 
 
 def test_settings_that_no_encoding_holds_make_a_page(
-    make: Make, demo: Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    make: Make, plain: Path, demo: Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = merge(demo.config.plain(), {"campaign": {"description": "half a letter: \ud800"}})
     after, path = make(), tmp_path / "diff.html"
@@ -407,6 +407,7 @@ def test_hostile_names_are_text(before: Path) -> None:
 @pytest.mark.parametrize("law", ["no-such-law", "tanh"])
 def test_tables_that_contradict_each_other_end_in_a_sentence(
     make: Make,
+    plain: Path,
     frames: dict[str, pd.DataFrame],
     law: str,
     capsys: pytest.CaptureFixture[str],
