@@ -270,6 +270,7 @@ def wait_for(condition: Callable[[], bool]) -> None:
     raise AssertionError("waited for a minute in vain")
 
 
+@pytest.mark.nightly
 def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -332,6 +333,7 @@ def test_log_of_the_twin_that_somebody_has_changed_is_refused(undisturbed: Path)
     assert f"{log.name}: is not as the rig twin wrote it. Delete" in message
 
 
+@pytest.mark.nightly
 def test_clock_that_has_stepped_back_stops_no_run(undisturbed: Path) -> None:
     """Every file is dated in the future, furthest what was made first."""
     paths = [path for path in (undisturbed / "results/small").rglob("*") if path.is_file()]

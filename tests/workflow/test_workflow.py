@@ -72,6 +72,7 @@ def test_only_the_summary_is_long(released_project: Path) -> None:
     assert "reason: " in details
 
 
+@pytest.mark.nightly
 def test_snakemakes_own_report_has_every_figure_and_table_with_its_caption(project: Path) -> None:
     succeed(project, *SMALL, "--report", "report-snakemake.html")
     page = (project / "report-snakemake.html").read_text(encoding="utf-8")
