@@ -53,9 +53,18 @@ class Tab:
     requests: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.page.on("console", lambda message: self.messages.append(message.text))
-        self.page.on("pageerror", lambda error: self.messages.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
+        self._heard: dict[Any, Callable[[Any], None]] = {
+            "console": lambda message: self.messages.append(message.text),
+            "pageerror": lambda error: self.messages.append(str(error)),
+            "request": lambda request: self.requests.append(request.url),
+        }
+        for event, keep in self._heard.items():
+            self.page.on(event, keep)
+
+    def leave(self) -> None:
+        """Hear no more of the page."""
+        for event, keep in self._heard.items():
+            self.page.remove_listener(event, keep)
 
     def problems(self, file: Path) -> list[str]:
         """Messages, and requests for anything but the file itself."""
@@ -90,19 +99,34 @@ def report(
     return folder / "report.html"
 
 
-@pytest.fixture
-def open_page(browser: Browser, report: Path) -> Iterator[Opener]:
-    """Opens a file, by default the report; its pages are closed after the test."""
+@pytest.fixture(scope="module")
+def window(browser: Browser) -> Iterator[Page]:
+    """One page for all tests: to load a file anew takes a third of the time of a new page."""
     with browser.new_context() as context:
+        yield context.new_page()
 
-        def open_page(file: Path = report, fragment: str = "", width: int = 1280) -> Tab:
-            tab = Tab(context.new_page())
-            tab.page.set_viewport_size({"width": width, "height": 900})
-            tab.page.goto(file.as_uri() + fragment)
-            tab.page.wait_for_selector(LOADED)
-            return tab
 
-        yield open_page
+@pytest.fixture
+def open_page(window: Page, report: Path) -> Iterator[Opener]:
+    """Opens a file, by default the report; a second file of the same test has a page of its own."""
+    tabs: list[Tab] = []
+
+    def open_page(file: Path = report, fragment: str = "", width: int = 1280) -> Tab:
+        tab = Tab(window.context.new_page() if tabs else window)
+        tabs.append(tab)
+        tab.page.set_viewport_size({"width": width, "height": 900})
+        tab.page.goto(file.as_uri() + fragment)
+        tab.page.wait_for_selector(LOADED)
+        return tab
+
+    yield open_page
+    for tab in tabs:
+        tab.leave()
+        if tab.page is not window:
+            tab.page.close()
+    window.emulate_media(media="null", color_scheme="null")
+    # from the same page with another fragment it would only scroll
+    window.goto("about:blank")
 
 
 @pytest.fixture
