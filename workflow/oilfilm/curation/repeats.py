@@ -41,7 +41,10 @@ def repeated(
         kind: The kind of rig.
         settings: Settings of the run.
     """
-    candidates = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
+    accepted = runs["verdict"] == "accepted"
+    if accepted.sum() < 2:
+        return []  # a log that is checked alone repeats no other
+    candidates = runs[accepted].sort_values(["file", "run_id"])
     cases = RULES[rule](points, candidates, kind, settings)
     first = {run_id: finding for run_id, finding in reversed(list(cases))}
     return [refusal(rule, finding, kind, run_id) for run_id, finding in first.items()]
