@@ -22,7 +22,7 @@ from nights import nightly, quick_ones
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.outputs.figures import style
+from oilfilm.outputs.figures import style, traction_curves
 from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.randomness import generator
 from oilfilm.settings.base import present
@@ -427,6 +427,20 @@ def test_few_lines_lie_over_thousands_of_points(
     cloud, *fits = sorted(lines, key=lambda line: -len(line.get_xdata()))
     assert len(fits) == 3
     assert all(line.get_zorder() > cloud.get_zorder() for line in fits)
+
+
+def test_lines_beyond_the_limit_are_left_out_and_counted(
+    drawing: Draw, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(traction_curves, "_FITS_DRAWN", 10)
+    figure, drawn = drawing("curves")
+    lines = drawn[drawn["kind"] == "fit"].groupby("oil")["series"].nunique()
+    assert lines.between(6, 10).all()
+    for axis, (_, count) in zip(figure.axes, lines.items(), strict=True):
+        texts = [text.get_text() for text in axis.get_legend().get_texts()]
+        assert f"fit ({count} of {len(matrix())} conditions)" in texts
+    measured = drawn[drawn["kind"] == "measured"].groupby("oil").size()
+    assert (measured % len(matrix()) == 0).all()
 
 
 def test_residuals_of_runs_with_a_load_for_a_set_point_have_one_mean_per_level(

@@ -6,7 +6,7 @@ others contradict are refused.
 """
 
 from collections.abc import Callable, Iterator
-from itertools import combinations, pairwise
+from itertools import chain, combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -85,9 +85,10 @@ def _conflicting_conditions(
 ) -> Iterator[Case]:
     """The condition of another run and a curve that is not its."""
     allowed = settings.gates.repeat_difference_max
-    curves = dict(list(points[points["accepted"]].groupby("run_id")))
-    for group in _same_condition(runs, settings):
-        names = [run.run_id for run in group]
+    groups = [[run.run_id for run in group] for group in _same_condition(runs, settings)]
+    compared = points[points["accepted"] & points["run_id"].isin([*chain(*groups)])]
+    curves = dict(list(compared.groupby("run_id")))
+    for names in groups:
         apart = {
             frozenset((one, other)): _difference(curves[one], curves[other], settings)
             for one, other in combinations(names, 2)

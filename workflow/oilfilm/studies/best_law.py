@@ -61,11 +61,12 @@ def best_laws(
         points: Table of points.
     """
     measured = points[["run_id", "first_row", "traction_coefficient"]]
-    beside = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
     for fit in tables.rows(quality):
-        of_oil = [frame[frame["oil"] == fit["oil"]] for frame in (comparison, beside)]
-        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, *of_oil)})
+        of_oil, by_laws = (frame[frame["oil"] == fit["oil"]] for frame in (comparison, law_points))
+        # one oil at a time: the laws have a row each at every point
+        beside = by_laws.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
+        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, of_oil, beside)})
     return tables.from_rows(rows, "law_verdicts")
 
 

@@ -27,6 +27,8 @@ _NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figu
 _CONDITIONS_TOLD_APART = 6
 # Symbols of more points would hide the lines.
 _POINTS_TOLD_APART = 2000
+# More lines than this in one panel are one dark area, and each takes 2 kB of SVG.
+_FITS_DRAWN = 500
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
 
 
@@ -204,7 +206,7 @@ def _finish(
     name="curves",
     title="All curves",
     caption="Traction coefficient of all accepted plateaus against slide-roll ratio, one "
-    "panel per oil. Lines: fitted law at each tested condition.",
+    "panel per oil. Lines: fitted law at each tested condition, at most 500 of them.",
     category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
@@ -229,7 +231,10 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
             )
             style.say_in_panel(axis, why)
             continue
-        conditions = list(_conditions(runs, of_oil))
+        law = FittedLaw.of(results.coefficients, oil)
+        # one table per condition: columns that nobody draws would take most of the memory
+        drawable = of_oil[["run_id", *law.law.conditions, *_MEASURED]]
+        conditions = list(_conditions(runs, drawable))
         told_apart = (
             1 < len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
         )
@@ -237,7 +242,6 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
         colours: Iterable[Any] = (
             style.shades(colour, len(conditions)) if told_apart else itertools.repeat("black")
         )
-        law = FittedLaw.of(results.coefficients, oil)
         series = [
             _Series(label, oil, points, law, shade, marker)
             for (label, points), shade, marker in zip(
@@ -318,12 +322,14 @@ def _draw_cloud(
     drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
     width, order = (1.1, 3) if few else (0.3, 1.5)
     largest_slip = _largest_slip(points)
-    for condition in series:
+    shown = series[:: -(-len(series) // _FITS_DRAWN)]
+    for condition in shown:
         line = _fit_rows(panel, condition, largest_slip)
         xy = line["slide_roll_ratio"], line["traction_coefficient"]
         axis.plot(*xy, color=condition.colour, linewidth=width, zorder=order)
         drawn.append(line)
-    axis.plot([], [], color="black", label="fit")
+    not_all = "" if len(shown) == len(series) else f" ({len(shown)} of {len(series)} conditions)"
+    axis.plot([], [], color="black", label=f"fit{not_all}")
     return drawn
 
 

@@ -106,7 +106,8 @@ def run_pages(
         pictures: Name of the picture of its signals by run, of refused runs.
     """
     advice = _advice(results.quarantine, runs)
-    points = dict(list(results.points.groupby("run_id", sort=False)))
+    shown = results.points[results.points["run_id"].isin(runs["run_id"])]
+    points = dict(list(shown.groupby("run_id", sort=False)))
     none = results.points[:0]
     pages = []
     for run in tables.rows(runs):

@@ -125,8 +125,13 @@ def squared_errors(points: pd.DataFrame, constants: FloatArray) -> FloatArray:
     if len(data.mu) == 0 or not np.all(data.conditions > 0):
         return np.full(len(constants), np.nan)
     at = Observations(LAW.design(data.conditions), data.curve, data.slip)
-    mu = np.array([LAW.traction(internal, at) for internal in to_internal(LAW, constants)])
-    return np.sum((mu - data.mu) ** 2, axis=1)
+    # a set at a time: mu of all sets at all points is hundreds of times the table of points
+    return np.array(
+        [
+            np.sum((LAW.traction(internal, at) - data.mu) ** 2)
+            for internal in to_internal(LAW, constants)
+        ]
+    )
 
 
 def _of(frame: pd.DataFrame, oil: str) -> pd.DataFrame:
