@@ -112,6 +112,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     def place(item: pytest.Item) -> int:
         if item.path.name in first:
             return first.index(item.path.name)
-        return 2 if item.get_closest_marker("workflow") is not None else 3
+        return len(first) + (item.get_closest_marker("workflow") is None)
 
     items.sort(key=place)

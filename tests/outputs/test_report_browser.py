@@ -37,7 +37,7 @@ from reports import CONDITIONS, HOSTILE, OILS, report_of, results_of, with_hosti
 if sys.platform != "linux":
     pytest.skip("the report is tested in Debian's chromium", allow_module_level=True)
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Dialog, Page, sync_playwright
 
 if CHROMIUM is None:
     pytest.skip("there is no chromium (.ci/tools installs it)", allow_module_level=True)
@@ -55,14 +55,19 @@ class Tab:
     def __post_init__(self) -> None:
         self._heard: dict[Any, Callable[[Any], None]] = {
             "console": lambda message: self.messages.append(message.text),
+            "dialog": self._refuse,
             "pageerror": lambda error: self.messages.append(str(error)),
             "request": lambda request: self.requests.append(request.url),
         }
         for event, keep in self._heard.items():
             self.page.on(event, keep)
 
+    def _refuse(self, dialog: Dialog) -> None:
+        self.messages.append(f"the page ran {dialog.message}")
+        dialog.dismiss()
+
     def leave(self) -> None:
-        """Hear no more of the page."""
+        """Remove the listeners."""
         for event, keep in self._heard.items():
             self.page.remove_listener(event, keep)
 
@@ -101,7 +106,10 @@ def report(
 
 @pytest.fixture(scope="module")
 def window(browser: Browser) -> Iterator[Page]:
-    """One page for all tests: to load a file anew takes a third of the time of a new page."""
+    """One page for all tests: to load a file anew takes a third of the time of a new page.
+
+    A test that leaves it unable to load another file fails, and so do those after it.
+    """
     with browser.new_context() as context:
         yield context.new_page()
 
@@ -124,7 +132,9 @@ def open_page(window: Page, report: Path) -> Iterator[Opener]:
         tab.leave()
         if tab.page is not window:
             tab.page.close()
-    window.emulate_media(media="null", color_scheme="null")
+    window.emulate_media(media="null", color_scheme="light")
+    window.context.clear_permissions()
+    window.mouse.move(0, 0)
     # from the same page with another fragment it would only scroll
     window.goto("about:blank")
 
@@ -431,7 +441,6 @@ def test_hostile_names_are_shown_as_text(
     file.write_text(text, encoding="utf-8")
     tab = open_page(file, width=375)
     page = tab.page
-    page.on("dialog", lambda dialog: pytest.fail(f"the page ran {dialog.message}"))
     shown = page.locator("#quarantine").inner_text()
     for name in HOSTILE:
         assert " ".join(name.split()) in " ".join(shown.split())

@@ -193,7 +193,7 @@ def make(demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path) -> Mak
 def plain(
     demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
-    """A release of the same tables without raw logs; no test changes it."""
+    """A release of the tables of `frames` without raw logs; no test changes it."""
     return released(made(project(tmp_path_factory.mktemp("plain") / "p"), demo.config, {}, frames))
 
 

@@ -24,15 +24,17 @@ def imports_that_python_sees(text: str) -> set[str]:
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            names |= {f"{node.module}.{alias.name}" for alias in node.names} | {str(node.module)}
+        elif isinstance(node, ast.ImportFrom):
+            package = "." * node.level + (node.module or "")
+            stem = package if package.endswith(".") else f"{package}."
+            names |= {stem + alias.name for alias in node.names} | {package}
     return names
 
 
 def test_no_import_of_any_module_is_missed() -> None:
     for path in WORKFLOW.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
-        missed = imports_that_python_sees(text) - set(digests._imported_names(text))
+        missed = imports_that_python_sees(text) - digests._imported_names(text)
         assert not missed, path
 
 
@@ -44,6 +46,14 @@ def test_no_import_of_any_module_is_missed() -> None:
         "from oilfilm import(film)",
         "import json, oilfilm.physics.film as film",
         "import json; import oilfilm.physics",
+        "from json import load; import oilfilm.physics",
+        "from json import load; from oilfilm.physics import film  # (4)",
+        "x = '#fff'; import oilfilm.physics",
+        '"""Lines\nfrom the import (of values"""\nimport oilfilm.physics\nx = (1)',
+        "\fimport oilfilm.physics",
+        "from .deng2026 import LAW",
+        "from . import deng2026, tanh",
+        "from.. import(law)",
         "if True: from oilfilm.physics import film",
         "def late():\n\tfrom oilfilm.physics import film",
         "from  oilfilm.physics  import  film",
@@ -51,7 +61,22 @@ def test_no_import_of_any_module_is_missed() -> None:
     ],
 )
 def test_import_is_found_however_it_is_written(text: str) -> None:
-    assert imports_that_python_sees(text) <= set(digests._imported_names(text))
+    assert imports_that_python_sees(text) <= digests._imported_names(text)
+
+
+def test_import_of_a_neighbour_by_its_own_name_alone_is_followed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    laws = tmp_path / "oilfilm/laws"
+    laws.mkdir(parents=True)
+    monkeypatch.setattr(digests, "_PACKAGE", tmp_path / "oilfilm")
+    (laws / "mine.py").write_bytes(b"\xef\xbb\xbffrom .near import a\nfrom .. import far\n")
+    for file in (laws / "near.py", tmp_path / "oilfilm/far.py"):
+        file.touch()
+    digests._module_files.cache_clear()
+    names = {path.stem for path in digests._imported(laws / "mine.py")}
+    digests._module_files.cache_clear()
+    assert names == {"near", "far"}
 
 
 def test_digest_of_a_fit_does_not_depend_on_figures_or_readers() -> None:

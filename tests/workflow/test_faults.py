@@ -270,7 +270,6 @@ def wait_for(condition: Callable[[], bool]) -> None:
     raise AssertionError("waited for a minute in vain")
 
 
-@pytest.mark.nightly
 def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     undisturbed: Path, tmp_path: Path
 ) -> None:

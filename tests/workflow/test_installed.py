@@ -80,7 +80,6 @@ def test_project_folder_needs_only_what_differs(
         assert (tmp_path / name).read_bytes() == (released_project / name).read_bytes(), name
 
 
-@pytest.mark.nightly
 def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_path: Path) -> None:
     results, raw = released_project / "results", released_project / "data/raw/small"
     (tmp_path / "config").mkdir()

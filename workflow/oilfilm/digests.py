@@ -3,8 +3,9 @@
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
+from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any
 
@@ -64,27 +65,35 @@ def _with_imports(paths: Iterable[Path]) -> set[Path]:
 @cache
 def _imported(path: Path) -> frozenset[Path]:
     """Modules of oilfilm that a file imports; each file is read once."""
-    names = _imported_names(path.read_text(encoding="utf-8"))
+    names = _imported_names(path.read_text(encoding="utf-8-sig"))
+    if path.is_relative_to(_PACKAGE):
+        package = ".".join(path.parent.relative_to(_PACKAGE.parent).parts)
+        names = {resolve_name(name, package) for name in names}
     return frozenset(file for name in names for file in _module_files(name))
 
 
 # Found as text, because a parser would take a fifth of the time that Snakemake needs to start. A
-# line of a docstring that looks like an import costs a run too many, never one too few.
-_COMMENT_OR_CONTINUED = re.compile(r"#[^\n]*|\\\n")
+# sentence of a docstring that looks like an import costs a run too many.
 _IMPORT = re.compile(
-    r"(?:^|[:;])[ \t]*"
-    r"(?:from[ \t]+([\w.]+)[ \t]+import\b[ \t]*(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))",
-    re.MULTILINE,
+    r"""(?:^|[:;])[ \t\f]*(?:
+        from[ \t]*([\w.]+)[ \t]*import\b[ \t]*(\((?:[\w\s,]|\#[^\n]*+)*+\)|[^\n;]*)
+        |import[ \t]+([^\n;]*)
+    )""",
+    re.MULTILINE | re.VERBOSE,
 )
+_COMMENT = re.compile(r"#[^\n]*")
 
 
-def _imported_names(text: str) -> Iterator[str]:
+def _imported_names(text: str) -> set[str]:
     """What the import statements of a text may import: `a` and `a.b` of `from a import b`."""
-    for package, attributes, modules in _IMPORT.findall(_COMMENT_OR_CONTINUED.sub(" ", text)):
+    found = set()
+    for package, attributes, modules in _IMPORT.findall(text.replace("\\\n", " ")):
         if package:
-            yield package
-            yield from (f"{package}.{name}" for name in re.findall(r"\w+", attributes))
-        yield from re.findall(r"[\w.]+", modules)
+            found.add(package)
+            stem = package if package.endswith(".") else f"{package}."
+            found |= {stem + name for name in re.findall(r"\w+", _COMMENT.sub("", attributes))}
+        found.update(re.findall(r"[\w.]+", _COMMENT.sub("", modules)))
+    return found
 
 
 @cache

@@ -43,7 +43,7 @@ def repeated(
     """
     accepted = runs["verdict"] == "accepted"
     if accepted.sum() < 2:
-        return []  # a log that is checked alone repeats no other
+        return []  # a repeat needs two
     candidates = runs[accepted].sort_values(["file", "run_id"])
     cases = RULES[rule](points, candidates, kind, settings)
     first = {run_id: finding for run_id, finding in reversed(list(cases))}
@@ -86,7 +86,7 @@ def _conflicting_conditions(
     """The condition of another run and a curve that is not its."""
     allowed = settings.gates.repeat_difference_max
     groups = [[run.run_id for run in group] for group in _same_condition(runs, settings)]
-    compared = points[points["accepted"] & points["run_id"].isin([*chain(*groups)])]
+    compared = points[points["accepted"] & points["run_id"].isin(list(chain.from_iterable(groups)))]
     curves = dict(list(compared.groupby("run_id")))
     for names in groups:
         apart = {

@@ -63,10 +63,10 @@ def best_laws(
     measured = points[["run_id", "first_row", "traction_coefficient"]]
     rows = []
     for fit in tables.rows(quality):
-        of_oil, by_laws = (frame[frame["oil"] == fit["oil"]] for frame in (comparison, law_points))
-        # one oil at a time: the laws have a row each at every point
-        beside = by_laws.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
-        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, of_oil, beside)})
+        laws, at = (frame[frame["oil"] == fit["oil"]] for frame in (comparison, law_points))
+        # one oil at a time: each law has a row at every point
+        beside = at.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
+        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, laws, beside)})
     return tables.from_rows(rows, "law_verdicts")
 
 

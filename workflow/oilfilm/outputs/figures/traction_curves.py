@@ -29,6 +29,9 @@ _CONDITIONS_TOLD_APART = 6
 _POINTS_TOLD_APART = 2000
 # More lines than this in one panel are one dark area, and each takes 2 kB of SVG.
 _FITS_DRAWN = 500
+# Its multiples modulo 1 are spread evenly without a period. Every third condition might have the
+# same temperature.
+_GOLDEN_RATIO = (5**0.5 - 1) / 2
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
 
 
@@ -206,7 +209,7 @@ def _finish(
     name="curves",
     title="All curves",
     caption="Traction coefficient of all accepted plateaus against slide-roll ratio, one "
-    "panel per oil. Lines: fitted law at each tested condition, at most 500 of them.",
+    "panel per oil. Lines: fitted law at each tested condition, or at 500 where there are more.",
     category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
@@ -214,7 +217,7 @@ def _finish(
     draws=_CURVES,
 )
 def curves(results: CampaignTables, settings: Settings) -> Drawing:
-    """Every accepted point of every oil, and the fit at each of its conditions."""
+    """Every accepted point of every oil, and the fit at its conditions."""
     oils = list(settings.oils)
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
     figure, axes = style.panels(1, len(oils), width, 2.8)
@@ -301,7 +304,7 @@ def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.D
 def _draw_cloud(
     axis: Axes, panel: str, colour: str, series: Sequence[_Series]
 ) -> list[pd.DataFrame]:
-    """All points in one colour, with the fit of each condition through them."""
+    """All points in one colour, with the fit of each condition, or of 500, through them."""
     points = pd.concat([condition.points for condition in series])
     # few lines are drawn over their points, many lines under all points
     few = len(series) <= _CONDITIONS_TOLD_APART
@@ -322,7 +325,8 @@ def _draw_cloud(
     drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
     width, order = (1.1, 3) if few else (0.3, 1.5)
     largest_slip = _largest_slip(points)
-    shown = series[:: -(-len(series) // _FITS_DRAWN)]
+    spread = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)[:_FITS_DRAWN]
+    shown = [series[number] for number in sorted(spread)]
     for condition in shown:
         line = _fit_rows(panel, condition, largest_slip)
         xy = line["slide_roll_ratio"], line["traction_coefficient"]
