@@ -257,6 +257,10 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
             else _draw_cloud(axis, panel, colour, series)
         )
         axis.legend(loc="best", fontsize=6)
+    if drawn:
+        # all panels have one scale; room for two lines of a legend
+        bottom, top = axes[0].get_ylim()
+        axes[0].set_ylim(bottom, top + 0.18 * (top - bottom))
     bars = "bars: 95 % (random part); " if any(len(axis.containers) for axis in axes) else ""
     style.label_traction_axes(figure)
     style.say_key(figure, f"points: plateau means; {bars}lines: fit")
