@@ -70,7 +70,8 @@ def test_import_of_a_neighbour_by_its_own_name_alone_is_followed(
     laws = tmp_path / "oilfilm/laws"
     laws.mkdir(parents=True)
     monkeypatch.setattr(digests, "_PACKAGE", tmp_path / "oilfilm")
-    (laws / "mine.py").write_bytes(b"\xef\xbb\xbffrom .near import a\nfrom .. import far\n")
+    words = b'"""Words\nfrom .... import nothing"""\n'
+    (laws / "mine.py").write_bytes(b"\xef\xbb\xbffrom .near import a\nfrom .. import far\n" + words)
     for file in (laws / "near.py", tmp_path / "oilfilm/far.py"):
         file.touch()
     digests._module_files.cache_clear()

@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.util import resolve_name
 from pathlib import Path
@@ -30,7 +31,7 @@ def input_digest(path: Path) -> str:
 
 
 def settings_digest(settings: Mapping[str, Any]) -> str:
-    """sha256 of plain settings, whatever the order of their keys, in hex."""
+    """sha256 of plain settings, in hex; the order of keys does not matter."""
     text = json.dumps(settings, sort_keys=True, ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -65,15 +66,17 @@ def _with_imports(paths: Iterable[Path]) -> set[Path]:
 @cache
 def _imported(path: Path) -> frozenset[Path]:
     """Modules of oilfilm that a file imports; each file is read once."""
-    names = _imported_names(path.read_text(encoding="utf-8-sig"))
-    if path.is_relative_to(_PACKAGE):
-        package = ".".join(path.parent.relative_to(_PACKAGE.parent).parts)
-        names = {resolve_name(name, package) for name in names}
-    return frozenset(file for name in names for file in _module_files(name))
+    inside = path.is_relative_to(_PACKAGE)
+    package = ".".join(path.parent.relative_to(_PACKAGE.parent).parts) if inside else ""
+    files: set[Path] = set()
+    for name in _imported_names(path.read_text(encoding="utf-8-sig")):
+        with suppress(ImportError):  # relative to no package: a script, or words of a docstring
+            files.update(_module_files(resolve_name(name, package)))
+    return frozenset(files)
 
 
-# Found as text, because a parser would take a fifth of the time that Snakemake needs to start. A
-# sentence of a docstring that looks like an import costs a run too many.
+# Found as text, because a parser would take a fifth of the time that Snakemake needs to start. If
+# a docstring looks like an import, a rule may run once too often.
 _IMPORT = re.compile(
     r"""(?:^|[:;])[ \t\f]*(?:
         from[ \t]*([\w.]+)[ \t]*import\b[ \t]*(\((?:[\w\s,]|\#[^\n]*+)*+\)|[^\n;]*)

@@ -43,7 +43,7 @@ def repeated(
     """
     accepted = runs["verdict"] == "accepted"
     if accepted.sum() < 2:
-        return []  # a repeat needs two
+        return []  # a repeat needs two accepted runs
     candidates = runs[accepted].sort_values(["file", "run_id"])
     cases = RULES[rule](points, candidates, kind, settings)
     first = {run_id: finding for run_id, finding in reversed(list(cases))}

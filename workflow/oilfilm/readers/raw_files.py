@@ -22,9 +22,9 @@ from oilfilm.errors import OilfilmError
 
 # Before the ETag of a log in object storage, where others have a sha256.
 _ETAG = "etag:"
-# The run sheet, in whatever case, in the campaign's folder itself.
+# The run sheet lies in the campaign's folder, not below it; its name may be in capitals.
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
-# What Excel writes beside a workbook while it is open.
+# Excel writes such a file beside a workbook that is open.
 _LOCK_FILE = "~$"
 # Snakemake takes braces for wildcards and angle brackets for its own paths, a manifest backslashes
 # for folders; control characters and changes of direction deceive who reads a listing; Python

@@ -61,12 +61,11 @@ def best_laws(
         points: Table of points.
     """
     measured = points[["run_id", "first_row", "traction_coefficient"]]
+    beside = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
     for fit in tables.rows(quality):
-        laws, at = (frame[frame["oil"] == fit["oil"]] for frame in (comparison, law_points))
-        # one oil at a time: each law has a row at every point
-        beside = at.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
-        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, laws, beside)})
+        of_oil = [frame[frame["oil"] == fit["oil"]] for frame in (comparison, beside)]
+        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, *of_oil)})
     return tables.from_rows(rows, "law_verdicts")
 
 
@@ -294,7 +293,7 @@ def _tied(column: str, row: dict[str, Any]) -> str:
 
 
 def _advice(law: str, row: dict[str, Any], laws: pd.DataFrame) -> str:
-    """What to do; empty where the configured law is as good as any."""
+    """Advice on the law; empty where the configured law is as good as any."""
     if row["verdict"] == "criteria disagree":
         return "Keep the configured law until more curves decide"
     if row["verdict"] == "tie":

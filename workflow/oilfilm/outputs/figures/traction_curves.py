@@ -29,8 +29,8 @@ _CONDITIONS_TOLD_APART = 6
 _POINTS_TOLD_APART = 2000
 # More lines than this in one panel are one dark area, and each takes 2 kB of SVG.
 _FITS_DRAWN = 500
-# Its multiples modulo 1 are spread evenly without a period. Every third condition might have the
-# same temperature.
+# Its multiples modulo 1 are spread evenly without a period. Every third condition, by contrast, may
+# have the same temperature.
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
 
@@ -209,7 +209,8 @@ def _finish(
     name="curves",
     title="All curves",
     caption="Traction coefficient of all accepted plateaus against slide-roll ratio, one "
-    "panel per oil. Lines: fitted law at each tested condition, or at 500 where there are more.",
+    "panel per oil. Lines: fitted law at each tested condition; where only some are drawn, the "
+    "legend says so.",
     category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
@@ -308,7 +309,7 @@ def _draw_series(axis: Axes, panel: str, series: Iterable[_Series]) -> list[pd.D
 def _draw_cloud(
     axis: Axes, panel: str, colour: str, series: Sequence[_Series]
 ) -> list[pd.DataFrame]:
-    """All points in one colour, with the fit of each condition, or of 500, through them."""
+    """All points in one colour, with the fits at their conditions through them."""
     points = pd.concat([condition.points for condition in series])
     # few lines are drawn over their points, many lines under all points
     few = len(series) <= _CONDITIONS_TOLD_APART

@@ -40,8 +40,8 @@ def judge_printed(
             no joint distance.
 
     Returns:
-        The table `printed_judged`. What cannot be judged is null: nothing where no point was
-        accepted, only the errors where the conditions cannot give all twelve constants.
+        The table `printed_judged`. All judgements are null where no point was accepted. Only the
+        errors are given where the conditions cannot give all twelve constants.
     """
     boxes, rows = settings.boxes.model_dump(), []
     for oil in [oil for oil in oils if oil in printed]:
@@ -125,7 +125,7 @@ def squared_errors(points: pd.DataFrame, constants: FloatArray) -> FloatArray:
     if len(data.mu) == 0 or not np.all(data.conditions > 0):
         return np.full(len(constants), np.nan)
     at = Observations(LAW.design(data.conditions), data.curve, data.slip)
-    # a set at a time: mu of all sets at all points is hundreds of times the table of points
+    # one set at a time, so that memory does not grow with sets times points
     return np.array(
         [
             np.sum((LAW.traction(internal, at) - data.mu) ** 2)
