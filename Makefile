@@ -264,10 +264,10 @@ lock: ## renew the lock files after a change of pyproject.toml
 
 schemas: $(DEV) ## renew schemas and reference pages; with RESULTS="results/demo ..." the examples of tables too
 	$(BIN)/python -m oilfilm.settings.schemas
-	$(if $(RESULTS),$(BIN)/python -m oilfilm.outputs.table_examples $(RESULTS))
-	$(BIN)/python -m oilfilm.outputs.tables_page
+	$(if $(RESULTS),$(BIN)/python -m oilfilm.report.table_examples $(RESULTS))
+	$(BIN)/python -m oilfilm.report.tables_page
 	$(BIN)/python -m oilfilm.cli.schema
-	$(BIN)/python -m oilfilm.outputs.gates_page
+	$(BIN)/python -m oilfilm.report.gates_page
 	$(BIN)/python -m oilfilm.cli.commands_page
 	$(BIN)/python -m oilfilm.cli.messages_page
 

@@ -30,10 +30,10 @@ from damages import SOUND  # noqa: E402
 from oilfilm import tables  # noqa: E402
 from oilfilm.curation.curate import check_logs  # noqa: E402
 from oilfilm.errors import OilfilmError  # noqa: E402
-from oilfilm.outputs.figures.registry import drawn_tables  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.releases.manifest import files_below  # noqa: E402
 from oilfilm.releases.verify import verify  # noqa: E402
+from oilfilm.report.figures.registry import drawn_tables  # noqa: E402
 from reproduce import succeed  # noqa: E402
 
 NOT_FOUND = "NOT FOUND"

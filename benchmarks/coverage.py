@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from oilfilm.fitting.conditions import varied
-from oilfilm.fitting.engine import polish
-from oilfilm.fitting.problem import build_problem
-from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.fits.conditions import varied
+from oilfilm.fits.engine import polish
+from oilfilm.fits.problem import build_problem
+from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
-from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, FloatArray, to_internal

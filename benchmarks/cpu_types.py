@@ -46,10 +46,10 @@ def make(folder: Path) -> None:
     """The tables of one oil: logs simulated, read, curated and fitted in this very process."""
     # imported here: the parent compares, and has a CPU of its own
     from campaigns import carry_through, printed  # noqa: PLC0415
-    from oilfilm.fitting.fit import fit_oil  # noqa: PLC0415
+    from oilfilm.fits.fit import fit_oil  # noqa: PLC0415
+    from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
     from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: PLC0415
     from oilfilm.settings.resolve import resolve  # noqa: PLC0415
-    from oilfilm.studies.law_comparison import compare_laws  # noqa: PLC0415
 
     config = resolve(ROOT / "config", {"campaign": "demo"})
     raw = folder / "raw"

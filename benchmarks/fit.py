@@ -29,14 +29,14 @@ os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
-from oilfilm.fitting.certificate import certify
-from oilfilm.fitting.conditions import varied
-from oilfilm.fitting.engine import population_sse, search
-from oilfilm.fitting.problem import CurveData, Problem, build_problem
-from oilfilm.fitting.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.fits.certificate import certify
+from oilfilm.fits.conditions import varied
+from oilfilm.fits.engine import population_sse, search
+from oilfilm.fits.problem import CurveData, Problem, build_problem
+from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
-from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, FloatArray, bounds

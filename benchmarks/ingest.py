@@ -40,8 +40,8 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from campaigns import printed  # noqa: E402  (the tests' own helper)
 from oilfilm import tables  # noqa: E402
 from oilfilm.curation.curate import Curated, collect, curate_parts  # noqa: E402
-from oilfilm.readers.ingest import ingest_logs, read_bytes, sample_files  # noqa: E402
-from oilfilm.readers.raw_files import shares_of  # noqa: E402
+from oilfilm.logs.ingest import ingest_logs, read_bytes, sample_files  # noqa: E402
+from oilfilm.logs.raw_files import shares_of  # noqa: E402
 from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.config import SplitSettings  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402

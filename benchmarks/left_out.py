@@ -27,11 +27,11 @@ from numpy.random import Generator  # noqa: E402
 
 from campaigns import printed  # noqa: E402
 from fit_points import accepted_points  # noqa: E402
-from oilfilm.fitting.engine import Optimum  # noqa: E402
-from oilfilm.fitting.problem import Problem  # noqa: E402
+from oilfilm.fits import law_comparison  # noqa: E402
+from oilfilm.fits.engine import Optimum  # noqa: E402
+from oilfilm.fits.problem import Problem  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
-from oilfilm.studies import law_comparison  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from oilfilm.traction.laws.deng2026 import traction_coefficient  # noqa: E402
 

@@ -23,15 +23,15 @@ os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 import numpy as np
 from scipy.optimize import least_squares
 
-from oilfilm.fitting.conditions import varied
-from oilfilm.fitting.engine import Optimum, at_bounds, search
-from oilfilm.fitting.problem import CurveData, Problem, build_problem
-from oilfilm.fitting.uncertainty import curve_bootstrap, draw_curves
+from oilfilm.fits.conditions import varied
+from oilfilm.fits.engine import Optimum, at_bounds, search
+from oilfilm.fits.law_comparison import laws_of
+from oilfilm.fits.problem import CurveData, Problem, build_problem
+from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
+from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plateaus import simulate_curves
-from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
-from oilfilm.studies.law_comparison import laws_of
 from oilfilm.traction import LAW_NAMES
 from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations
 

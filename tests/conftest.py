@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, settings
 
 from campaigns import ETM, REAL_PCS, ROOT, Campaign, carry_through, printed
 from oilfilm import tables
-from oilfilm.readers.raw_files import raw_files
+from oilfilm.logs.raw_files import raw_files
 from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings

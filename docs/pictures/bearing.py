@@ -13,7 +13,7 @@ from oilfilm.bearing.kinematics import inner_slide_roll_ratio
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.bearing.torque import torque_terms
-from oilfilm.studies.load_variables import LawInBearing
+from oilfilm.torque.load_variables import LawInBearing
 from style import OILS, axes, row
 
 STYLES = ("-", "--", ":")

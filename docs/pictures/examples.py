@@ -11,12 +11,12 @@ import oilfilm
 from oilfilm.arrays import ArrayFit
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.home import reference_file
+from oilfilm.paper.reference import printed_constants
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.messages import load
-from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 

@@ -4,10 +4,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import settings, simulated_fit, simulated_points
-from oilfilm.fitting.cross_validation import leave_curves_out
-from oilfilm.fitting.engine import population_sse, search
-from oilfilm.fitting.profile import profiles
-from oilfilm.fitting.uncertainty import naive_covariance
+from oilfilm.fits.cross_validation import leave_curves_out
+from oilfilm.fits.engine import population_sse, search
+from oilfilm.fits.profile import profiles
+from oilfilm.fits.uncertainty import naive_covariance
 from style import BLUE, GREY, ORANGE, RED, axes, row
 
 

@@ -26,7 +26,7 @@ from oilfilm.bearing.resistance import (
     rolling_force_n,
 )
 from oilfilm.bearing.torque import cage_slip, torque_terms
-from oilfilm.studies.load_variables import LOAD_VARIABLES
+from oilfilm.torque.load_variables import LOAD_VARIABLES
 
 SLIDINGS = ("gross", "spin", "differential", "gyroscopic")
 

@@ -9,7 +9,7 @@ import pytest
 from campaigns import Campaign, without
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
-from oilfilm.outputs.figures import style
+from oilfilm.report.figures import style
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -17,7 +17,7 @@ from oilfilm import tables
 from oilfilm.curation.curate import Curated, curate, curate_parts
 from oilfilm.curation.quantiles import median, quantile
 from oilfilm.errors import OilfilmError
-from oilfilm.readers.ingest import Ingested, ingest_logs, sample_files
+from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.tables.table_file import content_digest
 
 ABOUT = {"campaign": "demo", "data": "simulated"}

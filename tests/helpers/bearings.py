@@ -10,11 +10,11 @@ from campaigns import oil_of, printed, rig_contact
 from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.resistance import Lubrication
-from oilfilm.fitting.fitted import Coefficients, FittedLaw
+from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
-from oilfilm.studies.load_variables import LawInBearing
+from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.traction import LAWS
 
 CONFIG = Path(__file__).parents[2] / "config"

@@ -12,16 +12,16 @@ import yaml
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate
-from oilfilm.fitting.fit import OilFit, fit_oil
+from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.logs.ingest import Ingested, ingest_logs
+from oilfilm.paper.printed.signs import study_signs
+from oilfilm.paper.reference import falling_viscosity, printed_constants, printed_values
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.readers.ingest import Ingested, ingest_logs
 from oilfilm.settings.messages import load
 from oilfilm.settings.oil import OilFile
-from oilfilm.settings.reference import falling_viscosity, printed_constants, printed_values
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.studies.printed.signs import study_signs
 from oilfilm.traction.laws.deng2026 import DENG2026
 
 ROOT = Path(__file__).parents[2]

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from oilfilm.paper.audit.audit import printed_evidence
+from oilfilm.paper.audit.evidence import Evidence
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.audit.audit import printed_evidence
-from oilfilm.studies.audit.evidence import Evidence
 
 OILS = ("4102", "4050", "4010")
 # |A|, its exponents; B, its exponents; C, its exponents: falls with U and T, rises with P

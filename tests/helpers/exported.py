@@ -5,9 +5,9 @@ import pandas as pd
 
 from campaigns import ROOT
 from law_points import EVERY_LAW, TRUTH
-from oilfilm.fitting.conditions import FixedCondition, to_text
-from oilfilm.outputs.exports.description import SLIP, Description, describe
-from oilfilm.outputs.exports.printed import describe_printed
+from oilfilm.exports.description import SLIP, Description, describe
+from oilfilm.fits.conditions import FixedCondition, to_text
+from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, Law
 

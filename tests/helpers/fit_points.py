@@ -5,7 +5,7 @@ import pandas as pd
 
 from campaigns import printed
 from oilfilm import tables
-from oilfilm.fitting.problem import CurveData, Problem, build_problem, curve_data
+from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, FloatArray

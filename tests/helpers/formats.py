@@ -10,9 +10,9 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
-from oilfilm.readers.log_kind import LogKind
-from oilfilm.readers.torque_log import TORQUE
-from oilfilm.readers.traction_log import TRACTION
+from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.torque_log import TORQUE
+from oilfilm.logs.traction_log import TRACTION
 
 Columns = Mapping[str, np.ndarray]
 Units = Mapping[str, str]

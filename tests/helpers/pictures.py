@@ -7,8 +7,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from campaigns import ROOT
-from oilfilm.outputs.figures.registry import load_figure
-from oilfilm.settings.reference import read_reference
+from oilfilm.paper.reference import read_reference
+from oilfilm.report.figures.registry import load_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

@@ -12,11 +12,11 @@ import pandas as pd
 from bearings import printed_fits
 from campaigns import ROOT, printed, rig_contact
 from fit_points import LAW, accepted_points, problem_of
-from oilfilm.fitting.engine import polish
+from oilfilm.fits.curve_errors import Curves
+from oilfilm.fits.engine import polish
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.bearing_torque import OilInBearing, oils_in_bearings
-from oilfilm.studies.curve_errors import Curves
+from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
 from oilfilm.traction.law import CONDITIONS, FloatArray, to_constants, to_internal
 
 OIL = "4102"

@@ -11,9 +11,9 @@ from PIL import Image
 from campaigns import printed_by_name
 from fit_points import make_points, matrix
 from oilfilm import tables
-from oilfilm.fitting.fit import fit_oil
-from oilfilm.outputs.report.page import page
+from oilfilm.fits.fit import fit_oil
 from oilfilm.randomness import generator
+from oilfilm.report.page import page
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

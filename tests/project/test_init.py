@@ -28,9 +28,9 @@ from foreign_logs import (
 from oilfilm.cli import main
 from oilfilm.curation.curate import check_logs
 from oilfilm.errors import OilfilmError
+from oilfilm.logs.sheet_file import sheet_of_paths
+from oilfilm.logs.traction_log import TRACTION
 from oilfilm.project.folder import NewProject, make_project
-from oilfilm.readers.sheet_file import sheet_of_paths
-from oilfilm.readers.traction_log import TRACTION
 from oilfilm.settings.resolve import resolve
 
 FILM = "film_unjudged: {accept: true, reason: thick by experience}"

@@ -23,7 +23,6 @@ from command_line import printed_objects
 from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.outputs.report.release_id import UNRELEASED
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
 from oilfilm.releases.crate import CRATE
@@ -38,6 +37,7 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.pin import pin
 from oilfilm.releases.verify import verify
+from oilfilm.report.release_id import UNRELEASED
 from oilfilm.settings.resolve import read_config, resolve, unresolve
 from oilfilm.settings.resolved import Settings
 from releases import made, measured_run, project, rebuilding, released, runs_of

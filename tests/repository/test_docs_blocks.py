@@ -14,10 +14,10 @@ import yaml
 
 from campaigns import ROOT
 from oilfilm.cli.parser import parser
-from oilfilm.readers.ingest import ingest_logs
-from oilfilm.readers.sheet_file import read_run_sheet
-from oilfilm.readers.torque_log import TORQUE
-from oilfilm.readers.traction_log import TRACTION
+from oilfilm.logs.ingest import ingest_logs
+from oilfilm.logs.sheet_file import read_run_sheet
+from oilfilm.logs.torque_log import TORQUE
+from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.resolve import resolve
@@ -29,15 +29,15 @@ ELSEWHERE = {
     "docs/tutorials/first-csv.md": "repository/test_docs_code.py",
     "docs/tutorials/pcs-log.md": "repository/test_docs_code.py",
     "docs/tutorials/bearing.md": "repository/test_docs_code.py",
-    f"{HOW_TO}/using-constants.md": "outputs/test_using_constants.py",
+    f"{HOW_TO}/using-constants.md": "exports/test_using_constants.py",
     f"{HOW_TO}/check.md text": "test_check.py",
-    "docs/reference/results.md python": "outputs/test_metadata.py",
-    "docs/reference/results.md r": "outputs/test_metadata.py",
+    "docs/reference/results.md python": "report/test_metadata.py",
+    "docs/reference/results.md r": "report/test_metadata.py",
     "CONTRIBUTING.md": "workflow/test_stand_in.py",
 }
 # What a page shows of a screen or a folder, and where its form is tested.
 SHOWN = {
-    f"{HOW_TO}/plan.md": "numbers of the demonstration; form: studies/test_next_tests.py",
+    f"{HOW_TO}/plan.md": "numbers of the demonstration; form: torque/test_next_tests.py",
     f"{HOW_TO}/watch.md": "times of day; form: test_watch.py",
     "docs/tutorials/demonstration.md": "numbers of the demonstration; form: test_check.py",
     f"{HOW_TO}/running.md": "the Snakefile of a module: workflow/test_installed.py",

@@ -14,7 +14,7 @@ DOCS = ROOT / "docs"
 PAGES = sorted(path for path in DOCS.rglob("*.md") if "_build" not in path.parts)
 # pages that are as long as what they list
 GENERATED = {
-    "reference/gates.md": "oilfilm.outputs.gates_page",
+    "reference/gates.md": "oilfilm.report.gates_page",
     "reference/messages.md": "oilfilm.cli.messages_page",
 }
 

@@ -10,7 +10,7 @@ from oilfilm.bearing.ellipse import Conditions
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.bearing_torque import oils_in_bearings, torque_table
+from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from torque_logs import curated_logs
 
 

@@ -16,7 +16,7 @@ from botocore.response import StreamingBody
 from oilfilm import object_storage
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
-from oilfilm.readers.raw_files import raw_files, stored_logs, unchanged_logs
+from oilfilm.logs.raw_files import raw_files, stored_logs, unchanged_logs
 from oilfilm.releases import rebuild, transfer
 from oilfilm.releases.manifest import read_manifest
 from oilfilm.releases.transfer import download_release, upload_release

@@ -7,10 +7,10 @@ import pint
 import pytest
 
 from oilfilm import tables
-from oilfilm.outputs import tables_page
-from oilfilm.outputs.figures.registry import drawn_tables
-from oilfilm.outputs.table_examples import examples, read_examples
-from oilfilm.outputs.tables_page import PAGE, page
+from oilfilm.report import tables_page
+from oilfilm.report.figures.registry import drawn_tables
+from oilfilm.report.table_examples import examples, read_examples
+from oilfilm.report.tables_page import PAGE, page
 from oilfilm.tables.columns import table, use
 
 # with those of the figures, which declare what they draw
@@ -105,7 +105,7 @@ def test_new_table_and_new_column_have_a_dash_until_there_is_an_example(
 
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_every_column_has_an_example_that_its_declaration_allows(model: tables.Table) -> None:
-    """`oilfilm.outputs.table_examples` says how to renew them."""
+    """`oilfilm.report.table_examples` says how to renew them."""
     shown = read_examples().get(model.name, {})
     assert list(shown) == model.names
     # no example: no finished table had a value, so the column must be one that may be empty

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 
 from law_points import CONTACT, EVERY_LAW, MATRIX, OIL, SLIP, TRUTH, internal_of, observe, points_of
-from oilfilm.fitting import engine
-from oilfilm.fitting.fit import fit_oil
-from oilfilm.fitting.fitted import FittedLaw
-from oilfilm.fitting.problem import Problem, build_problem, curve_data
+from oilfilm.fits import engine
+from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from campaigns import ROOT, printed
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.reference import printed_constants
+from oilfilm.paper.reference import printed_constants
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import Observations, bounds, to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient

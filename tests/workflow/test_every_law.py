@@ -10,7 +10,7 @@ import pytest
 
 from campaigns import QUICK, ROOT, SMALL_MATRIX, lay_out, read_campaign, write_campaign
 from oilfilm import tables
-from oilfilm.outputs.exports.campaign import FORMS
+from oilfilm.exports.campaign import FORMS
 from oilfilm.traction import LAWS
 from reproduce import command, succeed
 

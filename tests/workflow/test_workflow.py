@@ -183,7 +183,7 @@ def changed(path: Path, old: str, new: str) -> Iterator[None]:
 
 
 def test_changed_code_runs_what_it_affects_and_nothing_else(project: Path) -> None:
-    with changed(project / "workflow/oilfilm/outputs/figures/style.py", "\n", "\n# touched\n"):
+    with changed(project / "workflow/oilfilm/report/figures/style.py", "\n", "\n# touched\n"):
         rules = set(planned(project, *SMALL))
     assert rules == {"data_figures", "law_figures", "refused", "report", "enough", "all"}
 

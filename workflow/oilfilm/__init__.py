@@ -16,9 +16,9 @@ __all__ = ["OilfilmError", "__version__", "fit", "predict", "printed", "read_fit
 _MODULES = {
     "OilfilmError": "oilfilm.errors",
     "fit": "oilfilm.arrays",
-    "predict": "oilfilm.fitting.fitted",
+    "predict": "oilfilm.fits.fitted",
     "printed": "oilfilm.arrays",
-    "read_fit": "oilfilm.fitting.fitted",
+    "read_fit": "oilfilm.fits.fitted",
 }
 
 

@@ -10,16 +10,16 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.fitting.fit import OilFit, fit_oil
-from oilfilm.fitting.fitted import SLIP, Coefficients, FittedLaw, Prediction, in_unit
+from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fitted import SLIP, Coefficients, FittedLaw, Prediction, in_unit
+from oilfilm.fits.law_comparison import compare_laws
 from oilfilm.home import CONFIG, reference_file
+from oilfilm.paper.reference import printed_constants
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
-from oilfilm.settings.reference import printed_constants
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.best_law import best_laws
-from oilfilm.studies.law_comparison import compare_laws
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS
 

@@ -12,7 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-_FIGURES = Path(__file__).parent / "outputs/figures"
+_LIBRARY = Path(__file__).parent
+# Figures of every campaign, and those of the paper.
+_FOLDERS = ("report/figures", "paper/figures")
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class FigureDeclaration:
     @property
     def source(self) -> Path:
         """File of its module."""
-        return _FIGURES / f"{self.module.rpartition('.')[2]}.py"
+        return _LIBRARY.parent / f"{self.module.replace('.', '/')}.py"
 
 
 @cache
@@ -69,8 +71,12 @@ def figures() -> Mapping[str, FigureDeclaration]:
         ValueError: A declaration is not made of literals, or two figures have one name.
     """
     declared = [
-        FigureDeclaration(**_literals(call, path), module=f"oilfilm.outputs.figures.{path.stem}")
-        for path in sorted(_FIGURES.glob("*.py"))
+        FigureDeclaration(
+            **_literals(call, path),
+            module=f"oilfilm.{folder.replace('/', '.')}.{path.stem}",
+        )
+        for folder in _FOLDERS
+        for path in sorted((_LIBRARY / folder).glob("*.py"))
         for call in _declarations(path)
     ]
     by_name = {figure.name: figure for figure in declared}

@@ -22,8 +22,8 @@ from oilfilm.digest_cache import DigestCache
 from oilfilm.digests import code_digest, file_digest
 from oilfilm import home, object_storage
 from oilfilm.home import HOME, PACKAGE
-from oilfilm.readers.first_seen import FirstSeen
-from oilfilm.readers.raw_files import (
+from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.raw_files import (
     find_sheet,
     keep_found,
     raw_files,
@@ -82,9 +82,9 @@ def run_sheet(folder, files):
     if path is None:
         return None
     # imported where needed: pandas comes with them
-    from oilfilm.readers.sheet_file import read_run_sheet
-    from oilfilm.readers.torque_log import TORQUE
-    from oilfilm.readers.traction_log import TRACTION
+    from oilfilm.logs.sheet_file import read_run_sheet
+    from oilfilm.logs.torque_log import TORQUE
+    from oilfilm.logs.traction_log import TRACTION
 
     kind = TRACTION if folder == RAW else TORQUE
     content = object_storage.content(f"{place}/{path.name}") if place else path.read_bytes()
@@ -477,7 +477,7 @@ def end_well(logs):
     """Print the summary and where everything is."""
     keep_first_seen()
     # a dry run need not wait for it
-    from oilfilm.outputs.summary import at_the_end_of_a_run
+    from oilfilm.report.summary import at_the_end_of_a_run
 
     summary = Path("results", CAMPAIGN.name, "summary.txt")
     lines = []

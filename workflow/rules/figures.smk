@@ -1,4 +1,4 @@
-# What each figure needs is declared above its function (oilfilm/outputs/figures). One job draws a
+# What each figure needs is declared above its function (oilfilm/report/figures). One job draws a
 # family of figures, because imports take longer than drawing.
 for family, of_family in families(CAMPAIGN.figures).items():
 

@@ -1,5 +1,5 @@
 # The page itself, beside the code that fills it.
-PAGE = PACKAGE / "outputs/report/page"
+PAGE = PACKAGE / "report/page"
 
 
 rule report:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from oilfilm.paper.audit.audit import audit_campaign
 from oilfilm.run.job import job
-from oilfilm.studies.audit.audit import audit_campaign
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):

@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
+from oilfilm.paper.advice_band import advice_in_band
+from oilfilm.paper.published_tests import published_tests_table
+from oilfilm.paper.reference import PublishedBearingTests
 from oilfilm.run.job import job
 from oilfilm.settings.messages import load
-from oilfilm.settings.reference import PublishedBearingTests
-from oilfilm.studies.advice_band import advice_in_band
-from oilfilm.studies.bearing_torque import (
+from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+from oilfilm.torque.bearing_torque import (
     cage_slip_table,
     oils_in_bearings,
     size_effect_table,
 )
-from oilfilm.studies.published_tests import published_tests_table
-from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)

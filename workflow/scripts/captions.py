@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from oilfilm.atomic_write import write_text
-from oilfilm.outputs.facts import film_unjudged_oils
-from oilfilm.outputs.rst import campaign_caption, figure_caption, table_caption
+from oilfilm.report.facts import film_unjudged_oils
+from oilfilm.report.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables, model_of
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm.atomic_write import write_text
-from oilfilm.fitting.remarks import certificates
+from oilfilm.fits.remarks import certificates
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect
 from oilfilm.digests import settings_digest
-from oilfilm.outputs.spreadsheet import write_csv
-from oilfilm.readers.raw_files import remove_others
+from oilfilm.logs.raw_files import remove_others
+from oilfilm.report.spreadsheet import write_csv
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 

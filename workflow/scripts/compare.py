@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from oilfilm.fitting.drawn import read_drawn
+from oilfilm.fits.drawn import read_drawn
+from oilfilm.fits.law_comparison import compare_laws, remarks
 from oilfilm.run.job import job
-from oilfilm.studies.law_comparison import compare_laws, remarks
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):

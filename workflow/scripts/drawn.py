@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from oilfilm.fitting.drawn import read_block, write_block
+from oilfilm.fits.drawn import read_block, write_block
+from oilfilm.fits.fit_parts import Part, compute_part
 from oilfilm.run.job import job
-from oilfilm.studies.fit_parts import Part, compute_part
 from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as (settings, _):

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm.atomic_write import write_text
-from oilfilm.outputs.enough import accepted_runs_text
+from oilfilm.report.enough import accepted_runs_text
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
 

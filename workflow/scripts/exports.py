@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm.atomic_write import atomic_folder, write_bytes
-from oilfilm.outputs.exports.campaign import export_campaign
+from oilfilm.exports.campaign import export_campaign
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
 

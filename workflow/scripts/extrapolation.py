@@ -1,8 +1,8 @@
 """Compare fitted laws with the truth of a simulated campaign."""
 
+from oilfilm.fits.law_comparison import laws_of
+from oilfilm.paper.extrapolation import extrapolate, extrapolation_errors
 from oilfilm.run.job import job
-from oilfilm.studies.extrapolation import extrapolate, extrapolation_errors
-from oilfilm.studies.law_comparison import laws_of
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):

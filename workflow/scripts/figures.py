@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from oilfilm.outputs.figures.registry import draw_figures
+from oilfilm.paper.reference import read_reference
+from oilfilm.report.figures.registry import draw_figures
 from oilfilm.run.job import job
-from oilfilm.settings.reference import read_reference
 from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as (settings, provenance):

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from oilfilm.fitting.drawn import NOTHING, read_drawn
-from oilfilm.fitting.fit import fit_oil
+from oilfilm.fits.drawn import NOTHING, read_drawn
+from oilfilm.fits.fit import fit_oil
+from oilfilm.paper.reference import printed_values
 from oilfilm.run.job import job
-from oilfilm.settings.reference import printed_values
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 from oilfilm.traction import LAWS
 

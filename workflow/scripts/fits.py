@@ -1,6 +1,6 @@
 """Join the tables of all oils, and name the oil that an odd curve belongs to."""
 
-from oilfilm.fitting.odd_curves import with_likely_oils
+from oilfilm.fits.odd_curves import with_likely_oils
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 

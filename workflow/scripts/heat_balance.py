@@ -1,9 +1,9 @@
 """Calculate how the oil's own heating changes torque, cage slip and the best oil."""
 
 from oilfilm.run.job import job
-from oilfilm.studies.bearing_torque import oils_in_bearings
-from oilfilm.studies.heat_balance import heat_balance_table
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+from oilfilm.torque.bearing_torque import oils_in_bearings
+from oilfilm.torque.heat_balance import heat_balance_table
 
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)

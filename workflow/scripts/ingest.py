@@ -6,9 +6,9 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import write_text
-from oilfilm.readers.ingest import ingest_logs, sample_files
-from oilfilm.readers.raw_files import etag_of, expected_states, unchanged_logs
-from oilfilm.readers.run_sheet import RunSheet
+from oilfilm.logs.ingest import ingest_logs, sample_files
+from oilfilm.logs.raw_files import etag_of, expected_states, unchanged_logs
+from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.run.job import job
 from oilfilm.tables.table_file import table_file
 

@@ -1,8 +1,8 @@
 """Set the configured law beside the best of those compared, and its misfit beside the noise."""
 
+from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.noise import noise_and_misfit
 from oilfilm.run.job import job
-from oilfilm.studies.best_law import best_laws
-from oilfilm.studies.noise import noise_and_misfit
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):

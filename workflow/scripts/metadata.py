@@ -4,7 +4,7 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import write_text
-from oilfilm.outputs.metadata import data_package
+from oilfilm.report.metadata import data_package
 from oilfilm.run.job import job
 from oilfilm.tables.table_file import read_listing, table_file
 

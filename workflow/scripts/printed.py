@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from oilfilm.paper.printed.judge import judge_printed
+from oilfilm.paper.reference import printed_constants
 from oilfilm.run.job import job
-from oilfilm.settings.reference import printed_constants
-from oilfilm.studies.printed.judge import judge_printed
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):

@@ -5,9 +5,9 @@ from pathlib import Path
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.outputs.figures.refused_runs import Judged, draw_pages, judged_torque_logs
-from oilfilm.readers.raw_files import expected_states, unchanged_logs
-from oilfilm.readers.run_sheet import RunSheet
+from oilfilm.logs.raw_files import expected_states, unchanged_logs
+from oilfilm.logs.run_sheet import RunSheet
+from oilfilm.report.figures.refused_runs import Judged, draw_pages, judged_torque_logs
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_file import samples_by_run

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from oilfilm.paper.printed.signs import study_signs
+from oilfilm.paper.reference import falling_viscosity, printed_constants
 from oilfilm.run.job import job
-from oilfilm.settings.reference import falling_viscosity, printed_constants
-from oilfilm.studies.printed.signs import study_signs
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):

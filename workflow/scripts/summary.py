@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from oilfilm.atomic_write import write_text
-from oilfilm.outputs.summary import summarise
+from oilfilm.report.summary import summarise
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
 

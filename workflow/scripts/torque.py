@@ -1,8 +1,8 @@
 """Compare measured torque with the fitted law for each load variable."""
 
 from oilfilm.run.job import job
-from oilfilm.studies.bearing_torque import oils_in_bearings, torque_table
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.readers.raw_files import expected_states, unchanged_logs
-from oilfilm.readers.run_sheet import RunSheet
+from oilfilm.logs.raw_files import expected_states, unchanged_logs
+from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.run.job import by_folder, job
 from oilfilm.tables.campaign_tables import write_tables
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder, write_text
-from oilfilm.readers.raw_files import listing
+from oilfilm.logs.raw_files import listing
+from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.run.job import job
-from oilfilm.settings.reference import printed_constants
 
 with job(snakemake) as (settings, provenance):
     constants = printed_constants(Path(snakemake.input.printed))

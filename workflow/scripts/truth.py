@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from oilfilm import tables
+from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.run.job import job
-from oilfilm.settings.reference import printed_constants
 
 with job(snakemake) as (settings, provenance):
     constants = printed_constants(Path(snakemake.input.printed))

@@ -9,7 +9,7 @@ import numpy as np
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.home import CONFIG
-from oilfilm.readers.base import LARGEST_READING
+from oilfilm.logs.base import LARGEST_READING
 from oilfilm.settings.resolve import read_config
 from oilfilm.units import conversion
 

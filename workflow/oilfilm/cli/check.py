@@ -15,10 +15,10 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
-from oilfilm.readers.ingest import ingest_logs, read_bytes, read_log
-from oilfilm.readers.raw_files import raw_files
-from oilfilm.readers.run_sheet import RunSheet
-from oilfilm.readers.sheet_file import is_run_sheet, sheet_of_paths
+from oilfilm.logs.ingest import ingest_logs, read_bytes, read_log
+from oilfilm.logs.raw_files import raw_files
+from oilfilm.logs.run_sheet import RunSheet
+from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 

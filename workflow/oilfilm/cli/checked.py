@@ -12,10 +12,10 @@ from oilfilm.curation.curate import Curated
 from oilfilm.curation.gate import TORQUE, TRACTION, Gate, Limits
 from oilfilm.curation.refusals import advice_for, plateau_gates, run_gates
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.readers.base import LOADS, SET_POINTS
-from oilfilm.readers.ingest import Ingested, ReadLog
-from oilfilm.readers.run_sheet import RunSheet
-from oilfilm.readers.understood import NOTHING_UNDERSTOOD
+from oilfilm.logs.base import LOADS, SET_POINTS
+from oilfilm.logs.ingest import Ingested, ReadLog
+from oilfilm.logs.run_sheet import RunSheet
+from oilfilm.logs.understood import NOTHING_UNDERSTOOD
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates

@@ -8,9 +8,9 @@ import oilfilm
 from oilfilm.atomic_write import write_bytes
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
+from oilfilm.exports.campaign import in_folders
 from oilfilm.home import CONFIG, portable, reference_file
-from oilfilm.outputs.exports.campaign import in_folders
-from oilfilm.outputs.exports.printed import describe_printed
+from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.settings.resolve import read_config
 
 

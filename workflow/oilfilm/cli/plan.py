@@ -18,8 +18,8 @@ from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
 
 _DUTY_UNITS = ("N", "rpm", "degC")
 # How each target's uncertainty is printed: name, factor, unit.

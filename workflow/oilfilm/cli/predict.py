@@ -11,7 +11,7 @@ from oilfilm.arrays import printed
 from oilfilm.cli.arguments import campaign_folder, quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
-from oilfilm.fitting.fitted import FittedLaw, read_fit
+from oilfilm.fits.fitted import FittedLaw, read_fit
 from oilfilm.traction.law import QUANTITIES
 
 

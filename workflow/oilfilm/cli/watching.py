@@ -17,11 +17,11 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.readers.base import SET_POINTS
-from oilfilm.readers.ingest import read_bytes
-from oilfilm.readers.raw_files import find_sheet, named_logs
-from oilfilm.readers.run_sheet import RunSheet
-from oilfilm.readers.sheet_file import sheet_of_paths
+from oilfilm.logs.base import SET_POINTS
+from oilfilm.logs.ingest import read_bytes
+from oilfilm.logs.raw_files import find_sheet, named_logs
+from oilfilm.logs.run_sheet import RunSheet
+from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.settings.resolved import Settings
 
 Stamp = tuple[int, int]

@@ -24,9 +24,9 @@ from oilfilm.curation.signals import Signals
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import not_usable, why_not_used, with_gates
 from oilfilm.errors import OilfilmError
-from oilfilm.readers.base import Refusal
-from oilfilm.readers.ingest import Ingested, ingest_logs
-from oilfilm.readers.run_sheet import NO_SHEET, RunSheet
+from oilfilm.logs.base import Refusal
+from oilfilm.logs.ingest import Ingested, ingest_logs
+from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 

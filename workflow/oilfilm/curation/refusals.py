@@ -11,8 +11,8 @@ from oilfilm.curation.hypotheses import ADVICE as HYPOTHESIS_ADVICE
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
-from oilfilm.readers.base import Refusal
-from oilfilm.readers.run_sheet import EXCLUDED, EXCLUDED_ADVICE
+from oilfilm.logs.base import Refusal
+from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 
 # What to do about a refusal by a rule that is no gate, on any rig.
 OTHER_ADVICE = {

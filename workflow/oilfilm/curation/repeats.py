@@ -16,7 +16,7 @@ from oilfilm.curation.coverage import SET_POINTS, with_pressure
 from oilfilm.curation.gate import Finding
 from oilfilm.curation.refusals import refusal
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.readers.base import Refusal
+from oilfilm.logs.base import Refusal
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 

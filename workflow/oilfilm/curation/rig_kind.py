@@ -11,7 +11,7 @@ from oilfilm.curation.gate import BoolArray, Channel, Columns, Finding, Limits
 from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.signals import IndexArray, Signals
 from oilfilm.curation.zero import ZeroReference
-from oilfilm.readers.log_kind import LogKind
+from oilfilm.logs.log_kind import LogKind
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 

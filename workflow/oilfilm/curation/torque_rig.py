@@ -18,8 +18,8 @@ from oilfilm.curation.plateaus import find_steps, settled_parts
 from oilfilm.curation.quantiles import median
 from oilfilm.curation.rig_kind import Averaging, Division, RigKind
 from oilfilm.curation.signals import IndexArray, Signals
-from oilfilm.readers.log_kind import LogKind
-from oilfilm.readers.torque_log import TORQUE
+from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray

@@ -20,8 +20,8 @@ from oilfilm.curation.rolling import initial_slope
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.standstill import phases_at_standstill, turns_steadily
 from oilfilm.curation.zero import ZeroReference
-from oilfilm.readers.log_kind import LogKind
-from oilfilm.readers.traction_log import TRACTION
+from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 

@@ -11,7 +11,7 @@ from oilfilm.curation.plateau_gates import (
 )
 from oilfilm.curation.refusals import plateau_gates, refusal
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.readers.base import Refusal
+from oilfilm.logs.base import Refusal
 from oilfilm.tables import failed_gates
 
 # Two faulty plateaus may be two mishaps, where they are not most of a short run.

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from oilfilm.home import CONFIG
+from oilfilm.logs.columns import meaning
+from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.project.sniff import VOCABULARY, Run, Sniffed, set_points
 from oilfilm.project.words import unit_in_name
-from oilfilm.readers.columns import meaning
-from oilfilm.readers.header import FULL_WIDTH, apart
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Semantics
 

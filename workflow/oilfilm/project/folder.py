@@ -7,11 +7,11 @@ from pathlib import Path
 
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
+from oilfilm.logs.ingest import read_bytes
+from oilfilm.logs.raw_files import is_sheet, raw_files, unfit_name
 from oilfilm.project import stubs
 from oilfilm.project.findings import Findings, shipped
 from oilfilm.project.sniff import Sniffed, sniff
-from oilfilm.readers.ingest import read_bytes
-from oilfilm.readers.raw_files import is_sheet, raw_files, unfit_name
 from oilfilm.settings.resolve import safe_name
 
 # Pages that messages and settings name.

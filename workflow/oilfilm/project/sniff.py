@@ -9,8 +9,7 @@ import numpy as np
 from oilfilm.curation.gate import BoolArray
 from oilfilm.curation.zero_source import BEST_FIRST, zero_source
 from oilfilm.home import CONFIG
-from oilfilm.project.words import guessed, guessed_columns, unit_in_name
-from oilfilm.readers.base import (
+from oilfilm.logs.base import (
     LOADS,
     SET_POINTS,
     LoggedRun,
@@ -21,13 +20,14 @@ from oilfilm.readers.base import (
     samples_of_run,
     set_point,
 )
-from oilfilm.readers.columns import meaning
-from oilfilm.readers.header import SET_POINT_UNITS, apart, number_and_unit, oil_key
-from oilfilm.readers.ingest import read_log, unpack
-from oilfilm.readers.layout import may_be_table
-from oilfilm.readers.log_kind import ContinuousLog, FloatArray, LogKind
-from oilfilm.readers.registry import READERS, recognised_format
-from oilfilm.readers.traction_log import TRACTION
+from oilfilm.logs.columns import meaning
+from oilfilm.logs.header import SET_POINT_UNITS, apart, number_and_unit, oil_key
+from oilfilm.logs.ingest import read_log, unpack
+from oilfilm.logs.layout import may_be_table
+from oilfilm.logs.log_kind import ContinuousLog, FloatArray, LogKind
+from oilfilm.logs.registry import READERS, recognised_format
+from oilfilm.logs.traction_log import TRACTION
+from oilfilm.project.words import guessed, guessed_columns, unit_in_name
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Column
 from oilfilm.settings.resolve import resolve

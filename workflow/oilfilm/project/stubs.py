@@ -10,9 +10,9 @@ import yaml
 
 from oilfilm.errors import printable
 from oilfilm.home import CONFIG
+from oilfilm.logs.base import SET_POINTS
 from oilfilm.project.findings import Findings, shipped
 from oilfilm.project.sniff import VOCABULARY, Sniffed, rows_of_sheet, set_points
-from oilfilm.readers.base import SET_POINTS
 from oilfilm.settings.messages import load
 from oilfilm.settings.rig import Rig
 

@@ -7,8 +7,8 @@ import re
 import unicodedata
 from collections.abc import Iterable, Mapping
 
-from oilfilm.readers.columns import fits, meaning
-from oilfilm.readers.log_kind import Vocabulary
+from oilfilm.logs.columns import fits, meaning
+from oilfilm.logs.log_kind import Vocabulary
 
 # Parts of names -> how much they tell. English, German, French, Spanish, Italian, Russian, Chinese,
 # Japanese. Words of one or two letters count only alone.

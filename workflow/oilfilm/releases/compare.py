@@ -10,7 +10,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.fitting.fitted import FittedLaw
+from oilfilm.fits.fitted import FittedLaw
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease

@@ -12,9 +12,7 @@ import pandas as pd
 from oilfilm import object_storage, tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.errors import OilfilmError
-from oilfilm.outputs.metadata import data_package
-from oilfilm.outputs.report.release_id import with_release
-from oilfilm.readers.raw_files import etag_of
+from oilfilm.logs.raw_files import etag_of
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
@@ -36,6 +34,8 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.releases.verify import verify
+from oilfilm.report.metadata import data_package
+from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.table_file import content_digest, table_file

@@ -6,7 +6,7 @@ each plateau's own. Logs of the same size would take a minute a campaign.
 
 import numpy as np
 
-from oilfilm.fitting.problem import CurveData
+from oilfilm.fits.problem import CurveData
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.rig import Rig

@@ -1,0 +1,539 @@
+"""Exports: what the generated sources compute is what the law says, in the tools they are for."""
+
+import importlib.util
+import io
+import json
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from campaigns import printed, printed_by_name
+from exported import (
+    HOSTILE,
+    PRINTED,
+    arguments_of,
+    beyond,
+    describe_law,
+    expected,
+    grid,
+    printed_oils,
+    tables_of,
+)
+from law_points import EVERY_LAW
+from nights import nightly
+from oilfilm.exports.adore import adore_rows
+from oilfilm.exports.campaign import FORMS, export, export_campaign
+from oilfilm.exports.description import SLIP, Description, describe
+from oilfilm.exports.fortran_module import fortran_module
+from oilfilm.exports.names import identifiers, plain
+from oilfilm.settings.resolved import Settings
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.laws.deng2026 import traction_coefficient
+
+PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
+WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
+MIDDLE = {"max_hertz_pressure_gpa": 1.2, "entrainment_speed_m_s": 30.0, "inlet_temperature_c": 70.0}
+
+
+@pytest.fixture(scope="module")
+def fit(config: Settings) -> Description:
+    """Oil 4050 as printed, everything known."""
+    return describe_law(config, "deng2026")
+
+
+@pytest.fixture(scope="module")
+def curve_only(config: Settings) -> Description:
+    """No exponent at all, the pressure not even known: one curve."""
+    law = EVERY_LAW["deng2026"]
+    planted = {"A": -0.056, "B": 0.85, "C": 35.5}
+    points, *tables = tables_of(law, ["x-1"], planted, ("max_hertz_pressure_gpa",))
+    points = points.assign(max_hertz_pressure_gpa=np.nan)
+    return describe("x-1", "x_1", points, *tables, law, config)
+
+
+def tool(name: str) -> str:
+    path = shutil.which(name)
+    if path is None:
+        pytest.skip(f"{name} is not on PATH (.ci/tools installs it)")
+    return path
+
+
+def run(*command: str, folder: Path, given: str = "") -> str:
+    done = subprocess.run(
+        command, cwd=folder, input=given, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def save(fit: Description, folder: Path) -> None:
+    for name, content in export(fit, PROVENANCE).items():
+        (folder / name).write_bytes(content)
+
+
+def texts_of(fit: Description) -> dict[str, str]:
+    """Every export but the workbook, as text."""
+    files = export(fit, PROVENANCE).items()
+    return {name: content.decode() for name, content in files if not name.endswith(".xlsx")}
+
+
+def as_text(rows: np.ndarray) -> str:
+    return "\n".join(" ".join(f"{value:.17g}" for value in row) for row in rows) + "\n"
+
+
+# ------------------------------------------------ each tool: rows of arguments -> mu and flag
+
+
+def by_c(fit: Description, rows: np.ndarray, folder: Path, compiler: str = "gcc") -> np.ndarray:
+    name, count = fit.identifier, rows.shape[1]
+    names = ", ".join(f"x[{index}]" for index in range(count))
+    (folder / "main.c").write_text(
+        f"""
+#include <stdio.h>
+#include "traction_{name}.h"
+
+int main(void)
+{{
+    double x[4];
+    while (scanf("{"%lf" * count}", {", ".join(f"&x[{i}]" for i in range(count))}) == {count}) {{
+        printf("%.17g %d\\n", traction_coefficient_{name}({names}),
+               outside_tested_box_{name}({names}));
+    }}
+    return 0;
+}}
+"""
+    )
+    standard = {"gcc": ["-x", "c", "-std=c99"], "g++": ["-x", "c++", "-std=c++11"]}[compiler]
+    options = [*WARNINGS, *standard, "-O2"]
+    run(tool(compiler), *options, "main.c", "-o", "main", "-lm", folder=folder)
+    return np.loadtxt(io.StringIO(run("./main", folder=folder, given=as_text(rows))), ndmin=2)
+
+
+def by_cpp(fit: Description, rows: np.ndarray, folder: Path) -> np.ndarray:
+    return by_c(fit, rows, folder, "g++")
+
+
+def by_fortran(fit: Description, rows: np.ndarray, folder: Path) -> np.ndarray:
+    name, count = fit.identifier, rows.shape[1]
+    names = ", ".join(f"x({column}, :)" for column in range(1, count + 1))
+    (folder / "main.f90").write_text(
+        f"""
+program main
+  use, intrinsic :: iso_fortran_env, only: real64
+  use traction_{name}
+  implicit none
+  real(real64) :: x({count}, {len(rows)}), mu({len(rows)})
+  logical :: outside({len(rows)})
+  integer :: i
+  read (*, *) x
+  mu = traction_coefficient_{name}({names})
+  outside = outside_tested_box_{name}({names})
+  do i = 1, {len(rows)}
+    print '(es25.17e3, i2)', mu(i), merge(1, 0, outside(i))
+  end do
+end program
+"""
+    )
+    sources = [f"traction_{name}.f90", "main.f90"]
+    options = [*WARNINGS, "-std=f2008", "-O2"]
+    run(tool("gfortran"), *options, *sources, "-o", "main", folder=folder)
+    return np.loadtxt(io.StringIO(run("./main", folder=folder, given=as_text(rows))), ndmin=2)
+
+
+def by_octave(fit: Description, rows: np.ndarray, folder: Path) -> np.ndarray:
+    (folder / "rows.txt").write_text(as_text(rows))
+    names = ", ".join(f"x(:, {column})" for column in range(1, rows.shape[1] + 1))
+    program = (
+        f"x = load('rows.txt'); [mu, outside] = traction_coefficient_{fit.identifier}({names}); "
+        "printf('%.17g %d\\n', [mu, outside]');"
+    )
+    return np.loadtxt(io.StringIO(octave(program, folder)), ndmin=2)
+
+
+def octave(program: str, folder: Path) -> str:
+    return run(tool("octave-cli"), "--norc", "--quiet", "--eval", program, folder=folder)
+
+
+def by_modelica(fit: Description, rows: np.ndarray, folder: Path) -> np.ndarray:
+    """Compiled and evaluated by Rumoca: every row as one equation of a model."""
+    rumoca = pytest.importorskip(
+        "rumoca", reason="rumoca, a Modelica compiler, is not installed (Linux only)"
+    )
+    package = f"Traction_{fit.identifier}"
+    si = rows.copy()
+    for column, condition in enumerate(fit.arguments):
+        si[:, column] *= 1e9 if condition.symbol == "P" else 1
+        si[:, column] += 273.15 if condition.symbol == "T" else 0
+    values = "".join(f"  Real mu{row}; Boolean outside{row};\n" for row in range(len(rows)))
+    equations = "".join(
+        f"  mu{row} = {package}.coefficient({names});\n"
+        f"  outside{row} = {package}.outsideTestedBox({names});\n"
+        for row, names in enumerate(", ".join(map(repr, map(float, line))) for line in si)
+    )
+    source = (folder / f"{package}.mo").read_text(encoding="utf-8")
+    text = f"{source}\nmodel Grid\n{values}equation\n{equations}end Grid;\n"
+    result = rumoca.Session().loads(text, model="Grid").simulate((0.0, 1.0), dt=1.0)
+    return np.array(
+        [[result[f"mu{row}"][0], result[f"outside{row}"][0]] for row in range(len(rows))]
+    )
+
+
+# Python that can import NumPy and its own library, nothing else.
+NUMPY_ALONE = """
+import sys
+import numpy as np
+
+class Refuse:
+    def find_spec(self, name, path=None, target=None):
+        top = name.partition(".")[0]
+        if top not in sys.stdlib_module_names and top not in ("numpy", MODULE):
+            raise ImportError(f"{name} is not NumPy")
+
+MODULE = sys.argv[1]
+sys.meta_path.insert(0, Refuse())
+sys.path.insert(0, ".")
+exported = __import__(MODULE)
+rows = np.loadtxt(sys.stdin, ndmin=2)
+values = exported.traction_coefficient(*rows.T), exported.outside_tested_box(*rows.T)
+np.savetxt(sys.stdout, np.transpose(values), fmt="%.17g")
+"""
+
+
+def by_python(fit: Description, rows: np.ndarray, folder: Path) -> np.ndarray:
+    """In an interpreter that refuses to import anything but NumPy."""
+    module = f"traction_{fit.identifier}"
+    command = (sys.executable, "-I", "-W", "error", "-c", NUMPY_ALONE, module)
+    return np.loadtxt(io.StringIO(run(*command, folder=folder, given=as_text(rows))), ndmin=2)
+
+
+Evaluate = Callable[[Description, np.ndarray, Path], np.ndarray]
+TOOLS = [by_c, by_cpp, by_fortran, by_octave, by_modelica, by_python]
+
+
+def refuse_other_values(
+    evaluate: Evaluate, fit: Description, rows: pd.DataFrame, folder: Path
+) -> None:
+    save(fit, folder)
+    arguments = arguments_of(fit, rows)
+    mu, outside = evaluate(fit, arguments, folder).T
+    # mu of 1e-3 and less is a difference of terms of size 0.05
+    np.testing.assert_allclose(mu, expected(fit, rows), rtol=1e-12, atol=1e-16)
+    np.testing.assert_array_equal(outside == 1, beyond(fit, arguments))
+
+
+# Each law in two tools, each tool with the default law and with the one that has most functions.
+LAWS_IN_TOOLS = [
+    (evaluate, law, left_out)
+    if evaluate in (by_c, by_python) or law in ("deng2026", "carreau")
+    else nightly(evaluate, law, left_out)
+    for evaluate in TOOLS
+    for law, left_out in [*((law, None) for law in EVERY_LAW), ("deng2026", 1), ("carreau", 1)]
+]
+
+
+@pytest.mark.parametrize(("evaluate", "law", "left_out"), LAWS_IN_TOOLS)
+def test_exported_function_computes_the_law_and_takes_no_condition_left_out(
+    evaluate: Evaluate, law: str, left_out: int | None, config: Settings, tmp_path: Path
+) -> None:
+    fit = describe_law(config, law, left_out)
+    assert left_out is None or "entrainment_speed_m_s" not in fit.argument_names
+    refuse_other_values(evaluate, fit, grid(), tmp_path)
+
+
+@pytest.mark.parametrize("evaluate", TOOLS)
+def test_exported_function_of_one_curve_takes_the_slip_alone(
+    evaluate: Evaluate, curve_only: Description, tmp_path: Path
+) -> None:
+    assert curve_only.argument_names == [SLIP]
+    refuse_other_values(evaluate, curve_only, grid(), tmp_path)
+
+
+@pytest.mark.parametrize("evaluate", [by_c, by_fortran, by_octave, by_python])
+def test_function_has_no_value_where_the_law_has_none(
+    evaluate: Evaluate, fit: Description, tmp_path: Path
+) -> None:
+    save(fit, tmp_path)
+    rows = np.tile([1.2, 30.0, 70.0, 0.1], (7, 1))
+    rows[range(1, 7), [0, 1, 2, 0, 1, 2]] = [0.0] * 3 + [-1.0] * 3
+    mu, outside = evaluate(fit, rows, tmp_path).T
+    assert np.isfinite(mu).tolist() == [True] + 6 * [False]
+    assert outside.tolist() == [0] + 6 * [1]
+
+
+def test_modelica_stops_where_the_law_has_no_value(fit: Description, tmp_path: Path) -> None:
+    save(fit, tmp_path)
+    with pytest.raises(Exception, match=r"(?i)assert|non-finite|above 0"):
+        by_modelica(fit, np.array([[-1.0, 30.0, 70.0, 0.1]]), tmp_path)
+
+
+def test_octave_takes_arrays_that_expand_against_each_other(
+    fit: Description, tmp_path: Path
+) -> None:
+    save(fit, tmp_path)
+    program = "disp(size(traction_coefficient_4050([1 1.2 1.5], 30, [50; 100], 0.1)))"
+    assert octave(program, tmp_path).split() == ["2", "3"]
+
+
+def test_python_gives_a_number_for_numbers_and_broadcasts_arrays(
+    fit: Description, tmp_path: Path
+) -> None:
+    save(fit, tmp_path)
+    spec = importlib.util.spec_from_file_location("exported", tmp_path / "traction_4050.py")
+    assert spec is not None and spec.loader is not None
+    exported = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(exported)
+    assert float(exported.traction_coefficient(1, 30, 70, 0.1)) > 0
+    assert exported.traction_coefficient([1, 1.2, 1.5], 30, [[50], [100]], 0.1).shape == (2, 3)
+    # the box belongs to the tested conditions, its corners included
+    assert not exported.outside_tested_box(1, 25, 25, -0.3)
+    assert exported.outside_tested_box(1, 25, 25, [0.3, 0.31]).tolist() == [False, True]
+
+
+# ------------------------------------------------------------------------- printed constants
+
+
+@pytest.mark.parametrize("evaluate", TOOLS)
+def test_exported_printed_constants_give_eqs_7_to_9(
+    evaluate: Evaluate, config: Settings, tmp_path: Path
+) -> None:
+    rows = grid()[[*CONDITIONS, SLIP]].to_numpy()
+    for fit in printed_oils(config).values():
+        save(fit, tmp_path)
+        mu, outside = evaluate(fit, rows, tmp_path).T
+        of_paper = traction_coefficient(printed()[fit.oil], *rows.T[:3], np.abs(rows.T[3]))
+        np.testing.assert_allclose(mu, np.sign(rows.T[3]) * of_paper, rtol=1e-12, atol=1e-16)
+        # the paper's abstract: 1.0 to 1.5 GPa, 25 to 40 m/s, 25 to 120 degC, S up to 0.3
+        inside = ((rows >= [1, 25, 25, -0.3]) & (rows <= [1.5, 40, 120, 0.3])).all(axis=1)
+        np.testing.assert_array_equal(outside == 1, ~inside)
+
+
+def test_exports_of_a_campaign_hold_the_printed_constants_of_its_oils_only(
+    config: Settings,
+) -> None:
+    law = EVERY_LAW["deng2026"]
+    tables = tables_of(law, ["4102", "own"], printed_by_name("4102"))
+    files = export_campaign(*tables, config, PROVENANCE, PRINTED)
+    of_paper = [name.split("/")[1] for name in files if name.startswith("printed-constants/")]
+    assert set(of_paper) == {"README.md", "4102_printed"}
+    assert "SIMULATED DATA" in files["README.md"].decode()
+    readme = files["printed-constants/README.md"].decode()
+    assert "PRINTED CONSTANTS of Deng et al." in readme
+
+
+def test_printed_constants_say_so_in_every_file(config: Settings) -> None:
+    fit = printed_oils(config)["4010"]
+    texts = texts_of(fit)
+    content = json.loads(texts.pop("traction_4010_printed.json"))
+    assert (content["data"], content["campaign"], content["fit"]) == ("printed", None, None)
+    assert "PRINTED CONSTANTS" in content["origin"]
+    assert {each["standard_error"] for each in content["constants"]} == {None}
+    for name, text in texts.items():
+        if name.endswith(".csv"):
+            assert set(pd.read_csv(io.StringIO(text))["data"]) == {"printed"}
+        else:
+            assert "PRINTED CONSTANTS of Deng et al." in text, name
+    assert len(texts) == len(FORMS)  # all but the workbook, and the CSV
+
+
+# ------------------------------------------------------------------------- hostile names
+
+
+@pytest.fixture(scope="module")
+def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
+    law = EVERY_LAW["deng2026"]
+    points, coefficients, quality = tables_of(law, HOSTILE, printed_by_name("4102"))
+    quality = quality.assign(certificate=" ".join(HOSTILE), certified=False)
+    settings = config.with_changes({"campaign": {"description": " ".join(HOSTILE)}})
+    fits = [
+        describe(oil, name, points, coefficients, quality, law, settings)
+        for oil, name in identifiers(HOSTILE).items()
+    ]
+    return fits, export_campaign(points, coefficients, quality, settings, PROVENANCE, PRINTED)
+
+
+@pytest.mark.parametrize("every", [3, nightly(1)])
+@pytest.mark.parametrize("evaluate", TOOLS)
+def test_hostile_names_change_nothing_of_the_code(
+    evaluate: Evaluate, hostile: Any, tmp_path: Path, every: int
+) -> None:
+    """Of three tools in a row each takes other names."""
+    for fit in hostile[0][TOOLS.index(evaluate) % every :: every]:
+        folder = tmp_path / fit.identifier
+        folder.mkdir()
+        refuse_other_values(evaluate, fit, grid()[::37], folder)
+
+
+def test_hostile_names_stay_whole_in_json_and_harmless_in_csv(hostile: Any) -> None:
+    fits, files = hostile
+    for fit in fits:
+        path = f"{fit.identifier}/traction_{fit.identifier}"
+        assert json.loads(files[f"{path}.json"])["oil"] == fit.oil
+        oils = pd.read_csv(io.BytesIO(files[f"{path}.csv"]), dtype=str, keep_default_na=False)
+        assert set(oils["oil"]) == {f"'{fit.oil}" if fit.oil.startswith("=") else fit.oil}
+    assert len(fits) == len(HOSTILE)
+    assert all(re.fullmatch(r"README\.md|[a-z0-9_]+/[A-Za-z0-9_]+\.\w+", name) for name in files)
+
+
+@given(st.lists(st.text(), unique=True, max_size=8))
+def test_identifiers_are_plain_short_and_all_different(oils: list[str]) -> None:
+    names = list(identifiers(oils).values())
+    assert len(set(names)) == len(oils)
+    assert all(re.fullmatch(r"[a-z0-9][a-z0-9_]*", name) and len(name) <= 40 for name in names)
+
+
+@given(st.text())
+def test_plain_text_can_end_no_comment_or_string(text: str) -> None:
+    assert re.fullmatch(r"[A-Za-z0-9 .,:;()<>=+/%'_-]*", plain(text))
+
+
+def test_oils_that_differ_in_case_or_dots_alone_are_told_apart() -> None:
+    names = identifiers(["a-b", "A.b", "a_b_c"])
+    assert names["a_b_c"] == "a_b_c"
+    assert names["a-b"] != names["A.b"]
+
+
+# ------------------------------------------------------------------------- JSON, CSV, ADORE
+
+
+@pytest.mark.parametrize("law", EVERY_LAW)
+def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
+    """As a reader does who has the files alone: power laws, then the equation as it is written."""
+    fit = describe_law(config, law)
+    texts = texts_of(fit)
+    content = json.loads(texts["traction_4050.json"])
+    assert {*content["files"], *content["not_written"]} == {"CSV", *FORMS}
+    assert not set(content["not_written"]) - {"ADORE"}
+    table = pd.read_csv(io.StringIO(texts["traction_4050.csv"]))
+    constants = table[table["kind"] == "constant"]
+    values = {constant["name"]: constant["value"] for constant in content["constants"]}
+    assert dict(zip(constants["quantity"], constants["value"], strict=True)) == values
+    for name, exponents in content["law"]["known_exponents"].items():
+        values |= {f"{name}{number}": value for number, value in enumerate(exponents, 1)}
+    arguments = arguments_of(fit, grid())
+    references = [condition["reference"] for condition in content["conditions"][:3]]
+    known: dict[str, Any] = {"S": np.abs(arguments[:, 3]), "asinh": np.arcsinh, **vars(np)}
+    for name in fit.law.local_constants:
+        exponents = [values[f"{name}{number}"] for number in (1, 2, 3)]
+        powers = (arguments[:, :3] / references) ** exponents
+        known[name] = values[f"{name}0"] * powers.prod(axis=1)
+    for name, text in content["law"]["parts_of_mu"].items():
+        known[name] = eval(text, known)
+    mu = eval(content["law"]["mu_for_slip_of_0_or_more"], known)
+    sign = np.where(arguments[:, 3] < 0, -1, 1)
+    np.testing.assert_allclose(sign * mu, expected(fit, grid()), rtol=1e-12, atol=1e-16)
+
+
+def test_every_number_of_json_and_csv_has_its_unit(fit: Description) -> None:
+    texts = texts_of(fit)
+    conditions = json.loads(texts["traction_4050.json"])["conditions"]
+    assert [(each["symbol"], each["unit"], each["tested"]) for each in conditions] == [
+        ("P", "GPa", [1.0, 1.5]),
+        ("U", "m/s", [25.0, 40.0]),
+        ("T", "degC", [25.0, 120.0]),
+        ("S", "1", [0.0, 0.3]),
+    ]
+    assert pd.read_csv(io.StringIO(texts["traction_4050.csv"]))["unit"].notna().all()
+
+
+@pytest.mark.parametrize("left_out", [None, 1])
+@pytest.mark.parametrize("law", [name for name, law in EVERY_LAW.items() if law.adore])
+def test_adore_form_is_the_law_at_its_operating_point(
+    law: str, left_out: int | None, config: Settings
+) -> None:
+    fit = describe_law(config, law, left_out)
+    slips = np.linspace(0, 0.5, 21)
+    rows = adore_rows(fit)
+    assert rows
+    for row, point in zip(rows, fit.adore_points, strict=False):
+        speed = row["entrainment_speed_m_s"]
+        velocity = slips * speed
+        mu = (row["A"] + row["B"] * velocity) * np.exp(-row["C"] * velocity) + row["D"]
+        points = pd.DataFrame([{**point, "entrainment_speed_m_s": speed}] * len(slips))
+        law_mu = expected(fit, points.assign(**{SLIP: slips}))
+        np.testing.assert_allclose(mu, law_mu, rtol=1e-12, atol=1e-16)
+        # the constants from rest, infinity and the peak, as ADORE's user knows them
+        assert row["D"] == row["mu_far_beyond_peak"]
+        assert row["A"] == pytest.approx(row["mu_at_rest"] - row["mu_far_beyond_peak"])
+        peak = row["peak_slip_velocity"]
+        assert row["C"] == pytest.approx(row["B"] / (row["A"] + row["B"] * peak), rel=1e-12)
+        assert row["peak_mu"] == pytest.approx(
+            (row["A"] + row["B"] * peak) * np.exp(-row["C"] * peak) + row["D"], rel=1e-12
+        )
+        assert row["peak_mu"] >= mu.max()
+
+
+def test_law_without_the_form_of_adore_says_so(config: Settings) -> None:
+    content = json.loads(export(describe_law(config, "tanh"), PROVENANCE)["traction_4050.json"])
+    assert content["not_written"]["ADORE"].startswith("the law tanh has not the form")
+    assert content["adore"]["points"] == []
+
+
+def test_points_of_adore_without_a_load_are_told(config: Settings) -> None:
+    fit = replace(describe_law(config, "wang-deng-load"), adore_points=(MIDDLE,))
+    content = json.loads(export(fit, PROVENANCE)["traction_4050.json"])
+    assert content["not_written"]["ADORE"] == "the points of exports.adore_points lack load_n"
+
+
+def test_adore_points_beyond_the_tested_box_say_so(fit: Description) -> None:
+    points = tuple({**MIDDLE, "entrainment_speed_m_s": speed} for speed in (30.0, 200.0))
+    rows = adore_rows(replace(fit, adore_points=points))
+    assert [row["outside_tested_box"] for row in rows] == [False, True]
+
+
+def test_fit_of_one_level_stands_at_that_level_once(curve_only: Description) -> None:
+    (row,) = adore_rows(curve_only)
+    assert row["max_hertz_pressure_gpa"] is None
+    assert row["entrainment_speed_m_s"] == 32.5  # mean of its two runs
+    head = texts_of(curve_only)["traction_x_1.h"]
+    head = " ".join(head.replace("*", " ").split())
+    assert "max_hertz_pressure_gpa is not known of every run" in head
+    assert "entrainment_speed_m_s was tested at 32.5 m/s only" in head
+
+
+# ------------------------------------------------------------------------- what it says
+
+
+def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None:
+    points, coefficients, quality = tables_of(EVERY_LAW["deng2026"], ["4102"], {})
+    why = "not fitted: 3 accepted points, at least 13 are needed"
+    quality = quality.assign(certificate=why, certified=False, rmse=np.nan, max_error=np.nan)
+    files = export_campaign(points, coefficients, quality, config, PROVENANCE, PRINTED)
+    fitted = {name for name in files if not name.startswith("printed-constants/")}
+    assert fitted == {"README.md", "4102/traction_4102.csv", "4102/traction_4102.json"}
+    content = json.loads(files["4102/traction_4102.json"])
+    assert content["not_written"] == dict.fromkeys(FORMS, why)
+    assert why in files["README.md"].decode()
+
+
+def test_every_source_says_whether_its_data_are_real(fit: Description) -> None:
+    for data, sentence in (
+        ("simulated", "SIMULATED DATA"),
+        ("measured", "Measured data (A. Tribologist)"),
+    ):
+        campaign = fit.campaign.model_copy(update={"data": data, "credit": "A. Tribologist"})
+        texts = texts_of(replace(fit, campaign=campaign))
+        for name in ("traction_4050.h", "traction_4050.f90", "Traction_4050.mo"):
+            assert sentence in texts[name]
+        assert set(pd.read_csv(io.StringIO(texts["adore_4050.csv"]))["data"]) == {data}
+
+
+def test_uncertified_fit_carries_the_whole_verdict(fit: Description) -> None:
+    certificate = "not certified: 1 of 5; gradient 3"
+    quality = {**fit.quality, "certified": False, "certificate": certificate}
+    assert certificate in texts_of(replace(fit, quality=quality))["traction_4050.h"]
+
+
+def test_no_line_is_longer_than_fortran_reads(hostile: Any, fit: Description) -> None:
+    for described in (*hostile[0], fit):
+        assert max(map(len, fortran_module(described).splitlines())) <= 132

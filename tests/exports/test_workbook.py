@@ -1,0 +1,148 @@
+"""The exported workbook: LibreOffice computes with its formulas what the law says."""
+
+import io
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from openpyxl import Workbook, load_workbook
+
+from campaigns import printed
+from exported import HOSTILE, arguments_of, beyond, describe_law, expected, grid, printed_oils
+from law_points import EVERY_LAW
+from oilfilm.exports.description import SLIP, Description
+from oilfilm.exports.workbook import CURVE_STEPS, workbook
+from oilfilm.settings.resolved import Settings
+from oilfilm.traction.laws.deng2026 import traction_coefficient
+
+# Of the grid of the other exports: within and far beyond the box, S of both signs and 0.
+ROWS = grid().iloc[::61].reset_index(drop=True)
+
+
+def first_column(sheet: Any) -> dict[str, int]:
+    """Row of each text of the column A, the first where there are several."""
+    rows: dict[str, int] = {}
+    for row in range(1, sheet.max_row + 1):
+        rows.setdefault(str(sheet.cell(row, 1).value), row)
+    return rows
+
+
+def typed(fit: Description, arguments: np.ndarray) -> Workbook:
+    """The workbook with a copy of its first sheet for each row of numbers that a user types."""
+    book = load_workbook(io.BytesIO(workbook(fit)))
+    symbols = [*(condition.symbol for condition in fit.arguments), "S"]
+    rows = first_column(book["mu"])
+    for number, values in enumerate(arguments.tolist()):
+        sheet = book.copy_worksheet(book["mu"]) if number else book["mu"]
+        sheet.title = f"mu{number or ''}"
+        for symbol, value in zip(symbols, values, strict=True):
+            sheet.cell(rows[symbol], 2).value = value
+    return book
+
+
+def computed(books: dict[str, Workbook], folder: Path) -> dict[str, Workbook]:
+    """The workbooks with the values that LibreOffice computes, all in one start of it."""
+    office = shutil.which("soffice")
+    if office is None:
+        pytest.skip("soffice (LibreOffice Calc) is not on PATH (.ci/tools installs it)")
+    files = []
+    for name, book in books.items():
+        files.append(folder / f"{name}.xlsx")
+        book.save(files[-1])
+    command = [office, "--headless", f"-env:UserInstallation=file://{folder}/profile"]
+    command += ["--convert-to", "xlsx", "--outdir", str(folder / "computed"), *map(str, files)]
+    subprocess.run(command, check=True, capture_output=True, timeout=300)
+    return {
+        name: load_workbook(folder / "computed" / f"{name}.xlsx", data_only=True) for name in books
+    }
+
+
+def values_beside(book: Workbook, text: str) -> list[Any]:
+    """What is beside a text on each copy of the first sheet."""
+    sheets = [sheet for sheet in book if sheet.title.startswith("mu")]
+    return [sheet.cell(first_column(sheet)[text], 2).value for sheet in sheets]
+
+
+CASES = [*((law, None) for law in EVERY_LAW), ("deng2026", 1), ("carreau", 1)]
+
+
+@pytest.fixture(scope="module")
+def fits(config: Settings) -> dict[str, Description]:
+    return {f"{law}-{left_out}": describe_law(config, law, left_out) for law, left_out in CASES}
+
+
+@pytest.fixture(scope="module")
+def by_libreoffice(
+    fits: dict[str, Description], config: Settings, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Workbook]:
+    """Every law at every row, and the printed constants."""
+    books = {name: typed(fit, arguments_of(fit, ROWS)) for name, fit in fits.items()}
+    fit = printed_oils(config)["4102"]
+    books["printed"] = typed(fit, np.array([[1.5, 40.0, 120.0, -0.3], [1.2, 30.0, 0.0, 0.1]]))
+    return computed(books, tmp_path_factory.mktemp("workbooks"))
+
+
+@pytest.mark.parametrize("name", [f"{law}-{left_out}" for law, left_out in CASES])
+def test_workbook_computes_the_law_and_says_where_it_extrapolates(
+    name: str, fits: dict[str, Description], by_libreoffice: dict[str, Workbook]
+) -> None:
+    fit = fits[name]
+    mu = values_beside(by_libreoffice[name], "mu")
+    # 16 of 17 digits are kept in a cell
+    np.testing.assert_allclose(mu, expected(fit, ROWS), rtol=1e-12, atol=1e-16)
+    outside = [
+        said.startswith("EXTRAPOLATED") for said in values_beside(by_libreoffice[name], "range")
+    ]
+    assert outside == beyond(fit, arguments_of(fit, ROWS)).tolist()
+
+
+@pytest.mark.parametrize("name", [f"{law}-{left_out}" for law, left_out in CASES])
+def test_curve_of_the_workbook_is_the_law_at_its_operating_point(
+    name: str, fits: dict[str, Description], by_libreoffice: dict[str, Workbook]
+) -> None:
+    sheet = by_libreoffice[name]["curve"]
+    rows = list(sheet.iter_rows(min_row=5, max_row=5 + CURVE_STEPS, values_only=True))
+    slips = np.array([each[0] for each in rows], dtype=float)
+    last = 1 + len(fits[name].law.parts)
+    at = ROWS.iloc[[0] * len(rows)].assign(**{SLIP: slips})
+    np.testing.assert_allclose(
+        [each[last] for each in rows], expected(fits[name], at), rtol=1e-12, atol=1e-16
+    )
+
+
+def test_workbook_of_printed_constants_is_labelled_and_has_no_value_below_zero(
+    by_libreoffice: dict[str, Workbook],
+) -> None:
+    book = by_libreoffice["printed"]
+    corner, cold = values_beside(book, "mu")
+    mu = -traction_coefficient(printed()["4102"], 1.5, 40.0, 120.0, 0.3)
+    assert corner == pytest.approx(float(mu), rel=1e-12)
+    assert cold == "#N/A"
+    # the corner of the tested box belongs to it
+    assert values_beside(book, "range")[0] == "inside the tested box"
+    for sheet in book:
+        texts = [str(cell.value) for row in sheet.iter_rows(max_row=3) for cell in row]
+        assert any("PRINTED CONSTANTS" in text for text in texts), sheet.title
+
+
+def test_same_description_gives_the_same_bytes_at_another_time(
+    fits: dict[str, Description], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fit = fits["deng2026-None"]
+    before = workbook(fit)
+    monkeypatch.setattr("time.time", lambda: 2e9)
+    monkeypatch.setattr("openpyxl.workbook.properties.datetime", None, raising=False)
+    assert workbook(fit) == before
+
+
+def test_name_of_an_oil_becomes_no_formula(fits: dict[str, Description]) -> None:
+    for oil in HOSTILE:
+        fit = replace(fits["deng2026-None"], oil=oil)
+        book = load_workbook(io.BytesIO(workbook(fit)))
+        for sheet in book:
+            for row in sheet.iter_rows(max_row=3):
+                assert {cell.data_type for cell in row} <= {"s", "n"}

@@ -1,0 +1,216 @@
+"""The best law is named by two criteria, with the uncertainty of their differences."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from law_points import points_of
+from oilfilm import tables
+from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.law_comparison import compare_laws, information_criteria
+from oilfilm.fits.noise import noise_and_misfit
+from oilfilm.randomness import generator
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from reports import rows
+
+NOISE = 2e-4
+
+
+@pytest.fixture(scope="module")
+def quick(config: Settings) -> Settings:
+    return config.with_changes(
+        {
+            "fit": {"searches": 2, "bootstrap": 20},
+            "compare": {"laws": ["deng2026", "tanh", "carreau"], "bootstrap": 4},
+        }
+    )
+
+
+def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, Any]:
+    fit = fit_oil(points, "4050", config.fit, config.seed, law=LAWS[law])
+    compared = compare_laws(points, "4050", config)
+    judged = best_laws(fit.fit_quality, compared["comparison"], compared["law_points"], points)
+    (row,) = tables.rows(judged)
+    return row
+
+
+def test_the_law_that_made_the_points_is_named_beside_another_configured_one(
+    quick: Settings,
+) -> None:
+    points = points_of(LAWS["tanh"], NOISE)
+    row = verdict_of(points, quick, "carreau")
+    assert row["verdict"] == "another law is better"
+    assert row["better_law"] == row["bic_law"] == row["left_out_law"] == "tanh"
+    assert row["left_out_difference"] > row["left_out_difference_error"] > 0
+    assert "`fit: {law: tanh}`" in row["advice"]
+    own = verdict_of(points, quick, "tanh")
+    assert (own["verdict"], own["better_law"], own["advice"]) == ("best", "", "")
+
+
+def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> tuple[pd.DataFrame, ...]:
+    """A comparison of laws with given squared errors of curves of one point each."""
+    names = [f"run{number}" for number in range(len(next(iter(squares.values()))))]
+    points = pd.DataFrame({"run_id": names, "first_row": 0, "traction_coefficient": 1.0})
+    about, beside = [], []
+    for law, errors in squares.items():
+        sse = float(errors.sum())
+        bic = information_criteria(sse, len(names), constants[law])[1]
+        quality = {"oil": "own", "law": law, "n_points": len(names), "bic": bic}
+        quality |= {"n_constants": constants[law], "left_out_rmse": np.sqrt(sse / len(names))}
+        about.append(quality | {"relative_rms": np.sqrt(sse / len(names)), "certified": True})
+        mu = 1 + np.sqrt(errors)
+        both = dict.fromkeys(("traction_coefficient", "left_out_traction_coefficient"), mu)
+        beside.append(
+            pd.DataFrame({"oil": "own", "law": law, "run_id": names, "first_row": 0} | both)
+        )
+    fit = rows("fit_quality", {"oil": "own", "law": next(iter(squares)), "rmse": 1.0})
+    return fit, rows("comparison", *about), pd.concat(beside), points
+
+
+def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_not() -> None:
+    random = generator(2, "ties", "curves")
+    base = random.chisquare(1, 60)
+    scattered = base * np.exp(0.3 * random.standard_normal(60))
+    better = 0.5 * base
+    constants = {"deng2026": 3, "tanh": 3, "eyring": 3}
+    (tie,) = tables.rows(best_laws(*compared({"deng2026": base, "tanh": scattered}, constants)))
+    assert tie["verdict"] == "tie"
+    assert "tie" in tie["finding"]
+    (beaten,) = tables.rows(
+        best_laws(*compared({"deng2026": base, "tanh": scattered, "eyring": better}, constants))
+    )
+    assert (beaten["verdict"], beaten["better_law"]) == ("another law is better", "eyring")
+    # half the squares everywhere: n ln 2
+    assert beaten["bic_difference"] == pytest.approx(60 * np.log(2))
+    # by hand, the same for each curve: sqrt(mean) falls by 1 - sqrt(1/2)
+    falls = (1 - np.sqrt(0.5)) * np.sqrt(base.mean())
+    assert beaten["left_out_difference"] == pytest.approx(falls)
+
+
+def test_criteria_that_disagree_are_said_to() -> None:
+    base = np.full(30, 1.0)
+    many = {"deng2026": 2, "tanh": 40}
+    frames = compared({"deng2026": base, "tanh": 0.9 * base}, many)
+    (row,) = tables.rows(best_laws(*frames))
+    # less error, but 38 constants more
+    assert (row["left_out_law"], row["bic_law"]) == ("tanh", "deng2026")
+    assert row["verdict"] == "criteria disagree"
+
+
+def test_criteria_that_name_different_laws_agree_against_the_configured_one() -> None:
+    base = np.full(30, 1.0)
+    constants = {"deng2026": 20, "tanh": 40, "eyring": 2}
+    # BIC by hand: 71.4 of deng2026, 128.7 of tanh, 9.9 of eyring
+    frames = compared({"deng2026": base, "tanh": 0.7 * base, "eyring": 0.99 * base}, constants)
+    (row,) = tables.rows(best_laws(*frames))
+    assert (row["left_out_law"], row["bic_law"]) == ("tanh", "eyring")
+    assert (row["verdict"], row["better_law"]) == ("another law is better", "tanh")
+
+
+@pytest.mark.parametrize(
+    ("laws", "words"),
+    [
+        ([], "names no other law"),
+        (["deng2026"], "names no other law"),
+        (["tanh", "carreau"], "lacks the configured law deng2026"),
+    ],
+)
+def test_comparison_that_was_not_made_is_named(laws: list[str], words: str) -> None:
+    squares = {law: np.ones(9) for law in ("deng2026", "tanh", "carreau")}
+    fit, comparison, beside, points = compared(squares, dict.fromkeys(squares, 3))
+    chosen = comparison[comparison["law"].isin(laws)], beside[beside["law"].isin(laws)]
+    (row,) = tables.rows(best_laws(fit, *chosen, points))
+    assert row["verdict"] == "not compared"
+    assert words in row["finding"]
+
+
+def test_two_curves_are_too_few_to_compare_laws() -> None:
+    (row,) = tables.rows(
+        best_laws(
+            *compared({"deng2026": np.ones(2), "tanh": np.full(2, 0.5)}, {"deng2026": 2, "tanh": 2})
+        )
+    )
+    assert row["verdict"] == "not compared"
+    assert "2 curves are too few" in row["finding"]
+
+
+def misfit_of(config: Settings, repeats: int, law: str) -> tuple[dict[str, Any], float]:
+    """The row of `lack_of_fit` of points of deng2026, some conditions run twice, and the noise.
+
+    The noise, relative to mu, is the one planted: errors of whole runs and of points.
+    """
+    once = points_of(LAWS["deng2026"])
+    names = once["run_id"].unique()[::6][:repeats]
+    again = once[once["run_id"].isin(names)]
+    points = pd.concat([once, again.assign(run_id=again["run_id"] + " again")], ignore_index=True)
+    random = generator(8, "repeats", str(repeats))
+    runs = points.drop_duplicates("run_id")
+    gain = dict(zip(runs["run_id"], 0.01 * random.standard_normal(len(runs)), strict=True))
+    mu = points["traction_coefficient"].to_numpy()
+    error = mu * points["run_id"].map(gain) + NOISE * random.standard_normal(len(points))
+    points["traction_coefficient"] = mu + error
+    points["traction_coefficient_se"] = NOISE
+    fit = fit_oil(points, "4050", config.fit, config.seed, law=LAWS[law])
+    about = {"oil": "4050", "rig": next(iter(config.rigs)), "verdict": "accepted"}
+    stated = rows("runs", *(about | {"run_id": name} for name in runs["run_id"]))
+    for column in ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"):
+        stated[f"nominal_{column}"] = runs[column].to_numpy()
+    results = CampaignTables.in_memory(
+        points=points, runs=stated, coefficients=fit.coefficients, fit_quality=fit.fit_quality
+    )
+    (row,) = tables.rows(noise_and_misfit(results, config))
+    return row, float(np.sqrt(np.mean(error**2) / np.mean(points["traction_coefficient"] ** 2)))
+
+
+def test_wrong_law_is_told_from_planted_noise_by_repeats(quick: Settings) -> None:
+    right, noise = misfit_of(quick, 8, "deng2026")
+    wrong, _ = misfit_of(quick, 8, "tanh")
+    assert right["n_repeats"] == wrong["n_repeats"] == 8
+    # eight runs give a standard deviation to a quarter
+    assert right["repeat_relative_rms"] == pytest.approx(noise, rel=0.5)
+    assert (right["verdict"], wrong["verdict"]) == ("not shown", "shown")
+    # the squares add up to those of the residuals
+    parts = wrong["repeat_relative_rms"] ** 2 + wrong["lack_of_fit_relative_rms"] ** 2
+    assert np.sqrt(parts) == pytest.approx(wrong["relative_rms"], rel=0.02)
+    assert right["lack_of_fit_relative_rms"] < 0.5 * wrong["lack_of_fit_relative_rms"]
+    assert right["plateau_relative_rms"] < right["repeat_relative_rms"]
+
+
+def test_runs_without_set_points_are_repeats_where_they_were_measured_alike(
+    quick: Settings,
+) -> None:
+    points = points_of(LAWS["tanh"], NOISE)
+    names = list(points["run_id"].unique())
+    # the second run at the condition of the first, off by less than the gates allow
+    first = points[points["run_id"] == names[0]]
+    second = first.assign(run_id=names[1], load_n=first["load_n"] * 1.01)
+    points = pd.concat([points[points["run_id"] != names[1]], second], ignore_index=True)
+    fit = fit_oil(points, "4050", quick.fit, quick.seed, law=LAWS["tanh"])
+    about = {"oil": "4050", "rig": next(iter(quick.rigs)), "verdict": "accepted"}
+    unknown = {name: np.nan for name in tables.columns("runs") if name.startswith("nominal_")}
+    results = CampaignTables.in_memory(
+        points=points,
+        runs=rows("runs", *(about | unknown | {"run_id": name} for name in names)),
+        coefficients=fit.coefficients,
+        fit_quality=fit.fit_quality,
+    )
+    (row,) = tables.rows(noise_and_misfit(results, quick))
+    assert (row["n_repeats"], row["n_repeated_conditions"]) == (1, 1)
+
+
+def test_without_repeats_it_says_that_noise_is_not_known_and_how_many_runs_would_do(
+    quick: Settings,
+) -> None:
+    row, _ = misfit_of(quick, 0, "tanh")
+    assert row["verdict"] == "no repeats"
+    assert "cannot be told apart" in row["finding"]
+    assert "lower bound" in row["finding"]
+    # F(0.95; inf, 2) = 19.50 and F(0.95; inf, 5) = 4.36, of any table
+    assert "2 repeated runs show a lack of fit where residuals are over 4.4 times" in row["advice"]
+    assert "5 repeated runs show a lack of fit where residuals are over 2.1 times" in row["advice"]
+    assert "repeated_conditions: accept" in row["advice"]

@@ -1,0 +1,97 @@
+"""Errors that a whole curve shares: what each does to mu, and how large they were."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fit_points import LAW, matrix, problem_of
+from oilfilm.fits.curve_errors import EFFECTS, ErrorSizes, effects, error_sizes, information
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.systematic import calibration_refits
+from oilfilm.randomness import generator
+from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
+
+NONE = Errors(0, 0, 0, 0, 0, 0)
+FIELDS = ("load", "force", "speed", "temperature_c", "zero_n")
+LARGE = [(p, u, t) for p in (1.0, 1.25, 1.5) for u in (25.0, 32.0, 40.0) for t in (25.0, 60, 110)]
+
+
+@pytest.mark.parametrize("number", range(len(EFFECTS)), ids=EFFECTS)
+def test_effect_is_what_a_rig_with_that_error_would_read(number: int) -> None:
+    """The simulated rig runs at the true conditions; `effects` differentiates the law."""
+    curves = curves_at(SMALL)
+    size = 1e-4
+    random = generator(3, "effect", number)
+    points = run_tests(SMALL, random, replace(NONE, **{FIELDS[number]: size}))
+    drawn = generator(3, "effect", number).standard_normal((len(SMALL), 5))[:, number]
+    difference = points["traction_coefficient"] - LAW.traction(TRUTH, curves.at(LAW))
+    expected = size * drawn[curves.curve] * effects(LAW, TRUTH, curves)[:, number]
+    np.testing.assert_allclose(difference, expected, atol=2e-3 * np.abs(expected).max())
+
+
+def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
+    """Mean variances over 24 simulated campaigns: as planted, within four standard errors."""
+    planted = replace(Errors(), force=0.0, speed=0.0)
+    found = []
+    for number in range(24):
+        problem, data = problem_of(run_tests(LARGE, generator(number, "sizes"), planted))
+        slopes = problem.jacobian(TRUTH)
+        fitted = TRUTH - np.linalg.lstsq(slopes, problem.residual(TRUTH))[0]
+        effect = effects(LAW, fitted, curves_at(LARGE))
+        residual = -problem.residual(fitted)
+        sizes = error_sizes(problem.jacobian(fitted), effect, residual, data.curve)
+        found.append([*sizes.of_curve, sizes.of_point])
+    error = np.std(found, axis=0, ddof=1) / np.sqrt(len(found))
+    truth = np.array([*planted.of_curve, planted.point]) ** 2
+    assert (np.abs(np.mean(found, axis=0) - truth) <= 4 * error).all()
+    # four standard errors are no more than a third of the variances that were planted
+    assert (4 * error[truth > 0] < truth[truth > 0] / 3).all()
+
+
+def test_calibration_moves_the_constants_as_refits_with_shifted_sensors_do() -> None:
+    """Against the fit's own refits, which fit the shifted points anew."""
+    points = run_tests(LARGE, generator(1, "calibration"), NONE).assign(
+        load_systematic_n=lambda points: 0.005 * points["load_n"],
+        traction_force_systematic_n=lambda points: 0.003 * points["traction_force_n"].abs(),
+        entrainment_speed_systematic_m_s=lambda points: 0.001 * points["entrainment_speed_m_s"],
+        inlet_temperature_systematic_c=0.5,
+    )
+    problem, data = problem_of(points)
+    refits = calibration_refits(problem, Optimum(TRUTH, 0.0), points, np.ones(3, dtype=bool))
+    curves = replace(curves_at(LARGE), conditions=data.conditions)
+    each = information(
+        problem.jacobian(TRUTH),
+        effects(LAW, TRUTH, curves),
+        ErrorSizes(np.zeros(5), 0.0),
+        np.array([0.005, 0.003, 0.001, 0.5]),
+        data.curve,
+    )
+    slopes = problem.jacobian(TRUTH)
+    moved = np.linalg.solve(each.hessian.sum(axis=0), each.shared.sum(axis=0))
+    difference = slopes @ moved - slopes @ (refits - TRUTH).T
+    # to first order: half a degree of 25 degC leaves a few per cent
+    assert (np.abs(difference).max(axis=0) < 0.05 * np.abs(slopes @ moved).max(axis=0)).all()
+
+
+def test_a_curve_of_many_points_is_one_draw_of_its_errors() -> None:
+    """Twice as many points leave the part of the curve's own errors as it is."""
+    for sizes, ratio in (
+        (ErrorSizes(np.ones(5) * 1e-6, 0.0), 1.0),
+        (ErrorSizes(np.zeros(5), 1e-9), 0.5),
+    ):
+        curves = curves_at(matrix())
+        once, twice = (
+            _covariance(replace(curves, curve=np.repeat(curves.curve, times),
+                                slip=np.repeat(curves.slip, times)), sizes)
+            for times in (1, 2)
+        )  # fmt: skip
+        np.testing.assert_allclose(np.diag(twice), ratio * np.diag(once), rtol=1e-6)
+
+
+def _covariance(curves, sizes):
+    jacobian = LAW.jacobian(TRUTH, curves.at(LAW))
+    effect = effects(LAW, TRUTH, curves)
+    each = information(jacobian, effect, sizes, np.zeros(4), curves.curve)
+    total = replace(each, **{name: getattr(each, name).sum(axis=0) for name in vars(each)})
+    return total.covariance

@@ -1,0 +1,141 @@
+"""Many descents at once: each must end where SciPy's own solver ends alone."""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from campaigns import printed
+from fit_points import LAW, make_points, matrix, problem_of
+from law_points import EVERY_LAW, TRUTH, internal_of, points_of
+from oilfilm.fits.descent import descend, refit
+from oilfilm.fits.engine import Optimum, polish
+from oilfilm.fits.problem import Problem, build_problem, curve_data
+from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
+from oilfilm.randomness import generator
+from oilfilm.traction.law import FloatArray, IndexArray, to_internal
+
+
+@pytest.fixture(scope="module")
+def task() -> Problem:
+    return problem_of(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))[0]
+
+
+def test_descents_from_many_starts_end_where_scipy_ends(task: Problem) -> None:
+    truth = to_internal(LAW, printed()["4050"])
+    random = generator(1, "starts")
+    starts = truth + 0.3 * random.standard_normal((40, 12))
+    ends, sse = descend(task, starts, tolerance=1e-12)
+    alone = [polish(task, start) for start in starts]
+    # a wild start may fall into another valley by another path; what both reach is the same
+    reached = np.array([end.sse for end in alone]) < 1.001 * sse
+    assert reached.mean() > 0.9
+    best = min(alone, key=lambda end: end.sse)
+    at_best = sse < 1.001 * best.sse
+    assert at_best.mean() > 0.8
+    np.testing.assert_allclose(sse[at_best], best.sse, rtol=1e-9)
+    np.testing.assert_allclose(ends[at_best], np.tile(best.values, (at_best.sum(), 1)), atol=1e-4)
+
+
+def fitted(name: str) -> tuple[Problem, Optimum]:
+    """A law fitted to noisy points of its own."""
+    law = EVERY_LAW[name]
+    data = curve_data(points_of(law, 2e-4), law.conditions)
+    problem = build_problem(law, data, np.ones(3, dtype=bool))
+    return problem, polish(problem, internal_of(law)[problem.free])
+
+
+def scipy_end(task: Problem, start: FloatArray, copies: IndexArray) -> tuple[FloatArray, float]:
+    """Constants and SSE of SciPy's fit to as many copies of each curve."""
+    curves = np.repeat(np.arange(task.curves), copies)
+    points = np.concatenate([np.flatnonzero(task.at.curve == curve) for curve in curves])
+    end = least_squares(
+        lambda values: task.residual(values)[points],
+        start,
+        lambda values: task.jacobian(values)[points],
+        method="lm",
+        x_scale="jac",
+        xtol=1e-14,
+        ftol=1e-14,
+    )
+    return end.x, 2 * end.cost
+
+
+def test_weight_of_a_curve_is_that_many_copies_of_it(task: Problem) -> None:
+    copies = generator(2, "weights").integers(0, 3, (5, task.curves))
+    start = to_internal(LAW, printed()["4050"])
+    ends, sse = refit(task, start, copies.astype(float), tolerance=1e-13)
+    for end, total, counts in zip(ends, sse, copies, strict=True):
+        expected, least = scipy_end(task, start, counts)
+        assert total == pytest.approx(least, rel=1e-9)
+        np.testing.assert_allclose(end, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", EVERY_LAW)
+def test_resampled_refits_end_where_scipy_ends(name: str) -> None:
+    """A thousandth of a standard error is far below any digit that is reported of it."""
+    problem, best = fitted(name)
+    refits = curve_bootstrap(problem, best, 12, generator(3, "refits"))
+    draws = draw_curves(problem.at.design, 12, generator(3, "refits"))
+    expected = [scipy_end(problem, best.values, draw)[0] for draw in draws]
+    apart = np.abs(refits - expected) / np.std(refits, axis=0)
+    assert apart.max() < 1e-3
+
+
+def test_refits_that_leave_a_bound_end_on_it_where_scipy_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A critical load far below all loads: some resamples say nothing of it."""
+    law = EVERY_LAW["wang-deng-critical-load"]
+    weak = [*TRUTH["wang-deng-load"], 0.01, -1.0, 0.0, 0.0]
+    monkeypatch.setitem(TRUTH, law.name, weak)
+    data = curve_data(points_of(law, 1e-3), law.conditions)
+    problem = build_problem(law, data, np.ones(3, dtype=bool))
+    best = polish(problem, internal_of(law)[problem.free])
+    draws = draw_curves(problem.at.design, 12, generator(3, "refits"))
+    ends, sse = refit(problem, best.values, draws.astype(float))
+    expected = [polish(problem, best.values, draw[problem.at.curve]) for draw in draws]
+    np.testing.assert_allclose(sse, [end.sse for end in expected], rtol=1e-8)
+    at_bound = ends[:, -1] == problem.limits[-1, 0]
+    assert 0 < at_bound.sum() < len(ends)
+
+
+@pytest.mark.parametrize("name", ["deng2026", "eyring"])
+def test_bytes_of_a_refit_do_not_depend_on_the_others(name: str) -> None:
+    problem, best = fitted(name)
+    weights = draw_curves(problem.at.design, 30, generator(4, "refits")).astype(float)
+    together = refit(problem, best.values, weights)
+    for size in (1, 7, 29):
+        parts = [
+            refit(problem, best.values, weights[first : first + size])
+            for first in range(0, len(weights), size)
+        ]
+        for whole, split in zip(together, zip(*parts, strict=True), strict=True):
+            assert whole.tobytes() == np.concatenate(split).tobytes()
+
+
+def test_held_constants_stay_and_the_others_reach_their_best(task: Problem) -> None:
+    start = to_internal(LAW, printed()["4050"])
+    held = np.zeros((12, 12), dtype=bool)
+    np.fill_diagonal(held, True)
+    starts = start + 0.05 * np.eye(12)
+    ends, sse = descend(task, starts, held=held, tolerance=1e-13)
+    np.testing.assert_array_equal(ends[held], starts[held])
+    for index in (0, 5, 11):
+        free = np.arange(12) != index
+
+        def residual(values: np.ndarray, index: int = index, free: np.ndarray = free) -> np.ndarray:
+            all_values = starts[index].copy()
+            all_values[free] = values
+            return task.residual(all_values)
+
+        expected = least_squares(residual, starts[index][free], method="lm", xtol=1e-13, ftol=1e-13)
+        assert sse[index] == pytest.approx(2 * expected.cost, rel=1e-7)
+
+
+def test_start_where_the_law_overflows_does_no_harm_to_the_others(task: Problem) -> None:
+    good = to_internal(LAW, printed()["4050"])
+    wild = np.full(12, 400.0)
+    ends, sse = descend(task, np.array([wild, good, good]))
+    assert np.isfinite(sse[1:]).all()
+    np.testing.assert_allclose(ends[1], ends[2], rtol=1e-10)
+    assert not np.isfinite(sse[0]) or sse[0] > sse[1]

@@ -1,0 +1,184 @@
+"""Predictions: the interval is the refits' spread, the box is the tested one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import oilfilm
+from campaigns import Campaign, printed
+from fit_points import make_points, matrix
+from oilfilm.errors import OilfilmError
+from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fitted import Coefficients, FittedLaw, predict
+from oilfilm.settings.resolved import Settings
+from oilfilm.traction import LAWS
+from oilfilm.traction.laws.deng2026 import traction_coefficient
+
+
+@pytest.fixture(scope="module")
+def fit(demo: Campaign) -> OilFit:
+    return demo.fit("4102", searches=2, bootstrap=400)
+
+
+@pytest.fixture(scope="module")
+def law(fit: OilFit) -> FittedLaw:
+    return FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
+
+
+def without_calibration(law: FittedLaw) -> Coefficients:
+    return replace(law.coefficients, shifted=law.coefficients.shifted[:0])
+
+
+@pytest.mark.parametrize(
+    "at", [(1.25, 30.0, 70.0, 0.05), (1.0, 40.0, 120.0, 0.01), (2.5, 200.0, 140.0, 0.2)]
+)
+def test_interval_is_that_of_the_refitted_laws_themselves(
+    law: FittedLaw, at: tuple[float, float, float, float]
+) -> None:
+    result = predict("deng2026", without_calibration(law), *at)
+    resampled = [float(traction_coefficient(row, *at)) for row in law.coefficients.spread]
+    lower, upper = np.quantile(resampled, [0.025, 0.975])
+    width = upper - lower
+    # 400 draws know a quantile to about 6 % of the width
+    assert float(result.lower) == pytest.approx(lower, abs=0.15 * width)
+    assert float(result.upper) == pytest.approx(upper, abs=0.15 * width)
+
+
+def test_calibration_widens_the_interval(law: FittedLaw) -> None:
+    at = (1.25, 30.0, 70.0, 0.1)
+    assert len(law.coefficients.shifted) == 4
+    with_it = predict("deng2026", law.coefficients, *at)
+    without = predict("deng2026", without_calibration(law), *at)
+    assert with_it.upper - with_it.lower > without.upper - without.lower
+    # by hand: half-widths of ln mu add as squares
+    steps = [float(traction_coefficient(row, *at)) for row in law.coefficients.shifted]
+    mu = float(with_it.traction_coefficient)
+    expected = np.sqrt(
+        np.log(float(without.upper) / mu) ** 2 + 1.96**2 * np.sum(np.log(np.array(steps) / mu) ** 2)
+    )
+    assert np.log(float(with_it.upper) / mu) == pytest.approx(expected, rel=0.02)
+
+
+@given(slip=st.floats(1e-4, 0.3), pressure=st.floats(0.8, 2.5), temperature=st.floats(20.0, 140.0))
+def test_traction_is_odd_in_slip_and_its_interval_too(
+    law: FittedLaw, slip: float, pressure: float, temperature: float
+) -> None:
+    one = predict("deng2026", law.coefficients, pressure, 30.0, temperature, slip)
+    other = predict("deng2026", law.coefficients, pressure, 30.0, temperature, -slip)
+    assert other.traction_coefficient == -one.traction_coefficient
+    assert (other.lower, other.upper) == (-one.upper, -one.lower)
+    assert one.lower <= one.traction_coefficient <= one.upper
+
+
+def test_at_no_slip_there_is_no_traction_and_no_doubt(law: FittedLaw) -> None:
+    result = predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.0)
+    assert (result.traction_coefficient, result.lower, result.upper) == (0, 0, 0)
+
+
+def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> None:
+    low, high = law.coefficients.box.T
+    # the matrix's own ends, give or take control errors of 1 % and 0.5 K, a few of them
+    assert low == pytest.approx([1.0, 25, 25, 0], rel=0.01, abs=1.5)
+    assert high == pytest.approx([1.5, 40, 120, 0.3], rel=0.01, abs=1.5)
+    inside = predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, [0.05, -0.05])
+    assert not inside.outside.any()
+    assert (inside.distance == 0).all()
+    far = predict("deng2026", law.coefficients, 2.5, 200.0, 70.0, 0.05)
+    assert far.outside
+    assert far.distance == pytest.approx((200 - high[1]) / (high[1] - low[1]))
+
+
+def test_broadcasting_and_a_million_points(law: FittedLaw) -> None:
+    slip = np.linspace(0, 0.3, 1000)
+    result = predict("deng2026", law.coefficients, np.linspace(1, 1.5, 1000)[:, None], 30, 70, slip)
+    assert result.lower.shape == (1000, 1000)
+    expected = traction_coefficient(law.coefficients.constants, 1.5, 30, 70, slip)
+    np.testing.assert_allclose(result.traction_coefficient[-1], expected, rtol=1e-12, atol=1e-16)
+
+
+def test_beyond_one_range_is_outside_whatever_is_unknown_of_another(law: FittedLaw) -> None:
+    box = law.coefficients.box.copy()
+    box[0] = np.nan
+    unknown = replace(law.coefficients, box=box)
+    low, high = box.T
+    result = predict("deng2026", unknown, 1.2, [(low[1] + high[1]) / 2, 2 * high[1]], 70.0, 0.05)
+    assert result.outside.tolist() == [False, True]
+    assert np.isnan(result.distance[0])
+    assert result.distance[1] == pytest.approx(high[1] / (high[1] - low[1]))
+
+
+def test_bare_constants_give_mu_without_interval_or_box() -> None:
+    result = oilfilm.predict("deng2026", printed()["4050"], 1.2, 30, 70, 0.05)
+    assert result.traction_coefficient == pytest.approx(
+        float(traction_coefficient(printed()["4050"], 1.2, 30.0, 70.0, 0.05))
+    )
+    assert np.isnan([result.lower, result.upper, result.distance]).all()
+
+
+def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> None:
+    quick = config.fit.model_copy(update={"bootstrap": 50, "searches": 1})
+    fit = fit_oil(make_points("4102", matrix(ts=[70.0]), 1e-5), "4102", quick, config.seed)
+    law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
+    result = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
+    true = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.1)
+    assert result.lower[0] < result.traction_coefficient[0] < result.upper[0]
+    assert result.traction_coefficient[0] == pytest.approx(float(true), rel=1e-3)
+    assert list(result.away) == [False, True]
+    assert np.isnan(result.traction_coefficient[1])
+    assert list(result.outside) == [False, True]
+    assert np.isinf(result.distance[1])
+    assert [each.condition for each in law.away_from(np.array([[1.25, 30.0, 90.0]]))] == [
+        "inlet_temperature_c"
+    ]
+    said = r"NaN at 1 of 2 points: inlet_temperature_c was tested at 70 degC only"
+    with pytest.warns(UserWarning, match=said):
+        predict("deng2026", law.coefficients, 1.25, 30.0, [70.0, 90.0], 0.1)
+    # what is on the level, or asks for it, is no reason to warn
+    predict("deng2026", law.coefficients, 1.25, 30.0, [70.0, np.nan], 0.1)
+
+
+def test_nothing_fitted_gives_nothing(config: Settings) -> None:
+    fit = fit_oil(
+        make_points("4102", matrix()).assign(accepted=False), "4102", config.fit, config.seed
+    )
+    law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
+    result = law.predict(np.array([[1.25, 30.0, 70.0]]), np.array([0.1]))
+    assert np.isnan(
+        [result.traction_coefficient, result.lower, result.upper, result.distance]
+    ).all()
+    with pytest.warns(UserWarning, match="nothing could be fitted"):
+        predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.1)
+
+
+def test_unknown_law_and_impossible_conditions_are_told() -> None:
+    with pytest.raises(OilfilmError, match="deng2026"):
+        predict("nonsense", printed()["4102"], 1, 30, 70, 0.1)
+    with pytest.raises(ValueError, match="above zero"):
+        predict("deng2026", printed()["4102"], 1, 30, -70, 0.1)
+
+
+def test_refits_in_the_table_are_the_ones_behind_the_interval(fit: OilFit) -> None:
+    resampled = fit.refits[fit.refits["cause"] == "resampled curves"]
+    spread = resampled.groupby("constant")["value"].quantile([0.025, 0.975]).unstack()
+    rows = fit.coefficients.set_index("constant")
+    pd.testing.assert_series_equal(
+        spread[0.025].sort_index(), rows["lower"].sort_index(), check_names=False
+    )
+
+
+def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:
+    # Wang-Deng at no slip: mu = A0 + D0, here -0.002, D0 known to 5e-4
+    law = LAWS["wang-deng-load"]
+    constants = np.array([-0.012, 0, 0, 0, 0.6, 0, 0, 0, 20.0, 0, 0, 0, 0.010, 0, 0, 0])
+    spread = np.tile(constants, (4000, 1))
+    spread[:, 12] += 5e-4 * np.random.default_rng(5).standard_normal(4000)
+    unsure = replace(Coefficients.bare(law, constants), spread=spread)
+    result = FittedLaw(law, unsure).predict(np.array([[100.0, 20.0, 20.0]]), np.array([0.0]))
+    assert result.traction_coefficient[0] == pytest.approx(-0.002)
+    # the spread of a logarithm: 5 % of D0 bends it by a few per cent
+    assert result.lower[0] == pytest.approx(-0.002 - 1.96 * 5e-4, abs=1e-4)
+    assert result.upper[0] == pytest.approx(-0.002 + 1.96 * 5e-4, abs=1e-4)

@@ -1,0 +1,86 @@
+"""Repeats part the residuals into noise and lack of fit."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from oilfilm.fits.lack_of_fit import lack_of_fit
+from oilfilm.randomness import generator
+
+
+def test_published_example_of_the_lack_of_fit_test() -> None:
+    # Neter, Kutner, Nachtsheim, Wasserman (1996), section 3.7: docs/physics.md, Fitting
+    deposit = np.array([125, 100, 200, 75, 150, 175, 75, 175, 125, 200, 100.0])
+    accounts = np.array([160, 112, 124, 28, 152, 156, 42, 124, 150, 104, 136.0])
+    slope, intercept = np.polyfit(deposit, accounts, 1)
+    residual = intercept + slope * deposit - accounts
+    _, level = np.unique(deposit, return_inverse=True)
+    branch, nowhere = np.arange(11), np.zeros(11, dtype=np.int64)
+    parts = lack_of_fit(residual, branch, level, nowhere, constants=2)
+    assert (parts.repeats, parts.conditions) == (5, 5)
+    assert parts.noise**2 == pytest.approx(1148.0 / 5)
+    assert parts.ratio == pytest.approx(14.80, abs=0.005)
+    assert parts.limit == pytest.approx(stats.f.ppf(0.95, 4, 5))
+    assert parts.shown
+
+
+def test_published_example_without_lack_of_fit() -> None:
+    # cars of mtcars by cylinders; sums of squares of olsrr: docs/physics.md, Fitting
+    by_cylinders = {
+        4: [22.8, 24.4, 22.8, 32.4, 30.4, 33.9, 21.5, 27.3, 26.0, 30.4, 21.4],
+        6: [21.0, 21.0, 21.4, 18.1, 19.2, 17.8, 19.7],
+        8: [18.7, 14.3, 16.4, 17.3, 15.2, 10.4, 10.4, 14.7, 15.5, 15.2, 13.3, 19.2, 15.8, 15.0],
+    }
+    cylinders = np.repeat(list(by_cylinders), [len(cars) for cars in by_cylinders.values()])
+    miles = np.concatenate(list(by_cylinders.values()))
+    slope, intercept = np.polyfit(cylinders, miles, 1)
+    residual = intercept + slope * cylinders - miles
+    cars = np.arange(len(miles))
+    parts = lack_of_fit(residual, cars, cylinders, np.zeros_like(cars), constants=2)
+    assert parts.noise**2 == pytest.approx(301.26 / 29, abs=0.005 / 29)
+    assert parts.ratio == pytest.approx(7.07 / (301.26 / 29), rel=0.001)
+    assert not parts.shown
+
+
+def planted(form: float, repeats: int, draw: int) -> tuple[np.ndarray, ...]:
+    """Residuals with noise of points and of runs, and a wave that the law has not."""
+    random = generator(11, "lack of fit", str(draw))
+    conditions, slips = 40, 25
+    condition = np.concatenate([np.arange(conditions), np.arange(repeats)])
+    run = np.repeat(np.arange(len(condition)), slips)
+    slip = np.tile(np.arange(slips), len(condition))
+    wave = form * np.sqrt(2) * np.sin(2 * np.pi * slip / slips)
+    shared = 3e-4 * random.standard_normal(len(condition))[run]
+    noise = 4e-4 * random.standard_normal(len(run))
+    return wave + shared + noise, run, condition[run], slip
+
+
+def test_planted_noise_and_planted_wrong_form_are_found_apart() -> None:
+    parts = lack_of_fit(*planted(1.2e-3, 20, draw=0), constants=1)
+    assert parts.repeats == parts.conditions == 20
+    # noise of runs and of points together, sqrt(3^2 + 4^2)
+    assert parts.noise == pytest.approx(5e-4, rel=0.12)
+    assert parts.lack == pytest.approx(1.2e-3, rel=0.03)
+    assert parts.shown
+
+
+def test_noise_alone_is_rarely_called_lack_of_fit() -> None:
+    # errors that points of a run share would fool the classical test in far more than 5 %
+    called = [lack_of_fit(*planted(0.0, 8, draw), constants=1).shown for draw in range(100)]
+    assert np.mean(called) <= 0.08
+
+
+def test_points_of_one_run_are_no_repeats_of_each_other() -> None:
+    parts = lack_of_fit(*planted(1e-3, 0, draw=0), constants=1)
+    assert parts.repeats == 0
+    assert np.isnan([parts.noise, parts.lack, parts.ratio]).all()
+    assert not parts.shown
+
+
+def test_both_branches_of_a_sweep_do_not_hide_the_error_of_the_run() -> None:
+    # each run has its own constant error only, read twice at each slip
+    error = np.array([1.0, -1.0])
+    run = np.repeat([0, 1], 10)
+    slip = np.tile(np.repeat(np.arange(5), 2), 2)
+    parts = lack_of_fit(error[run], run, np.zeros(20, dtype=np.int64), slip, constants=1)
+    assert parts.noise == pytest.approx(np.std(error, ddof=1))

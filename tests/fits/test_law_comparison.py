@@ -1,0 +1,316 @@
+"""Laws compared: the true one wins, and curves left out are those of brute force."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import ROOT
+from law_points import EVERY_LAW, MATRIX, internal_of, points_of
+from nights import nightly
+from oilfilm import tables
+from oilfilm.fits import cross_validation, engine
+from oilfilm.fits.cross_validation import leave_curves_out, leave_ends_out, level_of
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.law_comparison import compare_laws, curve_shapes, information_criteria, laws_of
+from oilfilm.fits.problem import Problem, build_problem, curve_data
+from oilfilm.report.captions import caption
+from oilfilm.report.figures import style
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import FloatArray, Law, Observations
+from pictures import draw
+
+NOISE = 2e-4
+
+
+@pytest.fixture(scope="module")
+def quick(config: Settings) -> Settings:
+    return config.with_changes({"fit": {"searches": 2}, "compare": {"bootstrap": 5}})
+
+
+def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
+    data = curve_data(points, law.conditions)
+    task = build_problem(law, data, np.ones(3, dtype=bool))
+    return task, engine.polish(task, internal_of(law)[task.free])
+
+
+@pytest.mark.no_cover
+@pytest.mark.parametrize(
+    "name", ["deng2026", nightly("eyring"), nightly("wang-deng-groups"), "tanh"]
+)
+def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
+    only = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
+    config = quick.with_changes({"compare": {"laws": only}})
+    frames = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", config)
+    table = frames["comparison"].set_index("law")
+    assert table["left_out_rmse"].idxmin() == name
+    assert table["bic"].idxmin() == name
+    assert table["temperature_end_out_relative_rms"].idxmin() == name
+    # what is left of the errors is the noise
+    assert table.at[name, "rmse"] == pytest.approx(NOISE, rel=0.05)
+    assert table["n_points"].nunique() == 1
+
+
+@pytest.mark.parametrize(
+    ("count", "step"),
+    [(1, 1), (2, 16), *(nightly(*case) for case in ((1, 16), (2, 1), (3, 1), (3, 16)))],
+)
+def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, step: int) -> None:
+    """Neighbouring and distant conditions: some laws then have constants without any effect."""
+    runs = [f"run{step * number:03d}" for number in range(count)]
+    points = points_of(EVERY_LAW["deng2026"], NOISE)
+    frames = compare_laws(points[points["run_id"].isin(runs)], "4050", quick)
+    assert frames["comparison"]["n_points"].eq(len(points) * count // 48).all()
+
+
+@pytest.mark.parametrize("groups", [100, 5])
+def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
+    """One at a time, and in groups of three or four."""
+    law = LAWS["tanh"]
+    points = points_of(law, 1e-3)
+    few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
+    task, best = fitted(law, few)
+    errors = leave_curves_out(task, best, groups, np.random.default_rng(1))
+    group = np.arange(task.curves)
+    if groups < task.curves:
+        group = np.random.default_rng(1).permutation(group) % groups
+    for each in np.unique(group):
+        mine = (group == each)[task.at.curve]
+        rows = np.flatnonzero(group != each)
+        others = replace(
+            task,
+            at=Observations(
+                task.at.design[rows],
+                np.searchsorted(rows, task.at.curve[~mine]),
+                task.at.slip[~mine],
+            ),
+            mu=task.mu[~mine],
+        )
+        end = engine.polish(others, best.values)
+        expected = task.residual(end.values)[mine]
+        np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
+
+
+def test_number_of_fits_does_not_grow_with_the_curves(monkeypatch: pytest.MonkeyPatch) -> None:
+    task, best = fitted(LAWS["tanh"], points_of(LAWS["tanh"], 1e-3))
+    left_out: list[np.ndarray] = []
+
+    def counted(problem: Problem, start: FloatArray, weights: FloatArray, _: float) -> object:
+        left_out.append(weights == 0)
+        return np.tile(start, (len(weights), 1)), None
+
+    monkeypatch.setattr(cross_validation, "refit", counted)
+    leave_curves_out(task, best, 10, np.random.default_rng(1))
+    assert len(left_out[0]) == 10
+    # each curve once, and the groups of one size
+    assert left_out[0].sum(axis=0).tolist() == [1] * 48
+    assert set(left_out[0].sum(axis=1).tolist()) == {4, 5}
+
+
+def test_only_the_end_levels_are_extrapolated_to() -> None:
+    law = LAWS["deng2026"]
+    task, best = fitted(law, points_of(law))
+    levels = level_of(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
+    errors = leave_ends_out(task, best, levels)
+    ends = np.isin(levels[task.at.curve], [0, 3])
+    assert np.isnan(errors[~ends]).all()
+    # exact points of the law itself: nothing is missed, however far
+    assert np.abs(errors[ends]).max() < 1e-7
+
+
+def test_end_levels_that_leave_a_constant_open_give_no_error() -> None:
+    law = LAWS["deng2026"]
+    points = points_of(law)
+    task, best = fitted(law, points[points["max_hertz_pressure_gpa"].isin([1.0, 1.5])])
+    pressure = MATRIX.loc[MATRIX["max_hertz_pressure_gpa"].isin([1.0, 1.5])].iloc[:, 0]
+    assert np.isnan(leave_ends_out(task, best, level_of(pressure.to_numpy(), 0.05))).all()
+    one_level = np.zeros(task.curves, dtype=np.int64)
+    assert np.isnan(leave_ends_out(task, best, one_level)).all()
+
+
+def test_information_criteria_are_the_formulas() -> None:
+    # Burnham and Anderson (2002), 2.2: K counts the variance too
+    aic, bic = information_criteria(2e-3, 50, 4)
+    assert aic == pytest.approx(50 * np.log(2e-3 / 50) + 2 * 5)
+    assert bic == pytest.approx(50 * np.log(2e-3 / 50) + 5 * np.log(50))
+    assert np.isnan(information_criteria(0.0, 50, 4)).all()
+
+
+def test_curves_that_dip_or_rise_again_are_counted() -> None:
+    slip = np.linspace(0, 1, 101)
+    peak, rise = slip * np.exp(-5 * slip), slip
+    again = peak + 0.5 * np.where(slip > 0.8, slip - 0.8, 0)
+    below = peak - 0.01 * (slip < 0.005)  # one of 101 points, the first
+    negative, second = curve_shapes(np.stack([peak, rise, again, below]))
+    assert negative == pytest.approx(1 / 404)
+    assert second == pytest.approx(1 / 4)
+
+
+def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:
+    laws = {"compare": {"laws": ["tanh", "wang-deng-groups"]}}
+    config = Settings.of({**quick.with_changes(laws).plain(), "oils": {"4050": None}})
+    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
+    row = frames["comparison"].set_index("law").loc["wang-deng-groups"]
+    assert "needs the oil's properties" in row["certificate"]
+    assert np.isnan(row["rmse"])
+    assert set(frames["law_coefficients"]["law"]) == {"tanh"}
+    assert "wang-deng-groups" not in laws_of("4050", config)
+
+
+def test_comparison_without_any_accepted_point_still_gives_its_tables(
+    quick: Settings,
+) -> None:
+    refused = points_of(LAWS["tanh"]).assign(accepted=False)
+    frames = compare_laws(refused, "4050", quick)
+    verdicts = frames["comparison"].set_index("law")["certificate"]
+    assert verdicts.str.startswith("not fitted").all()
+    assert "0 accepted points" in verdicts["deng2026"]
+    for name, table in frames.items():
+        tables.conform(table, name, name)
+    results = CampaignTables.in_memory(points=refused, **frames)
+    for name, words in (("fig04", "no Wang-Deng law could"), ("law-errors", "no law could")):
+        figure, drawn = draw(name, results, quick)
+        assert drawn.empty
+        assert words in figure.axes[0].texts[0].get_text()
+
+
+@pytest.fixture(scope="module")
+def starting(quick: Settings) -> tuple[Settings, CampaignTables]:
+    """Points of a Wang-Deng law with traction at no slip; every other curve slips backwards."""
+    config = quick.with_changes({"compare": {"laws": ["deng2026", STARTS.name]}})
+    points = points_of(STARTS, NOISE)
+    back = points["run_id"].isin(sorted(points["run_id"].unique())[::2])
+    both = ["slide_roll_ratio", "traction_coefficient"]
+    # at no slip there is no direction
+    points.loc[back & (points["slide_roll_ratio"] > 0), both] *= -1
+    return config, CampaignTables.in_memory(points=points, **compare_laws(points, "4050", config))
+
+
+STARTS = LAWS["wang-deng-load"]
+
+
+def planted_starts() -> FloatArray:
+    """mu(0) = D - |A| of each condition."""
+    levels = MATRIX[list(STARTS.conditions)].to_numpy()
+    sizes = STARTS.sizes(internal_of(STARTS), STARTS.design(levels))
+    return np.asarray(sizes[3] - sizes[0])
+
+
+def test_figure_of_errors_draws_what_the_table_says(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    figure, drawn = draw("law-errors", results, config)
+    assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    starts = drawn[drawn["kind"] == "zero slip"]
+    assert set(starts["law"]) == {STARTS.name}
+    np.testing.assert_allclose(np.sort(starts["y"]), np.sort(planted_starts()), atol=3 * NOISE)
+    errors = drawn[(drawn["law"] == "deng2026") & (drawn["kind"] == "fitted curves")]
+    row = results.comparison.set_index("law").loc["deng2026"]
+    assert errors["x"].item() == pytest.approx(row["relative_rms"])
+
+
+def test_fig04_shows_the_curve_with_the_largest_planted_traction_at_no_slip(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    _, drawn = draw("fig04", results, config)
+    planted = planted_starts()
+    start = drawn[drawn["series"] == "zero slip"].iloc[0]
+    largest = f"run{np.argmax(np.abs(planted)):03d}"
+    assert (start["run_id"], start["law"], start["slide_roll_ratio"]) == (largest, STARTS.name, 0)
+    assert start["traction_coefficient"] == pytest.approx(np.abs(planted).max(), abs=3 * NOISE)
+    measured = drawn[(drawn["panel"] == "a") & (drawn["series"] == "measured")]
+    curve = results.points[results.points["run_id"] == largest]
+    np.testing.assert_array_equal(
+        np.sort(measured["traction_coefficient"]),
+        np.sort(
+            curve["traction_coefficient"].where(curve["slide_roll_ratio"] >= 0, lambda mu: -mu)
+        ),
+    )
+
+
+def test_fig04_shows_the_curve_whose_error_grows_most_by_brute_force(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    _, drawn = draw("fig04", results, config)
+    task, best = fitted(STARTS, results.points)
+    seen = task.residual(best.values)
+    growth = []
+    for curve in range(task.curves):
+        mine = task.at.curve == curve
+        rows = np.delete(np.arange(task.curves), curve)
+        kept = task.at.curve[~mine]
+        at = Observations(task.at.design[rows], kept - (kept > curve), task.at.slip[~mine])
+        end = engine.polish(replace(task, at=at, mu=task.mu[~mine]), best.values)
+        unseen = task.residual(end.values)[mine]
+        growth.append(np.sqrt(np.mean(unseen**2)) - np.sqrt(np.mean(seen[mine] ** 2)))
+    worst = int(np.argmax(growth))
+    assert set(drawn.loc[drawn["panel"] == "b", "run_id"]) == {f"run{worst:03d}"}
+
+
+def test_points_beside_a_law_keep_the_direction_of_their_slip(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    _, results = starting
+    both = results.law_points.merge(results.points, on=["run_id", "first_row"], suffixes=("", "_m"))
+    assert len(both) == 2 * len(results.points)
+    true = both[both["law"] == STARTS.name]
+    for column in ("traction_coefficient", "left_out_traction_coefficient"):
+        np.testing.assert_allclose(true[column], true["traction_coefficient_m"], atol=6 * NOISE)
+
+
+def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    for certified, face in ((False, "white"), (True, style.oil_colour("4050", ["4050"]))):
+        bounds = "" if certified else "C3"
+        table = results.comparison.assign(certified=certified, active_bounds=bounds)
+        one_oil = Settings.of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
+        figure, drawn = draw("fig04", results.replace(comparison=table), one_oil)
+        handles, labels = figure.axes[2].get_legend_handles_labels()
+        assert handles[0].get_markerfacecolor() == face
+        assert ("(not certified, at bounds: C3)" in labels[0]) != certified
+        assert set(drawn["certified"]) == {certified}
+        figure, _ = draw("law-errors", results.replace(comparison=table), one_oil)
+        symbols = [line for line in figure.axes[1].get_lines() if line.get_linestyle() == "None"]
+        assert {symbol.get_markerfacecolor() for symbol in symbols} == {face}
+        ticks = [label.get_text() for label in figure.axes[1].get_yticklabels()]
+        assert ("deng2026\n(at bounds: C3)" in ticks) != certified
+
+
+def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:
+    config = quick.with_changes({"compare": {"laws": ["tanh", "eyring", "carreau"]}})
+    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
+    constants = frames["law_coefficients"]
+    held = constants[constants["verdict"] == "at a bound"].groupby("law")["constant"].apply(set)
+    for row in tables.rows(frames["comparison"]):
+        names = set(filter(None, row["active_bounds"].split(", ")))
+        assert names == held.get(row["law"], set())
+        assert not (names and row["certified"])
+    assert len(held)
+
+
+@pytest.mark.parametrize("name", ["fig04", "law-errors"])
+def test_tie_by_construction_is_said_where_the_papers_law_made_the_logs(
+    starting: tuple[Settings, CampaignTables], name: str
+) -> None:
+    config, results = starting
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"})
+    for settings, said in ((config, True), (thermal, False)):
+        figure, _ = draw(name, results, settings)
+        words = " ".join(" ".join(text.get_text() for text in figure.texts).split())
+        assert ("a tie by construction" in words) == said
+        assert ("a tie by construction" in caption(name, settings.campaign, [])) == said
+
+
+def test_comparison_of_the_project_names_every_oil_and_rig() -> None:
+    config = resolve(ROOT / "config", {})
+    for oil in config.oils:
+        assert "wang-deng-groups" in laws_of(oil, config)

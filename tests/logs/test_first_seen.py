@@ -1,0 +1,100 @@
+"""A raw log that has changed since a run first read it is refused, unless a reason is given."""
+
+import re
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+import yaml
+
+from oilfilm.errors import OilfilmError
+from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.settings.campaign import AcknowledgedChange, Dataset
+from oilfilm.settings.messages import check, first_mistake
+
+# A blank, a colon, quotes and a hash, which YAML would take for its own.
+LOG = Path('data/raw/june/run: 1 "a" #2.csv')
+OTHER = Path("data/raw/june/b.csv")
+BEFORE, AFTER, LATER = (sha256(text).hexdigest() for text in (b"1.25", b"1.35", b"1.45"))
+
+
+@pytest.fixture
+def seen(tmp_path: Path) -> FirstSeen:
+    listing = FirstSeen("june", tmp_path)
+    listing.add({LOG.as_posix(): BEFORE, OTHER.as_posix(): BEFORE})
+    return FirstSeen("june", tmp_path)
+
+
+def refusal(seen: FirstSeen, state: str, *acknowledged: AcknowledgedChange) -> str:
+    """What is said of a log in this state; empty where it is accepted."""
+    try:
+        seen.refuse_changed([LOG], lambda _: state, acknowledged)
+    except OilfilmError as error:
+        return str(error)
+    return ""
+
+
+def pasted(message: str, reason: str) -> list[AcknowledgedChange]:
+    """The entries of a campaign file that has the lines of a refusal."""
+    lines = message.split("\n", 1)[1]
+    written = yaml.safe_load(lines.replace("reason: ", f"reason: {reason}"))
+    dataset: Dataset = check(written, Dataset, lambda steps: "june.yaml")
+    return dataset.acknowledged_changes
+
+
+def test_digit_changed_in_a_log_is_refused_with_both_digests(seen: FirstSeen) -> None:
+    assert refusal(seen, BEFORE) == ""
+    message = refusal(seen, AFTER)
+    assert message.startswith(f"{LOG}: has changed since a run first read it")
+    assert BEFORE[:16] in message
+    assert AFTER[:16] in message
+    assert "config/campaigns/june.yaml" in message
+
+
+def test_pasted_lines_with_a_reason_are_accepted_and_without_one_refused(seen: FirstSeen) -> None:
+    message = refusal(seen, AFTER)
+    (change,) = pasted(message, "unit corrected")
+    assert (change.log, change.reason) == (LOG.as_posix(), "unit corrected")
+    assert refusal(seen, AFTER, change) == ""
+    written = yaml.safe_load(message.split("\n", 1)[1])
+    assert "reason" in first_mistake(written, Dataset)
+
+
+def test_second_change_needs_a_reason_of_its_own(seen: FirstSeen) -> None:
+    (first,) = pasted(refusal(seen, AFTER), "unit corrected")
+    message = refusal(seen, LATER, first)
+    # a second list of that name would be a duplicate key
+    assert "at the end of `acknowledged_changes`" in message
+    assert "acknowledged_changes:\n" not in message
+    assert refusal(seen, BEFORE, first) == ""
+
+
+def test_listing_keeps_the_first_digest_and_the_lines_of_removed_logs(
+    seen: FirstSeen, tmp_path: Path
+) -> None:
+    seen.add({LOG.as_posix(): AFTER, "data/raw/june/new.csv": AFTER})
+    lines = (tmp_path / "june.sha256").read_text(encoding="utf-8").splitlines()
+    # as `sha256sum -c` reads them
+    assert lines == [
+        f"{BEFORE}  {OTHER}",
+        f"{AFTER}  data/raw/june/new.csv",
+        f"{BEFORE}  {LOG}",
+    ]
+
+
+def test_log_in_object_storage_is_compared_by_its_etag(tmp_path: Path) -> None:
+    seen = FirstSeen("june", tmp_path)
+    seen.add({LOG.as_posix(): 'etag:"0123456789abcdef-2"'})
+    seen = FirstSeen("june", tmp_path)
+    assert refusal(seen, 'etag:"0123456789abcdef-2"') == ""
+    # the log was fetched from the bucket: its sha256 was not known before
+    assert refusal(seen, BEFORE) == ""
+    (change,) = pasted(refusal(seen, 'etag:"ffff456789abcdef-2"'), "written anew")
+    assert refusal(seen, 'etag:"ffff456789abcdef-2"', change) == ""
+
+
+def test_damaged_listing_is_no_empty_one(seen: FirstSeen, tmp_path: Path) -> None:
+    path = tmp_path / "june.sha256"
+    path.write_text(path.read_text(encoding="utf-8").replace("  data", " data", 1))
+    with pytest.raises(OilfilmError, match=re.escape(f"{path}, line 1: expected a sha256")):
+        FirstSeen("june", tmp_path)

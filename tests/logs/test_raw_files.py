@@ -1,0 +1,160 @@
+"""Which files count as logs, and that no path leads out of the raw folder."""
+
+import json
+import os
+import sys
+from itertools import chain
+from pathlib import Path
+
+import pytest
+
+from oilfilm.errors import OilfilmError
+from oilfilm.logs.raw_files import (
+    expected_states,
+    keep_found,
+    listing,
+    raw_files,
+    read_listing,
+    refuse_altered,
+    refuse_strangers,
+    remove_others,
+    shares_of,
+    unchanged_logs,
+)
+
+
+def test_logs_are_found_in_subfolders_and_notes_are_not_logs(tmp_path: Path) -> None:
+    (tmp_path / "june").mkdir()
+    for name in ("b.csv", "june/a.csv", "README.md", ".hidden.csv"):
+        (tmp_path / name).write_text("x")
+    assert raw_files(tmp_path) == ["b.csv", "june/a.csv"]
+
+
+@pytest.mark.parametrize("name", [b"{a}.csv", b"a\\b.csv", b"a\nb.csv", b"\xe4.csv"])
+def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: bytes) -> None:
+    try:
+        (tmp_path / os.fsdecode(name)).write_text("x")
+    except (OSError, ValueError):
+        pytest.skip("this file system has no such names")
+    with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it") as error:
+        raw_files(tmp_path)
+    str(error.value).encode("utf-8")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no colons in names")
+def test_time_of_day_in_a_name_is_no_harm(tmp_path: Path) -> None:
+    (tmp_path / "12:30 \u6cb9.csv").write_text("x")
+    assert raw_files(tmp_path) == ["12:30 \u6cb9.csv"]
+
+
+def test_missing_and_empty_folders_are_told(tmp_path: Path) -> None:
+    with pytest.raises(OilfilmError, match="no such folder"):
+        raw_files(tmp_path / "june")
+    with pytest.raises(OilfilmError, match="holds no logs"):
+        raw_files(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("target", "problem"), [("secret.csv", "leads out of"), ("june", "link to a folder")]
+)
+def test_link_is_refused_not_skipped(tmp_path: Path, target: str, problem: str) -> None:
+    (tmp_path / "secret.csv").write_text("x")
+    (tmp_path / "june").mkdir()
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "raw" / "log.csv").symlink_to(tmp_path / target)
+    with pytest.raises(OilfilmError, match=problem):
+        raw_files(tmp_path / "raw")
+
+
+def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
+    logs = [f"4102_P1.00_U25_T{number:03d}.csv" for number in range(800)]
+    before, after = shares_of(logs, 100), shares_of([*logs, "x.csv"], 120)
+    # 8 shares; a twentieth more is within four standard deviations of chance
+    assert all(60 < len(files) < 140 for files in before.values())
+    assert sorted(chain.from_iterable(before.values())) == logs
+    assert {n: [log for log in files if log != "x.csv"] for n, files in after.items()} == before
+
+
+def test_shares_double_when_logs_are_more_than_a_share_takes() -> None:
+    counts = [len(shares_of([f"{n}.csv" for n in range(logs)], 250)) for logs in (1, 250, 251, 501)]
+    assert counts == [1, 1, 2, 4]
+    assert shares_of([], 250) == {}
+
+
+def test_twin_refuses_a_folder_with_logs_of_somebody_else(tmp_path: Path) -> None:
+    refuse_strangers(tmp_path / "nothing", ["a.csv"])
+    (tmp_path / "a.csv").write_text("x")
+    refuse_strangers(tmp_path, ["a.csv", "b.csv"])
+    (tmp_path / "mine.csv").write_text("x")
+    with pytest.raises(OilfilmError, match=r"mine\.csv"):
+        refuse_strangers(tmp_path, ["a.csv"])
+
+
+def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
+    parts = [tmp_path / f"oil={oil}/part-{share}.parquet" for oil in "xy" for share in range(2)]
+    for part in parts:
+        part.parent.mkdir(exist_ok=True)
+        part.write_text("")
+    remove_others(tmp_path, ["x"], [0])
+    assert [part.exists() for part in parts] == [True, False, False, False]
+
+
+# sha256 of "abc", from FIPS 180-2, appendix B.1
+ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+
+
+def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
+    (tmp_path / "two words.csv").write_text("abc")
+    assert listing(tmp_path) == f"{ABC}  two words.csv\n"
+    written = tmp_path / "logs.sha256"
+    written.write_text(listing(tmp_path))
+    assert read_listing(written) == {"two words.csv": ABC}
+
+
+def test_log_that_is_not_as_the_twin_wrote_it_is_refused(tmp_path: Path) -> None:
+    folder, written = tmp_path / "raw", tmp_path / "logs.sha256"
+    folder.mkdir()
+    (folder / "a.csv").write_text("abc")
+    refuse_altered(folder, written)  # nothing is known of it yet
+    written.write_text(listing(folder))
+    refuse_altered(folder, written)
+    (folder / "a.csv").write_text("abd")
+    with pytest.raises(OilfilmError, match=r"a\.csv: is not as the rig twin wrote it\. Delete"):
+        refuse_altered(folder, written)
+    (folder / "a.csv").unlink()
+    with pytest.raises(OilfilmError, match=r"a\.csv: is not as"):
+        refuse_altered(folder, written)
+
+
+def test_log_that_has_changed_since_its_digest_was_taken_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("abc")
+    inputs: dict[str, str] = {}
+    assert list(unchanged_logs(tmp_path, {"a.csv": ABC}, inputs=inputs)) == [("a.csv", b"abc")]
+    assert inputs == {f"{tmp_path}/a.csv": ABC[:16]}
+    (tmp_path / "a.csv").write_text("abcd")
+    with pytest.raises(OilfilmError, match="has changed since the run began"):
+        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
+    (tmp_path / "a.csv").unlink()
+    with pytest.raises(OilfilmError, match=r"a\.csv: cannot be read .* put it back, or run"):
+        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
+
+
+def test_digests_come_from_the_run_or_from_the_twins_listing(tmp_path: Path) -> None:
+    written = tmp_path / "logs.sha256"
+    written.write_text(f"{ABC}  a.csv\n{'0' * 64}  b.csv\n")
+    assert expected_states({"a.csv": "1"}, None) == {"a.csv": "1"}
+    assert expected_states({"a.csv": ""}, str(written)) == {"a.csv": ABC}
+
+
+def test_what_a_run_finds_is_written_anew_only_where_it_changes(tmp_path: Path) -> None:
+    """Its time stamp decides whether a job runs again."""
+    kept = tmp_path / "parts/logs/0.json"
+    keep_found({"states": {"a.csv": "1", "Öl.csv": "2"}}, kept)
+    os.utime(kept, (0, 0))
+    keep_found({"states": {"a.csv": "1", "Öl.csv": "2"}}, kept)
+    assert kept.stat().st_mtime == 0
+    keep_found({"states": {"b/c.csv": "1", "b.csv": "3"}}, kept)
+    assert kept.stat().st_mtime > 0
+    # a job on a cluster reads the logs in the order of a local run
+    states = json.loads(kept.read_bytes())["states"]
+    assert list(states.items()) == [("b/c.csv", "1"), ("b.csv", "3")]

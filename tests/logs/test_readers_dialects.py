@@ -1,0 +1,376 @@
+"""Whatever the dialect, encoding, unit or order: what is written comes back."""
+
+import gzip
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as arrow
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import bad_logs
+from campaigns import ROOT
+from oilfilm import tables
+from oilfilm.logs import ingest
+from oilfilm.logs.base import Reading
+from oilfilm.logs.encoding import encodings_of
+from oilfilm.logs.header import header_keys, misspelt_key
+from oilfilm.logs.ingest import read_log, unpack
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.units import conversion
+
+CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
+
+# unit -> what one of it is in the reader's unit, from the definitions of the units themselves
+UNITS = {
+    "time": {"s": 1.0, "\u79d2": 1.0, "ms": 1e-3, "min": 60.0},
+    "load": {"N": 1.0, "kgf": 9.80665, "gf": 9.80665e-3, "lbf": 4.4482216152605, "kN": 1e3},
+    "traction_force": {"N": 1.0, "mN": 1e-3, "kgf": 9.80665},
+    "ball_speed": {"rpm": 1.0, "1/min": 1.0, "\u8f6c/\u5206": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "disc_speed": {"rpm": 1.0, "r/min": 1.0, "tr/min": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "inlet_temperature": {"degC": 1.0, "\N{DEGREE SIGN}C": 1.0, "K": 1.0, "degF": 5 / 9},
+}
+ZERO_C = {"K": 273.15, "degF": 32.0}
+SAMPLE_COLUMNS = {
+    "time": "time_s",
+    "load": "load_n",
+    "traction_force": "traction_force_n",
+    "ball_speed": "ball_speed_m_s",
+    "disc_speed": "disc_speed_m_s",
+    "inlet_temperature": "inlet_temperature_c",
+}
+
+
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gb18030")
+DIALECTS = st.fixed_dictionaries(
+    {
+        "delimiter and decimal mark": st.sampled_from([",.", ";.", ";,", "\t.", "\t,", "|.", "|,"]),
+        "end": st.sampled_from(["\n", "\r\n", "\r"]),
+        "encoding": st.sampled_from(ENCODINGS),
+        "unit style": st.sampled_from(["brackets", "parentheses", "row"]),
+        "comment": st.sampled_from(["# ", ""]),
+        "units": st.fixed_dictionaries(
+            {name: st.sampled_from(sorted(units)) for name, units in UNITS.items()}
+        ),
+        "order": st.permutations([*UNITS, "\u5907\u6ce8"]),
+    }
+)
+
+
+def write(dialect: dict[str, Any], values: dict[str, np.ndarray]) -> bytes:
+    delimiter, decimal_mark = dialect["delimiter and decimal mark"]
+    comment, order = dialect["comment"], dialect["order"]
+    units = [dialect["units"].get(name, "") for name in order]
+    style = {"brackets": "{} [{}]", "parentheses": "{} ({})", "row": "{}"}[dialect["unit style"]]
+    names = [
+        style.format(name.replace("_", " ").title(), unit) if unit else name
+        for name, unit in zip(order, units, strict=True)
+    ]
+    lines = [f"{comment}oil: 4102", f"{comment}\u64cd\u4f5c\u5458: \u5f20", ""]
+    lines.append(delimiter.join(names))
+    if dialect["unit style"] == "row":
+        lines.append(delimiter.join(units))
+    for row in range(len(values["time"])):
+        cells = [
+            repr(float(values[name][row])).replace(".", decimal_mark) if name in values else "x"
+            for name in order
+        ]
+        lines.append(delimiter.join(cells))
+    return (dialect["end"].join(lines) + dialect["end"]).encode(dialect["encoding"])
+
+
+@given(
+    dialect=DIALECTS,
+    rows=st.lists(
+        st.tuples(
+            *5 * [st.floats(-1e5, 1e5, allow_nan=False).map(lambda x: round(x, 6))],
+            # a temperature above absolute zero in every unit
+            st.floats(0.001, 900, allow_nan=False).map(lambda x: round(x, 6)),
+        ),
+        min_size=1,
+        max_size=5,
+    ),
+)
+def test_what_is_written_comes_back_whatever_the_dialect(
+    dialect: dict[str, Any], rows: list[tuple[float, ...]]
+) -> None:
+    values = dict(zip(UNITS, np.array(rows).T, strict=True))
+    _, reading = read_log(write(dialect, values), "log", CONFIG)
+    assert reading.refusals == []
+    (run,) = reading.runs
+    rig = CONFIG.rigs["ball-on-disc-20mm"]
+    for name, logged in values.items():
+        unit = dialect["units"][name]
+        expected = (logged - ZERO_C.get(unit, 0.0)) * UNITS[name][unit]
+        if name.endswith("speed"):
+            body = name.removesuffix("_speed")
+            expected = expected * 2 * np.pi / 60 * getattr(rig, f"{body}_track_radius_m")
+        samples = run.samples[SAMPLE_COLUMNS[name]]
+        # 1e-12 relative; degF and K subtract 255 K, whose rounding is 3e-14
+        np.testing.assert_allclose(samples, expected, rtol=1e-12, atol=2e-13 * 300)
+
+
+@pytest.mark.parametrize(
+    ("rows", "loads"),
+    [
+        ("0;82;0;28650;7160;70;a.b\n0,02;82,5;0,25;28650,5;7160;70;a.b\n", [82.0, 82.5]),
+        ("0;82.5;0;28650;7160;70;warm, then cold\n", [82.5]),
+    ],
+)
+def test_decimal_mark_is_known_from_the_columns_that_are_read(rows: str, loads: list) -> None:
+    names = "time_s;load_n;traction_force_n;ball_speed_rpm;disc_speed_rpm;inlet_temperature_c;note"
+    _, reading = read_log(f"# oil: 4102\n{names}\n{rows}".encode(), "log", CONFIG)
+    assert reading.refusals == []
+    assert reading.runs[0].samples["load_n"].tolist() == loads
+
+
+def read(names: str, *rows: str, config: Settings = CONFIG) -> Reading:
+    log = "\n".join(["# oil: 4102", names, *rows, ""])
+    return read_log(log.encode("gb18030"), "log", config)[1]
+
+
+def with_campaign(**changes: Any) -> Settings:
+    return CONFIG.with_changes({"campaign": changes})
+
+
+def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
+    names = "time_s,max_hertz_pressure_gpa,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
+    (run,) = read(f"{names}inlet_temperature_c", "0,1.5,0.5,24,26,70").runs
+    # docs/physics.md: W 142 N at 1.5 GPa
+    assert run.samples["load_n"][0] == pytest.approx(142, abs=0.5)
+    assert run.samples["disc_speed_m_s"].tolist() == [26]
+
+
+def test_renamed_columns_are_found_by_the_campaign_file() -> None:
+    load, force = {"name": "\u8f7d\u8377", "unit": "kgf"}, {"name": "F_x", "unit": "N"}
+    config = with_campaign(columns={"load": load, "traction_force": force})
+    names = "time_s,\u8f7d\u8377,F_x,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    (run,) = read(names, "0,10,-0.5,1,2,70", config=config).runs
+    assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
+    assert run.samples["traction_force_n"].tolist() == [-0.5]
+
+
+def test_unit_of_the_campaign_file_helps_where_that_of_the_log_is_unknown() -> None:
+    names = "time_s,load,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    config = with_campaign(columns={"load": {"name": "load", "unit": "kgf"}})
+    (run,) = read(names, "s,kilopond,N,rpm,rpm,degC", "0,10,1,2,3,70", config=config).runs
+    assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
+
+
+SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment speed [mm/s],"
+
+
+@pytest.mark.parametrize(
+    ("unit", "definition", "logged"),
+    [
+        ("-", "over_mean", 0.2),
+        ("%", "over_mean", 20),
+        ("%", "over_sum", 10),
+        ("1", "over_sum", 0.1),
+    ],
+)
+def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
+    unit: str, definition: str, logged: float
+) -> None:
+    config = with_campaign(semantics={"slide_roll_ratio": definition})
+    names = f"{SLIP_NAMES}slide_roll_ratio [{unit}]"
+    (run,) = read(names, f"0,82,1,70,10000,{logged}", config=config).runs
+    assert run.samples["disc_speed_m_s"].tolist() == pytest.approx([11.0])
+    assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
+
+
+def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
+    config = with_campaign(semantics={"slide_roll_ratio": "over_faster"})
+    rows = "0,82,1,70,10,0.1", "1,82,1,70,10,2"
+    reading = read(f"{SLIP_NAMES}slide_roll_ratio", *rows, config=config)
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.refused_rows) == ("unreadable_row", 2, 1)
+    assert len(reading.runs[0]) == 1
+
+
+def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
+    rigs = {"pcs-etm": {"name": "x", "source": "y"}}
+    config = Settings.of({**CONFIG.plain(), "rigs": rigs})
+    names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    (refusal,) = read(names, "0,1,2,3,4,5", config=config).refusals
+    assert refusal.rule == "rig"
+    assert "ball_track_radius_m" in refusal.reason
+    assert refusal.refused_rows == 1
+
+
+def test_archive_that_unfolds_without_end_is_refused() -> None:
+    bomb = gzip.compress(bytes(1 << 20), 9)
+    stacked = arrow.compress(bytes((1 << 29) + 10), "zstd", asbytes=True)
+    assert len(unpack(bomb)) == 1 << 20
+    with pytest.raises(OSError, match="unpacked it has more than 512 MiB"):
+        unpack(stacked)
+
+
+@pytest.mark.parametrize(
+    ("text", "encoding"),
+    [
+        ("load", "ascii"),
+        ("\u8f7d\u8377", "utf-8"),
+        ("\u8f7d\u8377,1", "gb18030"),
+        ("\u00d6lzulauf [\u00b0C];K\u00fcvette", "cp1252"),
+        ("Dur\u00e9e,Entr\u00e9e d'huile", "cp1252"),
+        ("load;1;2;3", "utf-16-le"),
+        ("load;1;2;3", "utf-16-be"),
+    ],
+)
+def test_encoding_is_known_without_a_mark(text: str, encoding: str) -> None:
+    assert encodings_of(text.encode(encoding))[0] == encoding
+
+
+def test_header_in_another_language_and_an_oil_by_another_name() -> None:
+    config = with_campaign(header={"oil": ["Schmierstoff", "润滑油"]}).with_changes(
+        {"oils": {"4102": {"aliases": ["Öl B-12"]}}}
+    )
+    keys = header_keys({"润滑油": "Öl B-12", "load_n": "80"}, config)
+    assert keys == {"oil": "4102", "load_n": "80"}
+    for others in ({"oil": "4102"}, {"oil": "4102 / \u00f6l  b-12"}):
+        assert header_keys({"schmierstoff": "Öl B-12", **others}, config) == {"oil": "4102"}
+    contradicting = header_keys({"schmierstoff": "4102", "oil": "4050"}, config)
+    assert contradicting["oil"] == "4102 / 4050"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "delimiter", "comma", "form"),
+    [
+        ("cp1252", ";", ",", ["cp1252", "semicolon", "comma"]),
+        ("utf-8-sig", "\t", ".", ["utf-8", "tab", "point"]),
+        ("utf-16", ",", ".", ["utf-16", "comma", "point"]),
+    ],
+)
+def test_table_of_runs_names_how_a_log_was_read(
+    encoding: str, delimiter: str, comma: str, form: list[str]
+) -> None:
+    names = "time_s load_n traction_force_n ball_speed_rpm disc_speed_rpm Temperature[\u00b0C]"
+    config = with_campaign(columns={"inlet_temperature": {"name": "Temperature"}})
+    lines = ["# oil: 4102", names.replace(" ", delimiter), delimiter.join(["0.5"] * 6), ""]
+    log = "\n".join(lines).replace("0.5", f"0{comma}5").encode(encoding)
+    (run,) = tables.rows(ingest.ingest_logs([("log", log)], config).runs)
+    assert [run[name] for name in ("encoding", "delimiter", "decimal_mark")] == form
+
+
+ONE_OIL = type(CONFIG).of({**CONFIG.plain(), "oils": {"4050": CONFIG.plain()["oils"]["4050"]}})
+
+
+def test_one_oil_in_a_campaign_needs_no_label() -> None:
+    assert header_keys({}, ONE_OIL) == {"oil": "4050"}
+    assert header_keys({}, CONFIG) == {}
+
+
+@pytest.mark.parametrize("key", ["lubricant", "test_oil", "oil_name", "Schmierstoff", "润滑油"])
+def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) -> None:
+    for name, filed in (("4050", True), ("4102", False)):
+        log = f"# {key}: {name}\n".encode() + bad_logs.ROWS
+        reading = read_log(log, "log", ONE_OIL)[1]
+        assert bool(reading.runs) == filed
+        if not filed:
+            assert f"{key.lower()!r}: '4102'" in reading.refusals[0].reason
+    several = read_log(b"# Schmierstoff: 4102\n" + bad_logs.ROWS, "log", CONFIG)[1]
+    assert "'schmierstoff': '4102'" in several.refusals[0].reason
+    # no name of an oil
+    assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
+
+
+SLIPS = {
+    "entrainement_speed_m_s": "entrainment_speed_m_s",
+    "inlet_temprature_c": "inlet_temperature_c",
+    "laod_n": "",
+    "load": "load_n",
+    # words of their own, not slips of the pen
+    "oil_temperature_c": "",
+    "outlet_temperature_c": "",
+    "mean_hertz_pressure_gpa": "",
+    "load_no": "",
+    "operator": "",
+}
+
+
+@pytest.mark.parametrize(("key", "near"), SLIPS.items())
+def test_misspelt_key_of_a_set_point_is_named(key: str, near: str) -> None:
+    refusal = misspelt_key({key: "30"}, CONFIG)
+    assert (refusal is not None) == bool(near)
+    if refusal is not None:
+        assert repr(key) in refusal.reason and repr(near) in refusal.reason
+
+
+@pytest.mark.parametrize(
+    "key", ["geschwindigkit", "geschwindigkei_[m/s]", "schmierstof", "entrainement_speed_[mm/s]"]
+)
+def test_misspelt_word_of_the_laboratory_is_named(key: str) -> None:
+    names = {"oil": ["Schmierstoff"], "entrainment_speed_m_s": ["Geschwindigkeit"]}
+    refusal = misspelt_key({key: "30"}, with_campaign(header=names))
+    assert refusal is not None
+    assert repr(key) in refusal.reason
+
+
+@pytest.mark.parametrize("key", ["load", "max_herz_pressure_gpa"])
+def test_misspelt_key_is_let_be_where_the_set_point_is_known(key: str) -> None:
+    other = "max_hertz_pressure_gpa" if key == "load" else "load_n"
+    planned = with_campaign(set_points={other: 1.0})
+    assert misspelt_key({key: "30"}, CONFIG) is not None
+    assert misspelt_key({key: "30", other: "80"}, CONFIG) is None
+    assert misspelt_key({key: "30"}, planned) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "text", "key", "expected"),
+    [
+        ("load_kn", "0.08", "load_n", 80),
+        ("load_[kn]", "0,08", "load_n", 80),
+        ("load", "80 N", "load_n", 80),
+        ("load_n", "0.08 kN", "load_n", 80),
+        ("last_[kn]", "0.08", "load_n", 80),
+        ("max_hertz_pressure_mpa", "1250", "max_hertz_pressure_gpa", 1.25),
+        ("max_hertz_pressure", "1.25e9 Pa", "max_hertz_pressure_gpa", 1.25),
+        ("entrainment_speed_mm_s", "2500", "entrainment_speed_m_s", 2.5),
+        ("entrainment_speed_(m/s)", "2.5", "entrainment_speed_m_s", 2.5),
+        # 0 degC is 273.15 K and 32 degF by definition
+        ("inlet_temperature_k", "343.15", "inlet_temperature_c", 70),
+        ("inlet_temperature", "158 \u00b0F", "inlet_temperature_c", 70),
+        ("inlet_temperature_c", "70\u2103", "inlet_temperature_c", 70),
+    ],
+)
+def test_set_point_of_a_header_may_have_a_unit(
+    line: str, text: str, key: str, expected: float
+) -> None:
+    config = with_campaign(header={"load_n": "Last"})
+    keys = header_keys({line: text, "oil": "4102"}, config)
+    assert keys.keys() == {"oil", key}
+    assert float(keys[key]) == pytest.approx(expected, rel=1e-11)
+
+
+def test_set_points_that_agree_in_two_units_are_one() -> None:
+    assert header_keys({"load_n": "80", "load_kn": "0.08"}, CONFIG) == {"load_n": "80"}
+
+
+@pytest.mark.parametrize("line", ["load [stone]: 3", "load_n: 80 banana", "load_kn: much"])
+def test_set_point_in_an_impossible_unit_is_refused(line: str) -> None:
+    log = f"# oil: 4102\n# {line}\n".encode() + bad_logs.ROWS
+    (refusal,) = read_log(log, "log", CONFIG)[1].refusals
+    assert refusal.rule == "header"
+    assert "says load_n" in refusal.reason
+
+
+@pytest.mark.parametrize("unit", ["m", "banana", "kg", "%%", "", "N*m"])
+def test_impossible_unit_is_refused_in_words(unit: str) -> None:
+    with pytest.raises(ValueError, match="is none of N or GPa"):
+        conversion(unit, ("N", "GPa"))
+
+
+def test_file_larger_than_any_log_is_refused_and_never_read_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ingest, "LARGEST_LOG", 1000)
+    log = tmp_path / "log.csv"
+    log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
+    content = ingest.read_bytes(log)
+    assert len(content) == 1001
+    (refusal,) = ingest.read_log(content, "log.csv", CONFIG)[1].refusals
+    assert refusal.rule == "too_large"

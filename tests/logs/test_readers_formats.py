@@ -1,0 +1,162 @@
+"""What all formats owe: the same run, read from any of them, gives the same samples."""
+
+import gzip
+from typing import Any
+
+import numpy as np
+import pyarrow as arrow
+import pytest
+
+from campaigns import ROOT
+from formats import EXAMPLES, WRITERS, Example
+from oilfilm.logs.base import Reading
+from oilfilm.logs.ingest import ingest_logs, read_log
+from oilfilm.logs.registry import READERS
+from oilfilm.settings.resolved import Settings
+
+KEYS = {"oil": "4102"}
+every_format = pytest.mark.parametrize("name", WRITERS)
+every_rig = pytest.mark.parametrize("example", EXAMPLES.values(), ids=EXAMPLES)
+
+
+def every_log(test: Any) -> Any:
+    """The test for each format, with a log of each kind of rig."""
+    return every_format(every_rig(test))
+
+
+def write(example: Example, name: str, rows: int) -> bytes:
+    return WRITERS[name](example.columns(rows), example.units, KEYS)
+
+
+def read(content: bytes, config: Settings, example: Example) -> Reading:
+    return read_log(content, "log", config, example.kind)[1]
+
+
+@every_log
+def test_what_is_written_comes_back_in_si_units(
+    config: Settings, example: Example, name: str
+) -> None:
+    reader, reading = read_log(write(example, name, 200), "log", config, example.kind)
+    assert (reader, reading.rows, reading.refusals) == (name, 200, [])
+    (run,) = reading.runs
+    assert (run.run_id, run.oil, run.flaw) == ("log", "4102", None)
+    assert run.samples["row"].tolist() == list(range(1, 201))
+    for column, expected in example.samples(example.columns(200)).items():
+        # subtracting 273.15 K rounds to 3e-14
+        np.testing.assert_allclose(run.samples[column], expected, rtol=1e-12, atol=6e-14)
+    (text,) = read(write(example, "csv", 200), config, example).runs
+    np.testing.assert_equal(run.samples, text.samples)
+
+
+@every_format
+def test_set_points_of_the_header_are_those_of_the_run(config: Settings, name: str) -> None:
+    example = EXAMPLES["traction"]
+    keys = {**KEYS, "max_hertz_pressure_gpa": 1.25, "entrainment_speed_m_s": 30}
+    log = WRITERS[name](example.columns(9), example.units, keys)
+    (run,) = read(log, config, example).runs
+    assert run.nominal.max_hertz_pressure_gpa == 1.25
+    assert run.nominal.entrainment_speed_m_s == 30
+    assert run.nominal.inlet_temperature_c is None
+
+
+@every_format
+def test_settled_readings_of_a_rig_that_reverses_the_slip_are_read_as_such(
+    config: Settings, name: str
+) -> None:
+    example, rows = EXAMPLES["traction"], 9
+    both_ways = {
+        "traction_force_1": np.arange(rows) + 5.0,
+        "traction_force_2": np.arange(rows) - 7.0,
+    }
+    # TF = (TF1 - TF2)/2 = 6 N
+    values = {**example.columns(rows), "traction_force": np.full(rows, 6.0), **both_ways}
+    units = {**example.units, **dict.fromkeys(both_ways, "kN"), "traction_force": "kN"}
+    log = WRITERS[name](values, units, {**KEYS, "log_kind": "steps"})
+    (run,) = read(log, config, example).runs
+    assert (run.kind, run.flaw) == ("steps", None)
+    for column, given in both_ways.items():
+        np.testing.assert_allclose(run.samples[f"{column}_n"], 1000 * given)
+    values["traction_force_2"][4] = np.nan
+    cut = read(WRITERS[name](values, units, KEYS), config, example)
+    assert [refusal.first_row for refusal in cut.refusals] == [5]
+    assert cut.runs[0].kind == "continuous"
+
+
+@every_log
+@pytest.mark.parametrize("file", ["log.csv", "log.tdms", "log.txt", "log.parquet", "log"])
+def test_format_is_known_by_content_whatever_the_extension(
+    config: Settings, example: Example, name: str, file: str
+) -> None:
+    assert read_log(write(example, name, 5), file, config, example.kind)[0] == name
+
+
+@every_log
+def test_compressed_files_of_every_format_are_read_in_place(
+    config: Settings, example: Example, name: str
+) -> None:
+    content = write(example, name, 5)
+    for packed in (gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)):
+        reader, reading = read_log(packed, "log", config, example.kind)
+        assert (reader, len(reading.runs[0])) == (name, 5)
+        runs = ingest_logs([("plain", content), ("packed", packed)], config, example.kind).runs
+        assert runs["sha256"].nunique() == 2
+        assert runs["content_sha256"].nunique() == 1  # what refuses the copy
+
+
+@every_log
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 1e300])
+def test_row_that_is_no_measurement_is_refused_by_number(
+    config: Settings, example: Example, name: str, wrong: float
+) -> None:
+    values = example.columns(9)
+    values[example.load][3:5] = wrong
+    reading = read(WRITERS[name](values, example.units, KEYS), config, example)
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 4, 5)
+    assert reading.runs[0].samples["row"].tolist() == [1, 2, 3, 6, 7, 8, 9]
+
+
+@every_log
+def test_unusable_log_is_refused_whole_with_the_same_rules(
+    config: Settings, example: Example, name: str
+) -> None:
+    values, units, load = example.columns(7), example.units, example.load
+    lacking = {key: column for key, column in values.items() if key != load}
+    writer = WRITERS[name]
+    for content, rule, sentence in (
+        (writer(values, units, {"oil": "9999"}), "unknown_oil", "'9999'"),
+        (writer(values, units, {"note": "x"}), "header", "no property `oil`"),
+        (writer(lacking, units, KEYS), "columns", f"lacks the columns {load}"),
+        (writer(values, {**units, load: "m"}, KEYS), "columns", "'m' is none of N"),
+    ):
+        reading = read(content, config, example)
+        (refusal,) = reading.refusals
+        assert refusal.rule == rule
+        assert sentence in refusal.reason
+        assert (reading.rows, refusal.refused_rows, reading.runs) == (7, 7, [])
+
+
+@every_log
+def test_log_without_rows_says_so(config: Settings, example: Example, name: str) -> None:
+    reading = read(write(example, name, 0), config, example)
+    assert reading.rows == 0
+    assert [run for run in reading.runs if len(run)] == []
+    assert name == "csv" or [refusal.rule for refusal in reading.refusals] == ["no_rows"]
+
+
+def test_every_reader_has_its_section_in_the_guide() -> None:
+    guide = (ROOT / "data/raw/README.md").read_text(encoding="utf-8")
+    assert [name for name in READERS if f"## `{name}`" not in guide] == []
+    assert set(READERS) == {*WRITERS, "pcs"}
+
+
+def test_changed_bit_of_a_packed_log_is_found(config: Settings) -> None:
+    """Its checksum shows it, even where the text would be a log with another number."""
+    example = EXAMPLES["traction"]
+    packed = gzip.compress(write(example, "csv", 200))
+    random = np.random.default_rng(4)
+    for place in random.integers(20, len(packed), 100):
+        changed = bytearray(packed)
+        changed[place] ^= 1 << random.integers(8)
+        (refusal,) = read(bytes(changed), config, example).refusals
+        assert refusal.rule == "damaged_archive"

@@ -1,0 +1,145 @@
+"""LVM: segments, clocks, decimal marks, and files that were cut or edited."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import formats
+from oilfilm.logs.base import Flaw
+from oilfilm.logs.ingest import read_log
+from oilfilm.settings.resolved import Settings
+
+VALUES = formats.columns(40)
+
+
+def test_decimal_comma_of_a_german_labview_is_read(read) -> None:
+    (run,) = read(formats.lvm(VALUES, mark=",")).runs
+    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
+
+
+def test_comma_as_separator_is_read(read) -> None:
+    text = formats.lvm(VALUES).decode().replace("Separator\tTab", "Separator\tComma")
+    (run,) = read(text.replace("\t", ",")).runs
+    assert len(run) == 40
+
+
+def test_segments_are_runs_with_set_points_in_their_notes(read) -> None:
+    lines = formats.lvm_header({"oil": "4102"})
+    lines += formats.lvm_segment(VALUES, formats.UNITS, ".", "inlet_temperature_c: 25")
+    lines += formats.lvm_segment(VALUES, formats.UNITS, ".", "inlet_temperature_c: 70")
+    reading = read("\n".join(lines))
+    assert [run.run_id for run in reading.runs] == ["log:segment1", "log:segment2"]
+    assert [run.nominal.inlet_temperature_c for run in reading.runs] == [25, 70]
+    assert reading.runs[1].samples["row"].tolist() == list(range(41, 81))
+
+
+def test_header_keys_may_be_fields_of_their_own(read) -> None:
+    text = formats.lvm(VALUES, keys={}).decode()
+    (run,) = read(text.replace("Time_Pref", "oil\t4102\r\nTime_Pref")).runs
+    assert run.oil == "4102"
+
+
+def test_without_an_x_column_time_follows_from_the_sampling_interval(read) -> None:
+    text = formats.lvm(VALUES).decode().replace("X_Columns\tOne", "X_Columns\tNo")
+    head, names, rows = text.partition("X_Value")
+    lines = rows.split("\r\n")
+    lines[1:-1] = ["\t" + line.split("\t", 1)[1] for line in lines[1:-1]]
+    (run,) = read(head + names + "\r\n".join(lines)).runs
+    np.testing.assert_allclose(run.samples["time_s"], VALUES["time"], rtol=1e-12)
+    assert len(run) == 40
+
+
+def multi(clock: np.ndarray) -> str:
+    """A file in which each channel has an X column; `clock` is the one of the last."""
+    names = [name for name in VALUES if name != "time"]
+    clocks = [*4 * [VALUES["time"]], clock]
+    cells = [column for name, x in zip(names, clocks, strict=True) for column in (x, VALUES[name])]
+    lines = formats.lvm_header(formats.KEYS, x_columns="Multi")
+    lines += [
+        "Channels\t5",
+        "Y_Unit_Label\t" + "\t\t".join(formats.UNITS[name] for name in names),
+        "***End_of_Header***",
+        "\t".join(f"X_Value\t{name}" for name in names) + "\tComment",
+        *("\t".join(map(repr, row)) for row in np.column_stack(cells).tolist()),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def test_x_column_of_each_channel_is_read_where_the_clocks_agree(read) -> None:
+    (run,) = read(multi(VALUES["time"])).runs
+    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
+    (refusal,) = read(multi(VALUES["time"] + 0.01)).refusals
+    assert "lacks the columns time" in refusal.reason
+
+
+def test_file_cut_in_mid_row_is_flawed_and_keeps_its_good_rows(read) -> None:
+    content = formats.lvm(VALUES)
+    cut = content[: content.rindex(b"\t") - 60]
+    reading = read(cut)
+    assert [refusal.rule for refusal in reading.refusals] == ["cut_row"]
+    assert reading.runs[0].flaw.rule == "truncated"
+    assert reading.rows == len(reading.runs[0]) + 1
+
+
+def test_file_cut_at_a_line_end_is_noticed_by_the_announced_samples(read) -> None:
+    content = formats.lvm(VALUES)
+    (run,) = read(b"".join(content.splitlines(keepends=True)[:-3])).runs
+    assert run.flaw == Flaw("truncated", "the segment announces 40 samples and holds 37")
+
+
+@pytest.mark.parametrize(
+    "bad", ["oops", "1.0\t2.0", "\t\t\t", "***End_of_Header***", "1_0\t1\t1\t1\t1\t1", 9 * "1\t"]
+)
+def test_bad_row_is_refused_by_number_and_its_neighbours_are_kept(read, bad: str) -> None:
+    lines = formats.lvm(VALUES).decode().split("\r\n")
+    lines.insert(-3, bad)
+    reading = read("\n".join(lines))
+    assert [(r.rule, r.first_row, r.last_row) for r in reading.refusals] == [
+        ("unreadable_row", 39, 39)
+    ]
+    assert (reading.rows, len(reading.runs[0])) == (41, 40)
+
+
+def test_empty_line_between_rows_loses_none(read) -> None:
+    lines = formats.lvm(VALUES).decode().split("\r\n")
+    lines.insert(-3, "")
+    reading = read("\n".join(lines))
+    assert (reading.rows, reading.refusals, len(reading.runs[0])) == (40, [], 40)
+
+
+def test_comments_beside_rows_are_no_numbers_and_do_no_harm(read) -> None:
+    lines = formats.lvm(VALUES).decode().split("\r\n")
+    lines[-3] += "\ta note"
+    assert len(read("\n".join(lines)).runs[0]) == 40
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_rows_of_numbers_alone_are_read_as_lvm_read_reads_them(read, mark: str) -> None:
+    text = formats.lvm(VALUES, mark=mark).decode()
+    (alone,) = read(text).runs
+    # a comment gives the rows to lvm-read
+    (beside,) = read(text.removesuffix("\r\n") + "\tswitched off\r\n").runs
+    for name, column in alone.samples.items():
+        np.testing.assert_array_equal(column, beside.samples[name])
+
+
+def test_header_cells_are_never_evaluated(read) -> None:
+    content = formats.lvm(VALUES).replace(b"Channels\t5", b"Channels\t" + 9000 * b"(")
+    assert len(read(content).runs[0]) == 40
+
+
+def test_pickle_beside_a_log_is_neither_read_nor_written(
+    config: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("a pickle was touched")
+
+    (tmp_path / "log.pkl").write_bytes(pickle.dumps({}))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pickle.load", refuse)
+    monkeypatch.setattr("pickle.dump", refuse)
+    assert read_log(formats.lvm(VALUES), "log", config)[1].rows == 40
+    assert [path.name for path in tmp_path.iterdir()] == ["log.pkl"]

@@ -1,0 +1,157 @@
+"""Parquet: types, metadata, own tables, and files made to fill the memory."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+import pytest
+
+import formats
+from oilfilm import tables
+from oilfilm.logs.base import LARGEST_LOG
+
+VALUES = formats.columns(40)
+
+
+def with_load(column: Any) -> bytes:
+    table = formats.table(VALUES)
+    column_number = table.schema.get_field_index("load")
+    field = arrow.field("load", column.type, metadata={"unit": "N"})
+    return formats.parquet_file(table.set_column(column_number, field, column))
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        arrow.array(range(40), arrow.int32()),
+        arrow.array(range(40), arrow.uint8()),
+        arrow.array(map(float, range(40)), arrow.float32()),
+        arrow.array(range(40), arrow.int64()).cast(arrow.decimal128(38, 3)),
+    ],
+)
+def test_numbers_of_any_width_are_read(read, column: Any) -> None:
+    assert read(with_load(column)).runs[0].samples["load_n"].tolist() == list(range(40))
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        arrow.array(40 * ["80.1"]),
+        arrow.array(40 * [[1.0]]),
+        arrow.array(40 * [{"a": 1.0}]),
+        arrow.array(40 * [True]),
+        arrow.array(40 * [b"x"]),
+        arrow.nulls(40),
+    ],
+)
+def test_column_of_anything_else_is_refused_in_words(read, column: Any) -> None:
+    reading = read(with_load(column))
+    (refusal,) = reading.refusals
+    assert refusal.rule == "columns"
+    assert "'load' does not hold numbers" in refusal.reason
+    assert (reading.rows, refusal.refused_rows) == (40, 40)
+
+
+def test_bit_changed_in_a_page_with_a_checksum_is_found(read) -> None:
+    """The digit stays a plausible load: only the checksum shows it."""
+    load = np.arange(80.0, 81.0, 0.025)
+    table = formats.table(VALUES)
+    field = arrow.field("load", arrow.float64(), metadata={"unit": "N"})
+    table = table.set_column(table.schema.get_field_index("load"), field, arrow.array(load))
+    for checksums in (True, False):
+        buffer = io.BytesIO()
+        parquet.write_table(
+            table,
+            buffer,
+            compression="none",
+            use_dictionary=False,
+            write_page_checksum=checksums,
+        )
+        content = bytearray(buffer.getvalue())
+        place = content.index(load.tobytes())
+        content[place + 8 * 20 + 6] ^= 1  # of the twentieth row's 80.5
+        reading = read(bytes(content))
+        if checksums:
+            assert [refusal.rule for refusal in reading.refusals] == ["damaged_file"]
+        else:
+            changed = reading.runs[0].samples["load_n"][20]
+            assert changed != load[20]
+            assert 80 < changed < 90
+
+
+def test_nulls_are_refused_by_row(read) -> None:
+    reading = read(with_load(arrow.array([*range(38), None, None], arrow.int64())))
+    assert [(r.rule, r.first_row, r.last_row) for r in reading.refusals] == [
+        ("unreadable_row", 39, 40)
+    ]
+    assert len(reading.runs[0]) == 38
+
+
+def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:
+    frame = pd.DataFrame(
+        {
+            "time": pd.Timestamp("2026-01-10T08:00:00") + pd.to_timedelta(VALUES["time"], "s"),
+            "Load [kgf]": VALUES["load"],
+            "traction_force_n": VALUES["traction_force"],
+            "ball_speed_rpm": VALUES["ball_speed"],
+            "disc_speed_rpm": VALUES["disc_speed"],
+            "inlet_temperature_c": VALUES["inlet_temperature"],
+        }
+    )
+    frame.attrs = {"oil": 4102, "max_hertz_pressure_gpa": 1.25, "simulated": False}
+    buffer = io.BytesIO()
+    frame.to_parquet(buffer)
+    (run,) = read(buffer.getvalue()).runs
+    np.testing.assert_allclose(run.samples["time_s"], VALUES["time"], atol=1e-9)
+    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
+    assert run.nominal.max_hertz_pressure_gpa == 1.25
+
+
+def test_other_columns_of_any_type_are_not_read(read) -> None:
+    table = formats.table(VALUES).append_column("note", arrow.array(40 * [{"a": ["x"]}]))
+    assert len(read(formats.parquet_file(table)).runs[0]) == 40
+
+
+def test_doubled_column_is_refused(read) -> None:
+    table = formats.table(VALUES).append_column("Load", arrow.array(VALUES["load"]))
+    (refusal,) = read(formats.parquet_file(table)).refusals
+    assert "repeats the column 'load'" in refusal.reason
+
+
+def test_table_of_oilfilm_itself_is_refused(read, tmp_path: Path) -> None:
+    path = tmp_path / "samples.parquet"
+    about = {"campaign": "demo", "data": "simulated"}
+    tables.write(tables.empty("samples"), "samples", path, about)
+    (refusal,) = read(path.read_bytes()).refusals
+    assert refusal.rule == "own_table"
+    assert "oilfilm made itself" in refusal.reason
+
+
+@pytest.mark.parametrize("kept", [4, 8, 100, 1000, -1, -8, -200])
+def test_cut_file_is_refused_in_words(read, kept: int) -> None:
+    (refusal,) = read(formats.as_parquet(VALUES)[:kept]).refusals
+    assert refusal.rule == "damaged_file"
+    assert "\n" not in refusal.reason
+
+
+def test_file_that_unfolds_to_more_than_any_log_is_refused_unread(
+    read, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # constant columns: a few kilobytes hold more than the largest log
+    rows = LARGEST_LOG // 48 // 16 + 1
+    column = arrow.DictionaryArray.from_arrays(arrow.array(np.zeros(rows, np.int8)), [1.0])
+    piece = arrow.table(dict.fromkeys(VALUES, column)).cast(
+        arrow.schema([(name, arrow.float64()) for name in VALUES])
+    )
+    buffer = io.BytesIO()
+    with parquet.ParquetWriter(buffer, piece.schema, compression="zstd") as writer:
+        for _ in range(16):
+            writer.write_table(piece)
+    assert len(buffer.getvalue()) < 1 << 20
+    monkeypatch.setattr(parquet.ParquetFile, "read", None)
+    (refusal,) = read(buffer.getvalue()).refusals
+    assert "would unfold to 512 MiB" in refusal.reason

@@ -1,0 +1,190 @@
+"""PCS exports: of measured curves and planted films, as published, and with damaged rows."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bad_logs import PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
+from campaigns import Campaign, carry_logs
+from oilfilm.curation.curate import check_logs
+from oilfilm.logs.base import Reading
+from oilfilm.logs.ingest import read_log
+from pcs_exports import FILM_EXPONENT, WRONG_ORDERS, film_export, traction_export
+
+
+def read(content: bytes) -> Reading:
+    return read_log(content, "log.txt", PCS_CONFIG)[1]
+
+
+@pytest.fixture(scope="module")
+def exported() -> Campaign:
+    """The measured curves as an ETM exports them, curated."""
+    return carried(traction_export())
+
+
+def carried(content: bytes) -> Campaign:
+    return carry_logs(PCS_CONFIG, [("export.txt", content)])
+
+
+def of_steps(table: pd.DataFrame, numbers: str) -> pd.DataFrame:
+    """A table of one campaign in the order of steps and rows, by step instead of run."""
+    step = table["run_id"].astype(str).str.extract(r"step(\d+)")[0].astype(int)
+    by_step = table.assign(run_id=step).sort_values(["run_id", numbers], ignore_index=True)
+    rows = by_step.groupby("run_id").cumcount() + 1
+    counted = {name: rows for name in ("row", "first_row", "last_row") if name in by_step}
+    return by_step.assign(**counted)
+
+
+def assert_same_curves(export: Campaign, shipped: Campaign) -> None:
+    """The csv form holds every number of the export, and curation finds the same points."""
+    for table, numbers in (("samples", "row"), ("points", "first_row")):
+        of_export, of_csv = (
+            of_steps(
+                campaign.ingested.all_samples() if table == "samples" else campaign.curated.points,
+                numbers,
+            )
+            for campaign in (export, shipped)
+        )
+        # mm/s become m/s in another order of operations: the last bits may differ
+        pd.testing.assert_frame_equal(of_export, of_csv, rtol=1e-12, atol=1e-15)
+
+
+def test_export_keeps_every_row_or_lists_it(exported: Campaign) -> None:
+    # 20 560 data rows: 500 sweeps of 41 and one timed step of 60 (docs/physics.md, PCS logs)
+    (samples,) = exported.ingested.samples.values()
+    assert (len(exported.ingested.runs), len(samples)) == (500, 20_500)
+    assert len(samples) + exported.curated.quarantine["refused_rows"].sum() == 20_560
+    timed = exported.curated.quarantine.query("rule == 'not_a_sweep'")
+    assert timed["refused_rows"].tolist() == [60]
+
+
+def test_step_dated_after_the_next_one_is_flagged(exported: Campaign) -> None:
+    misdated = exported.curated.quarantine.query("rule == 'misdated_step'")
+    assert len(misdated) == 1
+    assert "step 1 is dated 10/05/2019" in misdated["reason"].iloc[0]
+
+
+def test_export_and_csv_of_the_same_readings_give_the_same_points(
+    exported: Campaign, etm: Campaign
+) -> None:
+    assert_same_curves(exported, etm)
+
+
+def test_export_as_published_gives_the_points_of_the_csv_that_ship(
+    real_pcs: Path, etm: Campaign
+) -> None:
+    published = carried((real_pcs / "ETM_slim_mapper.txt").read_bytes())
+    assert_same_curves(published, etm)
+    listed = published.curated.quarantine
+    assert sorted(listed["rule"]) == ["misdated_step", "not_a_sweep"]
+    assert listed["refused_rows"].sum() == 60
+
+
+def film_slopes(reading: Reading, thickest_um: float) -> list[float]:
+    """Slopes d ln h/d ln U of each step, films of a few nm and of a wrong order left out."""
+    slopes = []
+    for run in reading.runs:
+        film = run.samples["measured_film_thickness_um"]
+        speed = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
+        good = (film < thickest_um) & (film > 0.008)
+        slopes.append(float(np.polyfit(np.log(speed[good]), np.log(film[good]), 1)[0]))
+    return slopes
+
+
+def test_films_of_an_export_keep_their_planted_exponent() -> None:
+    reading = read(film_export())
+    assert [len(run) for run in reading.runs] == [31, 31, 31]  # 40, 60 and 80 degC
+    *sound, wrong_orders = film_slopes(reading, 1.0)
+    np.testing.assert_allclose(sound, FILM_EXPONENT, atol=0.002)
+    assert abs(wrong_orders - FILM_EXPONENT) > 0.05
+
+
+def test_films_of_a_wrong_fringe_order_are_found_in_an_export() -> None:
+    points = carried(film_export()).curated.points
+    off = points["failed_gates"].str.contains("film_off_trend").to_numpy()
+    expected = np.zeros(93, dtype=bool)
+    expected[62:][WRONG_ORDERS] = True
+    np.testing.assert_array_equal(off, expected)
+
+
+def test_film_export_as_published_has_its_slopes_and_its_wrong_orders(real_pcs: Path) -> None:
+    content = (real_pcs / "demo_12.txt").read_bytes()
+    reading = read(content)
+    assert reading.rows == 94
+    # docs/physics.md, PCS logs: slopes at 40, 60, 80 degC; seven wrong orders, 228 to 251 nm
+    np.testing.assert_allclose(film_slopes(reading, 0.2), [0.74, 0.72, 0.78], atol=0.01)
+    points = carried(content).curated.points
+    off = points[points["failed_gates"].str.contains("film_off_trend")]
+    assert len(off) == 7
+    assert off["measured_film_thickness_um"].between(0.228, 0.252).all()
+
+
+def test_good_row_becomes_a_sample() -> None:
+    (run,) = read(pcs(PCS_ROW)).runs
+    sample = {name: values[0] for name, values in run.samples.items()}
+    assert sample["ball_speed_m_s"] == pytest.approx(0.0225)
+    assert sample["disc_speed_m_s"] == pytest.approx(0.0275)
+    assert sample["traction_force_n"] == 50
+    assert run.kind == "steps"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("50.0000\t0.0500", "60.0000\t0.0600"),  # TF is not (TF1 - TF2)/2
+        ("50.0000\t0.0500", "50.0000\t0.0700"),  # coefficient is not |TF|/W
+        ("25.00\t5.00", "26.00\t5.00"),  # rolling speed is not the mean
+        ("25.00\t5.00", "25.00\t6.00"),  # sliding speed is not the difference
+        ("5.00\t20.000", "5.00\t22.000"),  # SRR is not 100 sliding/rolling
+    ],
+)
+def test_row_that_contradicts_itself_is_refused(old: str, new: str) -> None:
+    assert old in PCS_ROW
+    reading = read(pcs(PCS_ROW, PCS_ROW.replace(old, new), PCS_ROW))
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("identity_broken", 2, 2)
+    assert reading.runs[0].samples["row"].tolist() == [1, 3]
+
+
+HALF_A_ROW = "\t".join(PCS_ROW.split("\t")[:2])
+
+
+@pytest.mark.parametrize(
+    ("log", "rows"),
+    [
+        (pcs(PCS_ROW, PCS_ROW).partition(b"0\n\nAll")[0], 2),
+        (pcs(PCS_ROW, HALF_A_ROW, PCS_ROW), 3),
+    ],
+)
+def test_cut_row_is_counted_and_refused(log: bytes, rows: int) -> None:
+    reading = read(log)
+    assert reading.rows == rows
+    assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
+
+
+def test_degree_sign_of_western_windows_is_understood() -> None:
+    content = pcs(PCS_ROW).decode().replace("Lube RTD Temp (degC)", "Lube Temp (°C)")
+    (run,) = read(content.encode("cp1252")).runs
+    assert np.isfinite(run.samples["inlet_temperature_c"]).all()
+
+
+def test_table_without_its_line_of_names_is_refused_row_by_row() -> None:
+    lines = traction_export(range(2, 13)).split(b"\n")
+    names = [number for number, line in enumerate(lines) if b"Step Time (s)" in line]
+    starts = [number for number, line in enumerate(lines) if b" started at " in line]
+    for damaged in (names[5], next(start for start in starts if start > names[5])):
+        spoiled = b"\n".join([*lines[:damaged], b"#?", *lines[damaged + 1 :]])
+        reading = read_log(spoiled, "log", PCS_CONFIG)[1]
+        assert reading.rows == 60 + 10 * 41  # a timed step and ten sweeps
+        rows = np.concatenate([run.samples["row"] for run in reading.runs])
+        assert len(np.unique(rows)) == len(rows)
+
+
+def test_export_without_a_temperature_is_judged_by_the_other_gates() -> None:
+    rows = [PCS_ROW.replace("\t6\t", f"\t{6 * step}\t") for step in range(1, 9)]
+    table = PCS_TABLE.replace("Lube RTD Temp (degC)", "Room")
+    verdict = check_logs([("log", pcs(*rows, table=table))], PCS_CONFIG)
+    assert verdict.runs["reason"].tolist() == [""]
+    assert verdict.points["inlet_temperature_c"].isna().all()

@@ -1,0 +1,174 @@
+"""TDMS: groups, properties, clocks, and files that were not written to their end."""
+
+import struct
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, GroupObject, RootObject
+
+import formats
+from oilfilm.logs.tdms import _check_claims
+
+
+def without_time(rows: int, properties: list[dict[str, float]]) -> bytes:
+    values = {name: column for name, column in formats.columns(rows).items() if name != "time"}
+    channels = [
+        ChannelObject("run", name, column, {"unit_string": formats.UNITS[name], **clock})
+        for (name, column), clock in zip(values.items(), properties, strict=True)
+    ]
+    return formats.tdms_file([RootObject(formats.KEYS), *channels])
+
+
+def test_groups_are_runs_with_their_own_set_points_and_rows_counted_through(read) -> None:
+    first, second = formats.columns(30), formats.columns(20)
+    content = formats.tdms_file(
+        [
+            RootObject({"oil": "4102"}),
+            GroupObject("cold", {"inlet_temperature_c": 25.0}),
+            *formats.tdms_channels("cold", first),
+            GroupObject("hot", {"inlet_temperature_c": 70}),
+            *formats.tdms_channels("hot", second),
+        ]
+    )
+    reading = read(content)
+    assert [run.run_id for run in reading.runs] == ["log:cold", "log:hot"]
+    assert [run.nominal.inlet_temperature_c for run in reading.runs] == [25, 70]
+    assert reading.runs[1].samples["row"].tolist() == list(range(31, 51))
+    assert reading.rows == 50
+
+
+def test_group_that_is_no_run_is_listed_and_the_others_are_used(read) -> None:
+    content = formats.tdms_file(
+        [
+            RootObject(formats.KEYS),
+            GroupObject("run"),
+            *formats.tdms_channels("run", formats.columns(30)),
+            GroupObject("notes"),
+            ChannelObject("notes", "humidity", np.arange(4.0)),
+        ]
+    )
+    reading = read(content)
+    assert [run.run_id for run in reading.runs] == ["log:run"]
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.run_id, refusal.refused_rows) == ("columns", "log:notes", 4)
+    assert (refusal.first_row, refusal.last_row) == (31, 34)
+
+
+def test_time_follows_from_the_sampling_interval_where_no_channel_has_it(read) -> None:
+    clock = {"wf_increment": 0.02, "wf_start_offset": 1.5}
+    (run,) = read(without_time(40, 5 * [clock])).runs
+    np.testing.assert_allclose(run.samples["time_s"], 1.5 + 0.02 * np.arange(40), rtol=1e-12)
+
+
+def test_channels_with_clocks_of_their_own_give_no_time(read) -> None:
+    clocks = [{"wf_increment": 0.02}, *4 * [{"wf_increment": 0.04}]]
+    (refusal,) = read(without_time(40, clocks)).refusals
+    assert "lacks the columns time" in refusal.reason
+
+
+def test_instants_become_seconds_since_the_first(read) -> None:
+    values = formats.columns(10)
+    instants = np.datetime64("2026-01-10T08:00:00", "us") + np.arange(10) * np.timedelta64(20, "ms")
+    (run,) = read(formats.tdms({**values, "time": instants})).runs
+    np.testing.assert_allclose(run.samples["time_s"], 0.02 * np.arange(10), atol=1e-12)
+
+
+def test_rows_that_only_some_channels_have_are_refused_by_range(read) -> None:
+    values = formats.columns(50)
+    values["load"] = values["load"][:44]
+    reading = read(formats.tdms(values))
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unequal_channels", 45, 50)
+    assert "load 44" in refusal.reason
+    assert (reading.rows, len(reading.runs[0])) == (50, 44)
+
+
+def test_channels_that_mean_nothing_may_be_of_any_length_and_type(read) -> None:
+    values = {**formats.columns(50), "vibration": np.arange(999.0), "who": np.array(["a", "b"])}
+    reading = read(formats.tdms(values))
+    assert (reading.rows, reading.refusals, len(reading.runs[0])) == (50, [], 50)
+
+
+def test_log_written_in_many_segments_is_one_run(read) -> None:
+    values = formats.columns(60)
+    (run,) = read(formats.tdms(values, segments=6)).runs
+    assert run.samples["time_s"].tolist() == values["time"].tolist()
+
+
+@pytest.mark.parametrize("share", [0.35, 0.5, 0.65, 0.8, 0.95, 0.999])
+def test_incomplete_final_segment_is_reported_and_the_rows_before_it_are_kept(
+    read, share: float
+) -> None:
+    values = formats.columns(600)
+    content = formats.tdms(values, segments=10)
+    reading = read(content[: int(share * len(content))])
+    (run,) = reading.runs
+    assert run.flaw.reason.startswith("the file ends within segment")
+    kept = len(run)
+    # complete segments of 60 rows, and of the last one what its last channel still got
+    complete = (int(run.flaw.reason.split("segment ")[1].split(",")[0]) - 2) * 60
+    assert 0 < complete <= kept < complete + 60
+    assert run.samples["time_s"].tolist() == values["time"][:kept].tolist()
+    np.testing.assert_allclose(run.samples["load_n"] / 9.80665, values["load"][:kept], rtol=1e-12)
+    assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.rows
+
+
+def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
+    content = formats.tdms(formats.columns(600), segments=2)
+    for extra in (b"TDSm", b"TD", b"TDSm" + bytes(20)):
+        (run,) = read(content + extra).runs
+        assert run.flaw.rule == "truncated"
+        assert len(run) == 600
+
+
+def test_segment_of_unknown_length_counts_as_truncated(read) -> None:
+    # what LabVIEW leaves behind when it is killed
+    content = formats.tdms(formats.columns(60))
+    length = content.rindex(b"TDSm") + 12
+    (run,) = read(content[:length] + b"\xff" * 8 + content[length + 8 :]).runs
+    assert run.flaw.rule == "truncated"
+    assert len(run) == 60
+
+
+@pytest.mark.parametrize("kept", [4, 20, 28, 60, 200])
+def test_file_cut_before_its_first_row_is_refused_in_words(read, kept: int) -> None:
+    (refusal,) = read(formats.tdms(formats.columns(60))[:kept]).refusals
+    assert refusal.rule in {"damaged_file", "no_rows"}
+    assert "\n" not in refusal.reason
+
+
+def test_absurd_count_of_values_neither_fills_the_memory_nor_invents_rows(read) -> None:
+    content = formats.tdms(formats.columns(60))
+    reading = read(content.replace(struct.pack("<Q", 60), struct.pack("<Q", 1 << 40)))
+    assert reading.rows <= 60
+
+
+def test_more_values_than_bytes_are_refused_before_they_are_made() -> None:
+    class Claim:
+        properties: ClassVar[dict[str, Any]] = {}
+
+        def __len__(self) -> int:
+            return 1 << 40
+
+    with pytest.raises(ValueError, match="claims 1099511627776 values in 9 bytes"):
+        _check_claims([Claim()], [], b"123456789")
+
+
+@pytest.mark.parametrize("name", ["NI_Number_Of_Scales", "NI_Scale[0]_Table_Scaled_Values_Size"])
+def test_scalings_without_end_are_refused(read, name: str) -> None:
+    channels = formats.tdms_channels("run", formats.columns(9))
+    channels[0].properties[name] = 1 << 60
+    (refusal,) = read(formats.tdms_file([RootObject(formats.KEYS), *channels])).refusals
+    assert refusal.rule == "damaged_file"
+    assert name in refusal.reason
+
+
+def test_group_names_are_made_printable_and_stay_apart(read) -> None:
+    values = formats.columns(3)
+    names = ["a\x1b", "a\x07", "../../etc"]
+    segment = [
+        item for name in names for item in (GroupObject(name), *formats.tdms_channels(name, values))
+    ]
+    runs = read(formats.tdms_file([RootObject(formats.KEYS), *segment])).runs
+    assert [run.run_id for run in runs] == ["log:a?", "log:a?-2", "log:../../etc"]

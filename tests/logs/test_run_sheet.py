@@ -1,0 +1,483 @@
+"""The run sheet: what it says beats headers, and every mistake in it is named."""
+
+import gzip
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+import pyarrow as arrow
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nptdms import GroupObject, RootObject
+
+import formats
+import torque_logs
+from bad_logs import CONFIG, KEYS, PCS_ROW, UNITS, csv, good, pcs
+from campaigns import lay_out
+from oilfilm.cli import main
+from oilfilm.curation.curate import check_logs
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.errors import OilfilmError
+from oilfilm.logs.base import Nominal
+from oilfilm.logs.ingest import Ingested, ingest_logs
+from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.raw_files import find_sheet, raw_files
+from oilfilm.logs.run_sheet import RunSheet
+from oilfilm.logs.sheet_file import read_run_sheet
+from oilfilm.logs.torque_log import TORQUE
+from oilfilm.logs.traction_log import TRACTION
+from oilfilm.settings.resolved import Settings
+
+NO_KEYS: Mapping[str, Any] = {}
+BARE = csv(oil=None, max_hertz_pressure_gpa=None, entrainment_speed_m_s=None,
+    inlet_temperature_c=None)  # fmt: skip
+HEAD = "file,oil,max_hertz_pressure_gpa,entrainment_speed_m_s,inlet_temperature_c\n"
+SET_POINTS = "1.25,30,70"
+
+
+def sheet(
+    text: str | bytes,
+    files: Sequence[str] = ("a.csv",),
+    settings: Settings = CONFIG,
+    kind: LogKind = TRACTION,
+) -> RunSheet:
+    content = text.encode() if isinstance(text, str) else text
+    return read_run_sheet(content, Path("runs.csv"), files, settings, kind)
+
+
+def ingested(text: str | bytes, logs: Mapping[str, bytes], settings: Settings = CONFIG) -> Ingested:
+    return ingest_logs(logs.items(), settings, TRACTION, sheet(text, list(logs), settings))
+
+
+def nominal(run: Mapping[str, Any]) -> list[float]:
+    names = Nominal.__dataclass_fields__
+    return [run[f"nominal_{name}"] for name in names if name != "load_n"]
+
+
+def zstd(log: bytes) -> bytes:
+    return bytes(arrow.compress(log, "zstd", True))
+
+
+@pytest.mark.parametrize("name", formats.WRITERS)
+@pytest.mark.parametrize("pack", [bytes, gzip.compress, zstd])
+def test_log_without_header_becomes_the_run_that_its_row_describes(name: str, pack: Any) -> None:
+    bare, labelled = (formats.WRITERS[name](good(), UNITS, keys) for keys in (NO_KEYS, KEYS))
+    found = ingested(f"{HEAD}a.log,4102,{SET_POINTS}\n", {"a.log": pack(bare)})
+    expected = ingest_logs([("a.log", labelled)], CONFIG)
+    assert found.quarantine.empty
+    own = ["sha256", "content_sha256"]
+    assert found.runs.drop(columns=own).equals(expected.runs.drop(columns=own))
+    assert found.all_samples().equals(expected.all_samples())
+
+
+def workbook(*rows: Sequence[Any]) -> bytes:
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.active.append(row)
+    buffer = io.BytesIO()
+    book.save(buffer)
+    return buffer.getvalue()
+
+
+GERMAN = {
+    "campaign": {
+        "header": {
+            "file": "Datei",
+            "oil": ["Schmierstoff", "Öl"],
+            "exclude": "Ausschluss",
+            "remarks": ["Bemerkung", "Prüfer"],
+            "max_hertz_pressure_gpa": "Pressung",
+            "entrainment_speed_m_s": "Rollgeschwindigkeit",
+            "inlet_temperature_c": "Öltemperatur",
+        }
+    }
+}
+GERMAN_TEXT = (
+    "Datei;Öl;Pressung;Rollgeschwindigkeit;Öltemperatur;Ausschluss;Prüfer\r\n"
+    "Übung.csv;4102;1,25;30,0;70;;Müller\r\n"
+)
+CHINESE = {
+    "campaign": {
+        "header": {
+            "file": "文件",
+            "oil": "润滑油",
+            "max_hertz_pressure_gpa": "最大接触压力",
+            "entrainment_speed_m_s": "卷吸速度",
+            "inlet_temperature_c": "入口温度",
+        }
+    }
+}
+CHINESE_TEXT = "文件\t润滑油\t最大接触压力\t卷吸速度\t入口温度\n试验.csv\t4102\t1.25\t30\t70\n"
+ROW = f"a.csv,4102,{SET_POINTS}\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "file", "changes"),
+    [
+        (GERMAN_TEXT.encode("cp1252"), "Übung.csv", GERMAN),
+        (GERMAN_TEXT.encode("utf-8-sig"), "Übung.csv", GERMAN),
+        (("sep=;\r\n" + GERMAN_TEXT).encode("cp1252"), "Übung.csv", GERMAN),
+        # a Mac writes an umlaut in a name of a file as two characters
+        (GERMAN_TEXT.encode("cp1252"), "U\u0308bung.csv", GERMAN),
+        (CHINESE_TEXT.encode("gb18030"), "试验.csv", CHINESE),
+        (CHINESE_TEXT.encode("utf-16"), "试验.csv", CHINESE),
+        ((HEAD + ROW).replace("\n", "\r").encode(), "a.csv", {}),
+        (f"# runs of June\n\n{HEAD}\n{ROW}".encode(), "a.csv", {}),
+        ((HEAD + ROW).replace(",", "|").encode(), "a.csv", {}),
+        (
+            workbook([*HEAD.strip().split(",")], ["a.csv", 4102, 1.25, 30.0, 70]),
+            "a.csv",
+            {},
+        ),
+    ],
+)
+def test_sheet_is_read_in_every_language_and_encoding(
+    content: bytes, file: str, changes: Mapping[str, Any]
+) -> None:
+    found = ingested(content, {file: BARE}, CONFIG.with_changes(changes))
+    assert found.quarantine.empty
+    (run,) = found.runs.to_dict("records")
+    assert (run["oil"], nominal(run)) == ("4102", [1.25, 30, 70])
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "value"),
+    [
+        # 1 kgf = 9.80665 N, 0 degC = 273.15 K by definition
+        ("file,oil,load [kgf]\na.csv,4102,8", "load_n", 78.4532),
+        ("file,oil,load\n,,kN\na.csv,4102,0.08", "load_n", 80),
+        ("file,oil,Last [kN]\na.csv,4102,0.08", "load_n", 80),
+        ("file,oil,Last\na.csv,4102,80", "load_n", 80),
+        ("file,oil,Last\uff08kN\uff09\na.csv,4102,0.08", "load_n", 80),
+        ("file,oil,load_kN\na.csv,4102,0.08", "load_n", 80),
+        ("file,oil,entrainment_speed_mm_s\na.csv,4102,30000", "entrainment_speed_m_s", 30),
+        ("file,oil,load [MPa]\na.csv,4102,1250", "max_hertz_pressure_gpa", 1.25),
+        ("file,oil,max_hertz_pressure [MPa]\na.csv,4102,1250", "max_hertz_pressure_gpa", 1.25),
+        ("file,oil,max_hertz_pressure [Pa]\na.csv,4102,1.25e9", "max_hertz_pressure_gpa", 1.25),
+        ("file,oil,entrainment_speed (mm/s)\na.csv,4102,30000", "entrainment_speed_m_s", 30),
+        ("file,oil,inlet_temperature\n-,-,K\na.csv,4102,343.15", "inlet_temperature_c", 70),
+        ("file,oil,inlet_temperature_c\na.csv,4102,-5", "inlet_temperature_c", -5),
+    ],
+)
+def test_set_point_is_converted_from_the_unit_of_its_column(
+    text: str, key: str, value: float
+) -> None:
+    settings = CONFIG.with_changes({"campaign": {"header": {"load_n": "Last"}}})
+    (run,) = ingested(text, {"a.csv": BARE}, settings).runs.to_dict("records")
+    assert run[f"nominal_{key}"] == pytest.approx(value, rel=1e-9)
+
+
+def test_alias_of_an_oil_is_known_to_the_sheet() -> None:
+    settings = CONFIG.with_changes({"oils": {"4102": {"aliases": ["Öl Nr. 3"]}}})
+    found = ingested("file;oil\na.csv;Öl Nr. 3\n", {"a.csv": BARE}, settings)
+    assert found.runs["oil"].tolist() == ["4102"]
+
+
+@pytest.mark.parametrize(
+    ("given", "logged", "named"),
+    [
+        (HEAD + f"a.csv,4050,{SET_POINTS}", {}, "oil 4050 (header: oil '4102')"),
+        (HEAD + "a.csv,4102,1.5,30,70", {}, "1.5 (header: max_hertz_pressure_gpa '1.25')"),
+        (HEAD + "a.csv,4102,1.25,30,50", {}, "50 (header: inlet_temperature_c '70')"),
+        (HEAD + ROW, {"oil": "mystery"}, "oil 4102 (header: oil 'mystery')"),
+        (HEAD + ROW, {"oil": None, "lubricant": "mystery"}, "4102 (header: lubricant 'mystery')"),
+        (HEAD + ROW, {"inlet_temperature_c": "warm"}, "70 (header: inlet_temperature_c 'warm')"),
+        # the pressure of the header makes 82 N on the rig of the paper, not 200
+        ("file,load_n\na.csv,200", {}, "load_n 200 (header: max_hertz_pressure_gpa '1.25')"),
+        (HEAD + ROW, {}, ""),
+        # the same to the third digit, or the same load by the contact of the rig
+        (HEAD + "a.csv,4102,1.252,30.1,70.4", {}, ""),
+        ("file,oil\na.csv,4102", {}, ""),
+    ],
+)
+def test_sheet_beats_the_header_and_what_they_disagree_in_is_named(
+    given: str, logged: Mapping[str, Any], named: str
+) -> None:
+    settings = CONFIG.with_changes({"campaign": {"oils": ["4050", "4102"]}})
+    found = ingested(given, {"a.csv": csv(**logged)}, settings)
+    (run,) = found.runs.to_dict("records")
+    assert run["rule"] == ""
+    assert run["oil"] == ("4050" if "4050" in given else "4102")
+    reasons = found.quarantine["reason"].tolist()
+    assert [named in reason for reason in reasons] == [True] * bool(named)
+    assert found.quarantine["refused_rows"].sum() == 0
+
+
+def test_load_of_the_sheet_replaces_the_pressure_of_the_header() -> None:
+    (run,) = ingested("file,load_n\na.csv,200", {"a.csv": csv()}).runs.to_dict("records")
+    assert run["nominal_load_n"] == 200
+    assert np.isnan(run["nominal_max_hertz_pressure_gpa"])
+
+
+def test_load_of_the_sheet_is_the_pressure_of_the_header_on_the_rig() -> None:
+    contact = CONFIG.rigs["ball-on-disc-20mm"].contact()
+    assert contact is not None
+    found = ingested(f"file,load_n\na.csv,{contact.load_n(1.25):.1f}", {"a.csv": csv()})
+    assert found.quarantine.empty
+
+
+def test_excluded_run_is_listed_with_its_reason_and_keeps_its_rows() -> None:
+    text = "file,exclude\na.csv,pump failed\nb.csv,no\n"
+    logs = {"a.csv": csv(), "b.csv": csv(inlet_temperature_c=69.9)}
+    verdict = check_logs(logs.items(), CONFIG, sheet=sheet(text, list(logs)))
+    # b is a copy of a, which is not there for other runs
+    assert verdict.runs.set_index("run_id")["verdict"].to_dict() == {
+        "a.csv": "refused",
+        "b.csv": "accepted",
+    }
+    (excluded,) = verdict.quarantine.to_dict("records")
+    assert (excluded["rule"], excluded["reason"]) == (
+        "excluded",
+        "runs.csv excludes it: pump failed",
+    )
+    rows = len(good()["time"])
+    assert verdict.runs["samples"].tolist() == [rows, rows]
+    assert not verdict.points.query("run_id == 'a.csv'")["accepted"].any()
+
+
+@pytest.mark.parametrize("log", [BARE, b"\xff\xd8\xff\xe0", csv(oil="mystery"), csv()[:-20]])
+def test_excluded_log_is_listed_as_such_whatever_is_wrong_with_it(log: bytes) -> None:
+    text = "file,oil,load_n,exclude\na.csv,water,?,wrong oil filled in"
+    logs = {"a.csv": log}
+    verdict = check_logs(logs.items(), CONFIG, sheet=sheet(text))
+    listed = verdict.quarantine[verdict.quarantine["rule"] == "excluded"]
+    assert listed["reason"].str.contains("wrong oil filled in").tolist() == [True]
+    assert len(verdict.runs) or "besides" in listed["reason"].iloc[0]
+    assert verdict.points["accepted"].sum() == 0
+
+
+def two_groups() -> bytes:
+    return formats.tdms_file(
+        [
+            RootObject({}),
+            *(
+                item
+                for name in ("A", "B")
+                for item in (GroupObject(name), *formats.tdms_channels(name, good(), UNITS))
+            ),
+        ]
+    )
+
+
+def test_runs_of_one_file_have_rows_of_their_own() -> None:
+    text = "file,run,oil,exclude\na.tdms,A,4102,\na.tdms,B,4050,stopped\na.tdms,C,4050,\n"
+    settings = CONFIG.with_changes({"campaign": {"oils": ["4050", "4102"]}})
+    found = ingested(text, {"a.tdms": two_groups()}, settings)
+    assert found.runs.set_index("run_id")[["oil", "rule"]].to_numpy().tolist() == [
+        ["4102", ""],
+        ["4050", "excluded"],
+    ]
+    (remark,) = found.quarantine.to_dict("records")
+    assert remark["rule"] == "sheet_row_unmatched"
+    assert "'a.tdms', run 'C', but the runs of the log are 'A', 'B'" in remark["reason"]
+
+
+def test_row_for_another_run_of_a_file_is_not_taken_for_the_only_one() -> None:
+    found = ingested("file,run,oil\na.tdms,Z,4102\n", {"a.tdms": formats.tdms(good(), UNITS, {})})
+    assert found.runs.empty
+    assert set(found.quarantine["rule"]) == {"header", "sheet_row_unmatched"}
+    # 320 rows: four seconds at 20 Hz for each of five phases, all refused
+    assert found.quarantine["refused_rows"].sum() == len(good()["time"])
+
+
+def test_steps_of_a_pcs_export_may_be_of_several_oils() -> None:
+    second = pcs(PCS_ROW).replace(b"Step 1", b"Step 2").replace(b"06/05", b"07/05")
+    log = pcs(PCS_ROW).replace(b"\n\nAll steps completed\n", b"\n") + second
+    text = "file,run,oil,inlet_temperature_c\n*.txt,step001,4050,40\n*.txt,step*2,4102,60\n"
+    found = ingested(text, {"a.txt": log})
+    assert found.runs["oil"].tolist() == ["4050", "4102"]
+    assert found.runs["nominal_inlet_temperature_c"].tolist() == [40, 60]
+    assert found.quarantine.empty
+
+
+def test_rows_that_disagree_about_a_run_refuse_it() -> None:
+    text = "file,oil,load_n\n*.csv,4102,80\na.csv,4050,80\n"
+    settings = CONFIG.with_changes({"campaign": {"oils": ["4050", "4102"]}})
+    found = ingested(text, {"a.csv": BARE, "b.csv": BARE}, settings)
+    assert found.runs["run_id"].tolist() == ["b.csv"]
+    (refusal,) = found.quarantine.to_dict("records")
+    assert refusal["rule"] == "sheet_rows_disagree"
+    assert "oil: '4102' (row of '*.csv'), '4050' (row of 'a.csv')" in refusal["reason"]
+    assert refusal["refused_rows"] == len(good()["time"])
+
+
+def test_load_and_pressure_that_do_not_belong_together_refuse_the_run() -> None:
+    # 1.25 GPa take 82 N on the rig of the paper
+    text = "file,load_n,max_hertz_pressure_gpa,oil\n*.csv,,1.25,4102\na.csv,200,,\nb.csv,82.3,,\n"
+    found = ingested(text, {"a.csv": BARE, "b.csv": BARE})
+    assert found.runs["run_id"].tolist() == ["b.csv"]
+    assert "load_n 200 and max_hertz_pressure_gpa 1.25" in found.quarantine["reason"].iloc[0]
+
+
+def test_rows_that_complete_each_other_are_taken_together() -> None:
+    text = "file,oil,load_n\n*.csv,4102,\na.csv,,80\n"
+    found = ingested(text, {"a.csv": BARE, "b.csv": BARE})
+    assert found.runs["nominal_load_n"].fillna(0).tolist() == [80, 0]
+
+
+FILES = ["a.csv", "june/a.csv", "june/b.csv", "july/c.csv.gz", "july/b.csv", "r[1].csv"]
+
+
+@pytest.mark.parametrize(
+    ("cell", "found"),
+    [
+        ("a.csv", ["a.csv"]),
+        ("./june/a.csv", ["june/a.csv"]),
+        ("june\\a.csv", ["june/a.csv"]),
+        ("june/*", ["june/a.csv", "june/b.csv"]),
+        ("?.csv", ["a.csv", "june/a.csv", "june/b.csv", "july/c.csv.gz", "july/b.csv"]),
+        ("c.csv", ["july/c.csv.gz"]),
+        ("r[1].csv", ["r[1].csv"]),
+        ("A.csv", []),
+        ("../a.csv", []),
+    ],
+)
+def test_row_means_the_logs_that_fit_its_cell(cell: str, found: list[str]) -> None:
+    assert list(sheet(f"file,oil\n{cell},4102\n", FILES).rows) == found
+
+
+def test_rows_and_logs_without_each_other_are_named() -> None:
+    text = f"{HEAD}a.cvs,4102,{SET_POINTS}\n\nb.csv,4102,{SET_POINTS}\n"
+    found = ingested(text, {"a.csv": csv(), "b.csv": BARE})
+    remarks = found.quarantine.set_index("rule")
+    assert remarks["file"].unique().tolist() == ["runs.csv"]
+    unmatched = remarks.at["sheet_row_unmatched", "reason"]
+    assert unmatched == "row 2: 'a.cvs' matches no log; did you mean 'a.csv'?"
+    unlisted = remarks.at["logs_not_in_sheet", "reason"]
+    assert unlisted == "no row for 1 of 2 logs: a.csv"
+    assert found.runs["run_id"].tolist() == ["a.csv", "b.csv"]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "expected a row of column names, one of them `file`"),
+        ("time_s,load_n\n0,1\n", "found 'time_s, load_n', expected a row of column names"),
+        ("file,oi\na.csv,4102\n", "row 1: found the unknown column 'oi'; did you mean 'oil'?"),
+        ("file,oil,operator\n", "list its name under `header: remarks` of the campaign file"),
+        ("file,oil,oil\n", "the column 'oil' gives oil a second time"),
+        ("file,load_n,load [kgf]\n", "'load [kgf]' gives load_n a second time"),
+        ("file,load\na.csv,80\n", "the column 'load' has no unit. Write `load [N]`"),
+        ("file,load [m/s]\n", "found the unit 'm/s', expected one of N or GPa"),
+        ("\nfile,oil\na.csv,water\n", "row 3, column 'oil': found 'water', expected oil of the "),
+        ("file,rig\na.csv,mars\n", "row 2, column 'rig': found 'mars', expected rig of the camp"),
+        ("file,load_n\na.csv,80 N\n", "row 2, column 'load_n': found '80 N', expected a number"),
+        ("file,load_n\na.csv,nan\n", "found 'nan', expected a number above 0, below 1e+09 N"),
+        ("file,max_hertz_pressure_gpa\na.csv,1250\n", "found '1250', expected a number above 0"),
+        ("file,inlet_temperature_c\na.csv,-300\n", "above -273.15, below 1e+09 degC"),
+        ("file,oil\n,4102\n", "row 2, column 'file': is empty, expected the name of a log"),
+        ("file,oil\na.csv,4102,80\n", "row 2: the cell '80' is in no column"),
+        ("file,exclude\na.csv,x\n", "found 'x', expected the reason for leaving the run out"),
+        ("file,oil\nb.csv,4102\n", "row 2: 'b.csv' is the name of june/b.csv, july/b.csv"),
+        ("file,oil\n" + "a.csv,water\n" * 30, "runs.csv: 10 more mistakes"),
+        (b"PK\x03\x04" + bytes(90), "cannot be read as a workbook"),
+        ("file,bearing\n", "unknown column 'bearing'"),
+    ],
+)
+def test_mistake_in_the_sheet_is_named_with_its_place(text: str | bytes, sentence: str) -> None:
+    with pytest.raises(OilfilmError) as error:
+        sheet(text, FILES)
+    assert sentence in str(error.value)
+    assert all(line.startswith("runs.csv") for line in str(error.value).splitlines())
+
+
+def test_all_mistakes_are_named_at_once() -> None:
+    with pytest.raises(OilfilmError) as error:
+        sheet("file,oil,load_n\na.csv,water,80\na.csv,4102,much\n,4102,80\n")
+    assert [line[:15] for line in str(error.value).splitlines()] == [
+        "runs.csv, row 2",
+        "runs.csv, row 3",
+        "runs.csv, row 4",
+    ]
+
+
+@given(st.binary(max_size=300) | st.text("file,;\n\toil4102*\"'[]()N ä", max_size=200))
+def test_any_bytes_are_a_sheet_or_end_in_a_sentence(content: bytes | str) -> None:
+    try:
+        sheet(content, FILES)
+    except OilfilmError as error:
+        assert "runs.csv" in str(error)
+
+
+def test_torque_log_gets_its_oil_from_the_sheet() -> None:
+    logs = {
+        name: torque_logs.text(torque_logs.signals(seed), header="")
+        for seed, name in enumerate(("a.csv", "b.csv"))
+    }
+    text = "file;oil;exclude\na.csv;4050;\nb.csv;4050;bearing was noisy\n"
+    of_torque = sheet(text, list(logs), CONFIG, TORQUE)
+    curated = check_logs(logs.items(), CONFIG, TORQUE_RIG, of_torque)
+    assert curated.runs["oil"].tolist() == ["4050", "4050"]
+    assert curated.runs["verdict"].tolist() == ["accepted", "refused"]
+    assert curated.quarantine["rule"].tolist() == ["excluded"]
+    with pytest.raises(OilfilmError, match="row 2, column 'bearing': found '6205'"):
+        sheet("file,oil,bearing\na.csv,4050,6205", list(logs), CONFIG, TORQUE)
+
+
+def test_part_of_a_share_changes_with_its_own_rows_alone() -> None:
+    files = ["a.csv", "b.csv"]
+
+    def parts(text: str) -> list[dict[str, Any]]:
+        whole = sheet(text, files)
+        return [whole.plain([file], remarks=False) for file in files]
+
+    before = parts("file,oil,remarks\na.csv,4102,\nb.csv,4102,\n")
+    assert RunSheet.of_plain(before[0]).rows == {
+        "a.csv": sheet("file,oil\na.csv,4102").rows["a.csv"]
+    }
+    # a remark, a row of no log and the order change no result
+    again = "file,oil,remarks\nz.csv,4102,\nb.csv,4102,warm day\na.csv,4102,\n"
+    assert parts(again) == before
+    changed = parts("file,oil\na.csv,4102\nb.csv,4050\n")
+    assert (changed[0] == before[0], changed[1] == before[1]) == (True, False)
+    assert sheet("file,oil\n", files).plain(files, remarks=True) == {}
+
+
+def test_sheet_is_no_log_and_there_is_one(tmp_path: Path) -> None:
+    (tmp_path / "june").mkdir()
+    for name in ("a.csv", "Runs.CSV", "june/runs.csv", "~$runs.xlsx"):
+        (tmp_path / name).write_text("x")
+    assert raw_files(tmp_path) == ["a.csv", "june/runs.csv"]
+    assert find_sheet(tmp_path) == tmp_path / "Runs.CSV"
+    (tmp_path / "runs.tsv").write_text("x")
+    with pytest.raises(OilfilmError, match=r"has the run sheets Runs.CSV and runs.tsv"):
+        find_sheet(tmp_path)
+
+
+def test_check_uses_the_sheet_beside_the_logs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lay_out(tmp_path)
+    raw = tmp_path / "data/raw/demo"
+    (raw / "june").mkdir(parents=True)
+    (raw / "june/a.csv").write_bytes(BARE)
+    (raw / "runs.csv").write_text(f"{HEAD}a.csv,4102,{SET_POINTS}\nlater.csv,4102,{SET_POINTS}\n")
+    where = ["--config", str(tmp_path / "config")]
+    assert main(["check", str(raw / "june/a.csv"), str(raw / "runs.csv"), *where]) == 0
+    output = capsys.readouterr().out
+    assert "ACCEPTED" in output
+    assert "run sheet" in output
+    assert "has no row" not in output
+    (raw / "june/b.csv").write_bytes(BARE)
+    main(["check", str(raw / "june/b.csv"), *where])
+    said = capsys.readouterr().out
+    assert "b.csv: the run sheet has no row for this log" in said
+    assert "did you mean" not in said
+    # a slip of the pen, other capitals, another folder's stroke
+    for cell in ("bb.csv", "B.CVS", "june\\B.csv.txt"):
+        (raw / "runs.csv").write_text(f"{HEAD}a.csv,4102,{SET_POINTS}\n{cell},4102,{SET_POINTS}\n")
+        main(["check", str(raw / "june/b.csv"), *where])
+        said = " ".join(capsys.readouterr().out.split())
+        assert f"no row for this log; did you mean this log in row 3: {cell!r}?" in said
+    (raw / "runs.csv").write_text("file,exclude\na.csv,pump failed\n")
+    assert main(["check", str(raw / "june/a.csv"), *where]) == 1
+    assert "excluded: runs.csv excludes it: pump failed" in capsys.readouterr().out
+    (tmp_path / "a.csv").write_bytes(BARE)
+    assert main(["check", str(tmp_path / "a.csv"), *where]) == 1
+    assert "no line `# oil: ...`" in capsys.readouterr().out
+    assert main(["check", str(raw / "runs.csv"), *where]) == 2
+    assert "is a run sheet" in capsys.readouterr().err

@@ -1,0 +1,120 @@
+"""A run with too few accepted runs fails, and says what is lacking."""
+
+from typing import Any
+
+import pytest
+
+from oilfilm.errors import OilfilmError
+from oilfilm.report.enough import accepted_runs_text, shortfalls
+from oilfilm.settings.resolved import CampaignPart, Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from reports import rows
+
+NOTHING: dict[str, Any] = {"file": "", "rule": "unreadable", "reason": "-", "advice": "-"}
+
+
+def campaign(config: Settings, **keys: Any) -> CampaignPart:
+    """The demonstration with other keys; without torque logs unless they are given."""
+    plain = {**config.plain()["campaign"], "torque": None, **keys}
+    return Settings.of({**config.plain(), "campaign": plain}).campaign
+
+
+def runs(**verdicts: str) -> CampaignTables:
+    """Runs of each oil: A accepted, R refused; as many logs of `unread` that nothing can read."""
+    unread = len(verdicts.pop("unread", ""))
+    known = [
+        {
+            "run_id": f"{oil}{number}",
+            "file": f"{oil}{number}",
+            "oil": oil,
+            "verdict": {"A": "accepted", "R": "refused"}[letter],
+        }
+        for oil, letters in verdicts.items()
+        for number, letter in enumerate(letters)
+    ]
+    lost = [{**NOTHING, "file": f"lost{number}"} for number in range(unread)]
+    return CampaignTables.in_memory(runs=rows("runs", *known), quarantine=rows("quarantine", *lost))
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "keys", "lacking"),
+    [
+        ({"x": "A", "y": "AR"}, {}, []),
+        # nothing can be read; everything is refused
+        ({"unread": "--"}, {}, ["0 of 2 runs accepted, expected at least 1"]),
+        ({"x": "RR"}, {}, ["0 of 2 runs accepted, expected at least 1"]),
+        # one oil has logs and no accepted run; one has no logs yet, which is no failure
+        ({"x": "AA", "y": "RRR"}, {}, ["oil y: 0 of 3 runs accepted, expected at least 1"]),
+        (
+            {"x": "AAA", "y": "AR"},
+            {"min_accepted_runs": 2},
+            ["oil y: 1 of 2 runs accepted, expected at least 2"],
+        ),
+        ({"x": "R", "unread": "-"}, {"min_accepted_runs": 0}, []),
+        # 3 of 5: a log that cannot be read counts as a run
+        ({"x": "AAAR", "unread": "-"}, {"min_accepted_share": 0.6}, []),
+        (
+            {"x": "AAAR", "unread": "-"},
+            {"min_accepted_share": 0.61},
+            ["3 of 5 runs accepted, expected at least 61% of them"],
+        ),
+    ],
+)
+def test_campaign_needs_accepted_runs(
+    config: Settings, verdicts: dict[str, str], keys: dict[str, Any], lacking: list[str]
+) -> None:
+    assert shortfalls(runs(**verdicts), campaign(config, **keys)) == lacking
+
+
+def test_failure_names_what_is_lacking_where_to_look_and_what_may_be_set(config: Settings) -> None:
+    with pytest.raises(OilfilmError) as failure:
+        accepted_runs_text(runs(x="A", y="R"), campaign(config))
+    for part in (
+        *("'demo'", "oil y: 0 of 1 runs accepted", "results/demo/summary.txt"),
+        *("results/demo/refused", "tables/quarantine.csv", "min_accepted_runs"),
+    ):
+        assert part in str(failure.value)
+
+
+def test_enough_runs_are_counted_by_oil(config: Settings) -> None:
+    text = accepted_runs_text(runs(x="AR", y="A", unread="-"), campaign(config))
+    assert text == "runs: 2 of 4 accepted\n  x: 1 of 2\n  y: 1 of 1\n"
+
+
+TORQUE_RUNS = [
+    {"run_id": "a", "oil": "x", "accepted": True},
+    {"run_id": "a", "oil": "x", "accepted": False},
+    {"run_id": "b.xlsx:1", "oil": "y", "accepted": False},
+]
+
+
+@pytest.mark.parametrize(
+    ("kept", "refused", "lacking"),
+    [
+        # a plateau is enough for its run; a remark on a file with runs is no refusal of it
+        (TORQUE_RUNS[:2], [{"file": "a", "run_id": "a"}], []),
+        (
+            TORQUE_RUNS,
+            [{"file": "b.xlsx"}],
+            ["oil y: 0 of 1 torque runs accepted, expected at least 1"],
+        ),
+        # refused runs leave no plateau
+        (
+            [],
+            [{"file": "c", "run_id": "c"}, {"file": "d"}],
+            ["0 of 2 torque runs accepted, expected at least 1"],
+        ),
+    ],
+)
+def test_torque_logs_need_accepted_runs_of_their_own(
+    config: Settings,
+    kept: list[dict[str, Any]],
+    refused: list[dict[str, Any]],
+    lacking: list[str],
+) -> None:
+    torque = config.plain()["campaign"]["torque"]
+    results = runs(x="A").replace(
+        torque_runs=rows("torque_runs", *kept),
+        torque_quarantine=rows("quarantine", *({**NOTHING, **row} for row in refused)),
+    )
+    assert shortfalls(results, campaign(config, torque=torque)) == lacking

@@ -1,0 +1,232 @@
+"""The data package beside the tables: complete, true, valid, and the same twice."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import pandas
+import polars
+import pytest
+from frictionless import Package
+
+from campaigns import ROOT
+from oilfilm import tables
+from oilfilm.digests import file_digest
+from oilfilm.errors import OilfilmError
+from oilfilm.report.metadata import data_package
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.table_file import table_file
+
+SAMPLES = [f"samples/oil={oil}/part-{part}.parquet" for oil in ("4010", "4102") for part in (0, 1)]
+RIG = ("runs", "points", "quarantine", "coverage", "coefficients", "fit_quality")
+BEARING = ("torque_runs", "torque", "cage_slip", "slip_advice", "size_effect")
+DESCRIBED = ("samples", *RIG, *BEARING)
+HOSTILE = 'two "quotes", </script><script>alert(1)</script> \\ and\na line; <b>µ</b>'
+RESULTS_PAGE = (ROOT / "docs/reference/results.md").read_text(encoding="utf-8")
+ONE_LINERS = re.findall(r"^(?:duckdb|pandas|polars)\..*$", RESULTS_PAGE, re.M)
+
+
+def rows(table: str, count: int) -> pandas.DataFrame:
+    """Rows that the table allows; the numbers mean nothing."""
+    frame = {}
+    for column in tables.TABLES[table].columns:
+        text = (*column.allowed, "" if column.name == "failed_gates" else "x")[0]
+        of_type: dict[str, Any] = {"number": 1.0, "integer": 1, "flag": True, "text": text}
+        frame[column.name] = [of_type[column.type]] * count
+    frame |= {key: range(1, count + 1) for key in ("first_row", "row") if key in frame}
+    return tables.conform(pandas.DataFrame(frame), table, "made up")
+
+
+def write_tables(folder: Path, data: str = "simulated") -> Path:
+    provenance = {"campaign": "demo", "data": data}
+    for number, path in enumerate(SAMPLES, start=1):
+        tables.write(rows("samples", number), "samples", folder / path, provenance)
+    for table in (*RIG, *BEARING):
+        tables.write(rows(table, 1), table, folder / f"{table}.parquet", provenance)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_tables(tmp_path_factory.mktemp("project") / "results/demo/tables")
+
+
+def package_of(folder: Path, settings: Settings) -> dict[str, Any]:
+    """The package of every table in a folder; read by frictionless, which checks it."""
+    files = [table_file(path, folder) for path in folder.rglob("*.parquet")]
+    package = json.loads(data_package(settings, files))
+    assert Package.from_descriptor(package).resource_names
+    return package
+
+
+@pytest.fixture(scope="module")
+def package(folder: Path, config: Settings) -> dict[str, Any]:
+    return package_of(folder, config)
+
+
+def schema_of(package: dict[str, Any], table: str) -> dict[str, Any]:
+    (resource,) = [each for each in package["resources"] if each["name"] == table]
+    return resource["schema"]
+
+
+def settings_with(about: dict[str, Any], **keys: Any) -> Settings:
+    """Settings of a campaign with this description of its data."""
+    campaign = {"name": "demo", "data": "simulated", "description": "A campaign."}
+    return Settings.of({"campaign": {**campaign, **keys}, "dataset": about})
+
+
+def test_package_is_valid_and_has_every_table(package: dict[str, Any]) -> None:
+    assert [resource["name"] for resource in package["resources"]] == list(DESCRIBED)
+    broken = json.loads(json.dumps(package))
+    broken["resources"][1]["bytes"] = "many"
+    with pytest.raises(Exception, match="bytes"):
+        Package.from_descriptor(broken)
+
+
+def test_columns_have_unit_meaning_caveat_and_bounds(package: dict[str, Any]) -> None:
+    fields = {field["name"]: field for field in schema_of(package, "points")["fields"]}
+    assert list(fields) == tables.columns("points")
+    assert fields["load_n"]["unit"] == "N"
+    assert fields["inlet_temperature_systematic_c"]["unit"] == "K"
+    assert "calibration" in fields["traction_coefficient_se"]["caveat"]
+    assert fields["film_judgement"]["constraints"]["enum"][0] == "full film"
+    assert fields["lambda_ratio"]["constraints"] == {"minimum": 0}
+    assert fields["run_id"]["constraints"] == {"required": True}
+    assert "constraints" not in fields["traction_coefficient"]
+    torque = {field["name"]: field for field in schema_of(package, "torque")["fields"]}
+    assert {torque[f"share_beyond_{name}"]["unit"] for name in ("slip", "pressure", "speed")} == {
+        "1"
+    }
+
+
+def test_keys_are_those_of_the_tables(package: dict[str, Any]) -> None:
+    assert schema_of(package, "points")["primaryKey"] == ["run_id", "first_row"]
+    assert schema_of(package, "points")["foreignKeys"] == [
+        {"fields": ["run_id"], "reference": {"resource": "runs", "fields": ["run_id"]}}
+    ]
+    assert "primaryKey" not in schema_of(package, "quarantine")
+    # nulls are allowed in it, which the standard forbids in a primary key
+    assert "oil" in schema_of(package, "coverage")["uniqueKeys"][0]
+
+
+def test_key_to_a_table_that_is_not_there_is_left_out(folder: Path, config: Settings) -> None:
+    points = json.loads(data_package(config, [table_file(folder / "points.parquet", folder)]))
+    assert "foreignKeys" not in points["resources"][0]["schema"]
+
+
+def test_package_has_the_types_that_the_files_have(package: dict[str, Any], folder: Path) -> None:
+    types = {"number": "float64", "integer": "int64", "boolean": "bool", "string": "str"}
+    dtypes = pandas.read_parquet(folder / "points.parquet").dtypes
+    fields = schema_of(package, "points")["fields"]
+    assert {field["name"]: types[field["type"]] for field in fields} == {
+        name: str(dtype) for name, dtype in dtypes.items()
+    }
+
+
+def test_hashes_sizes_and_rows_are_those_of_the_files(
+    package: dict[str, Any], folder: Path
+) -> None:
+    by_name = {each["name"]: each for each in package["resources"]}
+    files = {file["path"]: file for each in by_name.values() for file in each["files"]}
+    assert set(files) == {*SAMPLES, *(f"{table}.parquet" for table in (*RIG, *BEARING))}
+    for path, file in files.items():
+        assert file["hash"] == f"sha256:{file_digest(folder / path)}"
+        assert file["bytes"] == (folder / path).stat().st_size
+    assert [files[path]["rows"] for path in SAMPLES] == [1, 2, 3, 4]
+    assert by_name["samples"]["path"] == SAMPLES
+    assert (by_name["samples"]["partitions"], by_name["samples"]["rows"]) == (["oil"], 10)
+    assert by_name["points"]["hash"] == files["points.parquet"]["hash"]
+
+
+def test_origin_of_the_data_is_stated(package: dict[str, Any], tmp_path: Path) -> None:
+    assert package["data"] == "simulated"
+    assert "SIMULATED" in package["description"]
+    measured = package_of(write_tables(tmp_path, "measured"), settings_with({}, data="measured"))
+    assert "Measured data." in measured["description"]
+    assert "simulated" not in measured["description"].lower()
+
+
+def test_table_that_contradicts_its_campaign_is_refused(folder: Path) -> None:
+    with pytest.raises(OilfilmError, match=r"data are simulated.*that they are measured"):
+        package_of(folder, settings_with({}, data="measured"))
+
+
+def test_licence_creators_and_sources_are_the_campaign_files(package: dict[str, Any]) -> None:
+    assert package["licenses"] == [{"name": "MIT"}]
+    assert [each["title"] for each in package["contributors"]] == ["the oilfilm developers"]
+    assert package["sources"][1]["path"] == "https://doi.org/10.3390/lubricants14010033"
+
+
+def test_licence_may_be_an_address_or_missing(folder: Path) -> None:
+    address = "https://example.org/terms"
+    package = package_of(folder, settings_with({"licence": address}))
+    assert package["licenses"] == [{"path": address}]
+    package = package_of(folder, settings_with({}))
+    assert not {"licenses", "contributors"} & set(package)
+    assert "Licence: not stated.\nCreators: not stated." in package["description"]
+
+
+@pytest.mark.parametrize(
+    ("line", "complaint"),
+    [
+        ("licence: free for all", "`licence`: found 'free for all'.*SPDX"),
+        ("creators: []", "`creators`"),
+        ("sources: [{adress: 'https://example.org'}]", "Did you mean 'address'"),
+    ],
+)
+def test_mistake_in_the_description_of_the_data_is_refused(
+    tmp_path: Path, line: str, complaint: str
+) -> None:
+    campaigns = tmp_path / "campaigns"
+    campaigns.mkdir()
+    (tmp_path / "config.yaml").write_bytes((ROOT / "config/config.yaml").read_bytes())
+    template = (ROOT / "config/campaigns/template.yaml").read_text(encoding="utf-8")
+    (campaigns / "june.yaml").write_text(f"{template}\n{line}\n", encoding="utf-8")
+    with pytest.raises(OilfilmError, match=complaint):
+        resolve(tmp_path, {"campaign": "june"})
+
+
+def test_hostile_text_stays_text(folder: Path) -> None:
+    about = {"title": HOSTILE, "creators": [HOSTILE], "sources": [{"title": HOSTILE}]}
+    package = package_of(folder, settings_with(about, description=HOSTILE))
+    assert package["title"] == package["contributors"][0]["title"] == HOSTILE
+    assert package["description"].startswith(HOSTILE)
+
+
+def test_log_that_was_changed_has_its_reason_in_the_package(folder: Path) -> None:
+    log = {"log": "data/raw/june/a.csv", "was": "0" * 16, "now": "1" * 16, "reason": HOSTILE}
+    package = package_of(folder, settings_with({"acknowledged_changes": [log]}))
+    assert f"data/raw/june/a.csv ({'0' * 16}, now {'1' * 16}): {HOSTILE}" in package["description"]
+
+
+def test_name_that_a_package_may_not_have_is_changed(folder: Path) -> None:
+    package = package_of(folder, settings_with({}, name="Prüfung.1"))
+    assert (package["name"], package["title"]) == ("pr-fung.1", "Traction campaign Prüfung.1")
+
+
+def test_same_tables_give_the_same_bytes(folder: Path, config: Settings) -> None:
+    files = [table_file(path, folder) for path in sorted(folder.rglob("*.parquet"))]
+    assert data_package(config, files) == data_package(config, files[::-1])
+    assert str(folder) not in data_package(config, files)
+
+
+@pytest.mark.parametrize("one_liner", ONE_LINERS)
+@pytest.mark.parametrize("table", ["samples", "points"])
+def test_one_liner_of_the_docs_opens_the_table(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, one_liner: str, table: str
+) -> None:
+    monkeypatch.chdir(folder.parents[2])
+    if table == "points":
+        one_liner = re.sub(r"samples(/\*)*(\.parquet)?", "points.parquet", one_liner)
+    frame = eval(one_liner, {"duckdb": duckdb, "pandas": pandas, "polars": polars})
+    partition = ["oil"] if table == "samples" else []
+    assert list(frame.columns) == [*tables.columns(table), *partition]
+    assert len(frame) == (10 if table == "samples" else 1)
+
+
+def test_docs_show_a_one_liner_for_each_program() -> None:
+    assert [line.partition(".")[0] for line in ONE_LINERS] == ["duckdb", "pandas", "polars"]
+    assert "arrow::open_dataset(" in RESULTS_PAGE

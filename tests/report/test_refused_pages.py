@@ -1,0 +1,273 @@
+"""Every refused run has its page, which marks the place of the trouble and trusts no name."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+import torque_logs
+from bad_logs import PCS_CONFIG
+from campaigns import Campaign, carry_logs
+from nights import nightly
+from oilfilm import tables
+from oilfilm.curation.curate import check_logs
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.report.figures import style
+from oilfilm.report.figures.refused_runs import (
+    Judged,
+    draw_page,
+    draw_pages,
+    judged_torque_logs,
+    listing,
+    page_name,
+)
+from pcs_exports import traction_export
+from reports import rows
+
+HOSTILE = [
+    "../../etc/passwd",
+    "/absolute/a.csv",
+    "..",
+    "",
+    "a b.csv",
+    "a-b.csv",
+    "A-B.csv",
+    "\N{GREEK SMALL LETTER MU}\N{CJK UNIFIED IDEOGRAPH-6CB9}.csv",
+    "line\nbreak\x00.csv",
+    "x" * 5000,
+    "x" * 5001,
+    r"$\frac{1}{$ \input{x} _^{.csv",
+    "\udcff.csv",
+]
+
+
+@pytest.fixture(scope="module")
+def pages(demo: Campaign) -> pd.DataFrame:
+    curated = demo.curated
+    return listing(curated.runs, curated.points, curated.quarantine, 50)
+
+
+def samples_of(demo: Campaign, run_id: str) -> pd.DataFrame:
+    samples = demo.ingested.all_samples()
+    return samples[samples["run_id"] == run_id]
+
+
+def page_of(
+    demo: Campaign, entry: dict[str, Any], samples: pd.DataFrame | None = None, **changed: Any
+) -> Figure:
+    runs, points, run_id = demo.curated.runs, demo.curated.points, entry["run_id"]
+    (run,) = tables.rows(runs[runs["run_id"] == run_id])
+    samples = samples_of(demo, run_id) if samples is None else samples
+    of_run = points[points["run_id"] == run_id]
+    return draw_page({**entry, **changed}, run, samples, of_run, demo.config)
+
+
+def entry_of(pages: pd.DataFrame, rule: str) -> dict[str, Any]:
+    (entry,) = tables.rows(pages[pages["rule"] == rule])
+    return entry
+
+
+@pytest.fixture(scope="module")
+def stuck(pages: pd.DataFrame) -> dict[str, Any]:
+    """The entry of the run whose force sensor was stuck."""
+    return entry_of(pages, "stuck_sensor")
+
+
+def texts_of(figure: Figure) -> str:
+    texts = [*figure.texts, *(text for axis in figure.axes for text in axis.texts)]
+    return " ".join(text.get_text() for text in texts)
+
+
+def test_every_planted_defect_has_a_page_of_its_own(demo: Campaign, pages: pd.DataFrame) -> None:
+    planted = demo.truth.query("defect != ''")
+    shown = pages[pages["page"] != ""]
+    assert dict(shown[["run_id", "rule"]].to_numpy()) == dict(
+        planted[["run_id", "gate"]].to_numpy()
+    )
+    assert shown["page"].is_unique
+
+
+def test_mark_lies_where_the_sensor_was_stuck(demo: Campaign, stuck: dict[str, Any]) -> None:
+    rows = 4020
+    # the rig twin holds the force from 40 % of the rows on
+    first = int(0.4 * rows)
+    assert (stuck["place"], stuck["first_row"], stuck["last_row"]) == ("rows", first + 1, rows)
+    figure = page_of(demo, stuck)
+    colour = style.STATE_COLOURS["refused"]
+    for axis in figure.axes[1:]:
+        marks = [line.get_xdata() for line in axis.get_lines() if line.get_color() == colour]
+        edges = [mark[0] for mark in marks if len(set(mark)) == 1]  # upright lines
+        # 50 Hz, the first row at 0 s
+        assert edges == pytest.approx([first / 50, (rows - 1) / 50])
+    assert any(to_rgb(line.get_color()) == to_rgb(colour) for line in figure.axes[1].get_lines())
+
+
+def test_mark_of_a_cut_log_lies_at_its_end(demo: Campaign, pages: pd.DataFrame) -> None:
+    entry = entry_of(pages, "truncated")
+    assert entry["place"] == "rows"
+    signal, *edges = page_of(demo, entry).axes[1].get_lines()
+    assert edges[0].get_xdata()[0] == signal.get_xdata()[-1]
+
+
+def test_without_rows_the_failing_plateaus_are_marked(demo: Campaign, pages: pd.DataFrame) -> None:
+    thin = entry_of(pages, "thin_film")
+    points = demo.curated.points[demo.curated.points["run_id"] == thin["run_id"]]
+    assert thin["place"] == "plateaus"
+    assert thin["first_row"] == points["first_row"].min()
+    assert thin["last_row"] == points["last_row"].max()
+
+
+def test_mark_of_a_whole_run_spans_its_signal(demo: Campaign, pages: pd.DataFrame) -> None:
+    again = entry_of(pages, "duplicate_condition")
+    assert (again["place"], again["first_row"], again["last_row"]) == ("whole run", 0, 0)
+    signal, *edges = page_of(demo, again).axes[1].get_lines()
+    ends = [edge.get_xdata()[0] for edge in edges[:2]]
+    assert ends == [signal.get_xdata()[0], signal.get_xdata()[-1]]
+
+
+def test_page_says_what_is_wrong_what_to_do_and_that_it_is_simulated(
+    demo: Campaign, pages: pd.DataFrame
+) -> None:
+    for entry in tables.rows(pages):
+        text = texts_of(page_of(demo, entry)).replace("\n", " ")
+        for part in (entry["run_id"], entry["reason"], entry["advice"], "SIMULATED"):
+            assert part in text
+
+
+def test_page_names_are_safe_and_differ(tmp_path: Path) -> None:
+    names = [page_name(run_id, rig) for run_id in HOSTILE for rig in ("traction", "torque")]
+    assert len({name.lower() for name in names}) == 2 * len(HOSTILE)
+    for name in names:
+        assert name.isascii() and len(name) < 70
+        assert (tmp_path / name).resolve().parent == tmp_path.resolve()
+        assert name.removesuffix(".png").replace("-", "").isalnum()
+
+
+@pytest.mark.parametrize(
+    "name", [name if set(name) & set("\n$\udcff") else nightly(name) for name in HOSTILE]
+)
+def test_text_of_logs_is_drawn_as_it_stands(
+    demo: Campaign, stuck: dict[str, Any], tmp_path: Path, name: str
+) -> None:
+    hostile = {"run_id": name, "file": f"in {name}", "reason": f"found {name!r}: {name}"}
+    figure = page_of(demo, stuck, samples_of(demo, stuck["run_id"]).iloc[:300], **hostile)
+    style.save(figure, tmp_path / "page.png")
+    assert figure.get_figheight() < 8
+    if "$" in name:
+        assert r"$\frac{1}{$" in texts_of(figure)
+
+
+def test_pages_are_bounded_and_each_gate_gets_one_first(demo: Campaign) -> None:
+    curated = demo.curated
+    stuck = curated.quarantine[curated.quarantine["rule"] == "stuck_sensor"]
+    run = curated.runs[curated.runs["run_id"] == stuck["run_id"].iloc[0]]
+    many = [f"a{number}" for number in range(20)]
+    runs = pd.concat([curated.runs, *(run.assign(run_id=name) for name in many)])
+    refused = pd.concat(
+        [curated.quarantine, *(stuck.assign(run_id=name, file=name) for name in many)]
+    )
+    pages = listing(runs, curated.points, refused, 7)
+    assert len(pages) == 6 + 20
+    shown = pages[pages["page"] != ""]
+    assert len(shown) == 7
+    assert shown["rule"].nunique() == 6
+    assert (pages.loc[pages["page"] == "", "first_row"] == 0).all()
+    assert (listing(runs, curated.points, refused, 0)["page"] == "").all()
+
+
+def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
+    unread = rows("quarantine", {"file": "broken.csv", "reason": "x", "stage": "ingest"})
+    (entry,) = tables.rows(listing(demo.curated.runs, demo.curated.points, unread, 9))
+    assert (entry["file"], entry["page"], entry["reason"]) == ("broken.csv", "", "x")
+    nothing = tables.empty("runs"), tables.empty("points"), tables.empty("quarantine")
+    assert listing(*nothing, 9).empty
+
+
+def test_remark_on_a_file_with_runs_is_no_refusal_but_a_step_without_one_is() -> None:
+    curated = carry_logs(PCS_CONFIG, [("log.txt", traction_export(range(1, 4)))]).curated
+    assert set(curated.quarantine["rule"]) == {"misdated_step", "not_a_sweep"}
+    (entry,) = tables.rows(listing(curated.runs, curated.points, curated.quarantine, 9))
+    assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
+
+
+def test_signals_that_were_not_logged_are_said_to_be_so(
+    demo: Campaign, stuck: dict[str, Any]
+) -> None:
+    bare = samples_of(demo, stuck["run_id"]).assign(load_n=np.nan, ball_speed_m_s=np.nan)
+    assert texts_of(page_of(demo, stuck, bare)).count("not logged") == 2
+
+
+def test_long_signals_are_thinned_but_keep_their_extremes(
+    demo: Campaign, stuck: dict[str, Any]
+) -> None:
+    long = pd.concat([samples_of(demo, stuck["run_id"])] * 10, ignore_index=True)
+    long = long.assign(row=np.arange(1, len(long) + 1), time_s=np.arange(len(long)) / 50)
+    long.loc[12345, "load_n"] = 999.0
+    load = page_of(demo, stuck, long).axes[2].get_lines()[0].get_ydata()
+    assert len(load) < len(long) / 2
+    assert load.max() == 999.0
+
+
+def test_only_the_rows_of_one_run_are_read(demo: Campaign, tmp_path: Path) -> None:
+    about = {"campaign": "demo", "data": "simulated"}
+    paths = [tmp_path / f"oil={oil}" / "part-0.parquet" for oil in demo.ingested.samples]
+    for path, samples in zip(paths, demo.ingested.samples.values(), strict=True):
+        tables.write(samples, "samples", path, about)
+    samples = tables.read_run("samples", paths, "4050_P1.50_U35_T085.csv")
+    assert len(samples) == 4020
+    assert set(samples["run_id"]) == {"4050_P1.50_U35_T085.csv"}
+
+
+def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
+    demo: Campaign, tmp_path: Path
+) -> None:
+    good = torque_logs.signals()
+    signals = {"stuck.csv": good.assign(torque_n_m=3.25), "good.csv": good}
+    logs = [(name, torque_logs.text(log)) for name, log in signals.items()]
+    quarantine = check_logs(logs, demo.config, TORQUE_RIG).quarantine
+    torque = judged_torque_logs(logs, quarantine, demo.config)
+    curated = demo.curated
+    one = curated.runs[curated.runs["rule"] == "swapped_sign"]
+    of_it = curated.quarantine["run_id"].isin(one["run_id"])
+    traction = Judged(
+        TRACTION_RIG,
+        one,
+        curated.points,
+        curated.quarantine[of_it],
+        partial(samples_of, demo),
+    )
+    pages = draw_pages([traction, torque], demo.config, 7, tmp_path)
+    shown = pages[pages["page"] != ""]
+    assert len(shown) == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(shown["page"])
+    # the limit is that of both rigs together
+    (tmp_path / "one").mkdir()
+    drawn = draw_pages([traction, torque], demo.config, 1, tmp_path / "one")
+    assert drawn.loc[drawn["page"] != "", "run_id"].tolist() == one["run_id"].tolist()
+    entry = pages.set_index("run_id").loc["stuck.csv"]
+    assert (entry["rule"], entry["place"], entry["first_row"]) == ("stuck_sensor", "rows", 121)
+    figure = draw_page(
+        {**entry, "run_id": "stuck.csv"},
+        torque.runs.set_index("run_id", drop=False).loc["stuck.csv"].to_dict(),
+        torque.samples("stuck.csv"),
+        torque.points,
+        demo.config,
+        TORQUE_RIG,
+    )
+    labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes[1:]]
+    assert labels[:2] == ["Torque (N m)", "Axial load (N)"]
+    assert "Check the torque sensor" in texts_of(figure)
+
+
+def test_pages_come_out_in_the_same_bytes(
+    demo: Campaign, pages: pd.DataFrame, tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        style.save(page_of(demo, entry_of(pages, "swapped_sign")), tmp_path / f"{name}.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()

@@ -1,0 +1,465 @@
+"""The fitted law in bearings: load variables compared, traction found again, tables and figures."""
+
+import itertools
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.optimize import least_squares
+
+from bearings import (
+    RIG,
+    RPM,
+    SETTINGS,
+    TESTED,
+    lubrication,
+    printed_fits,
+    printed_law,
+    shipped,
+)
+from campaigns import ROOT, oil_of, printed
+from oilfilm import tables
+from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m
+from oilfilm.bearing.ellipse import Conditions
+from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.bearing.torque import torque_terms
+from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.paper.published_tests import published_tests_table
+from oilfilm.paper.reference import PublishedBearingTests
+from oilfilm.paper.slip_advice import advise
+from oilfilm.report.bearing_sentences import bearing_lines
+from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import load_figure
+from oilfilm.rig_twin.truth import true_tractions
+from oilfilm.settings.campaign import Matrix
+from oilfilm.settings.messages import load as load_settings
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.bearing_torque import (
+    OilInBearing,
+    cage_slip_table,
+    oils_in_bearings,
+    size_effect_table,
+    torque_table,
+)
+from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
+from oilfilm.traction import LAWS, laws_for
+from oilfilm.traction.law import Observations, to_constants, to_internal
+from pictures import draw, nothing_is_cut_off
+from torque_logs import curated_logs
+
+FIGURES = ["fig06", "torque-load-variable", "cage-slip", "size-effect", "power-loss"]
+SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
+PUBLISHED = load_settings(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
+
+
+@pytest.fixture(scope="module")
+def config() -> Settings:
+    small = {
+        "cage_slip": {"pitch_speed_mm_rpm": [1e6, 2e6], "axial_load_n": [2000, 20000]},
+        "size_effect": {"ball_size_factors": [0.25, 1.0, 1.5], "groove_curvatures": [0.51, 0.54]},
+    }
+    return resolve(ROOT / "config", {}).with_changes({"bearing": small})
+
+
+@pytest.fixture(scope="module")
+def oils(config: Settings) -> list[OilInBearing]:
+    return oils_in_bearings(*printed_fits(), config)
+
+
+def plateaus(
+    torque_n_m: Sequence[float], speed_rpm: Sequence[float], se: float = 0.01
+) -> pd.DataFrame:
+    """Accepted plateaus of oil 4050 at 20 kN and 100 degC."""
+    about = {
+        "run_id": "a.csv",
+        "oil": "4050",
+        "bearing": "mainshaft-167",
+        "sha256": "",
+        "reader": "csv",
+        "axial_load_n": 20000.0,
+        "oil_temperature_c": 100.0,
+        "torque_n_m_se": se,
+        "accepted": True,
+        "failed_gates": "",
+    }
+    rows = [
+        dict.fromkeys(tables.columns("torque_runs"), 0.0)
+        | about
+        | {"first_row": number, "inner_speed_rpm": speed, "torque_n_m": torque}
+        for number, (torque, speed) in enumerate(zip(torque_n_m, speed_rpm, strict=True))
+    ]
+    return tables.from_rows(rows, "torque_runs")
+
+
+def test_each_operating_point_may_have_constants_of_its_own(oils):
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    constants = np.array([printed()["4050"], printed()["4010"], printed()["4050"]])
+    point = (shipped("mainshaft-167"), 10000.0, SPEED_RPM, 100.0)
+    for load_variable in LOAD_VARIABLES:
+        together = oil.with_constants(constants).run(*point, load_variable)["torque_n_m"]
+        alone = [
+            oil.with_constants(row).run(*point[:2], speed, 100.0, load_variable)["torque_n_m"][0]
+            for row, speed in zip(constants, SPEED_RPM, strict=True)
+        ]
+        np.testing.assert_allclose(together, alone, rtol=1e-8)
+        own = oil.run(*point, load_variable)["torque_n_m"]
+        assert list(np.isclose(together, own, rtol=1e-8)) == [True, False, True]
+
+
+def test_inversion_finds_the_traction_that_was_planted(config, oils):
+    law = printed_law("4050")
+    truth = torque_terms(
+        shipped("mainshaft-167"),
+        OperatingPoints.axial(20000.0, SPEED_RPM * RPM),
+        lubrication("4050", 100, 3),
+        lambda at, slide_roll_ratio: 1.33 * law(at, slide_roll_ratio),
+        TESTED,
+    )
+    torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, config)
+    np.testing.assert_allclose(
+        inversion["traction_coefficient"], truth["mean_traction_coefficient"], rtol=0.02
+    )
+    assert (inversion["law_traction_coefficient"] < inversion["traction_coefficient"]).all()
+    # the uncertainty of the other terms is large: traction decides only a part of the torque
+    assert (inversion["traction_share"] < 0.4).all()
+    assert (
+        inversion["traction_coefficient_systematic"] > inversion["traction_coefficient_se"]
+    ).all()
+    assert set(torque["load_variable"]) == {"stress", "load", "dimensionless_load"}
+
+
+def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(config, oils):
+    se = 0.02
+    calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
+    exact = dict.fromkeys(("rolling", "hysteresis", "drag", "pocket", "land"), 0.0)
+    # the calibration's offset alone, so that its uncertainty is known: 3/2 of the random one
+    alone = config.with_changes(
+        {
+            "campaign": {"torque": {"calibration": calibration}},
+            "bearing": {"term_uncertainty": exact},
+        }
+    )
+    # a torque that 1.3 times the law's traction gives; its slope is steady there
+    first, moved = (
+        torque_table(plateaus([torque], [9000.0], se), oils, alone)[1].iloc[0]
+        for torque in (5.5, 5.5 + se)
+    )
+    change = moved["traction_coefficient"] - first["traction_coefficient"]
+    assert first["verdict"] == "determined"
+    assert first["traction_coefficient_se"] == pytest.approx(change, rel=0.05)
+    assert first["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
+
+
+def test_a_torque_that_no_traction_gives_has_no_solution(config, oils):
+    _, inversion = torque_table(plateaus([500.0], [6000.0]), oils, config)
+    assert list(inversion["verdict"]) == ["no solution"]
+    assert inversion["traction_coefficient"].isna().all()
+
+
+def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils):
+    # 20 kN logged as 20 MN
+    runs = plateaus([5.0, 5.0], [6000.0, 9000.0])
+    runs["axial_load_n"] *= [1000.0, 1.0]
+    torque, inversion = torque_table(runs, oils, config)
+    crushed, sound = (torque[torque["first_row"] == row] for row in (0, 1))
+    assert not crushed["converged"].any()
+    assert crushed["torque_n_m"].isna().all()
+    assert crushed["lambda_ratio"].isna().all()
+    assert not crushed["film_in_range"].any()
+    assert crushed["why"].str.contains("check the axial load and its unit").all()
+    assert sound["converged"].all()
+    assert sound["film_in_range"].all()
+    assert (sound["why"] == "").all()
+    assert list(inversion["verdict"].iloc[:1]) == ["no solution"]
+
+
+def test_a_ball_without_equilibrium_has_its_imbalance_as_the_reason(oils):
+    # hardly any load at four million dmn: the balls leave the inner race
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    bearing = replace(shipped("harris-218"), groove_curvature=(0.55, 0.55))
+    (row,) = oil.run(bearing, 0.01, 4e6 / 125.26, 100.0).to_dict("records")
+    assert not row["converged"]
+    assert "out of balance" in row["why"]
+    assert np.isnan(row["torque_n_m"])
+
+
+def test_an_oil_without_a_fit_is_left_out(config):
+    coefficients, quality = printed_fits()
+    oils = oils_in_bearings(coefficients.assign(value=np.nan), quality, config)
+    torque, inversion = torque_table(plateaus([5.0], [6000.0]), oils, config)
+    assert torque.empty
+    assert inversion.empty
+    assert cage_slip_table(oils, config).empty
+
+
+def test_an_oil_tested_at_one_temperature_says_nothing_about_a_bearing(config):
+    coefficients, quality = printed_fits()
+    lost = coefficients["constant"].str.endswith("3") & (coefficients["oil"] == "4050")
+    oils = oils_in_bearings(coefficients[~lost], quality, config)
+    assert [oil.name for oil in oils] == ["4102", "4010"]
+
+
+def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray:
+    """Constants of Eqs 7-9 nearest to a traction over the traction rig's matrix, free of noise."""
+    law = LAWS["deng2026"]
+    conditions = np.array(list(itertools.product(*matrix.model_dump().values())), dtype=float)
+    slip = np.linspace(0, 0.3, 16)
+    curve = np.repeat(np.arange(len(conditions)), len(slip))
+    at = Observations(law.design(conditions), curve, np.tile(slip, len(conditions)))
+    mu = traction(*conditions[curve].T, at.slip)
+    fit = least_squares(
+        lambda internal: law.traction(internal, at) - mu,
+        to_internal(law, printed()["4050"]),
+        lambda internal: law.jacobian(internal, at),
+        method="lm",
+        x_scale="jac",
+    )
+    return to_constants(law, fit.x)
+
+
+def test_torque_of_local_physics_is_met_nearest_by_the_law_on_pressure():
+    # truth: thermal EHL at every point of both rigs' contacts; law: fitted to the traction rig's
+    matrix = {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
+    campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
+    config = resolve(ROOT / "config", {"campaign": "thermal"}).with_changes({"campaign": campaign})
+    traction = true_tractions(config, printed())["4050"]
+    coefficients, quality = printed_fits()
+    of_oil = coefficients["oil"] == "4050"
+    coefficients.loc[of_oil, "value"] = fitted_to(traction, config.campaign.matrix)
+    _, curated, truth = curated_logs(config)
+    assert curated.quarantine.empty
+    measured, true = (
+        frame.sort_values(["run_id", "inner_speed_rpm"])["torque_n_m"].to_numpy()
+        for frame in (curated.points, truth)
+    )
+    # 0.3 % calibration and the noise
+    np.testing.assert_allclose(measured, true, rtol=0.02)
+    table, _ = torque_table(curated.points, oils_in_bearings(coefficients, quality, config), config)
+    error = table["relative_error"].abs().groupby(table["load_variable"]).median()
+    # how much nearer depends on the oil: with a limiting stress traction hardly follows pressure
+    assert error["stress"] < error["load"]
+    assert error["stress"] < error["dimensionless_load"]
+    assert error["stress"] < 0.05
+
+
+def test_a_planted_defect_of_the_twin_is_caught(config):
+    defects, curated, _ = curated_logs(config)
+    runs, refused = curated.points, curated.quarantine
+    gates = {"tare_drift": "zero_drift", "truncated": "truncated", "warming": "torque_drifts"}
+    for name, defect in defects.items():
+        of_run = runs[runs["run_id"] == name]
+        if not defect:
+            assert of_run["accepted"].all(), name
+            assert len(of_run) == 4
+            continue
+        refusals = [*of_run["failed_gates"], *refused[refused["run_id"] == name]["rule"]]
+        assert gates[defect] in refusals, name
+        assert not of_run["accepted"].any()
+
+
+def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_not(config, oils):
+    table = size_effect_table(oils, config)
+    of_size = table[(table["varied"] == "ball size") & (table["oil"] == "4050")]
+    error = of_size.pivot(
+        index="ball_diameter_mm", columns="load_variable", values="relative_to_stress"
+    )
+    assert error["load"].is_monotonic_increasing
+    assert error["load"].iloc[-1] - error["load"].iloc[0] > 0.5
+    assert np.ptp(error["dimensionless_load"]) < 0.2
+
+
+def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
+    table = cage_slip_table(oils, config)
+    assert table["converged"].all()
+    assert not table["bistable"].any()
+    assert table[["other_cage_slip", "other_torque_n_m"]].isna().all(axis=None)
+    for _, of_oil in table.groupby("oil"):
+        grid = of_oil.pivot(
+            index="axial_load_n", columns="pitch_speed_mm_rpm", values="cage_slip"
+        ).to_numpy()
+        assert (np.diff(grid, axis=1) > 0).all()
+        assert (np.diff(grid, axis=0) < 0).all()
+
+
+@pytest.fixture(scope="module")
+def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
+    slip = cage_slip_table(oils, config)
+    return CampaignTables.in_memory(
+        torque=torque_table(plateaus([5.0, 6.5], [6000.0, 9000.0]), oils, config)[0],
+        cage_slip=slip,
+        slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
+        size_effect=size_effect_table(oils, config),
+        published_tests=published_tests_table(PUBLISHED, oils, config),
+    )
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_say_that_data_are_simulated_and_keep_what_they_draw(config, results, name):
+    figure, drawn = draw(name, results, config)
+    tables.conform(drawn, load_figure(name).table, name)
+    assert len(drawn)
+    assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    assert nothing_is_cut_off(figure)
+
+
+def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(config, oils):
+    # 167.5 mm: 0.5 and 2 million mm rpm
+    torque, _ = torque_table(plateaus([2.0, 9.0], [3000.0, 12000.0]), oils, config)
+    of_stress = torque[torque["load_variable"] == "stress"]
+    assert list(of_stress["skf_valid"]) == [True, False]
+
+
+def test_published_power_loss_has_no_oils_colour_and_its_areas_are_all_terms(config, oils):
+    table = published_tests_table(PUBLISHED, oils, config)
+    figure, drawn = draw("power-loss", CampaignTables.in_memory(published_tests=table), config)
+    (axis,) = figure.axes
+    *_, points = axis.lines
+    np.testing.assert_array_equal(points.get_ydata(), [350, 700, 1100, 1400])  # NASA TP-2275
+    assert points.get_color() not in {style.oil_colour(oil, [*printed()]) for oil in printed()}
+    top = max(float(area.get_paths()[0].vertices[:, 1].max()) for area in axis.collections)
+    assert top == pytest.approx(drawn["power_w"].iloc[-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_of_nothing_say_so(config, name):
+    figure, drawn = draw(name, CampaignTables.in_memory(), config)
+    assert drawn.empty
+    assert any(text.get_text() for axis in figure.axes for text in axis.texts)
+
+
+def load_law_fits() -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Constants of the law on load for 4050, as a comparison of laws would give them."""
+    law = LAWS["wang-deng-load"]
+    coefficients, quality = (table[table["oil"] == "4050"] for table in printed_fits())
+    rows = pd.concat([coefficients.iloc[:1]] * len(law.constants), ignore_index=True)
+    names, values = (
+        [constant.name for constant in law.constants],
+        np.where(WANG_DENG == 0, 1e-9, WANG_DENG),
+    )
+    return (
+        rows.assign(law=law.name, constant=names, value=values),
+        quality.assign(law=law.name),
+        tables.empty("refits"),
+    )
+
+
+# A, B, C, D of the law, each by load, speed and temperature
+WANG_DENG = np.array(
+    [-0.02, 0.15, -0.3, -0.1, 0.5, 0.4, -0.3, -0.9, 25, 0.2, 0.1, 0.3, 0.0205, 0.15, -0.3, -0.1]
+)
+
+
+def test_a_law_on_load_is_compared_as_well(config):
+    law, runs = LAWS["wang-deng-load"], plateaus([5.0], [9000.0])
+    oils = oils_in_bearings(*printed_fits(), config, load_law_fits())
+    torque, _ = torque_table(runs, oils, config)
+    row = torque.set_index("load_variable").loc["wang-deng-load"]
+    assert row["converged"]
+    assert set(torque["load_variable"]) == {*LOAD_VARIABLES, law.name}
+    # 20 kN over 20 balls press each with little more than 1 kN
+    (in_bearing,) = (oil.laws[law.name] for oil in oils if law.name in oil.laws)
+    calls = []
+
+    def recorded(at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
+        mu = in_bearing(at, slide_roll_ratio)
+        calls.append((at.load_n.ravel(), at.entrainment_speed_m_s.ravel(), slide_roll_ratio, mu))
+        return mu
+
+    equilibrium = friction_equilibrium(
+        shipped("mainshaft-167"),
+        OperatingPoints.axial(20000.0, 9000 * RPM),
+        lubrication("4050", 100, 1),
+        recorded,
+    )
+    load, speed, slip, mu = calls[-1]
+    contacts = equilibrium.balance.contacts
+    np.testing.assert_array_equal(load, contacts.load_n.ravel())
+    push = contacts.load_n[0, 0, 0] * np.sin(contacts.contact_angle_rad[0, 0, 0])
+    assert 20 * push == pytest.approx(20000.0, rel=0.03)  # friction carries a little
+    # the law's own equation at that load, written out: X = X0 (W/100 N)^X1 (U/20)^X2 (T/20)^X3
+    of_each = WANG_DENG.reshape(4, 4)
+    a, b, c, d = (
+        x0 * (load / 100) ** x1 * (speed / 20) ** x2 * (100 / 20) ** x3
+        for x0, x1, x2, x3 in of_each
+    )
+    slip = slip.reshape(len(load), -1).T
+    np.testing.assert_allclose(
+        mu.reshape(len(load), -1).T, (a + b * slip) * np.exp(-c * slip) + d, rtol=1e-9
+    )
+
+
+def test_groups_of_a_law_are_those_of_the_bearings_contact():
+    # W/(E' R^2), eta0 U/(E' R), eta0 beta U^2/k with the contact's own Rx and E'
+    oil = oil_of("4050")
+    law = laws_for(oil, RIG)["wang-deng-groups"]
+    fitted = FittedLaw(law, Coefficients.bare(law, WANG_DENG))
+    radius, modulus = np.array([0.004, 0.012]), 2.5e11
+    load, speed = np.array([200.0, 900.0]), np.array([30.0, 60.0])
+
+    def each(values: np.ndarray | float) -> np.ndarray:
+        return np.broadcast_to(values, (2,))[:, np.newaxis].astype(float)
+
+    at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
+    in_bearing = LawInBearing.of(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
+    mu = in_bearing(at, np.full((2, 1), 0.02))
+    eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
+    groups = (
+        load / (modulus * radius**2) / 1e-6,
+        eta * speed / (modulus * radius) / 1e-10,
+        eta * beta * speed**2 / oil.thermal_conductivity_w_mk(100.0),
+    )
+    a, b, c, d = (
+        x0 * groups[0] ** x1 * groups[1] ** x2 * groups[2] ** x3
+        for x0, x1, x2, x3 in WANG_DENG.reshape(4, 4)
+    )
+    np.testing.assert_allclose(mu[:, 0], (a + b * 0.02) * np.exp(-c * 0.02) + d)
+
+
+def test_shares_beyond_an_unknown_box_are_unknown(config):
+    coefficients, quality = printed_fits()
+    ends = ("tested_min_max_hertz_pressure_gpa", "tested_max_max_hertz_pressure_gpa")
+    unknown = quality.assign(**dict.fromkeys(ends, np.nan))
+    oils = oils_in_bearings(coefficients, unknown, config)
+    table, _ = torque_table(plateaus([5.0], [9000.0]), oils, config)
+    assert table["share_beyond_pressure"].isna().all()
+    assert table["share_beyond_speed"].between(0, 1).all()
+
+
+def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
+    matrix = {"oil_temperature_c": [70]}
+    campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
+    _, curated, _ = curated_logs(config.with_changes({"campaign": campaign}))
+    torque, inversion = torque_table(curated.points, oils, config)
+    slip = cage_slip_table(oils, config)
+    results = CampaignTables.in_memory(
+        torque_runs=curated.points,
+        torque_quarantine=curated.quarantine,
+        torque=torque,
+        torque_inversion=inversion,
+        slip_advice=advise(slip, config.selection, config.gates.lambda_limit).assign(
+            best_oil_share=1.0
+        ),
+    )
+    text = "\n".join(bearing_lines(results))
+    assert "Torque logs: 3 of 3 were read. 2 have runs that were not refused.\n" in text
+    assert "Plateaus: 8 of 8 are accepted.\n" in text
+    assert "- 4050_F05000_T070.csv: zero drift. The zero of the torque moves" in text
+    # the printed constants have no refits
+    assert re.search(r"\| load-based +\| [\d.]+ +\| [\d.]+ +\| not known +\|", text)
+    assert "The calculated torque has no uncertainty" in text
+    assert "24 of 24 were found" in text
+    assert "pressure " in text
+    assert "The paper's advice agrees with the best oil at" in text
+    nothing = bearing_lines(CampaignTables.in_memory())
+    assert nothing[2] == "- Torque logs: 0 of 0 were read. 0 have runs that were not refused."
+
+
+def test_bearing_without_contact_angle_has_no_outside_opinion_by_palmgren() -> None:
+    torque = palmgren_torque_n_m(np.array([1e3, 0.0]), 1e3, 8e-6, 0.1, 0.0, 1.0, 1e-3)
+    assert np.isnan(torque).all()

@@ -1,0 +1,64 @@
+"""What heated oil changes in the bearing's tables."""
+
+import numpy as np
+import pytest
+
+from bearings import printed_fits
+from campaigns import ROOT
+from oilfilm import tables
+from oilfilm.paper.slip_advice import advise
+from oilfilm.report.bearing_sentences import bearing_lines
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.bearing_torque import OilInBearing, cage_slip_table, oils_in_bearings
+from oilfilm.torque.heat_balance import heat_balance_table
+
+MAP = {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [1000, 20000]}
+
+
+@pytest.fixture(scope="module")
+def config() -> Settings:
+    return resolve(ROOT / "config", {}).with_changes({"bearing": {"cage_slip": MAP}})
+
+
+@pytest.fixture(scope="module")
+def oils(config: Settings) -> list[OilInBearing]:
+    return oils_in_bearings(*printed_fits(), config)
+
+
+def test_heated_oil_on_the_map_takes_its_share_and_the_advice_is_asked_again(config, oils):
+    slip = cage_slip_table(oils, config)
+    table = heat_balance_table(oils, slip, tables.empty("torque"), config)
+    assert len(table) == len(slip)
+    assert table["balanced"].all()
+    (of_4050,) = (oil.oil for oil in oils if oil.name == "4050")
+    rows = table[table["oil"] == "4050"]
+    # 8 L/min, c_p 2000 J/(kg K) (docs/physics.md, Oils), share 0.8 of torque times speed
+    rise = rows["outlet_temperature_c"] - 100
+    taken = of_4050.density_kg_m3(100.0) * 8e-3 / 60 * 2000 * rise
+    made = rows["heated_torque_n_m"] * rows["inner_speed_rpm"] * np.pi / 30
+    np.testing.assert_allclose(taken, 0.8 * made, rtol=1e-5)
+    np.testing.assert_allclose(rows["heat_w"], made)
+    np.testing.assert_allclose(rows["contact_temperature_c"], 100 + rise / 2)
+    # the columns of the inlet are those of the map
+    given = slip.set_index(["oil", "inner_speed_rpm", "axial_load_n"])
+    found = table.set_index(["oil", "inner_speed_rpm", "axial_load_n"]).loc[given.index]
+    np.testing.assert_array_equal(found["torque_n_m"], given["torque_n_m"])
+    # hot oil has thinner films and less torque, where balls roll rather than skid
+    rolling = found.xs(20000, level="axial_load_n")
+    assert (rolling["heated_lambda_ratio"] < rolling["lambda_ratio"]).all()
+    assert (rolling["heated_torque_n_m"] < rolling["torque_n_m"]).all()
+    advice = advise(slip, config.selection, config.gates.lambda_limit)
+    best = advice.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"]
+    assert (rows.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"] == best).all()
+    text = "\n".join(bearing_lines(CampaignTables.in_memory(heat_balance=table)))
+    assert f"leaves at {table['outlet_temperature_c'].min():.0f} to" in text
+    assert "of 4 operating points" in text
+
+
+def test_without_a_known_flow_there_is_no_balance(config, oils):
+    file = config.bearings["mainshaft-167"].model_copy(update={"oil_supply": None})
+    unknown = config.model_copy(update={"bearings": config.bearings | {"mainshaft-167": file}})
+    table = heat_balance_table(oils, tables.empty("cage_slip"), tables.empty("torque"), unknown)
+    assert table.empty

@@ -1,0 +1,325 @@
+"""Tests to run next: what a plan promises is what refits of simulated tests then show."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import chi2
+
+from campaigns import without
+from fit_points import LAW
+from oilfilm.errors import OilfilmError
+from oilfilm.fits.curve_errors import ErrorSizes, effects, information
+from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.fitted import FittedLaw, predict
+from oilfilm.fits.measured_curves import Known, known_of
+from oilfilm.fits.optimal_design import Information, choose
+from oilfilm.randomness import generator
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.feasible_tests import candidates
+from oilfilm.torque.next_tests import (
+    Request,
+    plan_oil,
+    plan_table,
+    request_of,
+    wanted_in_bearing,
+    wanted_traction,
+)
+from oilfilm.torque.operating_grid import Film
+from oilfilm.traction.law import CONDITIONS, FloatArray, to_constants
+from pictures import draw, nothing_is_cut_off
+from planned_tests import (
+    CONTACT,
+    DUTY,
+    OIL,
+    SETTINGS,
+    SLIP,
+    SMALL,
+    TRUTH,
+    Errors,
+    curves_at,
+    oil_in_bearing,
+    refit,
+    run_tests,
+    torques,
+)
+
+RUN, RIG = Errors(), np.array([0.004, 0.003, 0.001, 0.4])
+RIG_NAME = "ball-on-disc-20mm"
+REPEATS = 150
+
+
+@pytest.fixture(scope="module")
+def known() -> Known:
+    """What the small matrix tells, with the errors as planted and the constants as they are."""
+    curves = curves_at(SMALL)
+    sizes = ErrorSizes(RUN.of_curve**2, RUN.point**2)
+    slopes, effect = LAW.jacobian(TRUTH, curves.at(LAW)), effects(LAW, TRUTH, curves)
+    each = information(slopes, effect, sizes, RIG, curves.curve)
+    total = Information(*(getattr(each, name).sum(axis=0) for name in vars(each)))
+    free = np.ones(len(TRUTH), dtype=bool)
+    return Known(LAW, TRUTH, free, total, sizes, RIG, SLIP)
+
+
+@dataclass(frozen=True)
+class Planned:
+    conditions: list[tuple[float, float, float]]
+    of_each: Information
+    chosen: list[int]
+    predicted: FloatArray
+    gradients: FloatArray
+
+
+@pytest.fixture(scope="module")
+def planned(known: Known) -> Planned:
+    film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film)
+    plan, rig = SETTINGS.plan, SETTINGS.rigs[RIG_NAME]
+    feasible = candidates(plan.levels, rig, RIG_NAME, film, SETTINGS.gates.lambda_limit, known)
+    of_each = known.of_curves(feasible.curves)
+    bearing = SETTINGS.tested_bearing()
+    gradients = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, known)["torque"].gradients
+    design = choose(known.information, of_each, gradients, 4)
+    conditions = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()]
+    predicted = design.end.uncertainties(gradients)
+    return Planned(conditions, of_each, design.chosen, predicted, gradients)
+
+
+def actual_errors(added: list[tuple[float, float, float]], seed: str) -> FloatArray:
+    """Relative errors of the torque after simulated tests and a refit, (repeats, duty points)."""
+    constants = []
+    for number in range(REPEATS):
+        random = generator(number, seed)
+        of_rig = RIG * random.standard_normal(4)
+        constants.append(refit(run_tests(SMALL + added, random, RUN, of_rig)))
+    return np.asarray(np.log(torques(np.array(constants)) / torques(TRUTH[np.newaxis])))
+
+
+@pytest.fixture(scope="module")
+def after_plan(planned: Planned) -> FloatArray:
+    return actual_errors([planned.conditions[index] for index in planned.chosen], "planned")
+
+
+def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
+    planned: Planned, after_plan: FloatArray
+) -> None:
+    """Standard deviations of 150 simulated campaigns, within the 99.9 % range of chi-square."""
+    ratio = np.sqrt(np.mean(after_plan**2, axis=0)) / planned.predicted
+    low, high = np.sqrt(chi2.ppf([0.0005, 0.9995], REPEATS) / REPEATS)
+    assert (low < ratio).all(), ratio
+    assert (ratio < high).all(), ratio
+
+
+@pytest.mark.no_cover
+def test_plan_beats_the_median_of_random_tests(
+    known: Known, planned: Planned, after_plan: FloatArray
+) -> None:
+    """By the promised uncertainty of every random design, and by actual errors of a middle one."""
+    random = generator(1, "random designs")
+    designs = [random.choice(len(planned.conditions), 4, replace=False) for _ in range(101)]
+    promised = []
+    for design in designs:
+        state = known.information
+        for index in design:
+            state = state.plus(planned.of_each.at(index))
+        promised.append(state.uncertainty(planned.gradients))
+    median = int(np.argsort(promised)[50])
+    of_plan = np.sqrt(np.mean(planned.predicted**2))
+    assert of_plan < 0.75 * promised[median]
+    drawn = [planned.conditions[index] for index in designs[median]]
+    by_chance = actual_errors(drawn, "by chance")
+    assert np.sqrt(np.mean(after_plan**2)) < np.sqrt(np.mean(by_chance**2))
+
+
+@pytest.fixture(scope="module")
+def results() -> CampaignTables:
+    """A small measured campaign: fit with its refits, and the points."""
+    points = run_tests(SMALL, generator(7, "campaign"), RUN)
+    quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 200}}).fit
+    fit = fit_oil(points, OIL, quick, 1)
+    return CampaignTables.in_memory(**fit.tables, points=points)
+
+
+@pytest.fixture(scope="module")
+def request_for() -> Request:
+    return replace(request_of(SETTINGS), duty=DUTY, count=3)
+
+
+def test_what_is_known_is_the_covariance_of_the_refits(results: CampaignTables) -> None:
+    fitted = FittedLaw.of(results.coefficients, OIL, results.refits, results.fit_quality)
+    known = known_of(fitted, results.points, OIL, None)
+    np.testing.assert_allclose(
+        known.information.covariance, fitted.coefficients.covariance(LAW), rtol=1e-3, atol=1e-9
+    )
+    assert not known.calibration.any()
+
+
+def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
+    """Sensors of 200 N, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
+    for plan in plan_oil(results, SETTINGS, OIL, request_for):
+        table = plan.table()
+        assert table["load_n"].max() <= 200
+        fastest = table["entrainment_speed_m_s"] * (1 + table["slide_roll_ratio"] / 2)
+        assert fastest.max() <= 50
+        assert table["lambda_ratio"].min() > 3
+        chosen = table[table["test_order"] > 0].sort_values("test_order")
+        assert chosen["test_order"].tolist() == [1, 2, 3]
+        first = chosen.iloc[0]
+        assert first["uncertainty_with_test"] == table["uncertainty_with_test"].min()
+        assert first["uncertainty_with_plan"] == pytest.approx(first["uncertainty_with_test"])
+        assert chosen["uncertainty_with_plan"].is_monotonic_decreasing
+        assert sum(plan.candidates.left_out.values()) + len(table) == 8 * 9 * 8
+
+
+def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(known: Known) -> None:
+    """Against the torque with one constant moved by a tenth of its uncertainty."""
+    wanted = wanted_in_bearing(oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, known)["torque"]
+    step = 0.1 * np.sqrt(np.diag(known.information.covariance))
+    moved = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
+    expected = moved.T / step
+    np.testing.assert_allclose(
+        wanted.gradients, expected, atol=0.02 * np.abs(wanted.gradients).max()
+    )
+
+
+def test_operating_points_without_equilibrium_are_left_out_and_named(known: Known) -> None:
+    crushed = np.array([[1e7, 12000.0, 100.0]])
+    bearing = SETTINGS.tested_bearing()
+    duty = np.concatenate([DUTY[:1], crushed])
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, known)["torque"]
+    assert wanted.labels == ["10000 N, 9000 rpm, 100 degC"]
+    assert wanted.left_out == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
+    with pytest.raises(OilfilmError, match="no duty point has a steady motion"):
+        wanted_in_bearing(oil_in_bearing(), bearing, crushed, known)
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """Stands for an oil in a bearing: torque 2 + ln|A0/A0'|, at 1 N with a jump at the truth."""
+
+    name: str = "stepping"
+    constants: FloatArray | None = None
+
+    def with_constants(self, constants: FloatArray) -> "Stepping":
+        return replace(self, constants=constants)
+
+    def run(self, bearing: object, load: FloatArray, *_: FloatArray) -> pd.DataFrame:
+        assert self.constants is not None
+        moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
+        torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
+        return pd.DataFrame({"converged": True, "torque_n_m": torque, "cage_slip": 0.1 * torque})
+
+
+def test_operating_points_where_the_motion_jumps_are_left_out_and_named(known: Known) -> None:
+    duty = np.array([[1.0, 100, 100], [2.0, 100, 100]])
+    wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, known)
+    assert wanted["torque"].left_out == ["1 N, 100 rpm, 100 degC: it jumps with the constants"]
+    # d ln(2 + x)/dx = 1/2 and d 0.1 (2 + x)/dx = 0.1, at x = ln|A0/A0'| = 0
+    for target, slope in (("torque", 0.5), ("cage_slip", 0.1)):
+        np.testing.assert_allclose(wanted[target].gradients, [[slope] + 11 * [0]], atol=1e-6)
+
+
+def test_without_a_bearing_mu_is_planned_for(known: Known) -> None:
+    """Gradients of ln mu against mu with a constant moved."""
+    wanted = wanted_traction(SETTINGS.plan.traction_at, known)
+    assert wanted.labels[0] == "1 GPa, 50 m/s, 100 degC, S 0.02"
+    assert request_of(without(SETTINGS, "torque")).targets == ("traction",)
+    moved = TRUTH + 1e-5 * np.eye(len(TRUTH))
+    at = SETTINGS.plan.traction_at
+    points = [[getattr(point, name) for name in (*CONDITIONS, "slide_roll_ratio")] for point in at]
+    for point, gradient in zip(points, wanted.gradients, strict=True):
+        mu = [
+            predict("deng2026", to_constants(LAW, row), *point).traction_coefficient
+            for row in (TRUTH, *moved)
+        ]
+        slopes = (np.log(mu[1:]) - np.log(mu[0])) / 1e-5
+        np.testing.assert_allclose(gradient, slopes, atol=1e-3 * np.abs(slopes).max())
+
+
+LIMITS = "lacks the key `limits`"
+
+
+@pytest.mark.parametrize(
+    ("lacking", "sentence"),
+    [
+        (("limits",), LIMITS),
+        (("ball_radius_m", "limits"), "lacks the contact"),
+    ],
+)
+def test_a_rig_that_is_not_known_is_refused(
+    results: CampaignTables, request_for: Request, lacking: tuple[str, ...], sentence: str
+) -> None:
+    plain = SETTINGS.plain()
+    rig = {key: value for key, value in plain["rigs"][RIG_NAME].items() if key not in lacking}
+    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig}})
+    with pytest.raises(OilfilmError, match=sentence):
+        plan_oil(results, settings, OIL, request_for)
+    table, reasons = plan_table(results, settings)
+    assert table.empty
+    assert sentence in reasons[0]
+    figure, drawn = draw("plan", results.replace(test_plan=table), settings)
+    assert drawn.empty
+    assert "oilfilm plan" in figure.axes[0].texts[0].get_text()
+
+
+def test_a_law_without_intervals_or_exponents_is_refused(
+    results: CampaignTables, request_for: Request
+) -> None:
+    without = results.replace(refits=results.refits.iloc[:0])
+    with pytest.raises(OilfilmError, match="too few curves"):
+        plan_oil(without, SETTINGS, OIL, request_for)
+    one_speed = run_tests([(p, 30.0, t) for p, _, t in SMALL], generator(8, "speed"), RUN)
+    quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 20}}).fit
+    fit = fit_oil(one_speed, OIL, quick, 1)
+    at_one_speed = CampaignTables.in_memory(**fit.tables, points=one_speed)
+    with pytest.raises(OilfilmError, match="follows every condition"):
+        plan_oil(at_one_speed, SETTINGS, OIL, request_for)
+
+
+def test_points_that_are_not_those_of_the_fit_are_refused(
+    results: CampaignTables, request_for: Request
+) -> None:
+    one_run = results.points[results.points["run_id"] == "run000"]
+    with pytest.raises(OilfilmError, match="do not tell the law's constants apart"):
+        plan_oil(results.replace(points=one_run), SETTINGS, OIL, request_for)
+
+
+def test_a_plan_is_for_one_rig_and_a_bearing_for_one_contact(
+    results: CampaignTables, request_for: Request
+) -> None:
+    plain = SETTINGS.plain()
+    rig = plain["rigs"][RIG_NAME]
+    other = {key: value for key, value in rig.items() if key != "limits"} | {"ball_radius_m": 0.02}
+    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": other}})
+    with pytest.raises(OilfilmError, match="different contacts"):
+        plan_oil(results, settings, OIL, request_for)
+    (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("traction",)))
+    assert len(plan.design.chosen) == request_for.count
+    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
+    with pytest.raises(OilfilmError, match="A plan is for one rig"):
+        plan_oil(results, settings, OIL, request_for)
+
+
+def test_conditions_that_no_test_can_have_are_counted_by_reason(
+    results: CampaignTables, request_for: Request
+) -> None:
+    settings = SETTINGS.with_changes({"plan": {"levels": {"max_hertz_pressure_gpa": [2.5, 3.5]}}})
+    with pytest.raises(OilfilmError, match=r"largest pressure \(72\), the load sensor's .* \(72\)"):
+        plan_oil(results, settings, OIL, request_for)
+
+
+def test_map_of_tests_draws_what_the_table_has(results: CampaignTables) -> None:
+    table, reasons = plan_table(results, SETTINGS)
+    assert not reasons
+    figure, drawn = draw("plan", results.replace(test_plan=table), SETTINGS)
+    assert nothing_is_cut_off(figure)
+    of_torque = table[table["target"] == "torque"]
+    chosen = drawn[(drawn["kind"] == "chosen") & (drawn["panel"] == "a")]
+    assert sorted(chosen["test_order"]) == [1, 2, 3, 4, 5]
+    best = drawn.loc[drawn["kind"] == "cell", "uncertainty_with_test"].min()
+    assert best == of_torque["uncertainty_with_test"].min()
+    pd.testing.assert_series_equal(
+        drawn["uncertainty_now"].dropna().drop_duplicates().reset_index(drop=True),
+        of_torque["uncertainty_now"].drop_duplicates().reset_index(drop=True),
+    )

@@ -1,0 +1,133 @@
+"""What simulated torque can show, and what the claims on torque make of it."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import CLAIMS, ROOT, printed
+from claim_evidence import evidence_of
+from oilfilm import tables
+from oilfilm.paper.audit.audit import audit, read_claims
+from oilfilm.report.bearing_sentences import control_sentences
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.torque_control import torque_control
+from reports import rows
+
+_LEFT_OUT = "Left out, because the cage may roll or skid: 4102 at 12000 rpm, 5000 N, 100 degC."
+
+
+def settings_of(campaign: str) -> Settings:
+    return resolve(ROOT / "config", {"campaign": campaign})
+
+
+def results(misfit: float = 0.0, law: str = "deng2026", **changed: Any) -> CampaignTables:
+    """Errors of the torque of 4102: 1 and 2 % by stress, 60 % by load."""
+    errors = [("stress", 0.01), ("stress", -0.02), ("load", 0.6), ("load", 0.6)]
+    frames: dict[str, pd.DataFrame] = {
+        "torque": rows(
+            "torque",
+            *(
+                {
+                    **{"oil": "4102", "run_id": f"{row % 2}", "axial_load_n": 5000.0},
+                    **{"inner_speed_rpm": 12000.0, "inlet_temperature_c": 100.0},
+                    **{"load_variable": by, "relative_error": e},
+                }
+                for row, (by, e) in enumerate(errors)
+            ),
+        ),
+        "torque_truth": rows("torque_truth", {"oil": "4102", "law_misfit": misfit}),
+        "coefficients": rows("coefficients", {"oil": "4102", "law": law}),
+    }
+    return CampaignTables.in_memory(**frames | changed)
+
+
+def verdicts(results: CampaignTables, settings: Settings) -> pd.DataFrame:
+    """Rows of the claims on torque."""
+    control = torque_control(results, settings)
+    evidence = evidence_of(printed(), settings, torque=results.torque, torque_control=control)
+    claims = audit(read_claims(CLAIMS), [evidence], settings).set_index("claim")
+    return claims.loc[["torque-stress", "torque-load"]]
+
+
+@pytest.mark.parametrize(
+    ("campaign", "law", "misfit", "verdict"),
+    [
+        ("demo", "deng2026", 0.0, "positive control"),
+        ("demo", "tanh", 0.0, "one truth"),  # another law is fitted than the one behind the logs
+        ("thermal", "deng2026", 0.001, "one truth"),
+        ("thermal", "deng2026", 0.4, "two truths"),
+        ("demo", "deng2026", 0.4, "two truths"),
+    ],
+)
+def test_only_the_fitted_law_behind_both_rigs_is_a_positive_control(
+    campaign: str, law: str, misfit: float, verdict: str
+) -> None:
+    control = torque_control(results(misfit, law), settings_of(campaign))
+    assert list(control["verdict"]) == [verdict]
+    assert control["median_torque_error"].iloc[0] == pytest.approx(0.015)
+    assert control["largest_torque_error"].iloc[0] == pytest.approx(0.02)
+    assert control["n_plateaus"].iloc[0] == 2
+
+
+def test_measured_torque_has_no_control_and_its_claims_are_judged() -> None:
+    settings = settings_of("demo")
+    measured = results().replace(torque_truth=tables.empty("torque_truth"))
+    assert torque_control(measured, settings).empty
+    assert list(verdicts(measured, settings)["verdict"]) == ["holds", "holds in part"]
+    assert control_sentences(measured.torque_control) == []
+
+
+def test_limit_of_the_configuration_decides_which_truths_are_two() -> None:
+    thermal = settings_of("thermal")
+    loose = thermal.with_changes({"audit": {"twin_misfit_max": 0.5}})
+    apart = results(misfit=0.4)
+    assert set(verdicts(apart, loose)["verdict"]) == {"holds", "holds in part"}
+    refused = verdicts(apart, thermal)
+    assert set(refused["verdict"]) == {"cannot be checked"}
+    assert refused["finding"].str.contains("two truths, 40% of mu apart").all()
+
+
+def test_claims_on_torque_are_not_confirmed_by_the_law_that_made_it() -> None:
+    refused = verdicts(results(), settings_of("demo"))
+    assert set(refused["verdict"]) == {"cannot be checked"}
+    assert refused["finding"].str.contains(r"positive control of the code \(error 2.0%").all()
+    assert refused["share"].isna().all()
+
+
+@pytest.mark.parametrize(
+    ("campaign", "misfit", "words"),
+    [
+        ("demo", 0.0, r"positive control: .* the paper's claim\. .* 4102 1.5%, 2.0%"),
+        ("thermal", 0.001, "no fitted law, .* 0.1% of mu apart"),
+        ("thermal", 0.4, "NOT COMPARABLE: .* 40.0% of mu apart"),
+    ],
+)
+def test_sentence_states_what_is_shown_and_the_misfit(
+    campaign: str, misfit: float, words: str
+) -> None:
+    control = torque_control(results(misfit), settings_of(campaign))
+    (sentence,) = control_sentences(control)
+    assert pd.Series([sentence]).str.contains(words).all()
+
+
+def test_points_where_the_cage_may_roll_or_skid_are_not_averaged_in() -> None:
+    settings = settings_of("thermal")
+    plain = results(0.001)
+    skids = plain.torque.assign(bistable=plain.torque["run_id"] == "1")
+    control = torque_control(plain.replace(torque=skids), settings)
+    assert control["n_plateaus"].iloc[0] == 1
+    assert control["largest_torque_error"].iloc[0] == pytest.approx(0.01)
+    claims = verdicts(plain.replace(torque=skids), settings)
+    assert claims["cases"].tolist() == [1, 1]
+    assert claims["finding"].str.contains(_LEFT_OUT).all()
+
+
+def test_control_without_a_calculated_torque_has_no_error() -> None:
+    empty = results(torque=tables.empty("torque"))
+    control = torque_control(empty, settings_of("demo"))
+    assert np.isnan(control["largest_torque_error"]).all()
+    assert "pressure-based law" not in control_sentences(control)[0]

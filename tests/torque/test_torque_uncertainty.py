@@ -1,0 +1,150 @@
+"""Uncertainty of the calculated torque: draws against derivatives, and where cages part."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bearings import SETTINGS, printed_law, shipped
+from campaigns import ROOT, oil_of
+from oilfilm.settings.config import TermUncertaintySettings
+from oilfilm.settings.resolve import resolve
+from oilfilm.torque.bearing_torque import OilInBearing, torque_table
+from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
+from oilfilm.traction.law import to_constants, to_internal
+
+BEARING = shipped("mainshaft-167")
+EXACT = dict.fromkeys(("rolling", "hysteresis", "drag", "pocket", "land"), 0.0)
+ROLLING = (10000.0, np.array([6000.0, 12000.0]), 100.0)
+
+
+def oil(name: str, refits: np.ndarray, shifts: np.ndarray, **terms: float) -> OilInBearing:
+    """An oil with the printed law, refits that differ from it by `refits`, and one calibration.
+
+    Args:
+        name: Of the oil.
+        refits: Differences of the internal constants, shape (refits, constants).
+        shifts: The same of refits with one sensor off.
+        terms: Relative standard uncertainty of other terms; 0 where none is given.
+    """
+
+    def refitted(law: LawInBearing) -> LawInBearing:
+        internal = to_internal(law.fitted.law, law.constants)
+        spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
+        coefficients = replace(law.fitted.coefficients, spread=spread, shifted=shifted)
+        return replace(law, fitted=replace(law.fitted, coefficients=coefficients))
+
+    laws = {variable: refitted(printed_law(name, variable)) for variable in LOAD_VARIABLES}
+    uncertain = {"term_uncertainty": TermUncertaintySettings(**(EXACT | terms))}
+    unknown = dict.fromkeys(
+        ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (np.nan, np.nan)
+    )
+    return OilInBearing(name, oil_of(name), laws, unknown, SETTINGS.model_copy(update=uncertain))
+
+
+def in_first(value: float, rows: int = 1) -> np.ndarray:
+    """Rows of 12 internal constants of which the first, ln|A0|, has a value."""
+    return np.pad(np.full((rows, 1), value), ((0, 0), (0, 11)))
+
+
+def torque(of: OilInBearing, **changed: float) -> np.ndarray:
+    settings = of.settings.model_copy(update=changed)
+    return replace(of, settings=settings).run(BEARING, *ROLLING)["torque_n_m"].to_numpy()
+
+
+def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
+    return of.with_uncertainty(BEARING, of.run(BEARING, *point), seed)
+
+
+def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():
+    random = np.random.default_rng(0)
+    spread, shift, drag = 0.02, 0.015, 0.3
+    refits = in_first(1.0, 400) * spread * random.standard_normal((400, 1))
+    uncertain = oil("4050", refits, in_first(shift), drag=drag)
+    law = uncertain.laws["stress"]
+    internal = to_internal(law.fitted.law, law.constants)
+    moved = uncertain.with_constants(to_constants(law.fitted.law, internal + in_first(shift)[0]))
+    by_shift = torque(moved) - torque(uncertain)
+    share = SETTINGS.oil_volume_fraction
+    by_drag = (torque(uncertain, oil_volume_fraction=1.01 * share) - torque(uncertain)) / 0.01
+    expected = np.hypot(by_shift * np.hypot(spread / shift, 1), by_drag * drag)
+    found = drawn(uncertain, *ROLLING)
+    np.testing.assert_allclose(found["torque_n_m_uncertainty"], expected, rtol=0.15)
+    # about normal at rolling cages: 1.96 standard uncertainties to either side
+    half = (found["torque_n_m_upper"] - found["torque_n_m_lower"]) / 2
+    np.testing.assert_allclose(half, 1.96 * expected, rtol=0.25)
+    assert not found["draws_split"].any()
+    turning = found["inner_speed_rpm"] * np.pi / 30
+    np.testing.assert_allclose(found["power_w_upper"], found["torque_n_m_upper"] * turning)
+
+
+@pytest.mark.parametrize(
+    ("away", "verdict"), [(1.5, "compatible"), (-3.0, "not compatible"), (3.0, "not compatible")]
+)
+def test_calculated_and_measured_torque_agree_within_two_combined_uncertainties(away, verdict):
+    uncertain = oil("4050", in_first(0.0, 10), in_first(0.0, 0), drag=0.3)
+    point = (10000.0, 12000.0, 100.0)
+    calculated = drawn(uncertain, *point).iloc[0]
+    # of the sensor: 0.01 N m at random, 0.01 N m offset, 0.3 % gain
+    value = float(calculated["torque_n_m"])
+    for _ in range(5):
+        measured_u = np.sqrt(0.01**2 + 0.01**2 + (0.003 * value) ** 2)
+        value = calculated["torque_n_m"] - away * np.hypot(
+            calculated["torque_n_m_uncertainty"], measured_u
+        )
+    config = resolve(ROOT / "config", {})
+    runs = pd.DataFrame(
+        {
+            "run_id": ["a.csv"],
+            "first_row": 0,
+            "oil": "4050",
+            "accepted": True,
+            "axial_load_n": point[0],
+            "inner_speed_rpm": point[1],
+            "oil_temperature_c": point[2],
+            "torque_n_m": value,
+            "torque_n_m_se": 0.01,
+        }
+    )
+    table, _ = torque_table(runs, [uncertain], config)
+    row = table.set_index("load_variable").loc["stress"]
+    assert row["measured_torque_n_m_uncertainty"] == pytest.approx(measured_u)
+    # the seed of the configuration draws other numbers: 100 of them know the spread to some 5 %
+    assert row["compatibility"] == pytest.approx(away, rel=0.15)
+    assert row["verdict"] == verdict
+
+
+def test_draws_repeat_with_the_seed_and_change_with_it():
+    uncertain = oil("4050", in_first(0.0, 10), in_first(0.0, 0), drag=0.3)
+    first, again, other = (drawn(uncertain, *ROLLING, seed=seed) for seed in (1, 1, 2))
+    pd.testing.assert_frame_equal(first, again)
+    assert (first["torque_n_m_uncertainty"] != other["torque_n_m_uncertainty"]).all()
+
+
+def test_a_law_without_refits_has_no_uncertainty():
+    found = drawn(oil("4050", in_first(0.0, 0), in_first(0.0, 0)), *ROLLING)
+    names = [name for name in found if name.endswith(("_uncertainty", "_lower", "_upper"))]
+    assert len(names) == 9
+    assert found[names].isna().all(axis=None)
+    assert not found["draws_split"].any()
+    assert found["power_w"].notna().all()
+
+
+@pytest.mark.parametrize(("load_n", "split"), [(5200.0, True), (20000.0, False)])
+def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
+    # 4010 at 12 000 rpm and 70 degC under little load, where traction falls with slip
+    point = (load_n, 12000.0, 70.0)
+    uncertain = oil("4010", in_first(0.0, 10), in_first(0.0, 0), drag=0.3)
+    found = drawn(uncertain, *point).iloc[0]
+    shares = SETTINGS.oil_volume_fraction * np.exp(0.3 * np.linspace(-2, 2, 41))
+    slips = [
+        replace(uncertain, settings=SETTINGS.model_copy(update={"oil_volume_fraction": share})).run(
+            BEARING, *point
+        )["cage_slip"][0]
+        for share in shares
+    ]
+    # with more drag the cage slips more: by a jump where there is a fold
+    assert (np.diff(slips).max() > 0.05) == split
+    assert found["draws_split"] == split
+    assert found["cage_slip_lower"] < found["cage_slip"] < found["cage_slip_upper"]

@@ -1,0 +1,312 @@
+"""The one description of an oil's constants from which every form of export is made."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
+from oilfilm.traction import expression
+from oilfilm.traction.expression import Node
+from oilfilm.traction.law import QUANTITIES, FloatArray, Law, to_internal
+
+SLIP = "slide_roll_ratio"
+SLIP_MEANING = "sliding speed over entrainment speed"
+_PRESSURE = "max_hertz_pressure_gpa"
+_LOAD = "load_n"
+# Contacts whose load over the cube of the pressure differs less than this are one contact.
+_SAME_CONTACT = 1e-6
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What the law's coefficients are power laws of, or the slide-roll ratio S.
+
+    Attributes:
+        name: Column of the tables, with its unit; or a dimensionless group of the law.
+        symbol: As in the law's equation.
+        meaning: What it is.
+        unit: Unit of every value here.
+        role: "fixed" where the data give no exponent, so that mu is known where it was tested only.
+        level: Its level; None where it is an argument, varied in step with others, or is unknown.
+        reference: Value at which its power is 1; None for S.
+        tested: Smallest and largest value tested, of |S| for S; None where unknown.
+    """
+
+    name: str
+    symbol: str
+    meaning: str
+    unit: str
+    role: Literal["argument", "fixed"]
+    level: float | None
+    reference: float | None
+    tested: tuple[float | None, float | None]
+
+    @property
+    def relative(self) -> str:
+        """Name of its value over the reference, in exported code."""
+        return f"bar_{self.symbol.lower()}"
+
+
+@dataclass(frozen=True)
+class Description:
+    """One oil's constants, with everything that their user must know.
+
+    Attributes:
+        oil: Name as in the configuration, untrusted.
+        identifier: Its name in file names and identifiers.
+        campaign: The campaign behind the fit; None where the constants are those of the paper.
+        fitted: The law with its constants.
+        conditions: What the law's coefficients are power laws of, in the law's order.
+        constants: All constants in the law's order, as in the JSON file.
+        quality: The oil's row of the table `fit_quality`; None for the paper's constants.
+        adore_points: Operating points (by column) at which the ADORE form is wanted.
+    """
+
+    oil: str
+    identifier: str
+    campaign: Campaign | None
+    fitted: FittedLaw
+    conditions: tuple[Condition, ...]
+    constants: tuple[Mapping[str, Any], ...]
+    quality: Mapping[str, Any] | None
+    adore_points: tuple[Mapping[str, float], ...]
+
+    @property
+    def law(self) -> Law:
+        """The law that was fitted."""
+        return self.fitted.law
+
+    @property
+    def data(self) -> Literal["measured", "simulated", "printed"]:
+        """What the constants come from."""
+        return "printed" if self.campaign is None else self.campaign.data
+
+    @property
+    def certified(self) -> bool:
+        """Whether there is a fit and all of its searches agree."""
+        return self.quality is not None and bool(self.quality["certified"])
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """The first columns of every row of a csv file: where the row comes from."""
+        return {
+            "oil": self.oil,
+            "law": self.law.name,
+            "campaign": "" if self.campaign is None else self.campaign.name,
+            "data": self.data,
+            "certified": self.certified,
+        }
+
+    @property
+    def arguments(self) -> tuple[Condition, ...]:
+        """Conditions on which the fitted law depends."""
+        return tuple(condition for condition in self.conditions if condition.role == "argument")
+
+    @property
+    def where_known(self) -> str:
+        """Where the conditions were tested that are no arguments; empty where there are none."""
+        return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed)
+
+    @property
+    def slip(self) -> Condition:
+        """S; |S| counts as tested from 0, because traction is odd in S."""
+        tested = (0.0, number_or_none(self.fitted.coefficients.box[-1, 1]))
+        meaning = f"{SLIP_MEANING}, of either sign"
+        return Condition(SLIP, "S", meaning, "1", "argument", None, None, tested)
+
+    @property
+    def argument_names(self) -> list[str]:
+        """Arguments of the exported functions."""
+        return [*(condition.name for condition in self.arguments), SLIP]
+
+    @property
+    def argument_meanings(self) -> str:
+        """The arguments before S in a few words: "pressure and speed"."""
+        *first, last = (condition.meaning.partition(",")[0] for condition in self.arguments)
+        return f"{', '.join(first)} and {last}" if first else last
+
+    def power_law(self, conditions: Sequence[Condition]) -> str:
+        """How the coefficients depend on these of the conditions."""
+        powers = (
+            f"({condition.symbol} / {condition.reference:g} {condition.unit})"
+            f"^X{self.conditions.index(condition) + 1}"
+            for condition in conditions
+        )
+        return f"X = X0 {' '.join(powers)} for X = {', '.join(self.law.local_constants)}"
+
+    @property
+    def obstacle(self) -> str:
+        """Why no function of mu can be written; empty where one can."""
+        lost = np.isnan(self.fitted.coefficients.constants).any()
+        return str(self.quality["certificate"]) if lost and self.quality else ""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every constant by its name, with those that the law gives."""
+        names = (constant.name for constant in self.law.constants)
+        return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
+
+    def coefficients(self, write: Callable[[str], str]) -> dict[str, str]:
+        """Each coefficient as a product of powers of the arguments over their references.
+
+        Args:
+            write: What stands for a constant, from its name.
+        """
+        values, products = self.values, {}
+        for name in self.law.local_constants:
+            powers = [
+                f"{condition.relative}**{write(f'{name}{number}')}"
+                for number, condition in enumerate(self.conditions, 1)
+                if condition.role == "argument" and values[f"{name}{number}"] != 0
+            ]
+            products[name] = " * ".join([write(f"{name}0"), *powers])
+        return products
+
+    @cached_property
+    def steps(self) -> list[tuple[str, Node]]:
+        """mu in straight-line form: name and value of each step from the arguments to "mu".
+
+        mu is that of |S|; the last thing a function does is to give it the sign of S.
+        """
+        values = self.values
+        return self._steps(lambda name: repr(values[name]), ())
+
+    @cached_property
+    def steps_of_named_constants(self) -> list[tuple[str, Node]]:
+        """As `steps`, with the constants by their names."""
+        return self._steps(str, tuple(self.values))
+
+    def _steps(
+        self, write: Callable[[str], str], constants: Sequence[str]
+    ) -> list[tuple[str, Node]]:
+        ratios = (
+            (condition.relative, f"{condition.name}/{condition.reference!r}")
+            for condition in self.arguments
+        )
+        products = self.coefficients(write).items()
+        steps = (*ratios, *products, ("S", f"abs({SLIP})"), *self.law.steps)
+        return expression.parse_steps(steps, (*self.argument_names, *constants))
+
+    def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
+        """The coefficients, with their signs, at one row of the law's groups."""
+        law, known = self.law, self.fitted.coefficients.known
+        relative = np.where(known, groups / np.array(law.reference), 1.0)
+        design = np.concatenate([[1.0], np.log(relative)])[np.newaxis]
+        sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
+        signs = [coefficient.sign for coefficient in law.coefficients]
+        return dict(zip(law.local_constants, (sizes * signs).tolist(), strict=True))
+
+    def outside(self, groups: FloatArray) -> bool:
+        """Whether a row of the law's groups lies outside the tested box, whatever the slip."""
+        # NaN, for an end that is unknown, compares as false
+        ends = np.array([condition.tested for condition in self.conditions], dtype=float)
+        inside = (ends[:, 0] <= groups) & (groups <= ends[:, 1])
+        return not inside[self.fitted.coefficients.known].all()
+
+
+def describe(
+    oil: str,
+    identifier: str,
+    points: pd.DataFrame,
+    coefficients: pd.DataFrame,
+    quality: pd.DataFrame,
+    law: Law,
+    settings: Settings,
+) -> Description:
+    """Describe one oil's fit.
+
+    Args:
+        oil: The oil.
+        identifier: Its name in identifiers (`names.identifiers`).
+        points: Table of points of the campaign: what was tested.
+        coefficients: Table of coefficients.
+        quality: Table of fit quality.
+        law: The fitted law.
+        settings: `campaign` and `exports` of them.
+    """
+    requested = [point.model_dump() for point in settings.exports.adore_points]
+    fitted = FittedLaw.of(coefficients, oil, quality=quality, law=law)
+    rows = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
+    (row,) = tables.rows(quality[(quality["oil"] == oil) & (quality["law"] == law.name)])
+    accepted = points[(points["oil"] == oil) & points["accepted"]]
+    meanings = constant_meanings(law)
+    return Description(
+        oil=oil,
+        identifier=identifier,
+        campaign=settings.campaign,
+        fitted=fitted,
+        conditions=tuple(_conditions(fitted, accepted)),
+        constants=tuple(_constant(row, meanings[row["constant"]]) for row in tables.rows(rows)),
+        quality=row,
+        adore_points=_with_load(requested, accepted),
+    )
+
+
+def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition]:
+    law, known = fitted.law, fitted.coefficients.known
+    in_step = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
+    groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
+    tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)
+    levels = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
+    for name, reference, is_argument in zip(law.groups, law.reference, known, strict=True):
+        quantity = QUANTITIES[name]
+        yield Condition(
+            name,
+            quantity.symbol,
+            quantity.meaning,
+            quantity.unit,
+            "argument" if is_argument else "fixed",
+            None if is_argument or name in in_step else number_or_none(levels[name]),
+            reference,
+            (number_or_none(tested[name].min()), number_or_none(tested[name].max())),
+        )
+
+
+def _with_load(
+    requested: Sequence[Mapping[str, float]], accepted: pd.DataFrame
+) -> tuple[Mapping[str, float], ...]:
+    """Operating points with the load besides, where all points were measured in one contact.
+
+    W goes with p_max^3 in a circular contact.
+    """
+    factors = (accepted[_LOAD] / accepted[_PRESSURE] ** 3).to_numpy(dtype=float)
+    if not len(factors) or not np.ptp(factors) <= _SAME_CONTACT * factors.max():
+        return tuple(requested)
+    return tuple({**point, _LOAD: float(factors[0]) * point[_PRESSURE] ** 3} for point in requested)
+
+
+def number_or_none(value: float) -> float | None:
+    """The number as plain Python has it; None for NaN."""
+    return None if np.isnan(value) else float(value)
+
+
+def constant_meanings(law: Law) -> dict[str, str]:
+    """What each constant of a law is, by its name."""
+    meanings = {}
+    for name in law.local_constants:
+        meanings[f"{name}0"] = f"{name} at the reference condition"
+        meanings[name] = f"{name} where the rest was tested, at the reference of the arguments"
+        for number, group in enumerate(law.groups, 1):
+            meanings[f"{name}{number}"] = f"exponent of {QUANTITIES[group].symbol} in {name}"
+    return meanings
+
+
+def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
+    return {
+        "name": row["constant"],
+        "meaning": meaning + (", along the tested line" if row["verdict"] == "in step" else ""),
+        "value": number_or_none(row["value"]),
+        "unit": "1",
+        "standard_error": number_or_none(row["standard_error"]),
+        "interval_95": [number_or_none(row["lower"]), number_or_none(row["upper"])],
+        "interval_joint": [number_or_none(row["joint_lower"]), number_or_none(row["joint_upper"])],
+        "systematic_standard_error": number_or_none(row["systematic_standard_error"]),
+        "verdict": row["verdict"],
+    }

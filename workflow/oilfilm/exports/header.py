@@ -1,0 +1,125 @@
+"""What every exported function says of itself, as lines of plain text."""
+
+import textwrap
+from collections.abc import Iterable
+
+from oilfilm.exports.description import SLIP, SLIP_MEANING, Description
+from oilfilm.exports.names import plain
+from oilfilm.report.captions import PAPER, credit
+
+# Fortran ends a line at 132 characters; an editor shows fewer.
+_WIDTH = 92
+
+
+def header(
+    description: Description, sentences: Iterable[str], results: Iterable[str], mark: str
+) -> str:
+    """The head of a source file, as a comment whose every line begins with `mark`.
+
+    Args:
+        description: The fit.
+        sentences: One per argument: name, meaning, unit, range tested.
+        results: What the functions give back, and for which arguments they give nothing.
+        mark: What makes a line a comment.
+    """
+    oil = plain(description.oil)
+    lines = [
+        *_lines(f"Traction coefficient mu (traction force over load) of the oil {oil}"),
+        "",
+        *_lines(
+            origin(description),
+            *fit_sentences(description),
+            f"Every constant: traction_{description.identifier}.json and .csv",
+        ),
+        "",
+        *_lines(*law_sentences(description)),
+        "",
+        "Arguments, and the box tested",
+        *_lines(*sentences, indent="  "),
+        *_lines(*_fixed(description)),
+        "",
+        *_lines(*results),
+    ]
+    return "\n".join(f"{mark}{line}".rstrip() for line in lines)
+
+
+def origin(description: Description) -> str:
+    """Where the constants come from, and whether the data behind them are real."""
+    campaign = description.campaign
+    if campaign is None:
+        return f"PRINTED CONSTANTS of {PAPER}, Eqs 11-13"
+    kind = (
+        plain(f"Measured data{credit(campaign)}")
+        if campaign.data == "measured"
+        else "SIMULATED DATA, not for design"
+    )
+    return f"{kind}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
+
+
+def fit_sentences(description: Description) -> list[str]:
+    """How good the fit is; of the paper's constants, what is not known of them."""
+    fit = description.quality
+    if fit is None:
+        return [
+            f"They are {certificate(description)}. The tested box is that of the paper's abstract.",
+            "The signs of the exponents were lost in the available text and are restored.",
+        ]
+    return [
+        f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
+        f"{fit['rmse']:.2g}; {certificate(description)}"
+    ]
+
+
+def certificate(description: Description) -> str:
+    """How many searches agree where the fit is certified, else why it is not."""
+    fit = description.quality
+    if fit is None:
+        return "as printed, not refitted: without errors and intervals"
+    if fit["certified"]:
+        return f"certified: {fit['searches_agreeing']} of {fit['searches']} searches agree"
+    return plain(str(fit["certificate"]))
+
+
+def law_sentences(description: Description) -> list[str]:
+    """The law, its powers and its source."""
+    given, law = description.arguments, description.law
+    return [
+        f"Law {law.name}: {law.formula} for S >= 0, and mu(-S) = -mu(S)",
+        *([f"with {description.power_law(given)}"] if given else []),
+        law.source,
+    ]
+
+
+def arguments(description: Description) -> list[str]:
+    """One sentence per argument, in the units of the tables."""
+    return [
+        *(
+            f"{condition.name}: {condition.symbol}, {condition.meaning}, {condition.unit}; "
+            f"{span(*condition.tested)}"
+            for condition in description.arguments
+        ),
+        f"{SLIP}: {slip_range(description)}",
+    ]
+
+
+def slip_range(description: Description) -> str:
+    """What S is, and how far it was tested."""
+    return f"S, {SLIP_MEANING}, either sign; |S| {span(*description.slip.tested)}"
+
+
+def span(lower: float | None, upper: float | None) -> str:
+    """A range in words."""
+    return "unknown" if lower is None or upper is None else f"{lower:.4g} to {upper:.4g}"
+
+
+def _fixed(description: Description) -> list[str]:
+    if not description.where_known:
+        return []
+    return [
+        f"Not an argument, because mu is known only where it was tested: {description.where_known}"
+    ]
+
+
+def _lines(*texts: str, indent: str = "") -> list[str]:
+    wrapper = textwrap.TextWrapper(_WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+    return [line for text in texts for line in wrapper.wrap(text)]

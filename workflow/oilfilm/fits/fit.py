@@ -1,0 +1,295 @@
+"""One law fitted to one oil: searches, certificate, errors."""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.certificate import certify
+from oilfilm.fits.conditions import (
+    fixed_conditions,
+    followed_conditions,
+    incomplete_curves,
+    to_text,
+)
+from oilfilm.fits.drawn import NOTHING, Drawn
+from oilfilm.fits.engine import Optimum, at_bounds, search
+from oilfilm.fits.fit_tables import tables_of_fit, tables_without_fit
+from oilfilm.fits.objectives import robust_fit, weighted_fit
+from oilfilm.fits.problem import (
+    CurveData,
+    Problem,
+    build_problem,
+    curve_data,
+)
+from oilfilm.fits.profile import profiles
+from oilfilm.fits.remarks import fit_remarks
+from oilfilm.fits.solution import Solution
+from oilfilm.fits.systematic import calibration_refits
+from oilfilm.fits.uncertainty import Estimates, curve_bootstrap, naive_covariance
+from oilfilm.randomness import generator
+from oilfilm.settings.config import FitSettings
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import BoolArray, FloatArray, Law
+
+# Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
+BOX = (
+    "max_hertz_pressure_gpa",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+    "load_n",
+    "slide_roll_ratio",
+)
+
+
+@dataclass(frozen=True)
+class OilFit:
+    """The tables of one oil's fit by name, and what they were made from.
+
+    `solution` is None where the data could not be fitted.
+    """
+
+    tables: dict[str, pd.DataFrame]
+    solution: Solution | None
+
+    @property
+    def coefficients(self) -> pd.DataFrame:
+        """Table of coefficients."""
+        return self.tables["coefficients"]
+
+    @property
+    def fit_quality(self) -> pd.DataFrame:
+        """Table of fit quality."""
+        return self.tables["fit_quality"]
+
+    @property
+    def refits(self) -> pd.DataFrame:
+        """Table of refits."""
+        return self.tables["refits"]
+
+    def remarks(self) -> list[str]:
+        """What whoever uses the constants must know, one sentence each."""
+        return [remark for row in tables.rows(self.fit_quality) for remark in fit_remarks(row)]
+
+
+def fit_oil(
+    points: pd.DataFrame,
+    oil: str,
+    settings: FitSettings,
+    seed: int,
+    printed: Mapping[str, float] | None = None,
+    law: Law | None = None,
+    drawn: Drawn = NOTHING,
+) -> OilFit:
+    """Fit a law to one oil's accepted points.
+
+    Args:
+        points: Table of points of the campaign.
+        oil: Oil to fit.
+        settings: Config's `fit`.
+        seed: Of all random numbers.
+        printed: Printed value of each constant that has one.
+        law: The configured law if not given.
+        drawn: What other jobs have computed of the fit; it changes no byte.
+
+    Returns:
+        The oil's rows of the tables of a fit. Data that cannot be fitted give rows without values
+        and a verdict that says why.
+    """
+    law = law or LAWS[settings.law]
+    try:
+        prepared = _prepare(points, oil, settings, law)
+    except _NotFittableError as error:
+        return OilFit(tables_without_fit(law, error.quality, printed or {}, str(error)), None)
+    solution = _solve(prepared, oil, settings, seed, drawn)
+    return OilFit(tables_of_fit(solution, prepared.quality, printed or {}, settings), solution)
+
+
+def search_ends(
+    points: pd.DataFrame, oil: str, settings: FitSettings, seed: int, law: Law
+) -> FloatArray:
+    """The searches of a fit alone, as `Drawn.ends`; no rows where the data cannot be fitted."""
+    try:
+        problem = _prepare(points, oil, settings, law).problem
+    except _NotFittableError:
+        return np.empty((0, 1))
+    optima = _search(problem, oil, settings, seed)
+    return np.stack([np.append(optimum.values, optimum.sse) for optimum in optima])
+
+
+def block_of_refits(
+    points: pd.DataFrame,
+    oil: str,
+    settings: FitSettings,
+    seed: int,
+    law: Law,
+    ends: FloatArray,
+    block: slice,
+) -> FloatArray:
+    """Some refits of a fit alone, of which the searches are known.
+
+    Returns:
+        Shape (refits, free); no rows where there are none.
+    """
+    located = located_at(points, oil, settings, law, ends)
+    if located is None:
+        return np.empty((0, 1))
+    return _refits(*located, oil, settings, seed, block)
+
+
+def located_at(
+    points: pd.DataFrame, oil: str, settings: FitSettings, law: Law, ends: FloatArray
+) -> tuple[Problem, Optimum] | None:
+    """The problem of a fit and the best end of its searches; None where it cannot be fitted."""
+    if not len(ends):
+        return None
+    problem, optima = _with_bounds_held(_prepare(points, oil, settings, law).problem, _optima(ends))
+    return problem, _lowest(optima)
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """What is to be fitted, and what the table of quality says of it before any search."""
+
+    problem: Problem
+    data: CurveData
+    points: pd.DataFrame
+    followed: BoolArray
+    quality: dict[str, Any]
+
+
+class _NotFittableError(Exception):
+    """Data that cannot be fitted, in words; `quality` as of `_Prepared`."""
+
+    def __init__(self, reason: str, quality: dict[str, Any]) -> None:
+        super().__init__(reason)
+        self.quality = quality
+
+
+def _prepare(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) -> _Prepared:
+    points = points[points["oil"] == oil]
+    data = curve_data(points, law.conditions)
+    incomplete = incomplete_curves(law.conditions, data.conditions, settings)
+    left_out = list(itertools.compress(data.runs, incomplete))
+    if left_out:
+        points = points[~points["run_id"].isin(left_out)]
+        data = curve_data(points, law.conditions)
+    followed = followed_conditions(law.conditions, data.conditions, settings)
+    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
+    quality = {
+        "oil": oil,
+        "law": law.name,
+        "n_points": len(data.mu),
+        "n_curves": len(data.runs),
+        "incomplete_curves": "; ".join(left_out),
+        "fixed_conditions": to_text(fixed),
+        **_tested_box(points),
+    }
+    try:
+        problem = build_problem(law, data, followed)
+        _refuse_hopeless(problem, data)
+    except ValueError as error:
+        raise _NotFittableError(str(error), quality) from error
+    return _Prepared(problem, data, points, followed, quality)
+
+
+def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
+    """Raise a ValueError that says in words why no law can be fitted to such data."""
+    if not len(data.mu):
+        raise ValueError("0 accepted points")
+    lost = int((~np.isfinite(data.mu) | ~np.isfinite(data.slip)).sum())
+    if lost:
+        raise ValueError(f"{lost} accepted points have no traction coefficient or no slip")
+    if not np.any(data.slip):
+        raise ValueError("every slide-roll ratio is zero, where traction says nothing")
+    if not np.any(data.mu > 0):
+        raise ValueError(
+            "no accepted point has traction above zero; is the sign of the force right "
+            "(semantics of the campaign file)?"
+        )
+    levels = data.conditions[data.curve]
+    distinct = len(np.unique(np.column_stack([levels, data.slip, data.mu]), axis=0))
+    needed = int(problem.free.sum()) + 1
+    if distinct < needed:
+        copies = f", {distinct} of them distinct" if distinct < len(data.mu) else ""
+        raise ValueError(
+            f"{len(data.mu)} accepted points{copies}; at least {needed} distinct ones are needed"
+        )
+    if np.ptp(data.mu) == 0:
+        raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
+
+
+def _solve(
+    prepared: _Prepared, oil: str, settings: FitSettings, seed: int, drawn: Drawn
+) -> Solution:
+    problem, data = prepared.problem, prepared.data
+    optima = _search(problem, oil, settings, seed) if drawn.ends is None else _optima(drawn.ends)
+    problem, optima = _with_bounds_held(problem, optima)
+    best = _lowest(optima)
+    naive = naive_covariance(problem, best)
+    refits = drawn.refits
+    if refits is None:
+        refits = _refits(problem, best, oil, settings, seed)
+    shifted = calibration_refits(problem, best, prepared.points, prepared.followed)
+    return Solution(
+        problem,
+        data,
+        best,
+        certify(problem, data, optima, np.sqrt(np.diag(naive)), settings),
+        Estimates(best.values, naive, refits, shifted),
+        profiles(problem, best, np.sqrt(np.diag(naive))),
+        weighted_fit(problem, data, best),
+        robust_fit(problem, best),
+    )
+
+
+def _search(problem: Problem, oil: str, settings: FitSettings, seed: int) -> list[Optimum]:
+    return [
+        search(problem, settings, generator(seed, "search", oil, number))
+        for number in range(settings.searches)
+    ]
+
+
+def _optima(ends: FloatArray) -> list[Optimum]:
+    return [Optimum(end[:-1], float(end[-1])) for end in ends]
+
+
+def _lowest(optima: list[Optimum]) -> Optimum:
+    return min(optima, key=lambda optimum: optimum.sse)
+
+
+def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:
+    """The problem with constants held that ran into a bound at its lowest end, and all ends."""
+    values = _lowest(optima).values
+    stuck = at_bounds(problem, values)
+    free = [Optimum(optimum.values[~stuck], optimum.sse) for optimum in optima]
+    return problem.holding(values, stuck), free
+
+
+def _refits(
+    problem: Problem,
+    best: Optimum,
+    oil: str,
+    settings: FitSettings,
+    seed: int,
+    block: slice = slice(None),
+) -> FloatArray:
+    """The bootstrap over curves, or a block of it; no rows with too few curves."""
+    if problem.curves < settings.min_curves_to_resample:
+        return np.empty((0, len(best.values)))
+    random = generator(seed, "bootstrap", oil)
+    return curve_bootstrap(problem, best, settings.bootstrap, random, block)
+
+
+def _tested_box(points: pd.DataFrame) -> dict[str, float]:
+    """Smallest and largest value of each condition over the accepted points, NaN if unknown."""
+    accepted = points.loc[points["accepted"], list(BOX)].abs()
+    low, high = accepted.min(), accepted.max()
+    return {
+        **{f"tested_min_{name}": float(low[name]) for name in BOX},
+        **{f"tested_max_{name}": float(high[name]) for name in BOX},
+    }

@@ -1,0 +1,267 @@
+"""The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from oilfilm import tables
+from oilfilm.fits.conditions import from_text
+from oilfilm.fits.objectives import curve_agreement, difference, odd_curves
+from oilfilm.fits.odd_curves import pulling_curves
+from oilfilm.fits.profile import profile_interval
+from oilfilm.fits.solution import Solution
+from oilfilm.fits.systematic import SENSORS
+from oilfilm.settings.config import FitSettings
+from oilfilm.traction.law import Law
+
+
+def tables_of_fit(
+    solution: Solution,
+    quality: Mapping[str, Any],
+    printed: Mapping[str, float],
+    settings: FitSettings,
+) -> dict[str, pd.DataFrame]:
+    """Each table of a fit, by its name.
+
+    Args:
+        solution: The fit.
+        quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
+        printed: Printed value of each constant that has one.
+        settings: `sign_confidence` and `pulling_weight` of config's fit.
+    """
+    return _checked(
+        quality,
+        {
+            "coefficients": _judged(_coefficients(solution, settings), solution, quality, printed),
+            "fit_quality": pd.DataFrame([{**quality, **_quality(solution, settings)}]),
+            "refits": _refits(solution),
+            "correlations": _correlations(solution),
+            "profiles": _profiles(solution),
+            "curve_residuals": _curve_residuals(solution, settings),
+        },
+    )
+
+
+def tables_without_fit(
+    law: Law, quality: Mapping[str, Any], printed: Mapping[str, float], reason: str
+) -> dict[str, pd.DataFrame]:
+    """The same of data that could not be fitted: no values, and the reason as the verdict."""
+    columns = tables.empty("coefficients").columns
+    rows = pd.DataFrame({"constant": _fitted_names(law)}).reindex(columns=columns)
+    rows = rows.assign(identifiable=False, verdict="not identifiable")
+    row = {
+        **dict.fromkeys(tables.columns("fit_quality"), np.nan),
+        **quality,
+        "searches": 0,
+        "searches_agreeing": 0,
+        "active_bounds": "",
+        "pulling_curves": "",
+        "certified": False,
+        "certificate": f"not fitted: {reason}",
+    }
+    filled = {"coefficients": _with_printed(rows, printed), "fit_quality": pd.DataFrame([row])}
+    return _checked(quality, {**filled, **dict.fromkeys(_WITH_VALUES, pd.DataFrame())})
+
+
+def _checked(
+    quality: Mapping[str, Any], frames: Mapping[str, pd.DataFrame]
+) -> dict[str, pd.DataFrame]:
+    """Each table with oil and law in every row, checked by its declaration."""
+    oil, law = quality["oil"], quality["law"]
+    return {
+        name: tables.conform(frame.assign(oil=oil, law=law), name, f"fit of {oil}")
+        if len(frame)
+        else tables.empty(name)
+        for name, frame in frames.items()
+    }
+
+
+# Tables that have no rows where nothing could be fitted.
+_WITH_VALUES = ("refits", "correlations", "profiles", "curve_residuals")
+
+
+def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
+    """One row per constant, in the order of the law."""
+    law, at_bounds = solution.problem.law, solution.problem.at_bounds
+    estimated = _estimated(solution, settings.sign_confidence)
+    # the level of a condition that did not vary is inside X0: neither can be told apart
+    local = [name for name in law.local_constants if name in {*estimated.index, *at_bounds}]
+    rows = estimated.reindex([*_fitted_names(law), *local])
+    rows["identifiable"] = rows.index.isin(estimated.index)
+    rows["verdict"] = rows["verdict"].fillna("not identifiable")
+    for name, value in at_bounds.items():
+        rows.loc[name, "value"] = value
+        rows.loc[name, "verdict"] = "at a bound"
+    return rows.rename_axis("constant").reset_index()
+
+
+def _fitted_names(law: Law) -> list[str]:
+    return [constant.name for constant in law.constants if constant.known is None]
+
+
+def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
+    """One row per free constant, by its name, with its errors and intervals."""
+    problem, estimates = solution.problem, solution.estimates.reported(solution.problem)
+    degrees = len(problem.mu) - len(solution.best.values)
+    profiles = zip(*solution.profile, strict=True)
+    ends = np.array([profile_interval(*profile, degrees) for profile in profiles])
+    lower, upper = problem.reported(ends.T)
+    # a constant below zero falls where its logarithm rises
+    turned = problem.signs < 0
+    weighted, robust = (
+        np.full(len(ends), np.nan) if other is None else problem.reported(other.values)
+        for other in (solution.weighted, solution.robust)
+    )
+    rows = pd.DataFrame(
+        {
+            "value": estimates.values,
+            "standard_error": np.nan,
+            "lower": np.nan,
+            "upper": np.nan,
+            "joint_lower": np.nan,
+            "joint_upper": np.nan,
+            "naive_standard_error": estimates.naive_errors,
+            "profile_lower": np.where(turned, upper, lower),
+            "profile_upper": np.where(turned, lower, upper),
+            "systematic_standard_error": estimates.systematic_errors,
+            "weighted_value": weighted,
+            "robust_value": robust,
+            "verdict": "no interval",
+        },
+        index=problem.names,
+    )
+    if len(estimates.refits):
+        rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
+        rows["lower"], rows["upper"] = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
+        error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
+        reach = sign_reach(len(rows), sign_confidence) * error
+        # the refits may be skew
+        rows["joint_lower"] = np.minimum(rows["value"] - reach, rows["lower"])
+        rows["joint_upper"] = np.maximum(rows["value"] + reach, rows["upper"])
+        known = rows["joint_lower"] * rows["joint_upper"] > 0
+        rows["verdict"] = np.where(known, "known", "sign unknown")
+    return rows
+
+
+def sign_reach(constants: int, confidence: float) -> float:
+    """Standard errors that a constant must lie from zero for its sign to be called known.
+
+    A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
+    constants without effect one would be called wrongly every second time. Hence Bonferroni's
+    limit, for all of them together.
+
+    Args:
+        constants: Constants that are judged.
+        confidence: That no sign is called wrongly, as a share.
+    """
+    return float(scipy.special.ndtri(1 - (1 - confidence) / (2 * constants)))
+
+
+def _judged(
+    rows: pd.DataFrame,
+    solution: Solution,
+    quality: Mapping[str, Any],
+    printed: Mapping[str, float],
+) -> pd.DataFrame:
+    """The constants with those printed; exponents along a line are of no condition alone."""
+    law = solution.problem.law
+    along = {
+        other.condition
+        for fixed in from_text(quality["fixed_conditions"])
+        for other in fixed.in_step
+    }
+    # every group that a law makes of conditions may hold one of them
+    groups = along if law.groups == law.conditions else set(law.groups if along else ())
+    names = {constant.name for constant in law.constants if constant.condition in groups}
+    in_step = rows["constant"].isin(names) & rows["identifiable"]
+    rows = _with_printed(rows, printed)
+    rows.loc[in_step, "verdict"] = "in step"
+    rows.loc[in_step, "printed_value"] = np.nan
+    return rows
+
+
+def _with_printed(rows: pd.DataFrame, printed: Mapping[str, float]) -> pd.DataFrame:
+    return rows.assign(printed_value=rows["constant"].map(dict(printed)).astype(float))
+
+
+def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
+    problem, data = solution.problem, solution.data
+    residual = problem.residual(solution.best.values)
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    return {
+        "sse": solution.best.sse,
+        "rmse": rmse,
+        "relative_rms": rmse / float(np.sqrt(np.mean(data.mu**2))),
+        "max_error": float(np.abs(residual).max()),
+        "weighted_difference": difference(problem, solution.best, solution.weighted),
+        "robust_difference": difference(problem, solution.best, solution.robust),
+        "pulling_curves": pulling_curves(_curve_residuals(solution, settings)),
+        **asdict(solution.certificate),
+    }
+
+
+def _refits(solution: Solution) -> pd.DataFrame:
+    estimates = solution.estimates.reported(solution.problem)
+    causes = [("resampled curves", estimates.refits)]
+    causes += [
+        (f"calibration of {sensor}", row[np.newaxis])
+        for sensor, row in zip(SENSORS, estimates.shifted, strict=False)
+    ]
+    names = solution.problem.names
+    frames = [
+        pd.DataFrame(
+            {
+                "cause": cause,
+                "refit": np.repeat(np.arange(len(values)), len(names)),
+                "constant": names * len(values),
+                "value": values.ravel(),
+            }
+        )
+        for cause, values in causes
+        if len(values)
+    ]
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
+
+
+def _correlations(solution: Solution) -> pd.DataFrame:
+    first, second = np.triu_indices(len(solution.problem.names), k=1)
+    names = np.array(solution.problem.names)
+    values = solution.estimates.reported(solution.problem).correlation[first, second]
+    return pd.DataFrame({"constant": names[first], "other": names[second], "correlation": values})
+
+
+def _profiles(solution: Solution) -> pd.DataFrame:
+    problem = solution.problem
+    levels, z = solution.profile
+    # a constant below zero falls where its logarithm rises
+    turned = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
+    return pd.DataFrame(
+        {
+            "constant": np.repeat(problem.names, levels.shape[1]),
+            "value": problem.reported(levels.T).T.ravel(),
+            "signed_root": (turned * z).ravel(),
+        }
+    )
+
+
+def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
+    problem, data = solution.problem, solution.data
+    residual = problem.residual(solution.best.values)
+    counts = np.bincount(problem.at.curve, minlength=problem.curves)
+    squares = np.bincount(problem.at.curve, residual**2, minlength=problem.curves)
+    agreement = curve_agreement(problem, solution.robust)
+    return pd.DataFrame(
+        {
+            "run_id": data.runs,
+            "n_points": counts,
+            "rmse": np.sqrt(squares / counts),
+            "gain": agreement.gain,
+            "robust_weight": agreement.weight,
+            "odd": odd_curves(agreement, settings),
+            "likely_oil": "",
+        }
+    )

@@ -1,0 +1,416 @@
+"""A fitted law, read back from its tables: traction at any condition, with its interval."""
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import scipy
+
+from oilfilm.errors import OilfilmError
+from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.limits import refuse_unpacking
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import (
+    CONDITIONS,
+    QUANTITIES,
+    FloatArray,
+    Law,
+    Observations,
+    to_internal,
+)
+
+SLIP = "slide_roll_ratio"
+# Points predicted at once: about what fits a processor's cache.
+_CHUNK = 1 << 14
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Constants of a law in the form of its equation, and all that says how far to trust them.
+
+    Attributes:
+        constants: In the order of the law's, NaN where nothing could be fitted. An exponent that
+            the data could not give is 0, and X0 then holds the coefficient at the tested level.
+        known: Which of the law's groups the fit follows.
+        spread: Constants of the bootstrap over curves, shape (refits, constants).
+        shifted: Constants refitted with one sensor each off by its calibration's uncertainty.
+        box: Smallest and largest tested value of each of the law's conditions and of the slip,
+            shape (conditions + 1, 2); NaN where unknown.
+        fixed: The conditions that the fit does not follow, with the level or line tested; empty
+            where that is unknown.
+    """
+
+    constants: FloatArray
+    known: npt.NDArray[np.bool_]
+    spread: FloatArray
+    shifted: FloatArray
+    box: FloatArray
+    fixed: tuple[FixedCondition, ...] = ()
+
+    @classmethod
+    def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
+        """Constants alone, as printed in a paper: no interval and no tested box."""
+        none = np.empty((0, len(constants)))
+        box = np.full((len(law.conditions) + 1, 2), np.nan)
+        known = np.ones(len(law.groups), dtype=bool)
+        return cls(np.asarray(constants, dtype=float), known, none, none, box)
+
+    def covariance(self, law: Law) -> FloatArray:
+        """Covariance of the internal constants: bootstrap over curves, plus calibration.
+
+        NaN where there are no refits.
+        """
+        size = len(self.constants)
+        if len(self.spread) < 2 or np.isnan(self.constants).any():
+            return np.full((size, size), np.nan)
+        random = np.cov(to_internal(law, self.spread), rowvar=False)
+        off = to_internal(law, self.shifted) - to_internal(law, self.constants)
+        return np.asarray(random + off.T @ off)
+
+    def root(self, law: Law) -> FloatArray:
+        """R with R R^T = covariance; constants held at zero give it directions without size.
+
+        NaN where there are no refits.
+        """
+        covariance = self.covariance(law)
+        if np.isnan(covariance).any():
+            return covariance
+        size, directions = np.linalg.eigh(covariance)
+        return np.asarray(directions * np.sqrt(np.maximum(size, 0)))
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Traction coefficients with their interval; all arrays of one shape.
+
+    Attributes:
+        traction_coefficient: mu; odd in the slide-roll ratio.
+        lower: Lower end of the interval, NaN where the fit has none.
+        upper: Upper end.
+        outside: True where a condition or the slip lies outside the tested box.
+        distance: How far outside, in tested ranges, for the condition farthest out; 0 inside, NaN
+            where the box is unknown, infinite where `away`.
+        away: True where a condition that the fit does not follow is asked for away from the level
+            or line on which it was tested: nothing is known of mu there, so it is NaN.
+    """
+
+    traction_coefficient: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    outside: npt.NDArray[np.bool_]
+    distance: FloatArray
+    away: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class FittedLaw:
+    """A law with fitted constants. Where nothing could be fitted the traction is NaN."""
+
+    law: Law
+    coefficients: Coefficients
+
+    def __repr__(self) -> str:
+        names = (constant.name for constant in self.law.constants)
+        values = zip(names, self.coefficients.constants, strict=True)
+        shown = ", ".join(f"{name} {value:.10g}" for name, value in values)
+        return f"{self.law.name}: mu = {self.law.equation}; {shown}"
+
+    @classmethod
+    def of(
+        cls,
+        coefficients: pd.DataFrame,
+        oil: str,
+        refits: pd.DataFrame | None = None,
+        quality: pd.DataFrame | None = None,
+        law: Law | None = None,
+    ) -> "FittedLaw":
+        """The fit of one law to one oil.
+
+        Args:
+            coefficients: Table of coefficients.
+            oil: Oil in it.
+            refits: Table of refits; without it there are no intervals.
+            quality: Table of fit quality; without it no tested box is known.
+            law: Of which the coefficients are wanted. Without it the table must hold one law for
+                the oil, and one that needs no properties of it.
+        """
+        rows = coefficients[coefficients["oil"] == oil]
+        law = law or LAWS[rows["law"].iloc[0]]
+        rows = rows[rows["law"] == law.name].set_index("constant")
+        values = _in_order(law, rows["value"].to_frame().T)[0]
+        given = set(rows.index[rows["value"].notna()])
+        followed = {constant.condition for constant in law.constants if constant.name in given}
+        known = np.array([name in followed for name in law.groups])
+        spread = shifted = np.empty((0, len(values)))
+        if refits is not None:
+            of_oil = refits[(refits["oil"] == oil) & (refits["law"] == law.name)]
+            wide = of_oil.pivot(index=["cause", "refit"], columns="constant", values="value")
+            calibration = wide.index.get_level_values("cause").str.startswith("calibration")
+            if len(wide):
+                spread, shifted = (
+                    # constants at a bound stay there in every refit
+                    np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
+                    for rows in (wide[~calibration], wide[calibration])
+                )
+        box = np.full((len(law.conditions) + 1, 2), np.nan)
+        fixed: tuple[FixedCondition, ...] = ()
+        if quality is not None:
+            row = quality[(quality["oil"] == oil) & (quality["law"] == law.name)].iloc[0]
+            names = (*law.conditions, "slide_roll_ratio")
+            box = np.array(
+                [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
+            )
+            # that there is no traction without slip needs no test
+            box[-1, 0] = 0.0
+            fixed = from_text(row["fixed_conditions"])
+        return cls(law, Coefficients(values, known, spread, shifted, box, fixed))
+
+    def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        """mu against slip at one row of the law's conditions, shape of `slip`."""
+        at = np.broadcast_to(conditions, (len(slip), len(self.law.conditions)))
+        return self.predict(at, slip).traction_coefficient
+
+    def predict(self, conditions: FloatArray, slip: FloatArray, level: float = 0.95) -> Prediction:
+        """mu with its interval at each point.
+
+        The interval is mu exp(+-z s/mu), and mu +- z s where a law leads below zero, s by the
+        gradient of mu and the covariance of the constants (bootstrap over curves, and calibration
+        where it is stated): what the law's mean curve may be, not where one more measured point
+        may lie, and true as far as the law is.
+
+        Args:
+            conditions: Rows of the law's conditions, shape (points, conditions). NaN for a
+                condition that the fit does not follow asks for its tested level; mu is NaN where a
+                condition that it follows is.
+            slip: Slide-roll ratio of each point, shape (points,).
+            level: Of confidence.
+        """
+        root = self.coefficients.root(self.law)
+        none = np.zeros(len(conditions), dtype=bool)
+        off = np.any([none, *self.away_from(conditions).values()], axis=0)
+        conditions = self.on_line(conditions)
+        unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
+        lost = off | unknown.any(axis=1)
+        # any value that the law can take; mu is not known there
+        conditions = np.where(lost[:, np.newaxis], 1.0, conditions)
+        mu, error = np.empty(len(slip)), np.empty(len(slip))
+        for start in range(0, len(slip), _CHUNK):
+            chunk = slice(start, start + _CHUNK)
+            mu[chunk], error[chunk] = self._predict_chunk(conditions[chunk], slip[chunk], root)
+        mu[lost], error[lost] = np.nan, np.nan
+        sign = np.where(slip < 0, -1.0, 1.0)
+        reach, above = scipy.special.ndtri(0.5 + level / 2) * error, mu > 0
+        relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
+        # far out the interval may be endless
+        with np.errstate(over="ignore"):
+            factor = np.exp(relative)
+            lower = np.where(above, mu / factor, mu - reach)
+            upper = np.where(above, mu * factor, mu + reach)
+        ends = np.sort([sign * lower, sign * upper], axis=0)
+        distance = np.where(off, np.inf, self._distance(conditions, slip))
+        return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance, off)
+
+    def predict_at(
+        self,
+        max_hertz_pressure: Any,
+        entrainment_speed: Any,
+        inlet_temperature: Any,
+        slide_roll_ratio: Any,
+        level: float = 0.95,
+    ) -> Prediction:
+        """As the function `predict`, with this law: GPa, m/s, degC, or quantities of pint."""
+        at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+        return predict(self.law, self.coefficients, *at, level=level)
+
+    def on_line(self, conditions: FloatArray) -> FloatArray:
+        """Conditions with those that the fit does not follow at their tested level or line.
+
+        Args:
+            conditions: Rows of the law's conditions.
+        """
+        levels = self._by_name(conditions)
+        lines = {fixed.condition: fixed.on_line(levels) for fixed in self.coefficients.fixed}
+        return np.column_stack(list((levels | lines).values()))
+
+    @property
+    def reach(self) -> FloatArray:
+        """The tested box, wider by `within` for conditions that the fit does not follow.
+
+        Shape (conditions + 1, 2), as `Coefficients.box`.
+        """
+        beyond = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
+        names = (*self.law.conditions, "slide_roll_ratio")
+        within = np.array([[beyond.get(name, 0.0)] for name in names])
+        least = np.array([[LEAST_SIZE.get(name, 0.0)] for name in names])
+        box = self.coefficients.box
+        return box + within * np.maximum(np.abs(box), least) * [-1.0, 1.0]
+
+    def away_from(self, conditions: FloatArray) -> dict[FixedCondition, npt.NDArray[np.bool_]]:
+        """The conditions that rows ask for away from where they were tested, and which rows do.
+
+        Args:
+            conditions: Rows of the law's conditions.
+        """
+        levels, coefficients = self._by_name(conditions), self.coefficients
+        fixed = () if np.isnan(coefficients.constants).any() else coefficients.fixed
+        rows = {condition: away(condition, levels) for condition in fixed}
+        return {condition: off for condition, off in rows.items() if off.any()}
+
+    def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
+        return dict(zip(self.law.conditions, conditions.T, strict=True))
+
+    def _predict_chunk(
+        self, conditions: FloatArray, slip: FloatArray, root: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        law, coefficients = self.law, self.coefficients
+        if np.isnan(coefficients.constants).any():
+            return np.full(len(slip), np.nan), np.full(len(slip), np.nan)
+        internal = to_internal(law, coefficients.constants)
+        design = law.design(conditions, coefficients.known)
+        at = Observations(design, np.arange(len(slip)), np.abs(slip))
+        sizes = law.sizes(internal, at.design)
+        mu, slopes = law.value_and_slopes(sizes, at.slip)
+        blocks = root.reshape(len(sizes), -1, root.shape[1])
+        along = np.zeros((len(slip), root.shape[1]))
+        for slope, block in zip(slopes, blocks, strict=True):
+            along += slope[:, np.newaxis] * (at.design @ block)
+        return mu, np.linalg.norm(along, axis=1)
+
+    def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        low, high = self.reach.T
+        at = np.column_stack([conditions, np.abs(slip)])
+        beyond = np.maximum(np.maximum(low - at, at - high), 0.0)
+        # rounding of the conditions themselves is not outside
+        beyond[beyond <= 1e-9 * np.abs(at)] = 0.0
+        width = high - low
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ranges = np.where(beyond == 0, 0.0, beyond / width)
+        # beyond one range is outside, whatever is unknown of the others
+        known = np.fmax.reduce(ranges, axis=1)
+        return np.where(known > 0, known, ranges.max(axis=1))
+
+
+def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
+    """Constants in the law's order; X0 where its exponents are not known is the coefficient X."""
+    names = [constant.name for constant in law.constants]
+    values = rows.reindex(columns=names).to_numpy(dtype=float, copy=True)
+    local = rows.reindex(columns=list(law.local_constants)).to_numpy(dtype=float)
+    heads = np.array([constant.condition is None for constant in law.constants])
+    at_level = np.isnan(values[:, heads]) & ~np.isnan(local)
+    values[:, heads] = np.where(at_level, local, values[:, heads])
+    # exponents that the law gives; those of conditions that never varied have no effect to carry
+    fitted = ~np.isnan(values[:, heads]).any(axis=1, keepdims=True)
+    return np.where(~heads & fitted & np.isnan(values), law.known, values)
+
+
+def read_fit(folder: Path | str, oil: str) -> FittedLaw:
+    """The fit of one oil from a campaign's results, as `results/demo`.
+
+    Raises:
+        OilfilmError: There are no such results, or no such oil in them.
+    """
+    for name in ("coefficients", "refits", "fit_quality"):
+        refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
+    results = CampaignTables.in_folder(Path(folder))
+    coefficients = results.coefficients
+    oils = sorted(coefficients["oil"].unique())
+    if oil not in oils:
+        raise OilfilmError(
+            f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
+        )
+    return FittedLaw.of(coefficients, oil, results.refits, results.fit_quality)
+
+
+def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
+    """Values of a condition or of the slide-roll ratio; quantities of pint are converted.
+
+    Args:
+        value: Numbers in the unit of the column `name`, or a quantity of pint.
+        name: Name of the column.
+
+    Raises:
+        OilfilmError: The quantity has a unit of something else.
+    """
+    unit = "dimensionless" if name == SLIP else QUANTITIES[name].unit
+    if hasattr(value, "magnitude") and hasattr(value, "to"):
+        try:
+            value = value.to(unit).magnitude
+        except Exception as error:
+            raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
+    return np.asarray(value, dtype=float)
+
+
+def predict(
+    law: str | Law,
+    coefficients: Coefficients | FloatArray,
+    max_hertz_pressure: Any,
+    entrainment_speed: Any,
+    inlet_temperature: Any,
+    slide_roll_ratio: Any,
+    level: float = 0.95,
+) -> Prediction:
+    """Traction coefficient with its interval, and whether the point was ever tested.
+
+    Args:
+        law: A law of pressure, speed and temperature, or its name.
+        coefficients: Of a fit (`read_fit(...).coefficients`), or bare constants in the law's
+            order: these give mu without interval or box.
+        max_hertz_pressure: P in GPa, or a quantity of pint, as the others.
+        entrainment_speed: U in m/s.
+        inlet_temperature: T in degC. NaN for a condition that the fit does not follow asks for
+            its tested level.
+        slide_roll_ratio: S. The four broadcast against each other.
+        level: Of confidence.
+
+    Returns:
+        Arrays of the broadcast shape.
+
+    Warns:
+        UserWarning: mu is NaN at some points because it is not known there; it says why.
+
+    Raises:
+        OilfilmError: There is no such law, or it is one of load, which `FittedLaw.predict` takes;
+            or a quantity has a unit of something else.
+        ValueError: A condition is not above zero, where power laws have no value.
+
+    Examples:
+        4102 as printed, at the reference condition:
+
+        >>> constants = [-0.01567792, 0, 0, 0, 0.63482685, 0, 0, 0, 24.43483717, 0, 0, 0]
+        >>> float(predict("deng2026", constants, 1.0, 20.0, 20.0, 0.05).traction_coefficient)
+        0.020412...
+    """
+    if isinstance(law, str):
+        if law not in LAWS:
+            raise OilfilmError(f"there is no law {law!r}; the laws are {', '.join(LAWS)}.")
+        law = LAWS[law]
+    if law.conditions != CONDITIONS:
+        raise OilfilmError(
+            f"the law {law.name} is one of {', '.join(law.conditions)}; use the method predict of "
+            "the fitted law, which takes rows of them."
+        )
+    if not isinstance(coefficients, Coefficients):
+        coefficients = Coefficients.bare(law, np.asarray(coefficients, dtype=float))
+    given = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+    names = (*CONDITIONS, SLIP)
+    arrays = np.broadcast_arrays(*map(in_unit, given, names))
+    shape = arrays[0].shape
+    *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
+    fit, rows = FittedLaw(law, coefficients), np.column_stack(conditions)
+    prediction = fit.predict(rows, slip, level)
+    if why := _why_unknown(fit, rows):
+        lost = int(np.isnan(prediction.traction_coefficient).sum())
+        warnings.warn(f"mu is NaN at {lost} of {len(slip)} points: {why}", stacklevel=2)
+    return Prediction(**{name: array.reshape(shape) for name, array in vars(prediction).items()})
+
+
+def _why_unknown(fit: FittedLaw, conditions: FloatArray) -> str:
+    """Why mu is not known at some rows of conditions; empty where it is, or where they are NaN."""
+    if np.isnan(fit.coefficients.constants).any():
+        return "nothing could be fitted"
+    return "; ".join(condition.sentence() for condition in fit.away_from(conditions))

@@ -1,0 +1,190 @@
+"""What each fit misses beside the noise of its data: table `lack_of_fit`."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.curation.coverage import SET_POINTS, with_levels
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.lack_of_fit import ADVISED_REPEATS, LackOfFit, f_limit, lack_of_fit
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction.law import FloatArray, IndexArray
+
+# A set point that no log states is known by what was measured.
+_MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
+_NOTHING = {
+    "n_repeats": 0,
+    "n_repeated_conditions": 0,
+    **dict.fromkeys(
+        (
+            *("relative_rms", "repeat_relative_rms", "lack_of_fit_relative_rms"),
+            *("plateau_relative_rms", "lack_of_fit_ratio", "lack_of_fit_limit"),
+        ),
+        np.nan,
+    ),
+    "advice": "",
+}
+
+
+def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFrame:
+    """Table `lack_of_fit`: residuals of each fit, parted into noise and lack of fit.
+
+    Args:
+        results: Tables `coefficients`, `fit_quality`, `points` and `runs`.
+        settings: `gates`, `rigs`, `oils`, `same_set_point`, and the campaign's `rigs` and `matrix`.
+    """
+    conditions = _conditions(results, settings)
+    rows = []
+    for quality in tables.rows(results.fit_quality):
+        row = {"oil": quality["oil"], "law": quality["law"], **_NOTHING}
+        if np.isnan(quality["rmse"]):
+            finding = "nothing was fitted, so that nothing is known of the noise"
+            rows.append({**row, "verdict": "no fit", "finding": finding})
+            continue
+        rows.append({**row, **_of_fit(quality, results, conditions, settings)})
+    return tables.from_rows(rows, "lack_of_fit")
+
+
+def _of_fit(
+    quality: dict[str, Any],
+    results: CampaignTables,
+    conditions: "pd.Series[int]",
+    settings: Settings,
+) -> dict[str, Any]:
+    fit = FittedLaw.of(results.coefficients, quality["oil"], None, results.fit_quality)
+    points = results.points
+    used = points[points["accepted"] & (points["oil"] == quality["oil"])]
+    # a fit takes each run at its mean conditions
+    means = used.groupby("run_id")[list(fit.law.conditions)].transform("mean").to_numpy(float)
+    slip, mu = (used[name].to_numpy(float) for name in ("slide_roll_ratio", "traction_coefficient"))
+    residual = np.where(slip < 0, -1.0, 1.0) * (fit.predict(means, slip).traction_coefficient - mu)
+    known = np.isfinite(residual)
+    used, residual, slip, mu = used[known], residual[known], slip[known], mu[known]
+    condition = used["run_id"].map(conditions).to_numpy(np.int64)
+    run, _ = pd.factorize(used["run_id"])
+    levels = _slip_levels(np.abs(slip), condition, 2 * settings.gates.slip_tolerance)
+    given = results.coefficients["oil"] == quality["oil"]
+    constants = int(results.coefficients.loc[given, "value"].notna().sum())
+    parts = lack_of_fit(residual, run, condition, levels, constants)
+    size = float(np.sqrt(np.mean(mu**2)))
+    errors = used["traction_coefficient_se"].dropna()
+    row = {
+        "n_repeats": parts.repeats,
+        "n_repeated_conditions": parts.conditions,
+        "relative_rms": quality["relative_rms"],
+        "repeat_relative_rms": parts.noise / size,
+        "lack_of_fit_relative_rms": parts.lack / size,
+        "plateau_relative_rms": float(np.sqrt(np.mean(errors**2))) / size
+        if len(errors)
+        else np.nan,
+        "lack_of_fit_ratio": parts.ratio,
+        "lack_of_fit_limit": parts.limit,
+    }
+    return {**row, **_words(row, parts, run.max() + 1 - constants * (run.max() + 1) / len(run))}
+
+
+def _words(row: dict[str, Any], parts: LackOfFit, runs_above: float) -> dict[str, str]:
+    """Verdict, finding and advice.
+
+    Args:
+        row: Row of the table so far.
+        parts: Its numbers.
+        runs_above: Runs less the constants, each run counted as one observation.
+    """
+    residual = f"residuals are {row['relative_rms']:.2%} of mu (rms)"
+    plateaus = ""
+    if not np.isnan(row["plateau_relative_rms"]):
+        plateaus = (
+            f". Readings within plateaus alone scatter by {row['plateau_relative_rms']:.2%}, a "
+            "lower bound of the noise"
+        )
+    if np.isnan(parts.noise):
+        many = ". ".join(
+            f"{count} repeated runs show a lack of fit where residuals are over "
+            f"{np.sqrt(f_limit(max(runs_above, 1.0), count)):.1f} times the noise"
+            for count in ADVISED_REPEATS
+        )
+        return {
+            "verdict": "no repeats",
+            "finding": f"{residual}. Noise and lack of fit cannot be told apart, because no runs "
+            f"repeat a condition{plateaus}",
+            "advice": "Run some conditions again, best the extreme ones. Set "
+            f"`repeated_conditions: accept` in the campaign file. {many}",
+        }
+    runs = "run repeats" if parts.repeats == 1 else "runs repeat"
+    finding = (
+        f"{residual}. Repeats explain {row['repeat_relative_rms']:.2%} ({parts.repeats} {runs} an "
+        f"earlier one). The lack of fit of the law is {row['lack_of_fit_relative_rms']:.2%}"
+    )
+    test = f"F = {parts.ratio:.3g}, 95 % limit {parts.limit:.3g}"
+    if parts.shown:
+        return {
+            "verdict": "shown",
+            "finding": f"{finding}, which is more than chance ({test}){plateaus}",
+            "advice": "Another form of law may miss less; more repeats do not help",
+        }
+    return {
+        "verdict": "not shown",
+        "finding": f"{finding}, which may be chance ({test}){plateaus}",
+        "advice": "",
+    }
+
+
+def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]":
+    """Number of the condition of each run, by `run_id`.
+
+    Runs have one condition where oil, rig and set points are the same. Of a set point that is not
+    stated the measured mean counts, within the tolerances that gates allow from a set point.
+    """
+    runs = with_levels(results.runs, settings).set_index("run_id")
+    accepted = results.points[results.points["accepted"]]
+    means = accepted.groupby("run_id")[list(_MEASURED)].mean().reindex(runs.index)
+    gates = settings.gates
+    allowed = {
+        "max_hertz_pressure_gpa": gates.load_tolerance / 3,
+        "load_n": gates.load_tolerance,
+        "entrainment_speed_m_s": gates.speed_tolerance,
+    }
+    # pressure and load are one set point
+    load_noted = runs[list(SET_POINTS[:2])].notna().any(axis=1)
+    labels = runs[["oil", "rig"]].assign(load_noted=load_noted)
+    for name, measured in zip(SET_POINTS, _MEASURED, strict=True):
+        noted = runs[name].notna() | (load_noted if name in SET_POINTS[:2] else False)
+        values, width = means[measured].to_numpy(float), gates.temperature_tolerance_c
+        if measured in allowed:
+            values, width = np.log(values), allowed[measured]
+        near = _clusters(values, 2 * width)
+        labels[name] = runs[name].where(noted, -1.0 - near)
+    return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
+
+
+def _slip_levels(slip: FloatArray, condition: IndexArray, width: float) -> IndexArray:
+    """Level of slip of each point, among the points of its condition."""
+    levels = np.empty(len(slip), dtype=np.int64)
+    order = np.argsort(condition, kind="stable")
+    edges = np.flatnonzero(np.diff(condition[order])) + 1
+    for here in np.split(order, edges):
+        levels[here] = _clusters(slip[here], width)
+    return levels
+
+
+def _clusters(values: FloatArray, width: float) -> IndexArray:
+    """Clusters of values no wider than `width`, counted from 0; unknown values are one of them.
+
+    Examples:
+        >>> _clusters(np.array([0.101, 0.02, 0.099, 0.021, np.nan]), 0.006)
+        array([2, 1, 2, 1, 0])
+    """
+    clusters = np.zeros(len(values), dtype=np.int64)
+    first = -np.inf
+    number = 0
+    for index in np.argsort(values, kind="stable"):
+        if np.isnan(values[index]):
+            break
+        if values[index] - first > width:
+            first, number = values[index], number + 1
+        clusters[index] = number
+    return clusters

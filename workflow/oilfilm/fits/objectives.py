@@ -1,0 +1,161 @@
+"""The fit beside the plain one: weighted by standard errors, and with a robust loss.
+
+The paper's plain sum of squares (Eq. 10) is the reference. What others make of the same points
+says whether a few curves decide the constants.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from oilfilm.curation.plateaus import MAD_TO_SIGMA
+from oilfilm.fits.engine import Optimum, polish
+from oilfilm.fits.problem import CurveData, Problem
+from oilfilm.settings.config import FitSettings
+from oilfilm.traction.law import BoolArray, FloatArray
+
+# Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
+_CAUCHY_TUNING = 2.3849
+_ROUNDS = 10
+# Of a curve's largest traction: points with less say little about it.
+_LEAST_TRACTION = 0.2
+# Times the median of all curves: more is no scatter of sound curves.
+_OUTLIER = 5.0
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another objective's end: constants, and the weight it gave to each point (at most 1)."""
+
+    values: FloatArray
+    weight: FloatArray
+
+
+def weighted_fit(problem: Problem, data: CurveData, plain: Optimum) -> Alternative | None:
+    """Least squares weighted by 1/(se^2 + s0^2); None where no standard error is known.
+
+    s0^2 is what the plain fit's residuals have beyond the points' standard errors: errors that a
+    run's points share, and what the law cannot follow. Without it the quietest points alone would
+    decide. A point without a standard error of its own counts with the median one.
+    """
+    known = np.isfinite(data.mu_se)
+    if not known.any():
+        return None
+    variance = np.where(known, data.mu_se, np.median(data.mu_se[known])) ** 2
+    residual = problem.residual(plain.values)
+    excess = max(float(np.mean(residual**2 - variance)), 0.0)
+    if not np.any(variance + excess):
+        return None
+    # an exact fit of exact points leaves no variance at some of them: they count alike
+    weight = 1 / np.maximum(variance + excess, 1e-6 * float(np.mean(variance + excess)))
+    weight = weight / weight.max()
+    return Alternative(polish(problem, plain.values, weight).values, weight)
+
+
+def robust_fit(problem: Problem, plain: Optimum) -> Alternative | None:
+    """Cauchy loss, its scale from the median size of the residuals; None for an exact fit.
+
+        minimise sum of ln(1 + (r/c)^2),  c = 2.3849 * 1.4826 median |r|
+
+    The scale is taken again from each end until both stand.
+
+    Reference: P. J. Huber, E. M. Ronchetti, Robust Statistics, 2nd ed. (2009), chapters 4 and 7.
+    """
+    values, scale = plain.values, 0.0
+    for _ in range(_ROUNDS):
+        median = float(np.median(np.abs(problem.residual(values))))
+        new_scale = _CAUCHY_TUNING * MAD_TO_SIGMA * median
+        if new_scale == 0 or not np.isfinite(new_scale):
+            return None
+        if abs(new_scale - scale) <= 1e-3 * new_scale:
+            break
+        scale = new_scale
+        values = _cauchy(problem, values, scale)
+    return Alternative(values, 1 / (1 + (problem.residual(values) / scale) ** 2))
+
+
+def _cauchy(problem: Problem, start: FloatArray, scale: float) -> FloatArray:
+    # in units of the scale: the solver's tolerances are absolute in the gradient
+    def residual(values: FloatArray) -> FloatArray:
+        return problem.residual(values) / scale
+
+    def jacobian(values: FloatArray) -> FloatArray:
+        return problem.jacobian(values) / scale
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        result = scipy.optimize.least_squares(
+            residual,
+            start,
+            jacobian,
+            bounds=tuple(problem.limits.T),
+            method="trf",
+            x_scale="jac",
+            loss="cauchy",
+            ftol=1e-12,
+            xtol=1e-10,
+            gtol=1e-10,
+            max_nfev=200,
+        )
+    return np.asarray(result.x)
+
+
+def difference(problem: Problem, plain: Optimum, other: Alternative | None) -> float:
+    """Relative RMS difference of mu between two fits, over the fitted points."""
+    if other is None:
+        return float("nan")
+    mu = problem.residual(plain.values) + problem.mu
+    change = problem.residual(other.values) + problem.mu - mu
+    return float(np.sqrt(np.mean(change**2) / np.mean(mu**2)))
+
+
+@dataclass(frozen=True)
+class CurveAgreement:
+    """How each curve agrees with the robust fit of all of them.
+
+    Points of little traction are left out: near S = 0 every curve agrees with every law.
+
+    Attributes:
+        weight: Mean robust weight of its points: near 1 where it agrees.
+        gain: Its traction over the fit's.
+        scatter: RMS difference from the fit times its gain, relative: a curve of another shape.
+    """
+
+    weight: FloatArray
+    gain: FloatArray
+    scatter: FloatArray
+
+
+def curve_agreement(problem: Problem, robust: Alternative | None) -> CurveAgreement:
+    """How each curve agrees with the robust fit; perfectly where the fit is exact."""
+    ones = np.ones(problem.curves)
+    if robust is None:
+        return CurveAgreement(ones, ones, 0 * ones)
+    curve, fitted = problem.at.curve, problem.residual(robust.values) + problem.mu
+    counts = fitted >= _LEAST_TRACTION * np.maximum.reduceat(fitted, problem.starts)[curve]
+
+    def total(of_points: FloatArray) -> FloatArray:
+        kept = np.where(counts, of_points, 0.0)
+        return np.bincount(curve, kept, minlength=problem.curves).astype(np.float64)
+
+    number, power = total(np.ones(len(curve))), total(fitted**2)
+    gain = total(problem.mu * fitted) / power
+    rest = total((problem.mu - gain[curve] * fitted) ** 2)
+    return CurveAgreement(total(robust.weight) / number, gain, np.sqrt(rest / power) / gain)
+
+
+def odd_curves(agreement: CurveAgreement, settings: FitSettings) -> BoolArray:
+    """Curves that do not belong to the others: they pull the plain fit away.
+
+    The gain or the scatter of such a curve is far from those of the others: further than the limit,
+    and than what a law that fits all of them badly explains. Half the limit is enough where the
+    robust fit nearly ignores the curve.
+    """
+    off = np.abs(np.log(np.maximum(agreement.gain, 1e-9)))
+    far = (off > settings.odd_gain) & (off > _OUTLIER * np.median(off))
+    wide = agreement.scatter > settings.odd_scatter
+    wide &= agreement.scatter > _OUTLIER * np.median(agreement.scatter)
+    # weights are of absolute residuals, which grow with mu: a weight alone is no reason
+    material = (off > settings.odd_gain / 2) | (agreement.scatter > settings.odd_scatter / 2)
+    ignored = material & (agreement.weight < settings.pulling_weight)
+    return np.asarray(far | wide | ignored)

@@ -1,0 +1,35 @@
+"""What a fit has solved, before it becomes tables."""
+
+from dataclasses import dataclass
+
+from oilfilm.fits.certificate import Certificate
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.objectives import Alternative
+from oilfilm.fits.problem import CurveData, Problem
+from oilfilm.fits.uncertainty import Estimates
+from oilfilm.traction.law import FloatArray
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One law fitted to one oil.
+
+    Attributes:
+        problem: What was fitted; constants that ran into a bound are held there.
+        data: The curves it was fitted to.
+        best: The best end of the searches.
+        certificate: Whether the searches agree, and at what kind of optimum.
+        estimates: The free constants with their errors.
+        profile: As `oilfilm.fits.profile.profiles`.
+        weighted: The fit weighted by standard errors; None where none is known.
+        robust: The fit with a robust loss; None for an exact fit.
+    """
+
+    problem: Problem
+    data: CurveData
+    best: Optimum
+    certificate: Certificate
+    estimates: Estimates
+    profile: tuple[FloatArray, FloatArray]
+    weighted: Alternative | None
+    robust: Alternative | None

@@ -1,0 +1,113 @@
+"""Errors of the constants: by the Jacobian, and by a bootstrap over whole curves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from oilfilm.fits.descent import refit
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.problem import Problem
+from oilfilm.traction.law import FloatArray, IndexArray
+
+# A refit is one draw of a spread: digits beyond these are never seen.
+_REFIT_TOLERANCE = 1e-10
+# Draws checked at once.
+_DRAWS = 100
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Fitted quantities with all that says how sure they are.
+
+    Attributes:
+        values: The quantities at the optimum, shape (n,).
+        naive: Their covariance as if every point had an error of its own, shape (n, n).
+        refits: The quantities in each refit of the bootstrap over curves, shape (refits, n).
+        shifted: Refitted with one sensor each off by its calibration's standard uncertainty,
+            shape (sensors, n); no rows where that is not known.
+    """
+
+    values: FloatArray
+    naive: FloatArray
+    refits: FloatArray
+    shifted: FloatArray
+
+    @property
+    def naive_errors(self) -> FloatArray:
+        """Standard errors by `naive`."""
+        return np.sqrt(np.diag(self.naive))
+
+    @property
+    def systematic_errors(self) -> FloatArray:
+        """Standard errors from calibration; NaN where it is not known."""
+        if len(self.shifted) == 0:
+            return np.full(len(self.values), np.nan)
+        return np.sqrt(((self.shifted - self.values) ** 2).sum(axis=0))
+
+    @property
+    def correlation(self) -> FloatArray:
+        """Correlation matrix of the refits; of `naive` where there are none, NaN without spread."""
+        covariance = np.cov(self.refits, rowvar=False) if len(self.refits) else self.naive
+        errors = np.sqrt(np.where(np.diag(covariance) > 0, np.diag(covariance), np.nan))
+        return np.asarray(covariance / np.outer(errors, errors))
+
+    def reported(self, problem: Problem) -> "Estimates":
+        """The same of the constants in the form of the law's equation, from internal ones."""
+        values = problem.reported(self.values)
+        # d X0 / d ln|X0| = X0
+        slopes = np.where(problem.logarithmic, values, 1.0)
+        return Estimates(
+            values,
+            self.naive * np.outer(slopes, slopes),
+            problem.reported(self.refits),
+            problem.reported(self.shifted),
+        )
+
+
+def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
+    """Covariance of the free internal constants as if every point had an error of its own.
+
+        s^2 (J^T J)^-1,  s^2 = SSE / (points - constants)
+
+    It is too small wherever a run's points share an error (load, temperature). NaN where the data
+    leave no degree of freedom or the Jacobian is singular.
+    """
+    jacobian = problem.jacobian(optimum.values)
+    degrees = len(problem.mu) - jacobian.shape[1]
+    if degrees <= 0 or np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
+        return np.full((jacobian.shape[1],) * 2, np.nan)
+    _, upper = np.linalg.qr(jacobian)
+    inverse = np.linalg.inv(upper)
+    return np.asarray(optimum.sse / degrees * inverse @ inverse.T)
+
+
+def curve_bootstrap(
+    problem: Problem,
+    optimum: Optimum,
+    refits: int,
+    random: np.random.Generator,
+    block: slice = slice(None),
+) -> FloatArray:
+    """Refits to as many whole curves drawn with replacement: shape (refits, free constants).
+
+    `block` selects some of them. The bytes of a refit do not depend on the block.
+
+    Points of a run share its calibration and control errors; drawing runs, not points, keeps
+    those errors together. A sample whose curves cannot tell the exponents apart is replaced.
+
+    Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
+    """
+    draws = draw_curves(problem.at.design, refits, random)[block]
+    return refit(problem, optimum.values, draws.astype(float), _REFIT_TOLERANCE)[0]
+
+
+def draw_curves(design: FloatArray, count: int, random: np.random.Generator) -> IndexArray:
+    """How often each curve is drawn, shape (count, curves); every draw identifies what all do."""
+    curves, rank = len(design), np.linalg.matrix_rank(design)
+    draws = np.empty((0, curves), dtype=np.int64)
+    while len(draws) < count:
+        some = min(count - len(draws), _DRAWS)
+        more = random.multinomial(curves, np.full(curves, 1 / curves), some)
+        drawn = np.where(more[:, :, np.newaxis] > 0, design, 0.0)
+        draws = np.concatenate([draws, more[np.linalg.matrix_rank(drawn) == rank]])
+    return draws

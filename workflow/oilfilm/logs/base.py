@@ -1,0 +1,225 @@
+"""What a reader gives: runs out of a raw file, and what it had to refuse."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oilfilm import tables
+from oilfilm.logs.understood import NOTHING_UNDERSTOOD, Understood
+from oilfilm.settings.campaign import Campaign
+from oilfilm.units import ABSOLUTE_ZERO_C
+
+# Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
+Columns = dict[str, npt.NDArray[Any]]
+
+# Columns of a log: each one's name, and the unit beside or below it (empty where there is none).
+Names = list[tuple[str, str]]
+
+# A reading beyond this is no measurement of any rig, whatever its unit.
+LARGEST_READING = 1e9
+# A day of 50 Hz logging is 0.3 GiB; a file that unfolds to more was made to fill the memory.
+LARGEST_LOG = 1 << 29
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """Set points of a run; None where the log and the campaign do not say."""
+
+    max_hertz_pressure_gpa: float | None = None
+    load_n: float | None = None
+    entrainment_speed_m_s: float | None = None
+    inlet_temperature_c: float | None = None
+
+    @classmethod
+    def planned(cls, campaign: Campaign, header: Mapping[str, float] | None = None) -> "Nominal":
+        """Set points of a log: those of its header before those of the campaign file."""
+        header = header or {}
+        given = campaign.set_points.model_dump(exclude_none=True)
+        if header.keys() & LOADS:
+            # the load has one set point, as force or as pressure
+            given = {name: value for name, value in given.items() if name not in LOADS}
+        given |= header
+        return cls(**{name: given[name] for name in SET_POINTS if name in given})
+
+
+SET_POINTS = tuple(Nominal.__dataclass_fields__)
+LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
+# No material bears more; the load that goes with the cube of it would be no number of a table.
+_HARDEST_GPA = 1e3
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A file, a run or a range of rows that was refused.
+
+    Attributes:
+        rule: Name of the rule or gate.
+        reason: The sentence: what was found and what was expected.
+        advice: What to do about it.
+        run_id: The run; empty where it is the file.
+        first_row: First data row concerned, counted from 1; 0 where no row is meant.
+        last_row: Last data row concerned.
+        refused_rows: How many rows are kept out of samples because of it.
+    """
+
+    rule: str
+    reason: str
+    advice: str
+    run_id: str = ""
+    first_row: int = 0
+    last_row: int = 0
+    refused_rows: int = 0
+
+    def of_rows(self, run_id: str, first: int, last: int) -> "Refusal":
+        """The refusal of the rows from `first` to `last`; of none where `last` is smaller."""
+        count = last - first + 1
+        return replace(
+            self, run_id=run_id, first_row=min(first, last), last_row=last, refused_rows=count
+        )
+
+
+@dataclass(frozen=True)
+class Flaw:
+    """Why a run cannot be used although its rows can be read: rule and sentence."""
+
+    rule: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class LoggedRun:
+    """One test run out of a raw file.
+
+    `flaw` says why the run cannot be used, if so (its samples are kept all the same); `label` is
+    the name that the log gives the run itself; `understood` is what its columns were taken for. Its
+    length is the number of its rows.
+    """
+
+    run_id: str
+    oil: str
+    rig: str
+    kind: str
+    nominal: Nominal
+    samples: Columns
+    flaw: Flaw | None = None
+    label: str = ""
+    understood: Understood = NOTHING_UNDERSTOOD
+
+    def __len__(self) -> int:
+        return len(self.samples["row"])
+
+
+@dataclass(frozen=True)
+class TextForm:
+    """How a text log was read; a part that the format does not have is empty.
+
+    Attributes:
+        encoding: Python's name of the encoding.
+        delimiter: What parts the cells, in a word.
+        decimal_mark: `point` or `comma`.
+    """
+
+    encoding: str = ""
+    delimiter: str = ""
+    decimal_mark: str = ""
+
+    @classmethod
+    def of(cls, encoding: str, delimiter: str, decimal_mark: str) -> "TextForm":
+        """The same from the marks themselves."""
+        return cls(encoding, MARKS.get(delimiter, delimiter), MARKS[decimal_mark])
+
+
+MARKS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Everything found in one raw file; `rows` counts its data rows, good and bad."""
+
+    rows: int
+    runs: list[LoggedRun] = field(default_factory=list)
+    refusals: list[Refusal] = field(default_factory=list)
+    form: TextForm = TextForm()
+
+
+def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> Columns:
+    """Samples of one run; columns that are not given are empty."""
+    names = [name for name in tables.columns("samples") if name not in ("run_id", "row")]
+    # a column of one number that takes no memory
+    nothing = np.broadcast_to(np.nan, len(row))
+    return {"row": row, **dict.fromkeys(names, nothing), **given}
+
+
+def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:
+    """The reading of a file of which nothing can be used."""
+    return Reading(rows, [], [Refusal(rule, reason, advice).of_rows("", 1, rows)])
+
+
+def refused_ranges(
+    run_id: str, rows: npt.NDArray[np.int64], rule: str, problem: str, advice: str
+) -> list[Refusal]:
+    """One refusal per unbroken range of rows that have the same problem."""
+    return [
+        Refusal(rule, f"rows {first} to {last}: {problem}", advice).of_rows(run_id, first, last)
+        for first, last in as_ranges(rows)
+    ]
+
+
+def damaged_file(form: str, error: Exception) -> Reading:
+    """The reading of a file that its format's library stumbles over, whatever it raised."""
+    what = " ".join(str(error).split())[:200] or type(error).__name__
+    reason = f"the file begins like {form}, but cannot be read: {what}"
+    advice = "Copy it again from the rig, or export it again: this copy cannot be repaired."
+    return refused_file(0, "damaged_file", reason, advice)
+
+
+def number(text: str) -> float:
+    """The number that a cell holds.
+
+    Raises:
+        ValueError: It holds none; 1_0 is none either, though Python reads it.
+    """
+    if "_" in text:
+        raise ValueError(f"{text!r} is no number")
+    return float(text)
+
+
+def set_point(name: str, text: str) -> float | None:
+    """The set point that a text gives, with a decimal point or comma; None where it gives none."""
+    try:
+        value = number(text if "." in text else text.replace(",", ".", 1))
+    except ValueError:
+        return None
+    least, most = set_point_range(name)
+    return value if least < value < most else None
+
+
+def set_point_range(name: str) -> tuple[float, float]:
+    """The limits between which a set point is."""
+    least = ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
+    return least, _HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
+
+
+def distinct(names: Iterable[str]) -> list[str]:
+    """Printable names, those that repeat an earlier one told apart by a number."""
+    seen: Counter[str] = Counter()
+    result = []
+    for name in names:
+        # a name becomes part of other names: no backslashes of escaped characters
+        plain = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
+        seen[plain] += 1
+        result.append(f"{plain}-{seen[plain]}" if seen[plain] > 1 else plain)
+    return result
+
+
+def as_ranges(rows: np.ndarray[Any, np.dtype[np.int64]]) -> list[tuple[int, int]]:
+    """Sorted row numbers as (first, last) pairs of unbroken ranges."""
+    if len(rows) == 0:
+        return []
+    starts = np.flatnonzero(np.diff(rows, prepend=rows[0] - 2) != 1)
+    ends = np.append(starts[1:] - 1, len(rows) - 1)
+    return [(int(rows[start]), int(rows[end])) for start, end in zip(starts, ends, strict=True)]

@@ -1,0 +1,336 @@
+"""What the columns of a log mean, and the run that they make: shared by all formats in columns.
+
+A format finds names, units, header keys and numbers; everything that follows from them is here and
+in the kind of log.
+"""
+
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oilfilm.logs.base import (
+    LARGEST_READING,
+    Flaw,
+    LoggedRun,
+    Reading,
+    Refusal,
+    as_ranges,
+)
+from oilfilm.logs.header import FORMAT_ADVICE, FULL_WIDTH, apart
+from oilfilm.logs.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
+from oilfilm.logs.run_sheet import SheetOfLog
+from oilfilm.logs.understood import Understood
+from oilfilm.settings import campaign as campaign_file
+from oilfilm.settings.base import plain_key
+from oilfilm.settings.resolved import Settings
+from oilfilm.units import ABSOLUTE_ZERO_C, conversion
+
+# No oil is liquid there; its properties have no meaning.
+_HOTTEST_C = 1000.0
+ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
+
+
+def columns_advice(vocabulary: Vocabulary) -> str:
+    """What to do about a log whose columns cannot be understood."""
+    return f"{FORMAT_ADVICE} Other names: see `{vocabulary.columns_key}` of the campaign file."
+
+
+def meaning(name: str, renamed: Renamed, vocabulary: Vocabulary) -> tuple[str, str | None] | None:
+    """Quantity and unit (None where something else must give it) of a column's name.
+
+    Args:
+        name: Column name as the log writes it.
+        renamed: Quantity -> `name` and `unit`, for columns with names of their own.
+        vocabulary: What such logs may hold.
+    """
+    bare, unit = apart(name.translate(FULL_WIDTH))
+    for quantity, given in renamed.items():
+        if _is_listed(name, given):
+            return quantity, given.unit or unit
+    plain = plain_key(bare)
+    if plain in vocabulary.own_names:
+        quantity, own_unit = vocabulary.own_names[plain]
+        return quantity, unit or own_unit
+    return (plain, unit) if plain in vocabulary.quantities else None
+
+
+def _is_listed(name: str, given: campaign_file.Column) -> bool:
+    plain = _plain(name)
+    return bool({plain, apart(plain)[0]} & {*map(_plain, given.name)})
+
+
+@lru_cache(maxsize=4096)
+def _plain(name: str) -> str:
+    """A name as it is compared with those of the campaign file, its case kept: n is not N."""
+    return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH).split())
+
+
+def meanings(
+    names: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
+) -> dict[int, tuple[str, str | None]]:
+    """Quantity and unit of each column that means something, by its place.
+
+    Where the campaign file lists a column of the log, others of the project's name mean nothing.
+    """
+    known = {
+        index: found
+        for index, name in enumerate(names)
+        if (found := meaning(name, renamed, vocabulary)) is not None
+    }
+    listed = {
+        index: quantity
+        for index, (quantity, _) in known.items()
+        if quantity in renamed and _is_listed(names[index], renamed[quantity])
+    }
+    return {
+        index: found
+        for index, found in known.items()
+        if index in listed or found[0] not in listed.values()
+    }
+
+
+def fits(quantity: str, unit: str, vocabulary: Vocabulary) -> bool:
+    """True where a quantity can be given in that unit."""
+    try:
+        conversion(unit, vocabulary.quantities[quantity])
+    except ValueError:
+        return False
+    return True
+
+
+def _unit(
+    quantity: str, beside: str | None, named: str | None, vocabulary: Vocabulary
+) -> str | None:
+    """The unit that the log gives beside a name, unless only that of the name can be used."""
+    if beside and named and not fits(quantity, beside, vocabulary):
+        return named
+    return beside or named
+
+
+def known_names(
+    names: Sequence[str], units: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
+) -> tuple[int, int]:
+    """How many names are known and have a unit that fits them, and how many are known at all."""
+    known = meanings(names, renamed, vocabulary)
+    fitting = [
+        fits(quantity, _unit(quantity, units[index], unit, vocabulary) or "", vocabulary)
+        for index, (quantity, unit) in known.items()
+    ]
+    return sum(fitting), len(fitting)
+
+
+def find_columns(
+    names: Sequence[str],
+    units: Sequence[str | None],
+    renamed: Renamed,
+    vocabulary: Vocabulary,
+) -> tuple[Column, ...]:
+    """The columns that make a run, each with its conversion, then the spare ones.
+
+    Args:
+        names: All column names, in the order of the columns.
+        units: Unit that the log gives for each, beside its name; empty or None where none.
+        renamed: As for `meaning`.
+        vocabulary: As for `meaning`.
+
+    Raises:
+        ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
+            message is a sentence for the user.
+    """
+    columns: dict[str, Column] = {}
+    for index, (quantity, named_unit) in meanings(names, renamed, vocabulary).items():
+        name, unit = names[index], _unit(quantity, units[index], named_unit, vocabulary)
+        if quantity in columns:
+            raise ValueError(f"the log repeats the column {quantity!r}")
+        if not unit:
+            raise ValueError(
+                f"the column {name[:60]!r} has no unit; write it in brackets, in a row below the "
+                f"names or under `{vocabulary.columns_key}` of the campaign file"
+            )
+        try:
+            to = conversion(unit, vocabulary.quantities[quantity])
+        except ValueError as error:
+            raise ValueError(f"the column {name[:60]!r}: {error}") from error
+        columns[quantity] = Column(quantity, index, to, name, unit)
+    either = vocabulary.either
+    chosen = next((some for some in either if columns.keys() >= set(some)), either[0])
+    needed = [*vocabulary.always, *chosen]
+    missing = ", ".join(quantity for quantity in needed if quantity not in columns)
+    if missing:
+        own_names = ", ".join(names)[:200]
+        raise ValueError(f"the log lacks the columns {missing}; its own are {own_names!r}")
+    spare = [
+        replace(columns[quantity], spare=True)
+        for others in either[either.index(chosen) + 1 :]
+        for quantity in others
+        if quantity in columns
+    ]
+    needed += [quantity for quantity in vocabulary.optional if quantity in columns]
+    return (*(columns[quantity] for quantity in needed), *spare)
+
+
+@dataclass(frozen=True)
+class LoggedTable:
+    """One run as a format with typed columns found it.
+
+    Attributes:
+        run_id: Unique name of the run.
+        keys: Header keys, as `plain_key` makes them.
+        names: All column names.
+        units: Unit beside each name; empty where none.
+        values: A column each; those that mean something to a run have a number a row.
+        rows: How many rows there are, good and bad.
+        first_row: Number of the first row in the file.
+        flaw: Why the run cannot be used, if so.
+        problem: Why there can be no run, if so.
+        behind: The refusal of rows behind those of the table, if there are any.
+        part: Name of the run in its file; empty where a file of the format is one run.
+    """
+
+    run_id: str
+    keys: Mapping[str, str]
+    names: Sequence[str]
+    units: Sequence[str]
+    values: Sequence[npt.NDArray[Any]]
+    rows: int
+    first_row: int = 1
+    flaw: Flaw | None = None
+    problem: Refusal | None = None
+    behind: Refusal | None = None
+    part: str = ""
+
+
+def read_tables(
+    tables: Iterable[LoggedTable], settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> Reading:
+    """The runs that the tables of a file make, and what had to be refused of them."""
+    runs: list[LoggedRun] = []
+    refusals: list[Refusal] = []
+    rows = 0
+    for table in tables:
+        run, refused = _read_table(table, settings, kind, sheet)
+        runs += [run] if run is not None else []
+        refusals += refused if table.behind is None else [*refused, table.behind]
+        rows += table.rows + (table.behind.refused_rows if table.behind else 0)
+    return Reading(rows, runs, refusals)
+
+
+def _read_table(
+    table: LoggedTable, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> tuple[LoggedRun | None, list[Refusal]]:
+    def refused(problem: Refusal) -> tuple[None, list[Refusal]]:
+        last = table.first_row + table.rows - 1
+        return None, [problem.of_rows(table.run_id, table.first_row, last)]
+
+    if table.problem is not None:
+        return refused(table.problem)
+    try:
+        columns = find_columns(
+            table.names, table.units, kind.renamed(settings.campaign), kind.vocabulary
+        )
+        columns = tuple(
+            column for column in columns if not column.spare or _has_numbers(table, column.index)
+        )
+        logged = [_numbers(table, column.index) for column in columns]
+    except ValueError as error:
+        return refused(Refusal("columns", str(error), columns_advice(kind.vocabulary)))
+    labels = sheet.labels(table.run_id, table.keys, settings, table.part)
+    problem = labels.problem or kind.header_problem(labels.keys, columns, settings)
+    if problem:
+        run, refusals = refused(problem)
+        return run, [*refusals, *labels.remarks]
+    every, good = converted(columns, logged)
+    rows = np.arange(table.first_row, table.first_row + table.rows)
+    values = {quantity: numbers[good] for quantity, numbers in every.items()}
+    refusals = labels.remarks
+    for first, last in as_ranges(rows[~good]):
+        seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
+        refusals.append(unreadable_rows(table.run_id, first, last, seen))
+    understood = understood_columns(columns, logged, table.names).with_sources(labels.sources)
+    flaw = labels.excluded or table.flaw
+    log = ContinuousLog(table.run_id, labels.keys, columns, rows[good], values, flaw, understood)
+    return kind.run(log, settings), refusals
+
+
+def _has_numbers(table: LoggedTable, index: int) -> bool:
+    return table.values[index].dtype.kind in "iuf"
+
+
+def _numbers(table: LoggedTable, index: int) -> FloatArray:
+    column = table.values[index]
+    if not _has_numbers(table, index):
+        raise ValueError(f"the column {table.names[index][:60]!r} does not hold numbers")
+    if len(column) != table.rows:
+        raise ValueError(f"the column {table.names[index][:60]!r} has {len(column)} rows")
+    return column.astype(np.float64)
+
+
+def understood_columns(
+    columns: Sequence[Column], logged: Sequence[FloatArray], names: Sequence[str]
+) -> Understood:
+    """What the columns of a log were taken for.
+
+    Args:
+        columns: Those that are read.
+        logged: Their numbers as logged.
+        names: The names of all columns.
+    """
+    used = {column.index for column in columns}
+    return Understood(
+        [column.holding(numbers) for column, numbers in zip(columns, logged, strict=True)],
+        [name for index, name in enumerate(names) if index not in used],
+    )
+
+
+# Time may be counted from 1970, in milliseconds too.
+_LARGEST_TIME = 1e13
+
+
+def converted(
+    columns: Sequence[Column], logged: Sequence[FloatArray]
+) -> tuple[dict[str, FloatArray], npt.NDArray[np.bool_]]:
+    """Logged numbers in the units of `columns`, by quantity, and which rows can be used.
+
+    A row can be used where every number but the spare ones is finite and below what any rig
+    measures.
+    """
+    good = np.logical_and.reduce(
+        [
+            np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else LARGEST_READING)
+            for column, numbers in zip(columns, logged, strict=True)
+            if not column.spare
+        ]
+    )
+    all_good = bool(good.all())
+    values = {
+        column.quantity: column.to.of(numbers if all_good else np.where(good, numbers, np.nan))
+        for column, numbers in zip(columns, logged, strict=True)
+    }
+    for quantity, numbers in values.items():
+        if quantity.endswith("temperature"):
+            good = good & (numbers > ABSOLUTE_ZERO_C) & (numbers < _HOTTEST_C)
+    return values, good
+
+
+def unreadable_rows(run_id: str, first: int, last: int, seen: str, where: str = "") -> Refusal:
+    """Rows refused for a cell; `seen` is what the first of them holds, `where` its line."""
+    return Refusal(
+        "unreadable_row",
+        f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
+        f"{first}{where} reads {seen[:80]!r}",
+        ROWS_ADVICE,
+    ).of_rows(run_id, first, last)
+
+
+def header_text(value: object) -> str:
+    """A property of a binary format as a text log would write it."""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return str(value).strip()

@@ -1,0 +1,254 @@
+"""What the header lines of a log mean, in whatever language their keys are."""
+
+import itertools
+import re
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+
+from oilfilm.logs.base import LOADS, Refusal, number
+from oilfilm.settings.base import plain_key
+from oilfilm.settings.resolved import Settings
+from oilfilm.units import conversion
+
+FORMAT_ADVICE = "data/raw/README.md describes the format."
+
+# Chinese input methods write the first for the second.
+FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
+# Set point -> its quantity, as keys name it, its unit, and units as `plain_key` leaves them.
+SET_POINT_UNITS = {
+    "max_hertz_pressure_gpa": (
+        "max_hertz_pressure",
+        "GPa",
+        {"gpa": "GPa", "mpa": "MPa", "pa": "Pa"},
+    ),
+    "load_n": ("load", "N", {"n": "N", "kn": "kN", "gf": "gf", "kgf": "kgf", "lbf": "lbf"}),
+    "entrainment_speed_m_s": (
+        "entrainment_speed",
+        "m/s",
+        {"m_s": "m/s", "m/s": "m/s", "mm_s": "mm/s", "mm/s": "mm/s"},
+    ),
+    "inlet_temperature_c": (
+        "inlet_temperature",
+        "degC",
+        {
+            **dict.fromkeys(("c", "degc", "\N{DEGREE SIGN}c"), "degC"),
+            **dict.fromkeys(("f", "degf", "\N{DEGREE SIGN}f"), "degF"),
+            "k": "K",
+        },
+    ),
+}
+_NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
+# Letters that a slip of the pen changes in a key, at most.
+_MOST_CHANGED = 2
+# Shorter names are near to too many words.
+_SHORTEST_NAME = 6
+# Keys under which logs name their oil, beside words such as `name` and `type`.
+_OIL_KEYS = frozenset(
+    "oil lubricant lube fluid grease öl oel prüföl schmierstoff huile lubrifiant aceite lubricante "
+    "olio lubrificante масло 油 油样 油品 润滑油 试验油 潤滑油 試験油 윤활유".split()
+)
+_OIL_WORDS = frozenset("name id type test tested code no number".split())
+
+
+def apart(name: str) -> tuple[str, str | None]:
+    """A name and the unit in brackets at its end; None where there are none.
+
+    No regular expression: names come out of files, and one of many brackets would take hours.
+    """
+    if not name.endswith(("]", ")")):
+        return name, None
+    inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
+    brackets = [name.find(mark, inside) for mark in "[(" if mark in name[inside:]]
+    if not brackets:
+        return name, None
+    return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
+
+
+def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
+    """Header lines by the project's keys: set points in its units, the oil by its id.
+
+    Two lines with the same meaning and different values give both, which no gate takes.
+
+    Args:
+        logged: Header lines by the keys of the log, as `plain_key` makes them.
+        settings: Its campaign's `header` lists names of keys, its oils may have aliases.
+    """
+    names = {
+        plain_key(name): key for key, listed in settings.campaign.header for name in listed or ()
+    }
+    keys: dict[str, str] = {}
+    for own, written in logged.items():
+        key, text = _meaning(own, written, names)
+        if key == "oil":
+            text = oil_id(text, settings)
+        keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
+    return keys
+
+
+def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
+    """The same; a log of the only oil of a campaign need not name it."""
+    keys = named_keys(logged, settings)
+    like = oil_key(keys)
+    if len(settings.oils) == 1 and (like is None or oil_id(keys[like], settings) in settings.oils):
+        keys.setdefault("oil", next(iter(settings.oils)))
+    return keys
+
+
+def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
+    """Key of the project and text of a header line; the number of a set point in the key's unit."""
+    bare, unit = apart(own)
+    listed = names.get(own, names.get(bare))
+    if listed is not None:
+        return listed, _in_unit_of(listed, text, unit or "") if listed in SET_POINT_UNITS else text
+    for name, (quantity, _, units) in SET_POINT_UNITS.items():
+        tail = own.removeprefix(f"{quantity}_")
+        if own == name or (tail != own and tail in units):
+            return name, _in_unit_of(name, text, tail)
+        # without a unit `load` may be anything
+        if bare == quantity and (unit or plain_key(number_and_unit(text)[1]) in units):
+            return name, _in_unit_of(name, text, unit or "")
+    return own, text
+
+
+def _in_unit_of(name: str, text: str, unit: str) -> str:
+    """The number of a set point in its unit; the text where it is no number in a unit of it."""
+    _, target, units = SET_POINT_UNITS[name]
+    digits, own_unit = number_and_unit(text)
+    given = own_unit or unit
+    if not digits or not given:
+        return text
+    try:
+        to = conversion(units[plain_key(given)], (target,))
+        value = number(digits if "." in digits else digits.replace(",", ".", 1))
+    except (KeyError, ValueError):
+        return text if own_unit else f"{text} {unit}"
+    # with the rounding of a conversion, 80 N and 0.08 kN would be two values
+    plain = text == digits and (to.scale, to.offset) == (1, 0)
+    return text if plain else f"{to.scale * value + to.offset:.12g}"
+
+
+def number_and_unit(text: str) -> tuple[str, str]:
+    """The digits at the beginning of a text and what is behind them; empty where there are none."""
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    return (match[1], match[2]) if match else ("", "")
+
+
+def oil_id(text: str, settings: Settings) -> str:
+    """The id of an oil by any of its names, of several lines joined too; else the text."""
+    ids = settings.oil_ids
+    named = dict.fromkeys(ids.get(plain_key(part), part) for part in text.split(" / "))
+    return ids.get(plain_key(text)) or " / ".join(named)
+
+
+def oil_key(keys: Mapping[str, str]) -> str | None:
+    """The key of a header line that seems to name the oil, though not under `oil`."""
+    for key, text in keys.items():
+        words = frozenset(key.split("_")) - _OIL_WORDS
+        if key != "oil" and text and len(words) == 1 and words <= _OIL_KEYS:
+            return key
+    return None
+
+
+def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+    """A key that nearly is that of a set point which neither the log nor the campaign has."""
+    given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    own = {
+        name: [plain_key(each) for each in listed or ()]
+        for name, listed in settings.campaign.header
+    }
+    for key, meant in itertools.product(keys, own.get("oil", ())):
+        if _is_slip_of_the_pen(apart(key)[0], meant):
+            return _unknown_key(key, f"did you mean {meant!r}?")
+    for name, (quantity, *_) in SET_POINT_UNITS.items():
+        # the load has one set point, as force or as pressure
+        if given & (LOADS if name in LOADS else {name}):
+            continue
+        for key, text in keys.items():
+            for meant in (name, quantity, *own.get(name, ())):
+                if _is_slip_of_the_pen(apart(key)[0], meant):
+                    return _unknown_key(key, f"did you mean {meant!r}?")
+            if key == quantity and number_and_unit(text)[0]:
+                return _unknown_key(key, f"it has no unit; did you mean {name!r}?")
+    return None
+
+
+def _is_slip_of_the_pen(written: str, meant: str) -> bool:
+    """As many words, two letters changed at most, and one of four in no word; no short name.
+
+    Examples:
+        >>> _is_slip_of_the_pen("entrainement_speed_m_s", "entrainment_speed_m_s")
+        True
+        >>> _is_slip_of_the_pen("outlet_temperature_c", "inlet_temperature_c")
+        False
+    """
+    words = written.split("_"), meant.split("_")
+    if written == meant or len(meant) < _SHORTEST_NAME or len(words[0]) != len(words[1]):
+        return False
+    if abs(len(written) - len(meant)) > _MOST_CHANGED:
+        return False
+    changed = [(_changes(*pair), len(pair[1])) for pair in zip(*words, strict=True)]
+    few = all(letters <= length // 4 for letters, length in changed)
+    return few and sum(letters for letters, _ in changed) <= _MOST_CHANGED
+
+
+@lru_cache(maxsize=4096)
+def _changes(one: str, other: str) -> int:
+    """How many letters must be changed, added or left out (Levenshtein distance)."""
+    row = list(range(len(other) + 1))
+    for count, letter in enumerate(one, start=1):
+        above, row = row, [count]
+        for place, wanted in enumerate(other):
+            row.append(min(row[-1] + 1, above[place + 1] + 1, above[place] + (letter != wanted)))
+    return row[-1]
+
+
+def _unknown_key(key: str, question: str) -> Refusal:
+    return Refusal(
+        "unknown_header_key",
+        f"the header has the unknown key {key[:60]!r}; {question}",
+        f"Correct the header, or list the key under `header` of the campaign file. {FORMAT_ADVICE}",
+    )
+
+
+def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+    """Why the oil of a log's header cannot be used."""
+    like = oil_key(keys)
+    if "oil" not in keys and like is not None:
+        return Refusal(
+            "unknown_oil",
+            f"the header has no key 'oil', but {like!r}: {keys[like][:60]!r}; the campaign's "
+            f"oils are {', '.join(settings.oils)}",
+            "In the campaign file list the key under `header: oil` and the name under "
+            "`oil_aliases`, or put the log into the campaign of its oil.",
+        )
+    if "oil" not in keys:
+        reason = "the header has no line `# oil: ...` and no property `oil`"
+        advice = (
+            "Add it, name the oil in the run sheet, or list the log's own key under "
+            "`header: oil` of the campaign file."
+        )
+        return Refusal("header", reason, f"{advice} {FORMAT_ADVICE}")
+    return unknown("oil", keys["oil"], settings.oils)
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> Refusal | None:
+    """Why the name of an oil or a rig in a log's header cannot be used."""
+    if name in known:
+        return None
+    alias = ", list the name under `oil_aliases`" if kind == "oil" else ""
+    return Refusal(
+        f"unknown_{kind}",
+        f"the header says {kind} {name[:60]!r}; the campaign knows {', '.join(known)}",
+        f"Correct the header{alias} or add the {kind} to the campaign file.",
+    )
+
+
+def simulation_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+    """Why a simulated log cannot be used in a campaign of measured ones."""
+    if keys.get("simulated", "no") == "no" or settings.campaign.data != "measured":
+        return None
+    return Refusal(
+        "simulated_log",
+        "the header says that the log is simulated; the campaign file says data: measured",
+        "Take the log out, or say data: simulated in the campaign file.",
+    )

@@ -1,0 +1,362 @@
+"""Raw logs to samples: every row of every file ends in samples or in quarantine."""
+
+import errno
+import hashlib
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as arrow
+
+from oilfilm import tables
+from oilfilm.errors import OilfilmError, printable
+from oilfilm.logs.base import (
+    LARGEST_LOG,
+    LoggedRun,
+    Nominal,
+    Reading,
+    Refusal,
+    TextForm,
+    refused_file,
+    refused_ranges,
+)
+from oilfilm.logs.columns import ROWS_ADVICE
+from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.registry import READERS, recognised_format
+from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
+from oilfilm.logs.traction_log import TRACTION
+from oilfilm.logs.understood import Understood
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables import LARGEST
+from oilfilm.tables.table_file import digests_of_runs
+
+_LONGEST_LABEL = 200
+# How files begin that are no logs.
+_FOREIGN = {
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"\x89PNG": "a PNG picture",
+    b"GIF8": "a GIF picture",
+    b"%PDF": "a PDF document",
+    b"PK": "an Excel workbook or a zip archive: export it as csv, or unpack it",
+    b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
+    b"\x1f\x8b": "a log that was packed twice: unpack it once",
+    b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
+}
+_COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
+
+
+@dataclass(frozen=True)
+class ReadLog:
+    """How one raw file was understood: its format, its rows, and the columns of each run."""
+
+    file: str
+    format: str
+    form: TextForm
+    rows: int
+    runs: Mapping[str, Understood]
+
+
+@dataclass(frozen=True)
+class Ingested:
+    """What a share of a campaign's raw files holds; `samples` by oil."""
+
+    samples: dict[str, pd.DataFrame]
+    runs: pd.DataFrame
+    quarantine: pd.DataFrame
+    logs: list[ReadLog]
+
+    def all_samples(self) -> pd.DataFrame:
+        """The samples of all oils, the rows of a run together."""
+        frames = [frame for frame in self.samples.values() if len(frame)]
+        return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
+
+
+def ingest_logs(
+    logs: Iterable[tuple[str, bytes]],
+    settings: Settings,
+    kind: LogKind = TRACTION,
+    sheet: RunSheet = NO_SHEET,
+    keep: Callable[[LoggedRun], None] | None = None,
+    verified: Mapping[str, str] | None = None,
+) -> Ingested:
+    """Read raw logs, given by name and bytes, into samples, runs and quarantine.
+
+    Args:
+        logs: Name and bytes of each log.
+        settings: Settings of the run.
+        kind: The kind of log.
+        sheet: The run sheet; what it says of a log beats its header.
+        keep: Gets one run after the other; the samples that are returned are empty then.
+        verified: sha256 by name of logs of which whoever gives their bytes has just compared it.
+
+    Raises:
+        OilfilmError: A log has the name of a run of another one.
+        RuntimeError: A reader lost a row (a defect of oilfilm, never of the log).
+    """
+    logged: dict[str, list[LoggedRun]] = {oil: [] for oil in settings.oils}
+    runs: list[dict[str, Any]] = []
+    refused: list[dict[str, Any]] = []
+    file_of_run: dict[str, str] = {}
+    read: list[ReadLog] = []
+    for file, content in logs:
+        reader, reading = read_log(content, file, settings, kind, sheet)
+        understood = {run.run_id: run.understood for run in reading.runs}
+        read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
+        about = {"campaign": settings.campaign.name, "file": file}
+        digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
+        digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
+        for run in reading.runs:
+            other = file_of_run.setdefault(run.run_id, file)
+            if other != file:
+                raise OilfilmError(
+                    f"{file}: its run gets the name {run.run_id!r}, which a run of {other} has "
+                    "already. Rename the file."
+                )
+            rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
+            of_run = {**_about_run(run, settings), "reader": reader, "refused_rows": rows}
+            of_run |= asdict(reading.form)
+            runs.append({**about, **digests, **of_run})
+            (keep or logged[run.oil].append)(run)
+        refused += _quarantine_rows(file, reading.refusals, settings)
+    refused += _quarantine_rows(sheet.name, sheet.remarks, settings)
+    return Ingested(
+        {oil: _together(of_oil) for oil, of_oil in logged.items()},
+        tables.from_rows(runs, "runs"),
+        tables.from_rows(refused, "quarantine"),
+        read,
+    )
+
+
+@contextmanager
+def sample_files(
+    paths: Mapping[str, Path], provenance: Mapping[str, Any]
+) -> Iterator[Callable[[LoggedRun], None]]:
+    """Write the samples of runs as they come, so that memory does not grow with their number.
+
+    A row group has whole runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
+    The footer gets `content`, the digest of each run's samples.
+
+    Args:
+        paths: File of each oil.
+        provenance: As `tables.writing`.
+    """
+    waiting: dict[str, list[LoggedRun]] = {oil: [] for oil in paths}
+    content: dict[str, dict[str, str]] = {oil: {} for oil in paths}
+    with ExitStack() as files:
+        add = {
+            oil: files.enter_context(
+                tables.writing("samples", path, {**provenance, "content": content[oil]})
+            )
+            for oil, path in paths.items()
+        }
+
+        def write(oil: str) -> None:
+            if waiting[oil]:
+                samples = _together(waiting[oil])
+                add[oil](samples)
+                content[oil].update(digests_of_runs(samples))
+                waiting[oil].clear()
+
+        def keep(run: LoggedRun) -> None:
+            if sum(map(len, waiting[run.oil])) + len(run) > tables.ROW_GROUP:
+                write(run.oil)
+            waiting[run.oil].append(run)
+
+        yield keep
+        for oil in paths:
+            write(oil)
+
+
+def _quarantine_rows(
+    file: str, refusals: Iterable[Refusal], settings: Settings
+) -> list[dict[str, Any]]:
+    about = {"campaign": settings.campaign.name, "file": file, "stage": "ingest"}
+    return [{**about, **asdict(refusal)} for refusal in refusals]
+
+
+def read_bytes(path: Path) -> bytes:
+    """A file's bytes; of one larger than any log no more than shows that it is.
+
+    Raises:
+        OilfilmError: The file cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            # as large as it says, because room for the largest log takes its time; a pipe says 0
+            size = min(path.stat().st_size, LARGEST_LOG)
+            content = file.read(size + 1)
+            return content + file.read(LARGEST_LOG - size) if len(content) > size else content
+    except OSError as error:
+        advice = {
+            errno.ENOENT: "Check the path.",
+            errno.ENOTDIR: "Check the path.",
+            errno.ELOOP: "Check the links.",
+            errno.ENAMETOOLONG: "Check the path.",
+            errno.EISDIR: "Name the logs in it, one by one or by a pattern such as *.csv.",
+        }.get(error.errno or 0, "Check its rights.")
+        raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
+
+
+def read_log(
+    content: bytes,
+    file: str,
+    settings: Settings,
+    kind: LogKind = TRACTION,
+    sheet: RunSheet = NO_SHEET,
+) -> tuple[str, Reading]:
+    """The format of a file's bytes and what they hold; `file` is its name, unique among the logs.
+
+    Raises:
+        RuntimeError: The reader lost a row.
+    """
+    of_log = sheet.of_log(file)
+    name, reading = _read_log(content, file, settings, kind, of_log)
+    reading = of_log.completed(reading)
+    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return name, replace(reading, refusals=refusals)
+
+
+def _read_log(
+    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+) -> tuple[str, Reading]:
+    if len(content) > LARGEST_LOG:
+        reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
+        advice = "Let the logger begin a file for each run."
+        return "none", refused_file(0, "too_large", reason, advice)
+    try:
+        content = unpack(content)
+    except OSError as error:
+        reason = f"the compressed file cannot be unpacked: {error}"
+        advice = "Copy it again from the rig: this copy cannot be repaired."
+        return "none", refused_file(0, "damaged_archive", reason, advice)
+    name = recognised_format(content)
+    if name is None:
+        return "none", _unknown(content)
+    reading = _without_absurd(READERS[name].read(content, file, settings, kind, sheet))
+    if not reading.runs and not reading.refusals:
+        reason = f"the file looks like {name}, but holds no row of data"
+        return name, refused_file(
+            reading.rows, "no_rows", reason, "Take it out, or export it again."
+        )
+    kept = sum(len(run) for run in reading.runs)
+    refused = sum(refusal.refused_rows for refusal in reading.refusals)
+    if kept + refused != reading.rows:
+        raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
+    return name, reading
+
+
+def _without_absurd(reading: Reading) -> Reading:
+    """The reading without rows whose numbers no table may hold, as the load of 1e6 GPa.
+
+    Cells are judged by the readers; this is about what units and definitions make of them.
+    """
+    runs, refusals = [], list(reading.refusals)
+    for run in reading.runs:
+        held = np.ones(len(run), dtype=bool)
+        for name, values in run.samples.items():
+            # a column that the log does not have is one number
+            seen = values[:1] if values.strides == (0,) else values
+            # extremes first: they hardly ever lead on, and cost a tenth of a mask
+            if max(np.fmax.reduce(seen, initial=0), -np.fmin.reduce(seen, initial=0)) < LARGEST:
+                continue
+            absurd = held & (np.abs(values) >= LARGEST)
+            problem = f"{name} comes out as {LARGEST:g} or more"
+            refusals += refused_ranges(
+                run.run_id, run.samples["row"][absurd], "unreadable_row", problem, ROWS_ADVICE
+            )
+            held &= ~absurd
+        kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
+        runs.append(replace(run, samples=kept))
+    return replace(reading, runs=runs, refusals=refusals)
+
+
+def unpack(content: bytes) -> bytes:
+    """The bytes inside a .gz or .zst file, known by their first bytes; others as they are.
+
+    Raises:
+        OSError: The compressed stream is cut or damaged, or unfolds beyond any log's size.
+    """
+    codec = _codec(content)
+    if codec is None:
+        return content
+    with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
+        unpacked = stream.read(LARGEST_LOG + 1)
+    if len(unpacked) > LARGEST_LOG:
+        raise OSError(f"unpacked it has more than {LARGEST_LOG >> 20} MiB")
+    return bytes(unpacked)
+
+
+def content_digest(content: bytes, digest: str) -> str:
+    """sha256 of what a log says, packed or not; where it is not packed, `digest` of its bytes."""
+    try:
+        return hashlib.sha256(unpack(content)).hexdigest() if _codec(content) else digest
+    except OSError:  # damaged; read_log says so
+        return digest
+
+
+def _codec(content: bytes) -> str | None:
+    return next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+
+
+def _unknown(content: bytes) -> Reading:
+    reason = f"the format is not known: the file {_what_it_seems(content[:40])}"
+    advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
+    return refused_file(0, "unknown_format", reason if content else "the file is empty", advice)
+
+
+def _what_it_seems(head: bytes) -> str:
+    """What the first bytes of a file show, without bytes that no terminal can show."""
+    kind = next((kind for mark, kind in _FOREIGN.items() if head.startswith(mark)), None)
+    if kind is not None:
+        return f"is {kind}"
+    text = head.decode("utf-8", "ignore")
+    if text and all(letter.isprintable() or letter.isspace() for letter in text):
+        return f"begins {text!r}"
+    return f"is not text; its first bytes are {head[:8].hex(' ')} (hexadecimal)"
+
+
+def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
+    nominal = asdict(_with_load(run.nominal, run.rig, settings))
+    return {
+        "run_id": run.run_id,
+        "oil": run.oil,
+        "rig": run.rig,
+        "log_kind": run.kind,
+        "label": printable(run.label)[:_LONGEST_LABEL],
+        **{f"nominal_{key}": math.nan if x is None else x for key, x in nominal.items()},
+        "samples": len(run),
+        "plateaus": 0,
+        "accepted_points": 0,
+        "verdict": "refused",
+        "rule": run.flaw.rule if run.flaw else "",
+        "reason": printable(run.flaw.reason) if run.flaw else "",
+        "warning": "",
+    }
+
+
+def _with_load(nominal: Nominal, rig: str, settings: Settings) -> Nominal:
+    """Set points with the load that gives the nominal pressure, where only that is given."""
+    pressure_gpa = nominal.max_hertz_pressure_gpa
+    if nominal.load_n is not None or pressure_gpa is None:
+        return nominal
+    contact = settings.rigs[rig].contact()
+    if contact is None:
+        return nominal
+    return replace(nominal, load_n=float(contact.load_n(pressure_gpa)))
+
+
+def _together(runs: list[LoggedRun]) -> pd.DataFrame:
+    """Samples of several runs under each other, with the run's id."""
+    if not runs:
+        return tables.empty("samples")
+    codes = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+    ids = pd.Categorical.from_codes(codes, categories=pd.Index([run.run_id for run in runs]))
+    together = {
+        name: np.concatenate([run.samples[name] for run in runs]) for name in runs[0].samples
+    }
+    return pd.DataFrame({"run_id": ids, **together}, copy=False)

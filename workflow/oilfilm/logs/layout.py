@@ -1,0 +1,466 @@
+"""How a text log is written: header, delimiter, decimal mark, columns, units, time stamps.
+
+Nothing is assumed of a log but that one line names its columns and the rows follow it.
+"""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, zip_longest
+
+import numpy as np
+
+from oilfilm.logs.base import Flaw, Names, Refusal, TextForm
+from oilfilm.logs.columns import find_columns, fits, known_names, meaning, meanings
+from oilfilm.logs.encoding import (
+    HEAD_SEARCHED,
+    best_encoding,
+    encodings_of,
+    line_ends,
+    normalise,
+)
+from oilfilm.logs.header import FULL_WIDTH, apart
+from oilfilm.logs.instants import is_date, is_stamp
+from oilfilm.logs.log_kind import Column, Renamed, Vocabulary
+from oilfilm.settings.base import plain_key
+
+_BLANKS = " "
+_DELIMITERS = (",", ";", "\t", "|")
+# Fewer numbers may be the value of a header line; letters of a line that are quoted.
+_NUMBERS_OF_ROW, _LONGEST = 3, 80
+# The line of names is near the top; beyond this a file is no log of ours.
+_LINES_SEARCHED = 200
+_COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
+_SOME_BLANKS = re.compile(rb"[ \t]+")
+_OUTER_BLANKS = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
+_CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
+# A number in groups of thousands, with a decimal mark behind them.
+_GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+# Where blanks part the columns: words of a name, columns, rows below the names.
+_LONGEST_NAME, _FEWEST_COLUMNS, _ROWS_SEARCHED = 5, 3, 20
+
+
+@dataclass(frozen=True)
+class Stamps:
+    """Columns with time stamps: place of the time in a row, and of its date where that is apart."""
+
+    time: int
+    date: int | None = None
+
+    @property
+    def places(self) -> list[int]:
+        """Places of the cells that make a time, that of the time of day first."""
+        return [self.time] if self.date is None else [self.time, self.date]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a log is written; `table` holds the rows alone, as UTF-8 with LF line ends.
+
+    Attributes:
+        keys: Header lines.
+        form: How the file was read, for people.
+        delimiter: What parts the cells of `table`.
+        decimal_mark: Decimal mark of numbers.
+        group_mark: Mark between thousands; empty where there is none.
+        names: The names of all columns, one per cell of a row.
+        columns: The columns that make a run.
+        stamps: Columns of time stamps; None where time is a number.
+        table: The rows.
+        first_line: The line of the file with the first row, counted from 1; 0 where empty lines or
+            comments make the count uncertain.
+    """
+
+    keys: dict[str, str]
+    form: TextForm
+    delimiter: str
+    decimal_mark: str
+    group_mark: str
+    names: Sequence[str]
+    columns: tuple[Column, ...]
+    stamps: Stamps | None
+    table: bytes
+    first_line: int
+
+
+@dataclass(frozen=True)
+class _Head:
+    """The lines above the rows, and the first rows.
+
+    `start` is the number of lines down to the first row, `rows` has cells of the first rows,
+    `quoted` says whether a cell may hold the delimiter.
+    """
+
+    header: Sequence[str]
+    start: int
+    delimiter: str
+    names: list[str]
+    units: list[str]
+    rows: list[list[str]]
+    quoted: bool
+
+
+class LayoutError(Exception):
+    """A log whose columns cannot be understood; `rows` counts what may be its rows."""
+
+    def __init__(self, reason: str, rows: int, encoding: str) -> None:
+        super().__init__(reason if encoding == "ascii" else f"{reason}; read as {encoding}")
+        self.rows = rows
+
+
+def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Layout:
+    """Find out how a log is written.
+
+    Args:
+        content: The file's bytes.
+        renamed: Quantity -> `name` (as the log writes it) and `unit`, for columns with other names.
+        vocabulary: What such logs may hold.
+
+    Raises:
+        LayoutError: No line of column names was found, or the columns are not all there, or one
+            has no unit or an impossible one.
+    """
+
+    def known(head: bytes) -> tuple[int, int]:
+        try:
+            found = _find_head(head, renamed, vocabulary)
+        except ValueError:
+            return 0, 0
+        return known_names(found.names, found.units, renamed, vocabulary)
+
+    encoding = best_encoding(content, known)
+    text = normalise(content, encoding)
+    try:
+        head = _find_head(text, renamed, vocabulary)
+    except ValueError as error:
+        # one of the lines may be that of the names
+        raise LayoutError(str(error), max(count_rows(text) - 1, 0), encoding) from error
+    if lost := _row_above_names(head):
+        raise LayoutError(lost, count_rows(text), encoding)
+    above = sum(
+        len(line) + 1 for line in text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
+    )
+    table = _without_comments(text[above:])
+    has_lines = text.startswith(table, above) and not _has_empty_lines(content, text)
+    try:
+        stamps = _stamps(head, meanings(head.names, renamed, vocabulary))
+        columns = find_columns(head.names, head.units, renamed, vocabulary)
+    except ValueError as error:
+        raise LayoutError(str(error), count_rows(table), encoding) from error
+    table, delimiter = _plain_cells(table, head)
+    decimal_mark, group_mark = _marks(head, delimiter, columns, stamps)
+    return Layout(
+        _header_keys(head.header, head.delimiter),
+        TextForm.of(encoding, head.delimiter, decimal_mark),
+        delimiter,
+        decimal_mark,
+        group_mark,
+        head.names,
+        columns,
+        stamps,
+        table,
+        head.start + 1 if has_lines else 0,
+    )
+
+
+def _find_head(text: bytes, renamed: Renamed, vocabulary: Vocabulary) -> _Head:
+    """The lines of names and of units, and the first rows.
+
+    Raises:
+        ValueError: No line names columns.
+    """
+    first = text[:HEAD_SEARCHED].decode("utf-8", "replace")
+    # asked first here and below: most logs are ASCII without quotes, and each run pays for it
+    first = first if first.isascii() else first.translate(FULL_WIDTH)
+    lines = first.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+    number, delimiter, names = _line_of_names(lines, renamed, vocabulary)
+    below = [
+        (place, line)
+        for place, line in enumerate(lines[number + 1 :], start=number + 1)
+        if line.strip() and line[0] != "#"
+    ]
+    cells = _split_lines([line for _, line in below], delimiter)
+    units, start = [""] * len(names), number + 1
+    if cells and _is_unit_row(cells[0], names, renamed, vocabulary):
+        units, start = [_bare(cell) for cell in cells.pop(0)], below[0][0] + 1
+    width = Counter(map(len, cells)).most_common(1)[0][0] if cells else len(names)
+    # a delimiter behind the last cell, in the rows or in the names alone
+    if any(names[width:]) or (
+        width > len(names) and any(any(row[len(names) :]) for row in cells if len(row) == width)
+    ):
+        width = len(names)
+    names, units = ((some + [""] * width)[:width] for some in (names, units))
+    return _Head(lines[:number], start, delimiter, names, units, cells, '"' in first)
+
+
+def _row_above_names(head: _Head) -> str:
+    """A row above the line of names, as a sentence; empty if there is none.
+
+    It would be lost as a header line. A line that only counts the columns is none.
+    """
+    form = [_is_number(cell) for cell in head.rows[0]] if head.rows else []
+    for number, line in enumerate(head.header, start=1):
+        cells = _split(line, head.delimiter)
+        counted = {tuple(map(str, range(first, first + len(cells)))) for first in (0, 1)}
+        like_a_row = sum(form) >= _NUMBERS_OF_ROW and [_is_number(cell) for cell in cells] == form
+        if like_a_row and tuple(cells) not in counted:
+            return (
+                f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "
+                "above the line of names; put the names above all rows"
+            )
+    return ""
+
+
+def _line_of_names(
+    lines: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
+) -> tuple[int, str, list[str]]:
+    def known(names: Sequence[str]) -> int:
+        return sum(meaning(name, renamed, vocabulary) is not None for name in names)
+
+    # some programs write the names as a comment: looked for where there is no better line
+    for mark in ("", "#"):
+        for number, line in enumerate(lines):
+            if line.lstrip().startswith("#") == bool(mark):
+                for delimiter in _DELIMITERS:
+                    names = _split(line.lstrip("# \t") if mark else line, delimiter)
+                    if known(names) >= 2:
+                        return number, delimiter, names
+    unequal = ""
+    for number, line in enumerate(lines):
+        width = _width_of_rows(lines[number + 1 : number + 1 + _ROWS_SEARCHED])
+        if width < _FEWEST_COLUMNS:
+            continue
+        named = [*_blank_parted(line.lstrip("# \t"), renamed, vocabulary)]
+        for names in named:
+            if len(names) == width and known(names) >= 2:
+                return number, _BLANKS, names
+        if known(named[-1]) >= 2:
+            unequal = (
+                f"blanks part the columns, but the names {line.strip()[:120]!r} are "
+                f"{len(named[-1])} words and the rows have {width} cells: write names without "
+                "blanks, or part the columns by tabs or semicolons"
+            )
+    first = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
+    seen = f"; its first line is {first[:120]!r}" if first else ""
+    raise ValueError(unequal or f"no line names columns of a {vocabulary.name} log{seen}")
+
+
+def _width_of_rows(lines: Sequence[str]) -> int:
+    """How many cells most rows of numbers have that blanks part; 0 where there are none."""
+    rows = [line.split() for line in lines if line.strip()]
+    holds_data = (_is_number, is_stamp, is_date)
+    counts = Counter(len(row) for row in rows if any(holds(row[0]) for holds in holds_data))
+    return counts.most_common(1)[0][0] if counts else 0
+
+
+def holds_rows_of_numbers(lines: Sequence[str]) -> bool:
+    """Whether some line is a row of numbers that blanks part."""
+    rows = (line.split() for line in lines)
+    return any(len(row) >= _FEWEST_COLUMNS and all(map(_is_number, row[1:])) for row in rows)
+
+
+def may_be_table(content: bytes) -> bool:
+    """Whether some line near the top of a text is a row of numbers for the most part."""
+    lines = normalise(content[:HEAD_SEARCHED]).decode("utf-8", "replace").split("\n")
+    return any(
+        _FEWEST_COLUMNS <= numbers and len(cells) <= 2 * numbers
+        for line in lines
+        for delimiter in (*_DELIMITERS, _BLANKS)
+        if (numbers := sum(map(_is_number, cells := _split(line, delimiter))))
+    )
+
+
+def _blank_parted(line: str, renamed: Renamed, vocabulary: Vocabulary) -> Iterator[list[str]]:
+    """Names that blanks part: by two at least, or by one and known as a whole."""
+    yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
+    words, names = line.split(), []
+    first = 0
+    while first < len(words):
+        joined = (" ".join(words[first : first + count]) for count in range(_LONGEST_NAME, 0, -1))
+        name = next((name for name in joined if meaning(name, renamed, vocabulary)), words[first])
+        names.append(name)
+        first += len(name.split())
+    yield names
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    if delimiter == _BLANKS:
+        return line.split()
+    try:
+        cells = next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:
+        cells = line.split(delimiter)
+    return [cell.strip() for cell in cells]
+
+
+def _split_lines(lines: list[str], delimiter: str) -> list[list[str]]:
+    text = "\n".join(lines)
+    # cells without quotes and blanks, as nearly all of numbers are, need no reader of CSV
+    if delimiter != _BLANKS and '"' not in text and text.split() == lines:
+        return [line.split(delimiter) for line in lines]
+    return [_split(line, delimiter) for line in lines]
+
+
+def possible_names(content: bytes) -> Iterator[Names]:
+    """The cells of each line near the top of a text log, by each encoding and delimiter.
+
+    The unit of a cell is in brackets at its end, or in the line below; that of a time stamp is s.
+    """
+    for encoding in encodings_of(content):
+        text = normalise(content[:HEAD_SEARCHED], encoding).decode("utf-8", "replace")
+        lines = text.translate(FULL_WIDTH).split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+        lines = [line.lstrip("# \t") for line in lines]
+        for line, below in pairwise([*lines, ""]):
+            for delimiter in (*_DELIMITERS, _BLANKS):
+                names = _split(line, delimiter)
+                if len(names) >= _FEWEST_COLUMNS and not any(map(_is_number, names)):
+                    yield [*zip(names, _units_of(names, _split(below, delimiter)), strict=True)]
+
+
+def _units_of(names: Sequence[str], below: Sequence[str]) -> Iterator[str]:
+    """The unit of each name, from itself or from the cells of the line below."""
+    are_units = len(below) == len(names) and not any(map(_is_number, below))
+    for name, cell in zip_longest(names, below[: len(names)], fillvalue=""):
+        stamp = "s" if is_stamp(cell) else ""
+        yield apart(name)[1] or stamp or (_bare(cell) if are_units else "")
+
+
+def _without_comments(table: bytes) -> bytes:
+    # asked first, because replacing what is not there takes longer than reading the log
+    commented = b"#" in table and (table.startswith(b"#") or b"\n#" in table)
+    return _COMMENT_LINES.sub(b"", table) if commented else table
+
+
+def _plain_cells(table: bytes, head: _Head) -> tuple[bytes, str]:
+    """The rows with one mark between cells that no cell holds, and that mark."""
+    if head.delimiter == _BLANKS:
+        return normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", table)), "ascii"), "\t"
+    if not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row)):
+        return table, head.delimiter
+    # quoted cells hold the delimiter; line by line, so that a stray quote harms one row alone
+    lines = table.decode("utf-8").split("\n")
+    rows = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
+    return normalise(rows.encode(), "ascii"), "\t"
+
+
+def _marks(
+    head: _Head, delimiter: str, columns: Sequence[Column], stamps: Stamps | None
+) -> tuple[str, str]:
+    """Decimal mark and mark between thousands, from the columns that are read."""
+    numbers = [column.index for column in columns if stamps is None or column.index != stamps.time]
+    if delimiter == "," and not head.quoted:
+        return ".", ""
+    # not the first row alone: it may hold whole numbers only
+    cells = [
+        row[index]
+        for row in head.rows
+        for index in numbers
+        if index < len(row) and "," in row[index]
+    ]
+    grouped = next((found for cell in cells if (found := _GROUPED.fullmatch(_bare(cell)))), None)
+    if grouped:
+        return (",", ".") if grouped[1] == "." else (".", ",")
+    return "," if delimiter != "," and cells else ".", ""
+
+
+def _stamps(head: _Head, known: Mapping[int, tuple[str, str | None]]) -> Stamps | None:
+    """The columns of time stamps; their unit is set to seconds, whatever the log says.
+
+    Raises:
+        ValueError: The time is neither a number nor a time stamp.
+    """
+    time = next((index for index, (quantity, _) in known.items() if quantity == "time"), None)
+    if time is None or all(len(row) <= time for row in head.rows):
+        return None
+    cells = [row[time].strip('" ') if time < len(row) else "" for row in head.rows]
+    if not _CLOCK_OR_DATE.search("\n".join(cells)):
+        return None
+    marked = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
+    if len(marked) <= len(cells) / 2:
+        return None
+    if sum(map(is_stamp, marked)) <= len(marked) / 2:
+        raise ValueError(
+            f"the column {head.names[time][:60]!r} holds {marked[0][:40]!r}; expected numbers, or "
+            "time stamps such as '2026-03-01 10:15:00.250'"
+        )
+    head.units[time] = "s"
+    columns = zip_longest(*head.rows, fillvalue="")
+    dates = (sum(is_date(cell.strip('" ')) for cell in column) for column in columns)
+    return Stamps(
+        time, next((place for place, found in enumerate(dates) if found > len(cells) / 2), None)
+    )
+
+
+def _has_empty_lines(content: bytes, text: bytes) -> bool:
+    """True where empty lines of a log's bytes are not in its text."""
+    if len(content) == len(text):
+        return False
+    return any(ends in content for ends in (b"\n\n", b"\r\n\r\n", b"\r\r"))
+
+
+def count_rows(table: bytes) -> int:
+    """Lines of a normalised table; the last one counts without a line end too."""
+    ends = np.count_nonzero(line_ends(table))
+    return int(ends) + (len(table) > 0 and not table.endswith(b"\n"))
+
+
+def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
+    """What to make of a last line without a line end; 0 cells where there is none."""
+    if not cells:
+        return None
+    if cells < columns:
+        reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
+        advice = "This row is not used. Check whether the run was complete."
+        return Refusal("cut_row", reason, advice).of_rows(run_id, row, row)
+    reason = f"row {row}, the last, has no line end, so that its last number may be cut"
+    advice = "End the file with a line end."
+    return Refusal("unterminated_row", reason, advice).of_rows(run_id, row, row)
+
+
+def truncated(cut: Refusal | None) -> Flaw | None:
+    """Why a run whose last row is cut off cannot be used."""
+    return Flaw("truncated", cut.reason) if cut and cut.rule == "cut_row" else None
+
+
+def _is_unit_row(
+    cells: Sequence[str], names: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
+) -> bool:
+    """A row right below the names in which most known columns have a unit that fits them."""
+    # a row of numbers is the first of the log, whatever units may be called
+    if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
+        return False
+    units = dict(enumerate(map(_bare, cells)))
+    fitting = [
+        fits(quantity, units.get(index, ""), vocabulary)
+        for index, (quantity, _) in meanings(names, renamed, vocabulary).items()
+    ]
+    return sum(fitting) > len(fitting) / 2
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(_bare(cell).replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _bare(unit: str) -> str:
+    return unit.strip('[]() "')
+
+
+def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
+    """`key: value` lines above the names, with or without `#`; `=` or the delimiter serve too."""
+    keys: dict[str, str] = {}
+    for line in lines:
+        plain = line.strip().lstrip("#").strip()
+        marks = [mark for mark in (":", "=", delimiter.strip(_BLANKS)) if mark and mark in plain]
+        if marks:
+            key, _, value = plain.partition(min(marks, key=plain.index))
+            # a table program may quote the cells and fill the line with delimiters
+            name, text = (part.strip(f'"{delimiter} \t') for part in (plain_key(key), value))
+            # two values are none: what needs this key refuses the log
+            keys[name] = text if keys.get(name, text) == text else f"{keys[name]} / {text}"
+    return keys

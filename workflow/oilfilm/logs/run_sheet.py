@@ -1,0 +1,290 @@
+"""What the run sheet of a campaign says of the runs of its logs: it beats their headers.
+
+`sheet_file` reads the sheet and finds the logs that each row is about.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from fnmatch import fnmatchcase
+from typing import Any, Self
+
+from oilfilm.logs.base import LOADS, SET_POINTS, Flaw, Reading, Refusal, set_point
+from oilfilm.logs.header import header_keys, named_keys, oil_id, oil_key
+from oilfilm.settings.resolved import Settings
+
+# Rules that refuse nothing: what they name is used, or was never there.
+UNMATCHED, UNLISTED, CONTRADICTION = (
+    "sheet_row_unmatched",
+    "logs_not_in_sheet",
+    "sheet_contradicts_header",
+)
+REMARKS = frozenset({UNMATCHED, UNLISTED, CONTRADICTION})
+EXCLUDED = "excluded"
+EXCLUDED_ADVICE = "Nothing to do. To use the run, empty the cell `exclude` of its row."
+UNMATCHED_ADVICE = "Correct the row or take it out; it has no effect."
+
+
+@dataclass(frozen=True)
+class SheetRow:
+    """A row of the run sheet, as far as results depend on it.
+
+    The number of the row is not part of it: a row added above must not read other logs again.
+
+    Attributes:
+        file: Cell of the column `file`: a name or a pattern.
+        run: Name or pattern of the run in a file with several; empty for every run.
+        exclude: Why the runs are not to be used; empty where they are.
+        keys: What the row gives, by keys of headers, numbers in their units.
+    """
+
+    file: str
+    run: str = ""
+    exclude: str = ""
+    keys: Mapping[str, str] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return repr(self.file) + (f", run {self.run!r}" if self.run else "")
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What is known of a run, by its header and by the run sheet.
+
+    Attributes:
+        keys: Header keys, with those of the sheet over them.
+        remarks: Contradictions between the two, of which the sheet is right.
+        excluded: Why the run is not to be used, if so.
+        problem: Why the run sheet cannot be followed, if so.
+        sources: Where each key comes from: `header` or `run sheet`.
+    """
+
+    keys: dict[str, str]
+    remarks: list[Refusal]
+    excluded: Flaw | None = None
+    problem: Refusal | None = None
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SheetOfLog:
+    """The rows of the run sheet that are about one log."""
+
+    sheet: str
+    file: str
+    rows: tuple[SheetRow, ...] = ()
+
+    def labels(
+        self, run_id: str, logged: Mapping[str, str], settings: Settings, part: str = ""
+    ) -> Labels:
+        """What is known of one run of the log.
+
+        Args:
+            run_id: Name of the run.
+            logged: Header lines by the keys of the log, as `plain_key` makes them.
+            settings: Settings of the campaign.
+            part: The run's own name in the log; empty where a log of its format is one run.
+        """
+        header = header_keys(logged, settings)
+        rows = [row for row in self.rows if _is_about(row, part)]
+        given: dict[str, str] = {}
+        problem = None
+        for row in rows:
+            for key, value in row.keys.items():
+                if given.setdefault(key, value) != value:
+                    problem = problem or self._disagreement(rows, key)
+        problem = problem or self._two_loads(given, header, settings)
+        over = LOADS if given.keys() & LOADS else frozenset()
+        keys = {key: text for key, text in header.items() if key not in over} | given
+        remarks = [*self._contradictions(run_id, header, given, settings)]
+        if run_id == self.file and self.rows and not rows:
+            remarks.append(self._unmatched(self.rows, [part], run_id))
+        sources = {
+            **dict.fromkeys(named_keys(logged, settings).keys() - over, "header"),
+            **dict.fromkeys(given, "run sheet"),
+        }
+        return Labels(keys, remarks, self._exclusion(rows), problem, sources)
+
+    def completed(self, reading: Reading) -> Reading:
+        """The reading of the log with what the sheet says of all its runs together.
+
+        What could not be read is listed as excluded where the sheet excludes it; rows that name a
+        run which the log does not have are named.
+        """
+        runs = {run.run_id for run in reading.runs}
+        refusals = [
+            refusal
+            if refusal.run_id in runs or (runs and not refusal.run_id) or refusal.rule in REMARKS
+            else self._unread(refusal)
+            for refusal in reading.refusals
+        ]
+        named = runs | {refusal.run_id for refusal in refusals}
+        parts = sorted({self._part(run_id) for run_id in named} - {""})
+        strays = [row for row in self.rows if not any(_is_about(row, part) for part in parts)]
+        if parts and strays:
+            refusals += [self._unmatched([row], parts) for row in strays]
+        return replace(reading, refusals=refusals)
+
+    def _unread(self, refusal: Refusal) -> Refusal:
+        part = self._part(refusal.run_id)
+        about = [row for row in self.rows if _is_about(row, part)]
+        excluded = self._exclusion(about)
+        # without a run, the rows are about whatever the file held
+        if excluded is None or (not part and not all(row.exclude for row in about)):
+            return refusal
+        reason = f"{excluded.reason}; besides, {refusal.reason}"
+        return replace(refusal, rule=EXCLUDED, reason=reason, advice=EXCLUDED_ADVICE)
+
+    def _part(self, run_id: str) -> str:
+        return run_id[len(self.file) + 1 :] if run_id.startswith(f"{self.file}:") else ""
+
+    def _exclusion(self, rows: Sequence[SheetRow]) -> Flaw | None:
+        reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
+        return (
+            Flaw(EXCLUDED, f"{self.sheet} excludes it: {'; '.join(reasons)}") if reasons else None
+        )
+
+    def _disagreement(self, rows: Iterable[SheetRow], key: str) -> Refusal:
+        given = dict.fromkeys(
+            f"{row.keys[key]!r} (row of {row})" for row in rows if key in row.keys
+        )
+        return Refusal(
+            "sheet_rows_disagree",
+            f"{self.sheet} has several rows for the run, which disagree in {key}: "
+            f"{', '.join(given)}",
+            "Leave one of the rows, or make its pattern narrower.",
+        )
+
+    def _two_loads(
+        self, given: Mapping[str, str], header: Mapping[str, str], settings: Settings
+    ) -> Refusal | None:
+        """A load and a pressure of the sheet that do not belong together on the rig."""
+        if not given.keys() >= LOADS:
+            return None
+        load, pressure = given["load_n"], given["max_hertz_pressure_gpa"]
+        rig = given.get("rig", header.get("rig"))
+        if _same("load_n", load, "max_hertz_pressure_gpa", pressure, rig, settings):
+            return None
+        return Refusal(
+            "sheet_rows_disagree",
+            f"{self.sheet} gives the run load_n {load} and max_hertz_pressure_gpa {pressure}, "
+            "but on this rig that load gives another pressure",
+            "Leave one of them.",
+        )
+
+    def _contradictions(
+        self,
+        run_id: str,
+        header: Mapping[str, str],
+        given: Mapping[str, str],
+        settings: Settings,
+    ) -> Iterable[Refusal]:
+        differing = []
+        rig = given.get("rig", header.get("rig"))
+        for key, value in given.items():
+            # the load has one set point, as force or as pressure
+            others = {key} if key in header or key not in LOADS else LOADS
+            if key == "oil" and key not in header:
+                others = {oil_key(header) or key}
+            differing += [
+                f"{key} {value} (header: {other} {header[other][:60]!r})"
+                for other in sorted(others & header.keys())
+                if not _same(key, value, other, header[other], rig, settings)
+            ]
+        if differing:
+            reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
+            advice = "The run sheet is used. Correct the one that is wrong."
+            yield Refusal(CONTRADICTION, reason, advice, run_id)
+
+    def _unmatched(
+        self, rows: Iterable[SheetRow], parts: Sequence[str], run_id: str = ""
+    ) -> Refusal:
+        listed = "; ".join(map(str, rows))
+        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
+        reason = f"{self.sheet} has rows for {listed}, but the runs of the log are {known}"
+        return Refusal(UNMATCHED, reason, UNMATCHED_ADVICE, run_id)
+
+
+def _is_about(row: SheetRow, part: str) -> bool:
+    return not (row.run and part) or matches(part, row.run)
+
+
+def matches(name: str, pattern: str) -> bool:
+    """Whether a name fits a pattern, in which `*` is any text and `?` one letter.
+
+    Examples:
+        >>> [matches("4102_P1.csv", pattern) for pattern in ("4102_*.csv", "4102_P?.csv", "4050*")]
+        [True, True, False]
+        >>> matches("run[1].csv", "run[1].csv")
+        True
+    """
+    return fnmatchcase(name, pattern.replace("[", "[[]"))
+
+
+def _same(key: str, value: str, other: str, text: str, rig: str | None, settings: Settings) -> bool:
+    """Whether a value of the sheet says the same as a text under a key, on a rig."""
+    if key not in SET_POINTS:
+        return value == (oil_id(text, settings) if key == "oil" else text)
+    in_sheet, in_header = set_point(key, value), set_point(other, text)
+    if in_sheet is None or in_header is None:
+        return False
+    same = settings.same_set_point
+    if key == "inlet_temperature_c":
+        return abs(in_sheet - in_header) <= same.temperature_c
+    share = same.relative
+    if other != key:
+        known = settings.rigs.get(rig or next(iter(settings.rigs)))
+        contact = known.contact() if known else None
+        if contact is None:
+            return True  # nothing says what load makes that pressure
+        loads = {key: in_sheet, other: in_header}
+        in_sheet, in_header = (
+            loads["load_n"],
+            float(contact.load_n(loads["max_hertz_pressure_gpa"])),
+        )
+        share *= 3  # the load goes with the cube of the pressure
+    return abs(in_sheet - in_header) <= share * abs(in_header)
+
+
+@dataclass(frozen=True)
+class RunSheet:
+    """The run sheet of a campaign, or as much of it as concerns some logs.
+
+    Attributes:
+        name: File name of the sheet; empty where there is none.
+        rows: The rows about each log, by its name.
+        remarks: What was found about the sheet as a whole.
+        near: By log without a row: what a row that matches no log says instead of its name.
+    """
+
+    name: str = ""
+    rows: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
+    remarks: tuple[Refusal, ...] = ()
+    near: Mapping[str, str] = field(default_factory=dict)
+
+    def of_log(self, file: str) -> SheetOfLog:
+        """The rows about one log."""
+        return SheetOfLog(self.name, file, self.rows.get(file, ()))
+
+    def plain(self, files: Iterable[str], *, remarks: bool) -> dict[str, Any]:
+        """The part about some logs as Snakemake's params hold it; empty where it says nothing.
+
+        Args:
+            files: The logs.
+            remarks: Whether the remarks on the sheet as a whole belong to the part.
+        """
+        rows = {
+            file: [asdict(row) for row in self.rows[file]] for file in files if file in self.rows
+        }
+        found = [asdict(remark) for remark in self.remarks] if remarks else []
+        return {"name": self.name, "rows": rows, "remarks": found} if rows or found else {}
+
+    @classmethod
+    def of_plain(cls, plain: Mapping[str, Any]) -> Self:
+        """What `plain` has made."""
+        if not plain:
+            return cls()
+        rows = {file: tuple(SheetRow(**row) for row in of) for file, of in plain["rows"].items()}
+        return cls(plain["name"], rows, tuple(Refusal(**each) for each in plain["remarks"]))
+
+
+NO_SHEET = RunSheet()

@@ -1,0 +1,79 @@
+"""Logs of a torque rig: what they hold, and the run that their columns make."""
+
+from collections.abc import Mapping, Sequence
+
+from oilfilm.errors import OilfilmError
+from oilfilm.logs.base import LoggedRun, Nominal, Refusal
+from oilfilm.logs.header import oil_problem, simulation_problem
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary, named_columns
+from oilfilm.settings.campaign import Campaign, Torque
+from oilfilm.settings.resolved import Settings
+
+# Column names that carry their unit, as the project writes them: every log must have them all.
+_OWN_NAMES = {
+    "time_s": ("time", "s"),
+    "axial_load_n": ("axial_load", "N"),
+    "inner_speed_rpm": ("inner_speed", "rpm"),
+    "oil_temperature_c": ("oil_temperature", "degC"),
+    "outer_ring_temperature_c": ("outer_ring_temperature", "degC"),
+    "torque_n_m": ("torque", "N m"),
+}
+
+
+def _header_problem(
+    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+) -> Refusal | None:
+    bearing = torque_of(settings.campaign).bearing
+    return (
+        oil_problem(keys, settings)
+        or _bearing_problem(keys.get("bearing", bearing), bearing)
+        or simulation_problem(keys, settings)
+    )
+
+
+def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+    """Samples have the columns of the project's own names and `row`; the `rig` is the bearing."""
+    samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
+    bearing = torque_of(settings.campaign).bearing
+    return log.run(bearing, Nominal(), {"row": log.rows, **samples})
+
+
+def torque_of(campaign: Campaign) -> Torque:
+    """What the campaign file says of its torque logs.
+
+    Raises:
+        OilfilmError: It has none.
+    """
+    if campaign.torque is None:
+        raise OilfilmError(
+            f"campaign {campaign.name!r}: has no torque logs. Add `torque` to its file, or choose "
+            "another campaign."
+        )
+    return campaign.torque
+
+
+def _bearing_problem(named: str, bearing: str) -> Refusal | None:
+    if named == bearing:
+        return None
+    return Refusal(
+        "other_bearing",
+        f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
+        "Correct the header, or put the log into a campaign of its own.",
+    )
+
+
+# Axial load, speed, temperatures and friction torque of a bearing against time.
+TORQUE = LogKind(
+    Vocabulary(
+        "torque",
+        "torque: columns",
+        {quantity: (unit,) for quantity, unit in _OWN_NAMES.values()},
+        _OWN_NAMES,
+        always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
+        either=((),),
+    ),
+    lambda campaign: named_columns(torque_of(campaign).columns),
+    _header_problem,
+    _run,
+    sheet_keys=("bearing",),
+)

@@ -1,0 +1,251 @@
+"""Logs of a traction rig: what they hold, and the run that their columns make."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from oilfilm.logs.base import (
+    SET_POINTS,
+    Flaw,
+    LoggedRun,
+    Nominal,
+    Refusal,
+    samples_of_run,
+    set_point,
+    set_point_range,
+)
+from oilfilm.logs.header import (
+    FORMAT_ADVICE,
+    misspelt_key,
+    oil_problem,
+    simulation_problem,
+    unknown,
+)
+from oilfilm.logs.log_kind import (
+    Column,
+    ContinuousLog,
+    FloatArray,
+    IndexArray,
+    LogKind,
+    Vocabulary,
+    named_columns,
+)
+from oilfilm.settings.campaign import Semantics
+from oilfilm.settings.config import LoggedTwiceSettings
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
+from oilfilm.units import rpm_to_surface_speed
+
+# What a log may hold -> the units that can be used of it.
+QUANTITIES = {
+    "time": ("s",),
+    "load": ("N", "GPa"),
+    "traction_force": ("N",),
+    "traction_force_1": ("N",),
+    "traction_force_2": ("N",),
+    "inlet_temperature": ("degC",),
+    "ball_speed": ("rpm", "m/s"),
+    "disc_speed": ("rpm", "m/s"),
+    "entrainment_speed": ("m/s",),
+    "slide_roll_ratio": ("1",),
+}
+_ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
+# Either pair gives both surface speeds; the first is what a log is asked for.
+_SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
+# On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
+_BOTH_WAYS = ("traction_force_1", "traction_force_2")
+# Column names that carry their unit, as the project writes them.
+_OWN_NAMES = {
+    "time_s": ("time", "s"),
+    "load_n": ("load", "N"),
+    "max_hertz_pressure_gpa": ("load", "GPa"),
+    "traction_force_n": ("traction_force", "N"),
+    "traction_force_1_n": ("traction_force_1", "N"),
+    "traction_force_2_n": ("traction_force_2", "N"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+    "ball_speed_rpm": ("ball_speed", "rpm"),
+    "ball_speed_m_s": ("ball_speed", "m/s"),
+    "disc_speed_rpm": ("disc_speed", "rpm"),
+    "disc_speed_m_s": ("disc_speed", "m/s"),
+    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
+    "slide_roll_ratio": ("slide_roll_ratio", "1"),
+}
+
+
+def _header_problem(
+    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+) -> Refusal | None:
+    rig = _rig_name(keys, settings)
+    return (
+        oil_problem(keys, settings)
+        or unknown("rig", rig, settings.rigs)
+        or simulation_problem(keys, settings)
+        or _kind_problem(keys)
+        or misspelt_key(keys, settings)
+        or _set_point_problem(keys)
+        or _rig_problem(columns, rig, settings.rigs[rig])
+    )
+
+
+def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+    rig_name, values = _rig_name(log.keys, settings), log.values
+    rig, semantics = settings.rigs[rig_name], settings.campaign.semantics_for(rig_name)
+    units = {column.quantity: column.to.unit for column in log.columns}
+    ball, disc = _surface_speeds(values, units, rig, semantics)
+    if log.flaw is None:
+        flaw = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
+        log = replace(log, flaw=flaw)
+    samples = samples_of_run(
+        row=log.rows,
+        time_s=values["time"],
+        load_n=_load_n(values["load"], units["load"], rig),
+        traction_force_n=values["traction_force"],
+        **{f"{name}_n": values[name] for name in _BOTH_WAYS if name in values},
+        ball_speed_m_s=ball,
+        disc_speed_m_s=disc,
+        inlet_temperature_c=values["inlet_temperature"],
+    )
+    run = log.run(rig_name, nominal(log.keys, settings), samples)
+    return replace(run, kind=log.keys.get("log_kind", run.kind))
+
+
+def nominal(keys: Mapping[str, str], settings: Settings) -> Nominal:
+    """Set points of a run with these header keys."""
+    given = {name: set_point(name, keys[name]) for name in SET_POINTS if name in keys}
+    known = {name: value for name, value in given.items() if value is not None}
+    return Nominal.planned(settings.campaign, known)
+
+
+def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
+    """Why a log that says what kind of log it is gives no points."""
+    kind = keys.get("log_kind", "continuous")
+    if kind in ("continuous", "steps"):
+        return None
+    return Refusal(
+        "not_a_sweep",
+        f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
+        f"Nothing to do if this is not a slip sweep; otherwise correct the header. {FORMAT_ADVICE}",
+    )
+
+
+def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
+    """What is wrong with a set point of the header."""
+    for name in SET_POINTS:
+        if name in keys and set_point(name, keys[name]) is None:
+            least, most = set_point_range(name)
+            return Refusal(
+                "header",
+                f"the header says {name}: {keys[name][:60]!r}; expected a number above "
+                f"{least:g}, below {most:g}",
+                f"Correct the header. {FORMAT_ADVICE}",
+            )
+    return None
+
+
+def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | None:
+    """What the columns need of the rig and its file does not say."""
+    units = {column.quantity: column.to.unit for column in columns}
+    needed = [
+        f"{body}_track_radius_m" for body in ("ball", "disc") if units.get(f"{body}_speed") == "rpm"
+    ]
+    needed += ["ball_radius_m"] if units["load"] == "GPa" else []
+    missing = [key for key in needed if getattr(rig, key) is None]
+    if not missing:
+        return None
+    return Refusal(
+        "rig",
+        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
+        f"Add it to config/rigs/{name}.yaml.",
+    )
+
+
+def _rig_name(keys: Mapping[str, str], settings: Settings) -> str:
+    return keys.get("rig", next(iter(settings.rigs)))
+
+
+def _load_n(values: FloatArray, unit: str, rig: Rig) -> FloatArray:
+    """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
+    contact = rig.contact()
+    return values if unit == "N" or contact is None else contact.load_n(values)
+
+
+def _surface_speeds(
+    values: Mapping[str, FloatArray],
+    units: Mapping[str, str],
+    rig: Rig,
+    log: Semantics,
+) -> tuple[FloatArray, FloatArray]:
+    """Surface speeds of ball and disc in m/s, from theirs or from entrainment speed and slip."""
+    if "ball_speed" in values:
+        ball, disc = (
+            values[f"{body}_speed"]
+            if units[f"{body}_speed"] == "m/s"
+            else rpm_to_surface_speed(
+                values[f"{body}_speed"], getattr(rig, f"{body}_track_radius_m")
+            )
+            for body in ("ball", "disc")
+        )
+        return ball, disc
+    mean = values["entrainment_speed"]
+    # a logged ratio is positive with the slower body slowed
+    sliding = log.direction * log.over_mean(values["slide_roll_ratio"]) * mean
+    return mean - sliding / 2, mean + sliding / 2
+
+
+def _contradiction(
+    values: Mapping[str, FloatArray],
+    ball: FloatArray,
+    disc: FloatArray,
+    rows: IndexArray,
+    log: Semantics,
+    limits: LoggedTwiceSettings,
+) -> Flaw | None:
+    """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
+    turning, given = np.arange(len(rows)), []
+    if not values.keys() & {"entrainment_speed", "slide_roll_ratio", _BOTH_WAYS[0]}:
+        return None  # nothing is logged twice
+    if "ball_speed" in values:
+        mean, sliding = (ball + disc) / 2, log.direction * (disc - ball)
+        fast = np.quantile(np.abs(mean), 0.9) if len(mean) else 0.0
+        # near standstill a slip is noise
+        turning = np.flatnonzero(np.abs(mean) > fast / 2)
+        mean, sliding = mean[turning], sliding[turning]
+        others = "the speeds of ball and disc"
+        given += [
+            ("entrainment_speed", mean, np.abs(mean), others),
+            ("slide_roll_ratio", sliding / mean, np.ones_like(mean), others),
+        ]
+    if set(_BOTH_WAYS) <= values.keys():
+        first, second = (values[name][turning] for name in _BOTH_WAYS)
+        size = (np.abs(first) + np.abs(second)) / 2
+        others = "the forces of both directions of the slip"
+        given.append(("traction_force", (first - second) / 2, size, others))
+    for name, expected, unit, others in given:
+        if name not in values:
+            continue
+        logged = values[name][turning]
+        logged = log.over_mean(logged) if name == "slide_roll_ratio" else logged
+        with np.errstate(divide="ignore", invalid="ignore"):  # no force in either direction
+            apart = np.abs(logged - expected) / unit
+        # the median row decides: a logged set point jumps before the rig follows
+        known = np.flatnonzero(np.isfinite(apart))
+        if len(known) and (median := float(np.median(apart[known]))) > getattr(limits, name):
+            worst = known[np.argmax(apart[known])]
+            return Flaw(
+                "columns_disagree",
+                f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but {others} "
+                f"give {expected[worst]:.4g}; the median difference is {median:.2g}, allowed "
+                f"{getattr(limits, name):g}",
+            )
+    return None
+
+
+# Load, traction force, surface speeds and temperature against time.
+TRACTION = LogKind(
+    Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS),
+    lambda campaign: named_columns(campaign.columns),
+    _header_problem,
+    _run,
+    sheet_keys=("rig", *SET_POINTS),
+)

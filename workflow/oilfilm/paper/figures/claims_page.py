@@ -1,0 +1,132 @@
+"""The page of claims: what the paper says, and in how much of the domain it holds."""
+
+import re
+import textwrap
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from oilfilm import tables
+from oilfilm.paper.audit.audit import percent
+from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.labels import BASES, printed
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
+
+_ROW_IN = 0.40
+_BAR, _BAR_WIDTH = 0.40, 0.13  # of the page's width
+_TEXT = 0.62
+_STATEMENT_LETTERS, _TEXT_LETTERS = 35, 62
+_WORST = (
+    ("worst_oil", "{}"),
+    ("worst_max_hertz_pressure_gpa", "{:.3g} GPa"),
+    ("worst_entrainment_speed_m_s", "{:.3g} m/s"),
+    ("worst_inlet_temperature_c", "{:.3g} \N{DEGREE SIGN}C"),
+    ("worst_slide_roll_ratio", "S {:.3g}"),
+)
+
+_CLAIMS_PAGE = drawn_table(
+    "claims_page",
+    "Drawn on the page of claims: one row per claim and basis.",
+    columns="claim statement basis verdict share share_tested_box words",
+    uses=(
+        use("basis", "first line refit, second printed"),
+        use("verdict", "colour and symbol"),
+        use("share", "length of the bar"),
+        use("share_tested_box", "position of the tick"),
+        use("words", "to the right of the bar"),
+    ),
+    key=("claim", "basis"),
+)
+
+
+@register(
+    name="claims",
+    title="Claims of the paper",
+    caption="Verdict on each claim of the paper, share of the conditions where it holds, and "
+    "worst case. Upper bar of each claim: fits and points of this campaign. Lower bar: constants "
+    "printed in the paper.",
+    category="Claims",
+    family="claims",
+    tables=("claims",),
+    draws=_CLAIMS_PAGE,
+)
+def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
+    """Each claim with one bar per basis: share of cases where it holds, and worst case."""
+    if results.claims.empty:
+        return style.sentences("The paper tested none of these oils:\nno claims."), []
+    drawn = results.claims.assign(words=list(map(_worst_case, tables.rows(results.claims))))
+    claims = list(dict.fromkeys(drawn["claim"]))
+    height_in, bottom = _ROW_IN * (len(claims) + 1.2), len(claims) + 0.1
+    figure, axis = style.page(style.DOUBLE_COLUMN_IN, height_in, bottom=bottom, top=-0.7)
+    for x, head in (
+        (0.0, "claim of the paper"),
+        (_BAR, "holds in ... of cases"),
+        (_TEXT, "worst case, or why it cannot be checked"),
+    ):
+        axis.text(x, -0.35, head, va="center", fontsize=7, color=style.GREY)
+    for row, claim in enumerate(claims):
+        of_claim = drawn[drawn["claim"] == claim].set_index("basis")
+        axis.axhline(row, color="#dddddd", linewidth=0.5)
+        statement = textwrap.fill(
+            printed(of_claim["statement"].iloc[0]), _STATEMENT_LETTERS, break_on_hyphens=False
+        )
+        look: dict[str, Any] = {"va": "center", "linespacing": 1.1, "parse_math": False}
+        axis.text(0, row + 0.5, statement, fontsize=7, **look)
+        for line, (basis, name) in enumerate(BASES.items()):
+            if basis not in of_claim.index:
+                continue  # a claim on speeds alone, which needs no fit
+            _draw_line(axis, row + 0.28 + 0.46 * line, name, of_claim.loc[basis])
+    handles = [
+        style.symbol_handle(verdict, style.VERDICT_MARKERS[verdict], color=colour, markersize=4)
+        for verdict, colour in style.VERDICT_COLOURS.items()
+    ]
+    tick = style.symbol_handle("in the box that the paper tested", "|", color="black", markersize=6)
+    figure.legend(handles=[*handles, tick], loc="outside lower left", ncols=3)
+    return figure, [drawn]
+
+
+def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None:
+    colour = style.VERDICT_COLOURS[line["verdict"]]
+    axis.text(_BAR - 0.025, y, basis, ha="right", va="center", fontsize=6, color=style.GREY)
+    axis.plot(_BAR - 0.012, y, style.VERDICT_MARKERS[line["verdict"]], color=colour, markersize=4)
+    if not np.isnan(line["share"]):
+        frame: dict[str, Any] = {"height": 0.26, "linewidth": 0.4}
+        corner, width = (_BAR, y - 0.13), _BAR_WIDTH * line["share"]
+        outline = Rectangle(corner, _BAR_WIDTH, facecolor="white", edgecolor="#999999", **frame)
+        axis.add_patch(outline)
+        axis.add_patch(Rectangle(corner, width, facecolor=colour, **frame))
+        axis.text(_BAR + _BAR_WIDTH + 0.008, y, percent(line["share"]), va="center", fontsize=6)
+    if not np.isnan(line["share_tested_box"]):
+        at = _BAR + _BAR_WIDTH * line["share_tested_box"]
+        axis.plot([at, at], [y - 0.2, y + 0.2], color="black", linewidth=1.2)
+    # two lines have room; the report and the table have the rest
+    text = "\n".join(
+        textwrap.wrap(printed(line["words"]), _TEXT_LETTERS, max_lines=2, placeholder=" ...")
+    )
+    axis.text(_TEXT, y, text, va="center", fontsize=5.5, linespacing=1.0, parse_math=False)
+
+
+def _worst_case(row: Mapping[str, Any]) -> str:
+    if row["verdict"] == "cannot be checked":
+        return re.split(r";|\. (?=[A-Z])", str(row["finding"]).removeprefix("cannot be checked: "))[
+            0
+        ]
+    if row["verdict"] == "by construction":
+        return "the equation makes it so for any constants"
+    if row["share"] == 1:
+        return ""
+    known = [
+        form.format(row[name])
+        for name, form in _WORST
+        if row[name] != "" and not pd.isna(row[name])
+    ]
+    condition = f" at {', '.join(known)}" if known else ""
+    detail = f" ({row['worst_detail']})" if row["worst_detail"] else ""
+    return f"{row['worst_quantity']}: {row['worst_value']:.2g}{detail}{condition}"

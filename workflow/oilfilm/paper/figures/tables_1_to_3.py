@@ -1,0 +1,281 @@
+"""Tables 1-3 of the paper: oils, test matrix and bearing as configured, each with its source."""
+
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from oilfilm import tables
+from oilfilm.curation.coverage import with_levels
+from oilfilm.paper.reference import PaperStatement, PaperTables
+from oilfilm.physics.oils import Oil
+from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.base import present
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
+
+_PAPER = "in the paper's text"
+_NONE = "\N{EN DASH}"
+_LINE_IN = 0.125
+_ROW_IN = 0.06  # between rows, beside their lines
+_NOTE_LETTERS = 140  # of 6 pt in a line over both columns
+# Of all cells alike: with line spacings of their own they are at different heights.
+_CELL: dict[str, Any] = {"va": "center", "fontsize": 7}
+_AT_C = 100.0  # of the oils' properties, as in the paper
+# Quantity, unit and its value for an oil.
+_OF_OIL: tuple[tuple[str, str, Any], ...] = (
+    ("grade", "cSt", lambda oil: oil.nominal_kinematic_viscosity_100c_cst),
+    ("kinematic viscosity", "cSt", lambda oil: 1e6 * oil.kinematic_viscosity_m2_s(_AT_C)),
+    ("dynamic viscosity", "mPa s", lambda oil: 1e3 * oil.dynamic_viscosity_pa_s(_AT_C)),
+    ("density", "kg/m\N{SUPERSCRIPT THREE}", lambda oil: oil.density_kg_m3(_AT_C)),
+    (
+        "pressure-viscosity coefficient",
+        "1/GPa",
+        lambda oil: 1e9 * oil.pressure_viscosity_coefficient_1_pa(_AT_C),
+    ),
+    ("thermal conductivity", "W/(m K)", lambda oil: oil.thermal_conductivity_w_mk(_AT_C)),
+    ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_AT_C)),
+)
+_MATRIX = {
+    "max_hertz_pressure_gpa": ("maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": ("entrainment speed", "m/s"),
+    "inlet_temperature_c": ("inlet temperature", "\N{DEGREE SIGN}C"),
+}
+# Quantity, unit, keys in a file of config/bearings, and the factor to the unit.
+_OF_BEARING: tuple[tuple[str, str, tuple[str, ...], float], ...] = (
+    ("ball diameter", "mm", ("ball_diameter_m",), 1e3),
+    ("pitch diameter", "mm", ("pitch_diameter_m",), 1e3),
+    ("balls", "", ("ball_count",), 1),
+    ("contact angle, unloaded", "\N{DEGREE SIGN}", ("contact_angle_deg",), 1),
+    ("groove radius over ball diameter, inner", "", ("inner_groove_curvature",), 1),
+    ("groove radius over ball diameter, outer", "", ("outer_groove_curvature",), 1),
+    ("Young's modulus of the rings", "GPa", ("ring", "youngs_modulus_pa"), 1e-9),
+    ("Poisson's ratio of the rings", "", ("ring", "poisson_ratio"), 1),
+    ("Young's modulus of the balls", "GPa", ("ball", "youngs_modulus_pa"), 1e-9),
+    ("Poisson's ratio of the balls", "", ("ball", "poisson_ratio"), 1),
+    ("density of the balls", "kg/m\N{SUPERSCRIPT THREE}", ("ball", "density_kg_m3"), 1),
+    ("roughness Ra of the balls", "\N{MICRO SIGN}m", ("ball_roughness_ra_um",), 1),
+    ("roughness Ra of the races", "\N{MICRO SIGN}m", ("race_roughness_ra_um",), 1),
+    ("guiding ring of the cage", "", ("cage", "guidance"), 1),
+    ("land diameter of the cage", "mm", ("cage", "land_diameter_m"), 1e3),
+    ("land width of the cage, both together", "mm", ("cage", "land_width_m"), 1e3),
+    ("land clearance of the cage, radial", "mm", ("cage", "land_clearance_m"), 1e3),
+    ("friction coefficient of the pockets", "", ("cage", "pocket_friction_coefficient"), 1),
+    ("oil flow", "L/min", ("oil_supply", "flow_l_min"), 1),
+    ("share of the friction heat in the oil", "", ("oil_supply", "heat_share"), 1),
+    ("weight of the outlet temperature", "", ("oil_supply", "outlet_weight"), 1),
+)
+_OF_TORQUE_TEST = (
+    ("axial load", "kN", "axial_load_n", 1e-3),
+    ("speed of the inner ring", "rpm", "inner_speed_rpm", 1),
+    ("oil temperature", "\N{DEGREE SIGN}C", "oil_temperature_c", 1),
+)
+
+_STATED_VALUES = drawn_table(
+    "stated_values",
+    "Drawn in the tables of oils, test matrix and bearing: one row per cell (Tables 1-3).",
+    columns="thing quantity unit words value source",
+    uses=(
+        use("words", "text of the cell; * marks what is assumed"),
+        use("value", "null where there is only text"),
+    ),
+)
+
+
+@register(
+    name="tab01",
+    paper="Table 1",
+    title="Properties of the oils",
+    caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and "
+    "specific heat at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the "
+    "paper are lost. Properties that stand in for unknown ones are marked.",
+    family="configured",
+    settings=("oils",),
+    references=("paper_tables",),
+    shows_data=False,
+    draws=_STATED_VALUES,
+)
+def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
+    """Properties of each oil at 100 degC; of oils without known properties only the name."""
+    rows = []
+    for name in settings.oils:
+        oil = settings.properties_of(name)
+        for quantity, unit, of_oil in _OF_OIL:
+            value = np.nan if oil is None else float(of_oil(oil))
+            rows.append(_row(name, quantity, unit, value, _source_of(oil)))
+    notes = list(dict.fromkeys(f"{row['thing']}: {row['source']}" for row in rows))
+    title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
+    return _table(title, rows, notes, paper_tables.tab01)
+
+
+def _source_of(oil: Oil | None) -> str:
+    if oil is None:
+        return "no known properties"
+    return f"stand-in: {oil.source}" if oil.stand_in else oil.source
+
+
+@register(
+    name="tab02",
+    paper="Table 2",
+    title="Test matrix",
+    caption="Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet "
+    "temperature (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. "
+    "The table of the paper is lost; the last column quotes its text.",
+    family="data",
+    tables=("points", "runs"),
+    settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
+    references=("paper_tables",),
+    draws=_STATED_VALUES,
+)
+def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
+    """Levels of the test matrix; without one, those that the logs were set to."""
+    matrix = settings.campaign.matrix
+    source = "campaign file, matrix" if matrix is not None else "set points of the logs"
+    runs = with_levels(results.runs, settings)
+    accepted = results.points[results.points["accepted"]]
+    rows = []
+    for name, (quantity, unit) in _MATRIX.items():
+        levels = (
+            getattr(matrix, name)
+            if matrix is not None
+            else sorted(runs[f"nominal_{name}"].dropna().unique())
+        )
+        rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
+    # of a rig whose contact is not known
+    if loads := sorted(runs["nominal_load_n"].dropna().unique()):
+        rows.append(_row("this campaign", "load", "N", _levels(loads), "set points of the logs"))
+    slips = accepted["slide_roll_ratio"].abs()
+    reached = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else _NONE
+    rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))
+    for oil in settings.oils:
+        of_oil = runs.loc[runs["oil"] == oil, "run_id"]
+        curves = f"{of_oil.isin(accepted['run_id']).sum()} accepted of {len(of_oil)} runs"
+        rows.append(_row("this campaign", f"curves of {oil}", "", curves, "tables runs and points"))
+    return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
+
+
+@register(
+    name="tab03",
+    paper="Table 3",
+    title="Parameters of the bearing",
+    caption="Geometry, materials and cage of the bearing, with their sources. The table of "
+    "the paper is partly lost; the last column quotes its text.",
+    family="configured",
+    settings=("bearings", "campaign.torque"),
+    references=("paper_tables",),
+    shows_data=False,
+    requires="torque",
+    draws=_STATED_VALUES,
+)
+def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
+    """Parameters of the campaign's bearing and the levels of its test."""
+    torque = present(settings.campaign.torque, "torque", "the campaign")
+    name = torque.bearing
+    bearing = settings.bearings[name]
+    rows = []
+    for quantity, unit, keys, factor in _OF_BEARING:
+        value: Any = bearing
+        for key in keys:
+            value = getattr(value, key, None)
+        if value is None:  # the file may leave it out
+            continue
+        source = "assumed" if keys[0] in bearing.assumed else bearing.source
+        value = value if isinstance(value, str) else factor * value
+        # every digit of the drawing, and none that it has not
+        rows.append(_row(name, quantity, unit, value, source, "{:.7g}".format))
+    for quantity, unit, key, factor in _OF_TORQUE_TEST:
+        if torque.matrix is not None:
+            levels = _levels([factor * level for level in getattr(torque.matrix, key)])
+            rows.append(_row(name, quantity, unit, levels, "campaign file, `torque`"))
+    notes = [f"{name}: {bearing.source}. *: assumed."]
+    return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
+
+
+def _levels(levels: Iterable[float]) -> str:
+    return ", ".join(f"{level:g}" for level in levels) or _NONE
+
+
+def _number(value: float) -> str:
+    """At least three digits, and all digits before the decimal point."""
+    return f"{value:.{int(np.clip(2 - np.floor(np.log10(value)), 0, 3))}f}"
+
+
+def _row(
+    thing: str,
+    quantity: str,
+    unit: str,
+    content: float | str,
+    source: str,
+    number_format: Callable[[float], str] = _number,
+) -> dict[str, Any]:
+    """One cell: a text, or a number in its format."""
+    value = np.nan if isinstance(content, str) else float(content)
+    text = (
+        content if isinstance(content, str) else _NONE if np.isnan(value) else number_format(value)
+    )
+    return {
+        "thing": thing,
+        "quantity": quantity,
+        "unit": unit,
+        "words": f"{text}*" if source == "assumed" else text,
+        "value": value,
+        "source": source,
+    }
+
+
+def _table(
+    title: str,
+    rows: list[dict[str, Any]],
+    notes: list[str],
+    of_paper: Mapping[str, PaperStatement],
+) -> Drawing:
+    """The rows as a table with one column per thing; last, what remains in the paper's text."""
+    units = {row["quantity"]: row["unit"] for row in rows}
+    for quantity, statement in of_paper.items():
+        where = f" ({statement.where})" if statement.where else ""
+        unit, source = units.get(quantity, ""), statement.where or "lost"
+        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where}", source))
+    drawn = tables.from_rows(rows, "stated_values")
+    things = [*drawn.loc[drawn["thing"] != _PAPER, "thing"].unique(), _PAPER]
+    cells = drawn.pivot(index="quantity", columns="thing", values="words")
+    cells = cells.reindex(index=drawn["quantity"].unique(), columns=things).fillna("")
+    letters = 46 if len(things) <= 2 else 26
+    lines = [textwrap.wrap(text, letters) or [""] for text in cells[_PAPER]]
+    heights = [_LINE_IN * len(wrapped) + _ROW_IN for wrapped in lines]
+    small = [line for note in notes for line in textwrap.wrap(note, _NOTE_LETTERS)]
+    height_in = sum(heights) + 1.5 * (_LINE_IN + _ROW_IN) + 0.1 * len(small)
+    figure, axis = style.page(style.DOUBLE_COLUMN_IN, height_in, bottom=height_in, top=0)
+    axis.text(0, (_LINE_IN + _ROW_IN) / 2, title, color=style.GREY, **_CELL)
+    names = {quantity: f"{quantity} ({unit})" for quantity, unit in units.items() if unit}
+    _draw_cells(axis, cells.rename(index=names), lines, heights)
+    axis.text(
+        0, height_in, "\n".join(small), va="bottom", fontsize=6, color=style.GREY,
+        linespacing=1.15, parse_math=False, in_layout=False,
+    )  # fmt: skip
+    return figure, [drawn]
+
+
+def _draw_cells(
+    axis: Axes, cells: pd.DataFrame, lines: Sequence[Sequence[str]], heights: Sequence[float]
+) -> None:
+    *things, _ = cells.columns
+    paper_x = 0.72 if len(things) > 1 else 0.64
+    ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
+    y = _LINE_IN + _ROW_IN
+    for thing, end in zip(things, ends, strict=True):
+        axis.text(end, y / 2, thing, ha="right", fontweight="bold", **_CELL)
+    axis.text(paper_x, y / 2, _PAPER, fontweight="bold", **_CELL)
+    for edge in (0.0, y, y + sum(heights)):
+        axis.axhline(edge, color="black", linewidth=0.6)
+    for (quantity, row), wrapped, height in zip(cells.iterrows(), lines, heights, strict=True):
+        middle = y + height / 2
+        axis.text(0, middle, str(quantity), **_CELL)
+        for thing, end in zip(things, ends, strict=True):
+            axis.text(end, middle, row[thing], ha="right", **_CELL)
+        axis.text(paper_x, middle, "\n".join(wrapped), color=style.GREY, **_CELL)
+        y += height

@@ -1,0 +1,322 @@
+"""One page per refused run: its signals, its plateaus, and the rows concerned."""
+
+import hashlib
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from oilfilm import tables
+from oilfilm.curation.coverage import describe_condition
+from oilfilm.curation.curate import arrays_of, curate
+from oilfilm.curation.plateau_gates import PLATEAU_GATES
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.signals import Signals
+from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.logs.ingest import ingest_logs
+from oilfilm.logs.run_sheet import NO_SHEET, REMARKS, RunSheet
+from oilfilm.report.figures import style
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables import failed_gates
+from oilfilm.units import FloatArray
+
+_HEIGHT_IN = 7.2
+_LETTERS = 112  # of 7 pt in a line of the page
+_LINES = 4  # of one sentence; the listing has all of it
+_STEPS_DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
+_PASSING, _FAILING = "#56B4E9", "#E69F00"
+_MARK = style.STATE_COLOURS["refused"]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What curation made of the logs of one kind of rig; `samples` gives those of a run by name."""
+
+    kind: RigKind
+    runs: pd.DataFrame
+    points: pd.DataFrame
+    quarantine: pd.DataFrame
+    samples: Callable[[str], pd.DataFrame]
+
+
+def judged_torque_logs(
+    logs: Iterable[tuple[str, bytes]],
+    quarantine: pd.DataFrame,
+    settings: Settings,
+    sheet: RunSheet = NO_SHEET,
+) -> Judged:
+    """Refused torque logs by name and content, read again: their samples are in no table."""
+    ingested = ingest_logs(logs, settings, TORQUE_RIG.logs, sheet)
+    samples = ingested.all_samples()
+    curated = curate(samples, ingested.runs, settings, TORQUE_RIG)
+
+    def of_run(run_id: str) -> pd.DataFrame:
+        return samples[samples["run_id"] == run_id]
+
+    return Judged(TORQUE_RIG, curated.runs, curated.points, quarantine, of_run)
+
+
+def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Path) -> pd.DataFrame:
+    """Draw the pages of refused runs in a folder, `most` at most; the table `refused_pages`."""
+    listings = []
+    for judged in rigs:
+        runs, points = judged.runs, judged.points
+        pages = listing(runs, points, judged.quarantine, most, judged.kind)
+        for entry in tables.rows(pages[pages["page"] != ""]):
+            run_id = entry["run_id"]
+            (run,) = tables.rows(runs[runs["run_id"] == run_id])
+            plateaus, samples = points[points["run_id"] == run_id], judged.samples(run_id)
+            page = draw_page(entry, run, samples, plateaus, settings, judged.kind)
+            style.save(page, folder / entry["page"])
+            most -= 1
+        listings.append(pages)
+    return pd.concat(listings, ignore_index=True)
+
+
+def listing(
+    runs: pd.DataFrame,
+    points: pd.DataFrame,
+    quarantine: pd.DataFrame,
+    most: int,
+    kind: RigKind = TRACTION_RIG,
+) -> pd.DataFrame:
+    """Every refused run and whatever gave no run at all, with the page of each run that gets one.
+
+    Where there are more runs than pages, each gate gets pages in turn, so that many runs refused
+    for one reason do not hide another. There are `most` pages at most.
+    """
+    about = runs.set_index("run_id")
+    without_run = ~quarantine["run_id"].isin(about.index)
+    # a remark on a file that has runs is no refusal of the file
+    of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
+    # levels that were held too briefly refuse no run
+    of_run = quarantine["stage"].eq("curate") & quarantine["rule"].eq(
+        quarantine["run_id"].map(about["rule"])
+    )
+    refused = quarantine[(of_run | (without_run & ~of_file)) & ~quarantine["rule"].isin(REMARKS)]
+    refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
+    samples = refused["run_id"].map(about["samples"]).fillna(0)
+    turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
+    with_page = set(turn.index[:most])
+    plateaus = dict(iter(points[points["run_id"].isin(refused["run_id"])].groupby("run_id")))
+    rows = []
+    for number, refusal in enumerate(tables.rows(refused)):
+        run_id, page, marked = refusal["run_id"], "", ("", 0, 0)
+        if number in with_page:
+            page = page_name(run_id, kind.name)
+            same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(refusal["reason"])
+            marked = _marked(quarantine[same], plateaus.get(run_id, points.iloc[:0]))
+        rows.append(
+            {name: refusal[name] for name in ("run_id", "file", "rule", "reason", "advice")}
+            | dict(zip(("place", "first_row", "last_row"), marked, strict=True))
+            | {"oil": about.at[run_id, "oil"] if run_id in about.index else "", "page": page}
+        )
+    return tables.from_rows(rows, "refused_pages")
+
+
+def page_name(run_id: str, rig: str) -> str:
+    """A file name that is safe on every system, and another one for every run of a kind of rig.
+
+    Example:
+        >>> page_name("../a b.csv", "traction")
+        'a-b-csv-8d1b61480e6c67c8.png'
+    """
+    slug = re.sub(r"[^a-z0-9]+", "-", run_id.lower()).strip("-")[:40]
+    digest = hashlib.sha256(f"{rig}:{run_id}".encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    return f"{slug or 'run'}-{digest}.png"
+
+
+def draw_page(
+    entry: Mapping[str, Any],
+    run: Mapping[str, Any],
+    samples: pd.DataFrame,
+    points: pd.DataFrame,
+    settings: Settings,
+    kind: RigKind = TRACTION_RIG,
+) -> Figure:
+    """One page: the reason in words, then the signals against time with the rows marked.
+
+    Args:
+        entry: The run's row of the listing.
+        run: Its row of the table of runs.
+        samples: Its samples.
+        points: Its plateaus.
+        settings: Settings of the campaign.
+        kind: The kind of rig.
+    """
+    signals = kind.signals(arrays_of(samples), run["rig"], settings)
+    time_s = signals.time_s
+    marked = _times(signals, entry["first_row"], entry["last_row"])
+    margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
+    span = float(time_s.min() - margin), float(time_s.max() + margin)
+    head = _head(entry, run)
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, _HEIGHT_IN))
+    heights = [0.15 + 0.13 * len(head), *[1.2] * len(kind.shown_signals)]
+    axes = figure.subplots(len(heights), 1, sharex=False, height_ratios=heights)
+    _draw_head(axes[0], head)
+    for axis, (name, label) in zip(axes[1:], kind.shown_signals.items(), strict=True):
+        axis.set_ylabel(label, fontsize=7)
+        _draw_signal(axis, time_s, signals[name])
+        _shade_plateaus(axis, signals, points)
+        for edge in marked:
+            axis.axvline(edge, color=_MARK, linewidth=1.0, linestyle="-")
+        axis.set_xlim(*span)
+        axis.tick_params(labelbottom=axis is axes[-1])
+    axes[-1].set_xlabel("Time since the log's start (s)")
+    figure.align_ylabels(list(axes[1:]))
+    _label_marked_rows(axes[1], marked, at_right=sum(marked) > sum(span), entry=entry)
+    _draw_legend(figure)
+    unknown = points.get("film_judgement", pd.Series(dtype=str)) == "cannot be judged"
+    style.say_source(figure, settings.campaign, [run["oil"]] if unknown.any() else [])
+    return figure
+
+
+def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
+    """What to mark: the rows of the refusals, else failing plateaus, else the whole run."""
+    with_rows = refusals[refusals["first_row"] > 0]
+    for name, rows in (("rows", with_rows), ("plateaus", points[_fail_alone(points)])):
+        if len(rows):
+            return name, int(rows["first_row"].min()), int(rows["last_row"].max())
+    return "whole run", 0, 0
+
+
+def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
+    """Points that fail a gate of points, not only because their whole run was refused."""
+    return failed_gates.failed_any(points, (gate.name for gate in PLATEAU_GATES))
+
+
+def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
+    """Lines of the head, in plain characters; the first is the title."""
+    file = "" if entry["file"] == entry["run_id"] else f"file {entry['file']}, "
+    about = (
+        f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
+        f"{run['samples']} rows"
+    )
+    return [
+        *_wrapped(f"REFUSED: {entry['run_id']}", 2, 90),
+        *_wrapped(about, 2),
+        *_wrapped(f"{entry['rule']}: {entry['reason']}", _LINES),
+        *_wrapped(f"What to do: {entry['advice']}", _LINES),
+    ]
+
+
+def _wrapped(text: str, lines: int, letters: int = _LETTERS) -> list[str]:
+    return textwrap.wrap(style.plain(text), letters, max_lines=lines, placeholder=" ...") or [""]
+
+
+def _draw_head(axis: Axes, lines: Sequence[str]) -> None:
+    axis.set_axis_off()
+    look: dict[str, Any] = {"va": "top", "parse_math": False, "xycoords": "axes fraction"}
+    look["textcoords"] = "offset points"
+    axis.annotate(lines[0], (0, 1), xytext=(0, 0), fontsize=9, fontweight="bold", **look)
+    rest = "\n".join(lines[1:])
+    axis.annotate(rest, (0, 1), xytext=(0, -15), fontsize=7, linespacing=1.35, **look)
+
+
+def _draw_signal(axis: Axes, time_s: FloatArray, values: FloatArray) -> None:
+    axis.grid(axis="x", visible=False)
+    if not np.isfinite(values).any():
+        style.say_in_panel(axis, "not logged")
+        axis.set_yticks([])
+        return
+    marker = "." if len(values) < 200 else ""
+    xy = _thinned(time_s, values)
+    axis.plot(*xy, color="black", linewidth=0.6, marker=marker, markersize=2)
+    axis.ticklabel_format(axis="y", useOffset=False)
+    axis.margins(y=0.12)
+
+
+def _thinned(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A long signal as the lowest and the highest value of each of many short stretches."""
+    if len(values) <= 2 * _STEPS_DRAWN:
+        return time_s, values
+    starts = np.linspace(0, len(values), _STEPS_DRAWN, endpoint=False).astype(int)
+    both = np.stack([np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)], axis=1)
+    return np.repeat(time_s[starts], 2), both.ravel()
+
+
+def _shade_plateaus(axis: Axes, signals: Signals, points: pd.DataFrame) -> None:
+    failing = _fail_alone(points)
+    for plateaus, colour, edge_share, hatch in (
+        (points[~failing], _PASSING, 0.25, ""),
+        (points[failing], _FAILING, 0.6, "///"),
+    ):
+        rows = zip(plateaus["first_row"], plateaus["last_row"], strict=True)
+        spans = [_times(signals, first, last) for first, last in rows]
+        axis.broken_barh(
+            [(start, stop - start) for start, stop in spans],
+            (0, 1),
+            transform=axis.get_xaxis_transform(),
+            facecolor=style.tint(colour, 0.25),
+            edgecolor=style.tint(colour, edge_share),
+            hatch=hatch,
+            linewidth=0.4,
+            zorder=0.5,
+        )
+
+
+def _label_marked_rows(
+    axis: Axes, marked: tuple[float, float], *, at_right: bool, entry: Mapping[str, Any]
+) -> None:
+    """A bar above the first panel over the marked rows, with their numbers."""
+    start, stop = marked
+    axis.plot(
+        marked,
+        [1.06, 1.06],
+        color=_MARK,
+        linewidth=3,
+        solid_capstyle="butt",
+        marker="v" if start == stop else "",
+        markersize=5,
+        transform=axis.get_xaxis_transform(),
+        clip_on=False,
+    )
+    first, last = entry["first_row"], entry["last_row"]
+    rows = f"row {first}" if first == last else f"rows {first} to {last}"
+    label = {
+        "rows": f"rows concerned: {rows}",
+        "plateaus": f"failing plateaus: {rows}",
+        "whole run": "concerns the whole run",
+    }[entry["place"]]
+    axis.annotate(
+        label,
+        (stop if at_right else start, 1.06),
+        xytext=(0, 4),
+        xycoords=axis.get_xaxis_transform(),
+        textcoords="offset points",
+        ha="right" if at_right else "left",
+        fontsize=7,
+        color=_MARK,
+        annotation_clip=False,
+    )
+
+
+def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
+    """First and last time of a range of rows; 0 and 0 mean all, unread rows the nearest one."""
+    inside = (signals.row >= first_row) & (signals.row <= last_row)
+    if last_row == 0:
+        inside = np.ones_like(inside)
+    elif not inside.any():
+        inside[np.abs(signals.row - first_row).argmin()] = True
+    return float(signals.time_s[inside].min()), float(signals.time_s[inside].max())
+
+
+def _draw_legend(figure: Figure) -> None:
+    passing = Patch(facecolor=style.tint(_PASSING, 0.25), label="plateau that passes its own gates")
+    failing = Patch(
+        facecolor=style.tint(_FAILING, 0.25),
+        edgecolor=style.tint(_FAILING, 0.6),
+        hatch="///",
+        linewidth=0.4,
+        label="plateau refused by its own gates",
+    )
+    figure.legend(handles=[passing, failing], loc="outside lower right", ncols=2)

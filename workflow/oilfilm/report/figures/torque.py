@@ -1,0 +1,264 @@
+"""Figures of measured and calculated friction torque."""
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.columns import use
+
+_DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
+_FILLS = ("full", "none", "left", "right", "bottom", "top")  # of the symbols, by temperature
+# The law of the paper, and the one on load that its Fig. 6 compares with.
+_LAWS: dict[str, tuple[str, dict[str, Any]]] = {
+    "stress": ("pressure-based", {"color": "#0072B2", "linestyle": "-"}),
+    "wang-deng-load": ("load-based", {"color": "#D55E00", "linestyle": (0, (4, 2))}),
+}
+_LOAD_VARIABLES = {
+    "stress": "pressure P",
+    "load": "load W",
+    "dimensionless_load": "load W/(E'R\N{SUPERSCRIPT TWO})",
+}
+_SPEED = "Speed of the inner ring (1000 rpm)"
+_NOTHING = "No torque was measured, or no law could be evaluated."
+
+_TORQUE_DRAWN = drawn_table(
+    "torque_drawn",
+    "Drawn in a figure of torque against speed.",
+    columns="""
+        panel series oil axial_load_n inlet_temperature_c inner_speed_rpm torque_n_m
+        torque_n_m_lower torque_n_m_upper compatibility bistable""",
+    uses=(
+        use("series", "measured, or the law"),
+        use("axial_load_n", "mean of the set of points"),
+        use("inlet_temperature_c", "mean of the set of points"),
+        use("inner_speed_rpm", "abscissa"),
+        use("torque_n_m", "ordinate"),
+        use("torque_n_m_lower", "of measured points: 1.96 standard uncertainties below"),
+        use("torque_n_m_upper", "of measured points: 1.96 standard uncertainties above"),
+        use("compatibility", "of a law"),
+        use("bistable", "marked by a cross"),
+    ),
+)
+
+
+@register(
+    name="fig06",
+    paper="Fig. 6",
+    title="Friction torque of the bearing",
+    caption="Friction torque (N m) against speed of the inner ring, one panel per oil and "
+    "axial load. Symbols: measured torque; bars: 95 % interval from random error and "
+    "calibration. Lines: torque calculated with the pressure-based law and with the load-based "
+    "Wang-Deng law. Bands: 95 % interval from refits of the law, calibration and the other terms "
+    "of the torque. Numbers: median error of each law, and points that agree within twice the "
+    "standard uncertainty of the difference. Crosses: the cage may roll or skid.",
+    family="bearing",
+    tables=("torque", "torque_control", "law_fit_quality"),
+    settings=("oils", "figures"),
+    requires="torque",
+    draws=_TORQUE_DRAWN,
+)
+def fig06(results: CampaignTables, settings: Settings) -> Drawing:
+    """Measured and calculated torque against speed, one panel per oil and axial load."""
+    torque = _in_sets(results.torque, settings)
+    oils = [oil for oil in settings.oils if (torque["oil"] == oil).any()]
+    if not oils:
+        return style.sentences(_NOTHING), []
+    loads, levels = (sorted(set(torque[name])) for name in ("load", "level"))
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.55 * len(loads) + 0.6))
+    axes = figure.subplots(len(loads), len(oils), sharex=True, sharey="row", squeeze=False)
+    drawn: list[pd.DataFrame] = []
+    for number, axis in enumerate(axes.flat):
+        load, oil = loads[number // len(oils)], oils[number % len(oils)]
+        panel = style.title_panel(axis, number, f"{oil}, {round(load / 1e3, 1):g} kN")
+        rows = torque[(torque["oil"] == oil) & (torque["load"] == load)]
+        drawn += (shown.assign(panel=panel) for shown in _draw_torque(axis, rows, levels))
+    figure.supylabel("Friction torque (N m)", fontsize=8)
+    for axis in axes[-1]:
+        axis.set_xlabel(_SPEED)
+    handles = [
+        style.symbol_handle(
+            f"measured, {level:.0f} \N{DEGREE SIGN}C",
+            "o",
+            color="black",
+            fillstyle=fill,
+        )
+        for level, fill in zip(levels, itertools.cycle(_FILLS), strict=False)
+    ]
+    handles += [
+        style.line_handle(name, **look)
+        for load_variable, (name, look) in _LAWS.items()
+        if (torque["load_variable"] == load_variable).any()
+    ]
+    if torque["bistable"].any():
+        handles.append(style.symbol_handle("cage may roll or skid", "x", color="black"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
+    style.say_key(figure, "\n".join(_remarks(results)))
+    return figure, drawn
+
+
+def _in_sets(torque: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    """The table with the set points of `load` and temperature (`level`) that rows belong to."""
+    within = settings.figures.fig06.same_within
+    return torque.assign(
+        load=_sets(torque["axial_load_n"], within),
+        level=_sets(torque["inlet_temperature_c"], within),
+    )
+
+
+def _sets(levels: "pd.Series[float]", within: float) -> "pd.Series[float]":
+    """For each measured level the mean of those that it belongs with."""
+    ranked = levels.sort_values()
+    apart = ranked.diff() > within * ranked.shift()
+    return levels.groupby(apart.cumsum()).transform("mean")
+
+
+def _draw_torque(axis: Axes, rows: pd.DataFrame, levels: list[float]) -> Iterator[pd.DataFrame]:
+    """Points and laws of one oil at one load; yields what is drawn."""
+    verdicts = []
+    for load_variable, (_, look) in _LAWS.items():
+        of_law = rows[rows["load_variable"] == load_variable]
+        for _, at in of_law.sort_values("inner_speed_rpm").groupby("level"):
+            speed = at["inner_speed_rpm"] / 1e3
+            axis.plot(speed, at["torque_n_m"], linewidth=0.9, **look)
+            band = at["torque_n_m_lower"], at["torque_n_m_upper"]
+            axis.fill_between(speed, *band, color=look["color"], alpha=0.22, linewidth=0)
+            unsure = at[at["bistable"]]
+            axis.plot(unsure["inner_speed_rpm"] / 1e3, unsure["torque_n_m"], "kx", markersize=4)
+            yield _shown(at, load_variable)
+        sure = of_law[~of_law["bistable"]].dropna(subset=["relative_error"])
+        if len(sure):
+            error = sure["relative_error"].abs().median()
+            agree = (sure["verdict"] == "compatible").sum()
+            known = (sure["verdict"] != "not known").any()
+            agrees = f", {agree} of {len(sure)} agree" if known else ""
+            verdicts.append((f"{100 * error:.2g} %{agrees}", look["color"]))
+    measured = rows[rows["load_variable"] == "stress"]
+    for level, fill in zip(levels, itertools.cycle(_FILLS), strict=False):
+        at = measured[measured["level"] == level]
+        bar = _DRAWN_INTERVAL * at["measured_torque_n_m_uncertainty"]
+        values = at["measured_torque_n_m"]
+        points: dict[str, Any] = {
+            "fmt": "o",
+            "color": "black",
+            "fillstyle": fill,
+            "elinewidth": 0.7,
+        }
+        axis.errorbar(at["inner_speed_rpm"] / 1e3, values, bar, **points)
+        limits = {"torque_n_m_lower": values - bar, "torque_n_m_upper": values + bar}
+        yield _shown(
+            at.assign(torque_n_m=values, compatibility=np.nan, bistable=False, **limits), "measured"
+        )
+    for line, (verdict, colour) in enumerate(verdicts):
+        place: dict[str, Any] = {"va": "top", "transform": axis.transAxes}
+        axis.text(0.03, 0.98 - 0.11 * line, verdict, fontsize=6, color=colour, **place)
+
+
+def _shown(rows: pd.DataFrame, series: str) -> pd.DataFrame:
+    return rows.assign(series=series, axial_load_n=rows["load"], inlet_temperature_c=rows["level"])
+
+
+def _remarks(results: CampaignTables) -> Iterator[str]:
+    """What the key says of simulated truth and of fits without a certificate."""
+    yield (
+        "Bars and bands: 95 %. In the panels: median error, and points at which\ncalculated and "
+        "measured torque agree within twice the standard uncertainty."
+    )
+    control, quality = results.torque_control, results.law_fit_quality
+    if len(control):
+        yield misfit_sentence(control)
+    unsure = quality[(quality["law"] == "wang-deng-load") & ~quality["certified"]]
+    if len(unsure):
+        yield f"Fit of Wang-Deng without a certificate: {', '.join(unsure['oil'])}."
+
+
+def misfit_sentence(control: pd.DataFrame) -> str:
+    """What simulated logs are: a positive control, or two truths that are so far apart.
+
+    Args:
+        control: Table `torque_control`, with rows.
+    """
+    if (control["verdict"] == "positive control").all():
+        return "Positive control: the pressure-based law and the same other terms made the logs."
+    return (
+        f"Simulated traction behind the two rigs' logs: {control['law_misfit'].max():.1%} of "
+        "\N{GREEK SMALL LETTER MU} apart."
+    )
+
+
+_ERRORS_DRAWN = drawn_table(
+    "torque_errors_drawn",
+    "Drawn in the figure of the load variables: one row per point.",
+    columns="panel load_variable oil axial_load_n inner_speed_rpm relative_error bistable",
+    uses=(
+        use("axial_load_n", "mean of the set of points"),
+        use("inner_speed_rpm", "abscissa"),
+        use("relative_error", "ordinate"),
+        use("bistable", "drawn as a cross"),
+    ),
+)
+
+
+@register(
+    name="torque-load-variable",
+    title="Load variables of the law in the bearing",
+    caption="Error (%) of the calculated torque against speed of the inner ring, one panel "
+    "per oil and load variable. The law is evaluated with pressure, with load and with "
+    "dimensionless load. Crosses: the cage may roll or skid.",
+    category="Bearing",
+    family="bearing",
+    tables=("torque", "torque_control"),
+    settings=("oils", "figures"),
+    requires="torque",
+    draws=_ERRORS_DRAWN,
+)
+def torque_load_variable(results: CampaignTables, settings: Settings) -> Drawing:
+    """Relative error of the torque against speed, one panel per load variable and oil."""
+    choice = settings.figures.fig06
+    near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
+    torque = _in_sets(
+        results.torque[near.abs() <= choice.same_within * choice.inlet_temperature_c], settings
+    )
+    oils = [oil for oil in settings.oils if (torque["oil"] == oil).any()]
+    if not oils:
+        return style.sentences("No torque was measured at this temperature."), []
+    loads = sorted(set(torque["load"]))
+    figure, axes = style.panels(3, len(oils), style.DOUBLE_COLUMN_IN, 4.8)
+    drawn = []
+    for number, axis in enumerate(axes):
+        load_variable, oil = list(_LOAD_VARIABLES)[number // len(oils)], oils[number % len(oils)]
+        panel = style.title_panel(axis, number, f"{oil}, {_LOAD_VARIABLES[load_variable]}")
+        rows = torque[(torque["oil"] == oil) & (torque["load_variable"] == load_variable)]
+        shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
+        for load, shade, marker in zip(loads, shades, style.MARKERS, strict=False):
+            at = rows[rows["load"] == load].sort_values("inner_speed_rpm")
+            speed, error = at["inner_speed_rpm"] / 1e3, 100 * at["relative_error"]
+            axis.plot(speed, error, marker=marker, color=shade, linewidth=0.9)
+            axis.plot(speed[at["bistable"]], error[at["bistable"]], "kx", markersize=5)
+            drawn.append(at.assign(panel=panel, axial_load_n=load))
+        axis.axhline(0, color="black", linewidth=0.6)
+    figure.supylabel("Relative error of the torque (%)", fontsize=8)
+    for axis in axes[-len(oils) :]:
+        axis.set_xlabel(_SPEED)
+    # loads in shades of grey: each oil has its own colour
+    handles = [
+        style.line_handle(f"axial load {round(load / 1e3, 1):g} kN", marker=marker, color=shade)
+        for load, shade, marker in zip(
+            loads, style.shades(style.GREY, len(loads)), style.MARKERS, strict=False
+        )
+    ]
+    if torque["bistable"].any():
+        handles.append(style.symbol_handle("cage may roll or skid", "x", color="black"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    control = results.torque_control
+    said = f"Oil at {choice.inlet_temperature_c:g} \N{DEGREE SIGN}C."
+    style.say_key(figure, f"{said} {misfit_sentence(control)}" if len(control) else said)
+    return figure, drawn

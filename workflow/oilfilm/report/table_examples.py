@@ -1,0 +1,87 @@
+"""One example value of each column, from finished tables, for `docs/reference/tables.md`.
+
+`make schemas RESULTS="results/demo results/thermal results/etm-slim"` renews them from finished
+campaigns. A test fails where a column has no example that its declaration allows.
+"""
+
+import json
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from oilfilm.home import HOME
+from oilfilm.report.figures.registry import drawn_tables
+from oilfilm.tables.declaration import Column, Table
+from oilfilm.tables.store import TABLES, read, read_footer
+
+EXAMPLES = HOME / "docs/reference/table_examples.json"
+_LONGEST = 40
+# Where several files hold a table, the first file of the last folder counts.
+_FOLDERS = ("refused", "figures", "twin", "tables")
+
+
+def read_examples() -> dict[str, dict[str, Any]]:
+    """Example by table and column; None where no finished table had a value."""
+    examples: dict[str, dict[str, Any]] = json.loads(EXAMPLES.read_text("utf-8"))
+    return examples
+
+
+def examples(*results: Path) -> dict[str, dict[str, Any]]:
+    """Examples from the folders of finished campaigns; the first one that has a value counts.
+
+    Raises:
+        OilfilmError: A table is damaged or of another version.
+    """
+    drawn_tables()  # declares them
+    found: dict[str, dict[str, Any]] = {}
+    for folder in results:
+        of_table = {
+            read_footer(path)["table"]: path
+            for part in _FOLDERS
+            for path in sorted((folder / part).rglob("*.parquet"), reverse=True)
+        }
+        for name, path in of_table.items():
+            new = _examples_of(TABLES[name], read(name, path))
+            known = found.setdefault(name, new)
+            known |= {column: new[column] for column in known if known[column] is None}
+    return {name: found.get(name, {}) for name in TABLES}
+
+
+def _examples_of(table: Table, frame: pd.DataFrame) -> dict[str, Any]:
+    """Values of the fullest row; of another one where that row is empty."""
+    filled = frame.notna() & (frame.astype(object) != "")
+    fullest = filled.sum(axis="columns")
+    row = _middle(fullest.index[fullest == fullest.max()])
+    values = {}
+    for column in table.columns:
+        has = filled.index[filled[column.name]]
+        here = row if row in has else _middle(has)
+        values[column.name] = None if here is None else _shown(frame[column.name][here], column)
+    return values
+
+
+def _middle(rows: pd.Index) -> Any:
+    """A row from the middle, because the first one is often a zero or a limit."""
+    return rows[len(rows) // 2] if len(rows) else None
+
+
+def _shown(value: Any, column: Column) -> Any:
+    if column.type == "number":
+        return float(f"{value:.4g}")
+    if column.type != "text":
+        return value.item()
+    value = value.replace("`", "")  # the page shows it between such marks
+    if " " in value:
+        return textwrap.shorten(value, _LONGEST, placeholder=" …", break_on_hyphens=False)
+    return value if len(value) <= _LONGEST else f"{value[:12]}…"
+
+
+if __name__ == "__main__":
+    EXAMPLES.write_text(
+        json.dumps(examples(*map(Path, sys.argv[1:])), indent=1, ensure_ascii=False) + "\n",
+        encoding="utf-8",
+        newline="\n",
+    )

@@ -1,1 +1,0 @@
-"""What is done with fitted laws: comparison, extrapolation, claims, selection, bearing torque."""

@@ -1,0 +1,91 @@
+"""What the oil's own heating changes: torque, cage slip, film, and the oil that is best.
+
+Every other table has the oil of the contacts at its inlet temperature. Here it is as warm as the
+balance of heat makes it, where the bearing's file has the flow of its oil.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.heat_balance import OilSupply, heat_balance
+from oilfilm.bearing.solver import IntArray
+from oilfilm.paper.slip_advice import advise
+from oilfilm.settings.base import present
+from oilfilm.settings.resolved import Settings
+from oilfilm.torque.bearing_torque import OilInBearing
+from oilfilm.units import RAD_S_PER_RPM, FloatArray
+
+_POINT = ["inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
+_COMPARED = ["torque_n_m", "cage_slip", "lambda_ratio"]
+
+
+def heat_balance_table(
+    oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, torque: pd.DataFrame, settings: Settings
+) -> pd.DataFrame:
+    """Each point of the map of cage slip and each measured plateau with heated oil.
+
+    Args:
+        oils: Oils with their laws.
+        cage_slip: Table of cage slip.
+        torque: Table of torque; the rows of the law of pressure are taken.
+        settings: The settings.
+
+    Returns:
+        The table; empty where the flow of oil is not known.
+    """
+    campaign = present(settings.campaign.torque, "torque", "the campaign")
+    keys = settings.bearings[campaign.bearing].oil_supply
+    if keys is None or not oils:
+        return tables.empty("heat_balance")
+    supply, bearing = keys.supply(), settings.tested_bearing()
+    plateaus = torque[torque["load_variable"] == "stress"]
+    points = pd.concat([cage_slip.assign(run_id="", first_row=0), plateaus], ignore_index=True)
+    heated = pd.concat(
+        [_heated(oil, bearing, points[points["oil"] == oil.name], supply) for oil in oils],
+        ignore_index=True,
+    )
+    frame = points.merge(heated, on=["run_id", "first_row", "oil", *_POINT], suffixes=("", "_hot"))
+    frame = frame.rename(columns={f"{name}_hot": f"heated_{name}" for name in _COMPARED})
+    on_map = frame["run_id"] == ""
+    for column, slip in (
+        ("best_oil", cage_slip),
+        ("heated_best_oil", heated[heated["run_id"] == ""]),
+    ):
+        advice = advise(slip, settings.selection, settings.gates.lambda_limit)
+        best = frame[_POINT].merge(advice[[*_POINT, "best_oil"]], on=_POINT, how="left")["best_oil"]
+        frame[column] = best.fillna("").where(on_map, "")
+    return tables.conform(frame[tables.columns("heat_balance")], "heat_balance", "heat balance")
+
+
+def _heated(
+    oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, supply: OilSupply
+) -> pd.DataFrame:
+    """Friction of one oil's points with the oil as warm as it makes itself."""
+    load, speed, inlet = (
+        points[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]].to_numpy().T
+    )
+
+    def heat_w(contact_temperature_c: FloatArray, which: IntArray) -> FloatArray:
+        terms = oil.run(bearing, load[which], speed[which], contact_temperature_c)
+        return (terms["torque_n_m"].to_numpy() * speed[which]) * RAD_S_PER_RPM
+
+    balance = heat_balance(heat_w, oil.oil, supply, inlet)
+    warm = np.where(balance.balanced, balance.contact_temperature_c, inlet)
+    terms = oil.run(bearing, load, speed, warm)
+    terms.loc[~balance.balanced, terms.select_dtypes("number").columns] = np.nan
+    return terms.assign(
+        run_id=points["run_id"].to_numpy(),
+        first_row=points["first_row"].to_numpy(),
+        pitch_speed_mm_rpm=points["pitch_speed_mm_rpm"].to_numpy(),
+        inner_speed_rpm=speed,
+        axial_load_n=load,
+        inlet_temperature_c=inlet,
+        balanced=balance.balanced,
+        heat_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,
+        contact_temperature_c=balance.contact_temperature_c,
+        outlet_temperature_c=balance.outlet_temperature_c,
+    )

@@ -1,0 +1,93 @@
+"""Traction laws in a bearing: evaluated with contact pressure, load or dimensionless load."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from oilfilm.bearing.ellipse import Conditions
+from oilfilm.bearing.solver import IntArray
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.physics.rigs import Contact
+from oilfilm.traction.law import FloatArray, to_internal
+
+LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
+
+
+@dataclass(frozen=True)
+class LawInBearing:
+    """A fitted law with its power law of stress taken as one of stress, of load or of W/(E' R^2).
+
+    On the one ball and flat of a traction rig the three are equal: load goes with the cube of
+    the stress, so that data which one fits the others fit as well, with a third of the exponents.
+    In a bearing, with other balls and elliptical contacts, they differ; R is then Rx, the reduced
+    radius along the rolling direction. A law that was fitted to load itself is the same with every
+    load variable: it is given the load of the contact, or groups made with its Rx and E'.
+
+    Attributes:
+        fitted: The law.
+        load_variable: One of `LOAD_VARIABLES`, or the name of a law on load.
+        rig: Contact of the traction rig on which the law was fitted.
+        floor: Smallest level of each condition that the power laws are given; they have no value
+            at zero.
+        constants: Those of the law in its order, shape (constants,), or one row for each operating
+            point of the bearing, shape (points, constants).
+    """
+
+    fitted: FittedLaw
+    load_variable: str
+    rig: Contact
+    floor: Mapping[str, float]
+    constants: FloatArray
+
+    @classmethod
+    def of(
+        cls, fitted: FittedLaw, load_variable: str, rig: Contact, floor: Mapping[str, float]
+    ) -> "LawInBearing":
+        """A fitted law with the constants of its fit."""
+        return cls(fitted, load_variable, rig, floor, fitted.coefficients.constants)
+
+    def with_constants(self, constants: FloatArray) -> "LawInBearing":
+        """The same law with other constants: one row, or one row for each operating point."""
+        return replace(self, constants=np.asarray(constants, dtype=float))
+
+    def at_points(self, which: IntArray) -> "LawInBearing":
+        """See `LawOfPoints`."""
+        return self if self.constants.ndim == 1 else self.with_constants(self.constants[which])
+
+    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        """See `TractionLaw`."""
+        law = self.fitted.law
+        levels = {
+            "max_hertz_pressure_gpa": self._stress_gpa(at),
+            "load_n": at.load_n,
+            "entrainment_speed_m_s": at.entrainment_speed_m_s,
+            "inlet_temperature_c": at.inlet_temperature_c,
+        }
+        conditions = np.stack(
+            # a trial that is no number ends as no equilibrium
+            [np.fmax(levels[name], self.floor[name]) for name in law.conditions],
+            axis=-1,
+        )
+        law = law.in_contacts(at.radius_x_m.ravel(), at.reduced_modulus_pa)
+        rows = conditions.reshape(-1, conditions.shape[-1])
+        design = law.design(rows, self.fitted.coefficients.known)
+        internal = to_internal(law, self.constants)
+        if internal.ndim == 1:
+            sizes = law.sizes(internal, design).reshape(-1, *conditions.shape[:-1])
+        else:
+            # the points are the fourth axis from the end, before balls, contacts and nodes
+            blocks = internal.reshape(len(internal), 1, 1, 1, len(law.coefficients), -1)
+            design = design.reshape(*conditions.shape[:-1], -1)
+            sizes = np.exp(np.einsum("...d,...ld->l...", design, blocks))
+        return law.value(sizes, slide_roll_ratio)
+
+    def _stress_gpa(self, at: Conditions) -> FloatArray:
+        """Stress of the rig's contact where its load variable is that of the bearing's contact."""
+        if self.load_variable == "stress":
+            return at.max_hertz_pressure_gpa
+        relative = at.load_n / self.rig.load_n(1.0)
+        if self.load_variable == "dimensionless_load":
+            of_rig = self.rig.reduced_modulus_pa * self.rig.radius_m**2
+            relative = relative * of_rig / (at.reduced_modulus_pa * at.radius_x_m**2)
+        return np.cbrt(relative)

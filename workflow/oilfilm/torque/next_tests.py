@@ -1,0 +1,306 @@
+"""Which tests to run next: rig conditions that most reduce what a bearing's torque leaves open.
+
+Everything rests on the law's form: the fitted law is taken as true at every condition. What the law
+misses beyond the tested box is no part of these uncertainties.
+"""
+
+from dataclasses import dataclass
+from itertools import compress
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.bearing.geometry import Bearing
+from oilfilm.errors import OilfilmError
+from oilfilm.fits.curve_errors import Curves
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.measured_curves import Known, known_of
+from oilfilm.fits.optimal_design import Design, choose
+from oilfilm.settings.config import PlanSettings, PointOfTraction
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
+from oilfilm.torque.feasible_tests import Candidates, candidates
+from oilfilm.torque.operating_grid import Film
+from oilfilm.traction.law import BoolArray, FloatArray, to_constants
+from oilfilm.units import MM_PER_M
+
+DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
+BEARING_TARGETS = ("torque", "cage_slip")
+# Step of the internal constants in finite differences.
+_STEP = 1e-3
+# Second over first difference of a smooth quantity is of the size of the step; of a jump it is 1.
+_LARGEST_BEND = 0.5
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Quantities whose uncertainty shall become small.
+
+    Attributes:
+        target: `torque`, `cage_slip` or `traction`.
+        labels: Operating point of each, as text.
+        values: Their values by the fitted law.
+        gradients: By the free internal constants, shape (quantities, free); of torque and traction
+            relative to the value.
+        left_out: Operating points without such a gradient, with the reason.
+    """
+
+    target: str
+    labels: list[str]
+    values: FloatArray
+    gradients: FloatArray
+    left_out: list[str]
+
+
+def wanted_in_bearing(
+    oil: OilInBearing, bearing: Bearing, duty: FloatArray, known: Known
+) -> dict[str, Wanted]:
+    """Torque and cage slip at operating points, with their gradients by the free constants.
+
+    The gradients go through the friction equilibrium: it is solved again with each constant moved.
+
+    Args:
+        oil: The oil with its law.
+        bearing: The bearing.
+        duty: Rows of axial load in N, inner speed in rpm, oil temperature in degC.
+        known: The constants.
+
+    Raises:
+        OilfilmError: No operating point has a gradient.
+    """
+    free = np.flatnonzero(known.free)
+    step = _STEP * np.eye(len(known.internal))[free]
+    moved = known.internal + np.concatenate([np.zeros_like(step[:1]), step, -step])
+    constants = np.repeat(to_constants(known.law, moved), len(duty), axis=0)
+    terms = oil.with_constants(constants).run(bearing, *np.tile(duty.T, len(moved)))
+    converged = terms["converged"].to_numpy(dtype=bool).reshape(len(moved), -1)
+    solved: BoolArray = np.asarray(converged.all(axis=0))
+    labels = [f"{load:g} N, {speed:g} rpm, {heat:g} degC" for load, speed, heat in duty]
+    values = {
+        target: terms[column].to_numpy(dtype=float).reshape(len(moved), -1)
+        for target, column in zip(BEARING_TARGETS, ("torque_n_m", "cage_slip"), strict=True)
+    }
+    smooth = solved.copy()
+    for each in values.values():
+        smooth &= _is_smooth(each, len(free))
+    left_out = [
+        f"{label}: " + ("it jumps with the constants" if good else "no equilibrium")
+        for label, good, kept in zip(labels, solved, smooth, strict=True)
+        if not kept
+    ]
+    if not smooth.any():
+        raise OilfilmError(
+            f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
+            f"law's constants ({left_out[0]}). Choose other duty points."
+        )
+    wanted = {}
+    for target, each in values.items():
+        middle, ends = each[0], each[1:].reshape(2, len(free), -1)
+        gradient = (ends[0] - ends[1]).T / (2 * _STEP)
+        if target == "torque":
+            gradient = gradient / middle[:, np.newaxis]
+        kept = list(compress(labels, smooth))
+        wanted[target] = Wanted(target, kept, middle[smooth], gradient[smooth], left_out)
+    return wanted
+
+
+def _is_smooth(values: FloatArray, free: int) -> BoolArray:
+    """Whether forward and backward differences agree, over all constants together."""
+    ends = values[1:].reshape(2, free, -1)
+    first = np.linalg.norm(ends[0] - ends[1], axis=0) / 2
+    second = np.linalg.norm(ends[0] + ends[1] - 2 * values[0], axis=0)
+    # rounding of the equilibrium, where nothing depends on the law
+    floor = 1e-9 * np.maximum(np.abs(values[0]), 1e-3)
+    return np.asarray(second <= _LARGEST_BEND * first + floor)
+
+
+def wanted_traction(at: list[PointOfTraction], known: Known) -> Wanted:
+    """mu at stated conditions, with its relative gradients by the free constants."""
+    levels = pd.DataFrame([point.model_dump() for point in at])
+    missing = sorted(set(known.law.conditions) - set(levels))
+    if missing:
+        raise OilfilmError(
+            f"plan.traction_at: the law {known.law.name} is one of {', '.join(missing)}; plan for "
+            "torque or cage slip."
+        )
+    slip = levels["slide_roll_ratio"].to_numpy(dtype=float)
+    conditions = levels[list(known.law.conditions)].to_numpy(dtype=float)
+    curves = Curves(conditions, np.ones(len(slip)), np.arange(len(slip)), slip)
+    mu = known.law.traction(known.internal, curves.at(known.law))
+    slopes = known.law.jacobian(known.internal, curves.at(known.law))[:, known.free]
+    labels = [
+        f"{row.max_hertz_pressure_gpa:g} GPa, {row.entrainment_speed_m_s:g} m/s, "
+        f"{row.inlet_temperature_c:g} degC, S {row.slide_roll_ratio:g}"
+        for row in at
+    ]
+    return Wanted("traction", labels, mu, slopes / mu[:, np.newaxis], [])
+
+
+@dataclass(frozen=True)
+class NextTests:
+    """The tests to run next for one oil and one target.
+
+    Attributes:
+        oil: The oil.
+        where: The bearing; empty for the target traction.
+        known: What the measured curves tell.
+        wanted: Whose uncertainty becomes small.
+        candidates: The tests that the rig can run.
+        design: Those chosen.
+    """
+
+    oil: str
+    where: str
+    known: Known
+    wanted: Wanted
+    candidates: Candidates
+    design: Design
+
+    def table(self) -> pd.DataFrame:
+        """Rows of the table `test_plan`."""
+        design, tests = self.design, self.candidates.tests
+        order = np.zeros(len(tests), dtype=np.int64)
+        order[design.chosen] = np.arange(1, len(design.chosen) + 1)
+        after = np.full(len(tests), np.nan)
+        after[design.chosen] = design.after
+        return tests.assign(
+            oil=self.oil,
+            bearing=self.where,
+            target=self.wanted.target,
+            test_order=order,
+            uncertainty_now=design.before,
+            uncertainty_with_test=design.alone,
+            uncertainty_with_plan=after,
+        )
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a plan is asked for.
+
+    Attributes:
+        targets: Quantities whose uncertainty shall become small.
+        count: Number of tests.
+        bearing: The bearing; None for the target traction.
+        duty: Its operating points, rows of load, speed and temperature.
+    """
+
+    targets: tuple[str, ...]
+    count: int
+    bearing: Bearing | None
+    duty: FloatArray
+
+
+def request_of(settings: Settings, bearing: Bearing | None = None) -> Request:
+    """The request that the settings make.
+
+    Args:
+        settings: The settings.
+        bearing: Instead of the campaign's.
+    """
+    plan, torque = settings.plan, settings.campaign.torque
+    if bearing is None and torque is not None:
+        bearing = settings.tested_bearing()
+    targets = BEARING_TARGETS if bearing is not None else ("traction",)
+    duty = np.empty((0, 3)) if bearing is None else _duty_points(plan, settings, bearing)
+    return Request(targets, plan.tests, bearing, duty)
+
+
+def _duty_points(plan: PlanSettings, settings: Settings, bearing: Bearing) -> FloatArray:
+    """Rows of load, speed and temperature: those of the plan, of the torque tests, of the map."""
+    if plan.duty_points:
+        return np.array([[getattr(row, name) for name in DUTY] for row in plan.duty_points])
+    torque = settings.campaign.torque
+    if torque is not None and torque.matrix is not None:
+        levels = [getattr(torque.matrix, name) for name in DUTY]
+    else:
+        cage = settings.bearing.cage_slip
+        speed = np.array(cage.pitch_speed_mm_rpm) / (bearing.pitch_diameter_m * MM_PER_M)
+        levels = [cage.axial_load_n, speed, [cage.inlet_temperature_c]]
+    return np.stack([each.ravel() for each in np.meshgrid(*levels, indexing="ij")], axis=-1)
+
+
+def plan_oil(
+    results: CampaignTables, settings: Settings, oil: str, request: Request
+) -> list[NextTests]:
+    """The tests to run next for an oil, one plan for each target.
+
+    Args:
+        results: Tables coefficients, fit_quality, refits and points.
+        settings: The settings.
+        oil: Name of the oil.
+        request: What is asked for.
+
+    Raises:
+        OilfilmError: Rig, oil or fit lack what a plan needs.
+    """
+    name, rig = _rig_of(settings)
+    contact, properties = rig.contact(), settings.properties_of(oil)
+    if contact is None:
+        raise OilfilmError(
+            f"config/rigs/{name}.yaml: lacks the contact (`ball_radius_m`, `ball`, `disc`, "
+            "roughness), without which neither load nor film of a test is known. Add it."
+        )
+    if properties is None:
+        raise OilfilmError(
+            f"{oil}: its properties are not known, so that no film can be calculated. Write "
+            f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
+        )
+    fitted = FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
+    known = known_of(fitted, results.points, oil, rig.calibration)
+    film = Film(contact, properties, settings.film)
+    plan = settings.plan
+    feasible = candidates(plan.levels, rig, name, film, settings.gates.lambda_limit, known)
+    new = known.of_curves(feasible.curves)
+    wanted: dict[str, Wanted] = {}
+    if request.bearing is not None and set(request.targets) & set(BEARING_TARGETS):
+        in_bearings = oils_in_bearings(results.coefficients, results.fit_quality, settings)
+        own = [each for each in in_bearings if each.name == oil]
+        if not own:
+            raise OilfilmError(
+                f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
+                "be taken into a bearing. Plan for traction, or for a campaign of one rig."
+            )
+        wanted |= wanted_in_bearing(own[0], request.bearing, request.duty, known)
+    if "traction" in request.targets:
+        wanted["traction"] = wanted_traction(plan.traction_at, known)
+    return [
+        NextTests(
+            oil,
+            "" if target == "traction" or request.bearing is None else request.bearing.name,
+            known,
+            wanted[target],
+            feasible,
+            choose(known.information, new, wanted[target].gradients, request.count),
+        )
+        for target in request.targets
+    ]
+
+
+def _rig_of(settings: Settings) -> tuple[str, Rig]:
+    """The rig that the next tests run on: the only one, or the only one with limits."""
+    rigs = settings.rigs
+    limited = [name for name, rig in rigs.items() if rig.limits is not None]
+    if len(rigs) == 1 or len(limited) == 1:
+        name = limited[0] if limited else next(iter(rigs))
+        return name, rigs[name]
+    raise OilfilmError(
+        f"the campaign has the rigs {', '.join(rigs)}; {len(limited)} of them have `limits`. A "
+        "plan is for one rig: write `limits` in the file of that rig alone (config/rigs)."
+    )
+
+
+def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:
+    """The table `test_plan` of a campaign, and why oils have no rows in it."""
+    request = request_of(settings)
+    parts, reasons = [], []
+    for oil in settings.oils:
+        try:
+            parts += [plan.table() for plan in plan_oil(results, settings, oil, request)]
+        except OilfilmError as reason:
+            reasons.append(str(reason))
+    table = pd.concat(parts, ignore_index=True) if parts else tables.empty("test_plan")
+    return tables.conform(table[tables.columns("test_plan")], "test_plan", "test_plan"), reasons
