@@ -35,7 +35,7 @@ from nights import nightly
 from oilfilm.exports.adore import adore_rows
 from oilfilm.exports.campaign import FORMS, export, export_campaign
 from oilfilm.exports.description import SLIP, Description, describe
-from oilfilm.exports.fortran_module import fortran_module
+from oilfilm.exports.languages import FORTRAN
 from oilfilm.exports.names import identifiers, plain
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS
@@ -536,4 +536,4 @@ def test_uncertified_fit_carries_the_whole_verdict(fit: Description) -> None:
 
 def test_no_line_is_longer_than_fortran_reads(hostile: Any, fit: Description) -> None:
     for described in (*hostile[0], fit):
-        assert max(map(len, fortran_module(described).splitlines())) <= 132
+        assert max(map(len, FORTRAN.source(described).splitlines())) <= 132

@@ -10,6 +10,8 @@ rule exports:
     localrule: True
     params:
         code=code("exports.py"),
+        # no digest of Python's modules covers these
+        templates=sorted(map(file_digest, (PACKAGE / "exports/templates").glob("*.jinja"))),
         config=part("fit", "exports", "printed", campaign=("credit", "description")),
     script:
         "../scripts/exports.py"

@@ -7,16 +7,12 @@ from typing import Any
 import pandas as pd
 
 from oilfilm.exports.adore import adore_csv, adore_obstacle
-from oilfilm.exports.c_header import c_header
 from oilfilm.exports.csv_table import csv_table
 from oilfilm.exports.description import Description, describe
-from oilfilm.exports.fortran_module import fortran_module
 from oilfilm.exports.index import index
 from oilfilm.exports.json_text import json_text
-from oilfilm.exports.matlab_function import matlab_function
-from oilfilm.exports.modelica_package import modelica_package
+from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, C
 from oilfilm.exports.names import identifiers
-from oilfilm.exports.python_module import python_module
 from oilfilm.exports.workbook import workbook
 from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.settings.resolved import Settings
@@ -24,12 +20,12 @@ from oilfilm.traction import LAWS
 
 # Form -> its file, and what writes it. These need all coefficients of the law.
 FORMS: dict[str, tuple[str, Callable[[Description], str | bytes]]] = {
-    "Python": ("traction_{}.py", python_module),
+    "Python": ("traction_{}.py", PYTHON.source),
     "spreadsheet": ("traction_{}.xlsx", workbook),
-    "C": ("traction_{}.h", c_header),
-    "Fortran": ("traction_{}.f90", fortran_module),
-    "Modelica": ("Traction_{}.mo", modelica_package),
-    "MATLAB, Octave": ("traction_coefficient_{}.m", matlab_function),
+    "C": ("traction_{}.h", C.source),
+    "Fortran": ("traction_{}.f90", FORTRAN.source),
+    "Modelica": ("Traction_{}.mo", MODELICA.source),
+    "MATLAB, Octave": ("traction_coefficient_{}.m", MATLAB.source),
     "ADORE": ("adore_{}.csv", adore_csv),
 }
 

@@ -11,16 +11,14 @@ from oilfilm.report.captions import PAPER, credit
 _WIDTH = 92
 
 
-def header(
-    description: Description, sentences: Iterable[str], results: Iterable[str], mark: str
-) -> str:
+def header(description: Description, sentences: Iterable[str], mark: str, *results: str) -> str:
     """The head of a source file, as a comment whose every line begins with `mark`.
 
     Args:
         description: The fit.
         sentences: One per argument: name, meaning, unit, range tested.
-        results: What the functions give back, and for which arguments they give nothing.
         mark: What makes a line a comment.
+        results: What the functions give back, and for which arguments they give nothing.
     """
     oil = plain(description.oil)
     lines = [
@@ -90,7 +88,7 @@ def law_sentences(description: Description) -> list[str]:
     ]
 
 
-def arguments(description: Description) -> list[str]:
+def argument_sentences(description: Description) -> list[str]:
     """One sentence per argument, in the units of the tables."""
     return [
         *(
