@@ -3,7 +3,7 @@
 import itertools
 import math
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ SET_POINTS = (
     "nominal_entrainment_speed_m_s",
     "nominal_inlet_temperature_c",
 )
+_CONDITION = ["oil", *SET_POINTS]
 _COUNTS = ("runs_accepted", "runs_refused", "points_accepted", "points_refused")
 
 
@@ -36,27 +37,18 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     nothing is planned and nothing can be missing. Runs that state no set points share rows with
     null conditions.
     """
-    planned = _planned(settings)
-    tested = _counted(with_levels(runs, settings))
-    known = set(_keys(tested))
     rigs = settings.campaign.rigs
-    missing = planned[[key not in known for key in _keys(planned)]].assign(
-        rig=rigs[0] if len(rigs) == 1 else "", **dict.fromkeys(_COUNTS, 0)
-    )
-    # an empty part would decide the types of all
-    parts = [part for part in (tested, missing) if len(part)]
-    if not parts:
-        return tables.empty("coverage")
-    conditions = pd.concat(parts, ignore_index=True)
-    planned_keys = set(_keys(planned))
+    planned = _planned(settings).assign(planned=True)
+    tested = _counted(with_levels(runs, settings))
+    conditions = tested.merge(planned, on=_CONDITION, how="outer")
+    nothing: dict[str, Any] = {"rig": rigs[0] if len(rigs) == 1 else "", "planned": False}
+    conditions = conditions.fillna(nothing | dict.fromkeys(_COUNTS, 0))
     state = np.select(
         [conditions["runs_accepted"] > 0, conditions["runs_refused"] > 0],
         ["accepted", "refused"],
         "missing",
     )
-    conditions = conditions.assign(
-        state=state, planned=[key in planned_keys for key in _keys(conditions)]
-    ).sort_values(["oil", "rig", *SET_POINTS])
+    conditions = conditions.assign(state=state).sort_values(["oil", "rig", *SET_POINTS])
     return tables.conform(conditions[tables.columns("coverage")], "coverage", "coverage")
 
 
@@ -64,8 +56,10 @@ def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The runs at conditions of the campaign's matrix; all of them where it has none."""
     if settings.campaign.matrix is None:
         return runs
-    planned = set(_keys(_planned(settings)))
-    return runs[[key in planned for key in _keys(with_levels(runs, settings))]]
+    at = with_levels(runs, settings)[_CONDITION].merge(
+        _planned(settings), on=_CONDITION, how="left", indicator="where"
+    )
+    return runs[(at["where"] == "both").to_numpy()]
 
 
 def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
@@ -91,11 +85,9 @@ def open_conditions(coverage: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     Returns:
         Oil, set points and `state` (refused or missing), one row per condition.
     """
-    states = planned_states(coverage)
-    order = {key: place for place, key in enumerate(_keys(_planned(settings)))}
-    by_place = states.iloc[np.argsort([order[key] for key in _keys(states)], kind="stable")]
-    parts = [by_place[by_place["state"] == state] for state in ("refused", "missing")]
-    return pd.concat(parts)[["oil", *SET_POINTS, "state"]]
+    states = _planned(settings).merge(planned_states(coverage), on=_CONDITION)
+    parts = [states[states["state"] == state] for state in ("refused", "missing")]
+    return pd.concat(parts)[[*_CONDITION, "state"]]
 
 
 def describe_condition(condition: Mapping[Any, Any]) -> str:
@@ -204,15 +196,6 @@ def _counted(runs: pd.DataFrame) -> pd.DataFrame:
     )
     key = ["oil", "rig", *SET_POINTS]
     return counts.groupby(key, dropna=False)[list(_COUNTS)].sum().reset_index()
-
-
-def _keys(frame: pd.DataFrame) -> Iterable[tuple[Any, ...]]:
-    """Oil and condition of each row, to be compared: NaN would differ from itself."""
-    names = ["oil", *SET_POINTS]
-    return [
-        tuple(None if pd.isna(value) else value for value in row)
-        for row in frame[names].itertuples(index=False, name=None)
-    ]
 
 
 def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:

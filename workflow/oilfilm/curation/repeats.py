@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
-from oilfilm.curation.coverage import SET_POINTS, with_pressure
+from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.curation.gate import Finding
 from oilfilm.curation.refusals import refusal
 from oilfilm.curation.rig_kind import RigKind
@@ -150,11 +151,8 @@ def _same_readings(
             yield group[first][0], group[later][0]
 
 
-def _equal_pairs(values: FloatArray) -> Iterator[tuple[int, int]]:
+def _equal_pairs(values: FloatArray) -> list[tuple[int, int]]:
     """Pairs of runs whose means agree to within rounding, in the order of the runs.
-
-    Only runs that are near each other in the one mean that tells most of them apart are compared:
-    all with all would cost the square of their number.
 
     Args:
         values: Means of each run, shape (runs, plateaus, means).
@@ -162,26 +160,15 @@ def _equal_pairs(values: FloatArray) -> Iterator[tuple[int, int]]:
     unknown = np.isnan(values)
     values = np.where(unknown, 0.0, values)
     largest = np.abs(values).max(axis=1)
-    reach = _ROUNDING * np.tile(largest.max(axis=0), values.shape[1])
-    flat = values.reshape(len(values), -1)
-    ordered = np.sort(flat, axis=0)
-    near = [
-        np.searchsorted(column, column + width, side="right").sum()
-        for column, width in zip(ordered.T, reach, strict=True)
-    ]
-    best = int(np.argmin(near))
-    order = np.argsort(flat[:, best], kind="stable")
+    reach = _ROUNDING * largest.max(axis=0)
+    scaled = (values / np.where(reach > 0, reach, 1.0)).reshape(len(values), -1)
     # a little more than the reach, which rounding must not cut
-    ends = np.searchsorted(ordered[:, best], ordered[:, best] + 1.01 * reach[best], side="right")
-    pairs: list[tuple[int, int]] = []
-    for place, (one, end) in enumerate(zip(order, ends, strict=True)):
-        others = order[place + 1 : end]
-        allowed = _ROUNDING * np.maximum(largest[others], largest[one])[:, np.newaxis]
-        same = np.abs(values[others] - values[one]) <= allowed
-        same &= unknown[others] == unknown[one]
-        equal = others[same.all(axis=(1, 2))]
-        pairs += [(min(one, other), max(one, other)) for other in equal.tolist()]
-    yield from sorted(pairs)
+    near = cKDTree(scaled).query_pairs(1.01, p=np.inf, output_type="ndarray")
+    one, other = near[np.lexsort(near.T[::-1])].T
+    allowed = _ROUNDING * np.maximum(largest[one], largest[other])[:, np.newaxis]
+    same = (np.abs(values[one] - values[other]) <= allowed) & (unknown[one] == unknown[other])
+    equal = same.all(axis=(1, 2))
+    return list(zip(one[equal].tolist(), other[equal].tolist(), strict=True))
 
 
 def _plateaus_by_run(
@@ -211,28 +198,11 @@ def _same_condition(runs: pd.DataFrame, settings: Settings) -> Iterator[list[Any
     A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
     is rounded by 0.5 % is a load that is off by 1.5 %.
     """
-    same = settings.same_set_point
-    noted = with_pressure(runs, settings.rigs)
-    pressure, load, speed, temperature = (noted[name].to_numpy(float) for name in SET_POINTS)
-    levels = {
-        "pressure": _levels(np.log(pressure), same.relative),
-        "load": _levels(np.log(load), same.relative),
-        "speed": _levels(np.log(speed), same.relative),
-        "temperature": _levels(temperature, same.temperature_c),
-    }
-    # one of the two has none
-    levels["load"] = np.where(np.isnan(pressure), levels["load"], -1)
-    levels["pressure"] = np.where(np.isnan(load), levels["pressure"], -1)
-    yield from _same(runs.assign(**levels), ["oil", "rig", *levels])
-
-
-def _levels(values: FloatArray, tolerance: float) -> FloatArray:
-    """A number for each level: sorted values closer than the tolerance are one; NaN stays."""
-    order = np.argsort(values)
-    apart = np.diff(values[order], prepend=values[order[:1]]) > tolerance
-    levels = np.empty(len(values))
-    levels[order] = np.cumsum(apart)
-    return np.where(np.isnan(values), np.nan, levels)
+    noted = with_levels(runs, settings)
+    pressure, load, *_ = SET_POINTS
+    noted = noted[noted[[pressure, load]].notna().any(axis=1)]
+    # one of the two is unknown
+    yield from _same(noted.fillna({pressure: -1, load: -1}), ["oil", "rig", *SET_POINTS])
 
 
 def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) -> float:
