@@ -263,13 +263,7 @@ lock: ## renew the lock files after a change of pyproject.toml
 		--output-file benchmarks/mutation.lock
 
 schemas: $(DEV) ## renew schemas and reference pages; with RESULTS="results/demo ..." the examples of tables too
-	$(BIN)/python -m oilfilm.settings.schemas
-	$(if $(RESULTS),$(BIN)/python -m oilfilm.report.table_examples $(RESULTS))
-	$(BIN)/python -m oilfilm.report.tables_page
-	$(BIN)/python -m oilfilm.cli.schema
-	$(BIN)/python -m oilfilm.report.gates_page
-	$(BIN)/python -m oilfilm.cli.commands_page
-	$(BIN)/python -m oilfilm.cli.messages_page
+	$(BIN)/python docs/_ext/generate.py $(RESULTS)
 
 notebooks: $(READY) ## run docs/notebooks and store their text and pictures anew
 	$(BIN)/python tests/helpers/notebooks.py

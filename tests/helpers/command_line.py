@@ -6,8 +6,10 @@ from typing import Any
 import jsonschema
 import pytest
 
+from campaigns import ROOT
 from oilfilm.cli import main
-from oilfilm.cli.schema import FOLDER
+
+SCHEMAS = ROOT / "workflow/schemas"
 
 
 def printed_objects(
@@ -16,7 +18,7 @@ def printed_objects(
     """Run `oilfilm COMMAND --json`; the objects that it prints, one per line."""
     main([command, "--json", *map(str, arguments)])
     found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    schema = json.loads((FOLDER / f"{command}.schema.json").read_text(encoding="utf-8"))
+    schema = json.loads((SCHEMAS / f"{command}.schema.json").read_text(encoding="utf-8"))
     for each in found:
         jsonschema.validate(each, schema)
     return found

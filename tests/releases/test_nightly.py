@@ -12,9 +12,9 @@ from typing import Any, ClassVar
 import jsonschema
 import pytest
 
+from command_line import SCHEMAS
 from oilfilm import tables
 from oilfilm.cli import main
-from oilfilm.cli.schema import FOLDER
 from oilfilm.errors import OilfilmError
 from oilfilm.releases import nightly
 from oilfilm.releases.hook import send
@@ -23,7 +23,7 @@ from oilfilm.releases.tree import PINS
 from oilfilm.settings.resolved import Settings
 from releases import made, project, released, runs_of
 
-SCHEMA = json.loads((FOLDER / "nightly.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads((SCHEMAS / "nightly.schema.json").read_text(encoding="utf-8"))
 Rig = Callable[[Mapping[str, bytes]], None]
 
 

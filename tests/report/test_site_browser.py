@@ -26,7 +26,7 @@ pytestmark = pytest.mark.nightly
 
 PAGES = (
     *("index", "tutorials/first-csv", "how-to/describe-logs", "reference/gates"),
-    *("reference/messages", "reference/api", "reference/glossary", "reference/tables"),
+    *("reference/api", "reference/glossary", "reference/tables"),
     *("explanation/law", "explanation/film", "explanation/method", "notebooks/first-curve"),
 )
 

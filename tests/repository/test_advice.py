@@ -15,8 +15,7 @@ from oilfilm.cli.parser import parser
 SOURCES = [
     *(ROOT / "workflow").rglob("*.py"),
     *(ROOT / "workflow").rglob("*.smk"),
-    # the sentences of messages.md are those of the library, which is read itself
-    *sorted({*(ROOT / "docs").rglob("*.md")} - {ROOT / "docs/reference/messages.md"}),
+    *sorted((ROOT / "docs").rglob("*.md")),
     *(ROOT / "config").rglob("*.yaml"),
     *(ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"),
 ]

@@ -1,4 +1,4 @@
-"""Settings as objects: the parts that a rule lists, and what is generated from the models."""
+"""Settings as objects: the parts that a rule lists."""
 
 import json
 
@@ -9,13 +9,6 @@ from oilfilm.errors import OilfilmError
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.schemas import generated_files
-
-
-def test_generated_files_are_those_of_the_models() -> None:
-    """`make schemas` renews them."""
-    for path, text in generated_files().items():
-        assert (ROOT / path).read_text(encoding="utf-8") == text, path
 
 
 def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Settings) -> None:

@@ -7,11 +7,10 @@ import pint
 import pytest
 
 from oilfilm import tables
-from oilfilm.report import tables_page
 from oilfilm.report.figures.registry import drawn_tables
-from oilfilm.report.table_examples import examples, read_examples
-from oilfilm.report.tables_page import PAGE, page
 from oilfilm.tables.columns import table, use
+from reference_pages import tables as tables_page
+from reference_pages.table_examples import examples, read_examples
 
 # with those of the figures, which declare what they draw
 drawn_tables()
@@ -87,25 +86,22 @@ def test_table_narrows_a_column_and_never_widens_it() -> None:
         table("t", "A table.", columns="run_id", uses=(use("load_n", "mean"),))
 
 
-def test_reference_page_is_that_of_the_declaration() -> None:
-    """`make schemas` renews it."""
-    assert PAGE.read_text(encoding="utf-8") == page()
-
-
 def test_new_table_and_new_column_have_a_dash_until_there_is_an_example(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     known = {name: of for name, of in read_examples().items() if name != "points"}
     del known["runs"]["oil"]
     monkeypatch.setattr(tables_page, "read_examples", lambda: known)
-    points, runs = (page().partition(f"\n## {name}\n")[2] for name in ("points", "runs"))
+    points, runs = (
+        tables_page.page().partition(f"\n## {name}\n")[2] for name in ("points", "runs")
+    )
     for section in (points, runs):
         assert "\n| `oil` | text | - |" in section.partition("\n## ")[0]
 
 
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_every_column_has_an_example_that_its_declaration_allows(model: tables.Table) -> None:
-    """`oilfilm.report.table_examples` says how to renew them."""
+    """`make schemas RESULTS="results/demo results/thermal results/etm-slim"` renews them."""
     shown = read_examples().get(model.name, {})
     assert list(shown) == model.names
     # no example: no finished table had a value, so the column must be one that may be empty

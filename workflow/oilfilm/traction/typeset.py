@@ -1,7 +1,5 @@
 """A law's equation as mathematics: MathML for the report, LaTeX for the documentation."""
 
-from collections.abc import Iterable
-
 from oilfilm.traction.expression import Form, Language
 from oilfilm.traction.law import QUANTITIES, Law
 
@@ -96,43 +94,6 @@ def _exponent(text: str) -> str:
     if text[0].isalpha():
         return f"<msub><mi>{text[0]}</mi><mn>{text[1:]}</mn></msub>"
     return f"<mn>{text}</mn>"
-
-
-def laws_page(laws: Iterable[Law]) -> str:
-    """The page of all laws in the documentation, in Markdown."""
-    return _PAGE_BEGINS + "".join(map(_section, laws))
-
-
-_PAGE_BEGINS = """\
-# Traction laws
-
-Generated from the laws in `workflow/oilfilm/traction/laws` by `make schemas`; do not edit.
-S is the slide-roll ratio. A coefficient X without a formula of its own is
-X0 times powers of the operating conditions; the fit gives X0 and the exponents X1, X2, X3.
-The sign of X0 is part of the law.
-"""
-
-
-def _section(law: Law) -> str:
-    formulas = "\n\n".join(f"$${formula}$$" for formula in latex(law))
-    rows = "\n".join(
-        f"| {coefficient.name} | {'+' if coefficient.sign > 0 else '-'} | "
-        f"{coefficient.smallest:g} to {coefficient.largest:g} |"
-        for coefficient in law.coefficients
-    )
-    quantities = (QUANTITIES[group] for group in law.groups)
-    groups = "; ".join(f"{quantity.symbol}: {quantity.meaning}" for quantity in quantities)
-    return f"""
-## {law.name}
-
-{formulas}
-
-{groups}. Source: {law.source}.
-
-| coefficient | sign | size of X0 in the search |
-| --- | --- | --- |
-{rows}
-"""
 
 
 def _power_laws(law: Law) -> dict[str, list[tuple[str, str, str]]]:

@@ -1,7 +1,4 @@
-"""The reference page of all gates, `docs/reference/gates.md`, generated from their declarations.
-
-`make schemas` renews it; a test fails where it is out of date.
-"""
+"""The reference page of all gates, generated from their declarations."""
 
 import inspect
 import re
@@ -21,7 +18,6 @@ from oilfilm.home import HOME
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
-PAGE = HOME / "docs/reference/gates.md"
 _RIGS = {TRACTION: TractionRig(), TORQUE: TorqueRig()}
 _BEGINS = """# Gates
 
@@ -128,7 +124,3 @@ def _others() -> str:
         rigs = tuple(_RIGS)
         lines.append(f"| `{rule}` | {' '.join(_advice(rule, rigs))} |")
     return "\n".join(lines) + "\n"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8", newline="\n")

@@ -5,7 +5,6 @@ campaigns. A test fails where a column has no example that its declaration allow
 """
 
 import json
-import sys
 import textwrap
 from pathlib import Path
 from typing import Any
@@ -79,9 +78,7 @@ def _shown(value: Any, column: Column) -> Any:
     return value if len(value) <= _LONGEST else f"{value[:12]}…"
 
 
-if __name__ == "__main__":
-    EXAMPLES.write_text(
-        json.dumps(examples(*map(Path, sys.argv[1:])), indent=1, ensure_ascii=False) + "\n",
-        encoding="utf-8",
-        newline="\n",
-    )
+def write_examples(*results: Path) -> None:
+    """Renew the stored examples from the folders of finished campaigns."""
+    text = json.dumps(examples(*results), indent=1, ensure_ascii=False)
+    EXAMPLES.write_text(text + "\n", encoding="utf-8", newline="\n")

@@ -1,13 +1,10 @@
-"""What is generated: JSON schemas for editors, the reference page of all keys, the page of laws.
-
-`make schemas` renews them; a test fails where they are out of date.
-"""
+"""The reference page of all keys of the configuration, generated from the models."""
 
 import json
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
+from oilfilm.home import HOME
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
@@ -16,22 +13,11 @@ from oilfilm.settings.oil import (
     AstmD341Coefficients,
     MilL7808Coefficients,
     MilL23699Coefficients,
-    OilFile,
     OilKeys,
 )
 from oilfilm.settings.rig import Rig
 from oilfilm.settings.yaml_file import dotted, read_yaml
-from oilfilm.traction import LAWS
-from oilfilm.traction.typeset import laws_page
 
-_ROOT = Path(__file__).parents[3]
-_SCHEMAS: dict[str, Any] = {
-    "config": Config,
-    "campaign": CampaignFile,
-    "rig": Rig,
-    "oil": OilFile,
-    "bearing": BearingFile,
-}
 _SECTIONS: dict[str, Any] = {
     "`config/config.yaml`": Config,
     "`config/campaigns/<name>.yaml`": CampaignFile,
@@ -51,46 +37,9 @@ The default of a key of `config/config.yaml` is its value in the file that comes
 _TABLE_BEGINS = "| key | default | unit | range | meaning |\n| --- | --- | --- | --- | --- |"
 
 
-def generated_files() -> dict[str, str]:
-    """The generated files: paths from the top folder and their text."""
-    schemas = {
-        f"workflow/schemas/{name}.schema.json": schema_text(model)
-        for name, model in _SCHEMAS.items()
-    }
-    return {
-        **schemas,
-        "docs/reference/configuration.md": reference_page(),
-        "docs/reference/laws.md": laws_page(LAWS.values()),
-    }
-
-
-def schema_text(model: Any) -> str:
-    """The JSON schema of a model, on one line."""
-    schema = _for_editors(schema_of(model))
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    return json.dumps(schema, ensure_ascii=False) + "\n"
-
-
-def _for_editors(node: Any) -> Any:
-    """A schema without pydantic's titles and without null, which YAML files must not hold."""
-    if isinstance(node, list):
-        return [_for_editors(part) for part in node]
-    if not isinstance(node, dict):
-        return node
-    if "anyOf" in node:
-        branches = [branch for branch in node["anyOf"] if branch != {"type": "null"}]
-        others = {name: part for name, part in node.items() if name != "anyOf"}
-        node = {**branches[0], **others} if len(branches) == 1 else {**others, "anyOf": branches}
-    return {
-        name: _for_editors(part)
-        for name, part in node.items()
-        if not (name == "title" and isinstance(part, str)) and not (name == "default" and not part)
-    }
-
-
-def reference_page() -> str:
+def page() -> str:
     """All keys with default, unit, range and meaning, as Markdown."""
-    shipped = read_yaml(_ROOT / "config/config.yaml").values
+    shipped = read_yaml(HOME / "config/config.yaml").values
     parts = [_PAGE_BEGINS]
     for title, model in _SECTIONS.items():
         parts.append(f"## {title}\n")
@@ -168,13 +117,3 @@ def range_text(node: Mapping[str, Any]) -> str:
     return " ".join(
         part for part in (kind.get(node.get("type", ""), ""), ", ".join(limits)) if part
     )
-
-
-def main() -> None:
-    """Write the generated files."""
-    for path, text in generated_files().items():
-        (_ROOT / path).write_text(text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

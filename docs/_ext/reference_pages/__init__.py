@@ -1,0 +1,25 @@
+"""Files that are generated from the code: pages of the reference, JSON schemas for editors.
+
+`make schemas` renews them; a test fails where one is out of date.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+from reference_pages import commands, configuration, gates, laws, schemas, tables
+
+GENERATED: dict[str, Callable[[], str]] = {
+    "docs/reference/commands.md": commands.page,
+    "docs/reference/configuration.md": configuration.page,
+    "docs/reference/gates.md": gates.page,
+    "docs/reference/laws.md": laws.page,
+    "docs/reference/tables.md": tables.page,
+    **{
+        f"workflow/schemas/{name}.schema.json": partial(schemas.of_file, name)
+        for name in schemas.FILES
+    },
+    **{
+        f"workflow/schemas/{name}.schema.json": partial(schemas.of_command, name)
+        for name in schemas.PRINTED
+    },
+}

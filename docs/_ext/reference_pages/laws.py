@@ -1,0 +1,41 @@
+"""The reference page of all traction laws."""
+
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import QUANTITIES, Law
+from oilfilm.traction.typeset import latex
+
+_BEGINS = """\
+# Traction laws
+
+Generated from the laws in `workflow/oilfilm/traction/laws` by `make schemas`; do not edit.
+S is the slide-roll ratio. A coefficient X without a formula of its own is
+X0 times powers of the operating conditions; the fit gives X0 and the exponents X1, X2, X3.
+The sign of X0 is part of the law.
+"""
+
+
+def page() -> str:
+    """The text of the page."""
+    return _BEGINS + "".join(map(_section, LAWS.values()))
+
+
+def _section(law: Law) -> str:
+    formulas = "\n\n".join(f"$${formula}$$" for formula in latex(law))
+    rows = "\n".join(
+        f"| {coefficient.name} | {'+' if coefficient.sign > 0 else '-'} | "
+        f"{coefficient.smallest:g} to {coefficient.largest:g} |"
+        for coefficient in law.coefficients
+    )
+    quantities = (QUANTITIES[group] for group in law.groups)
+    groups = "; ".join(f"{quantity.symbol}: {quantity.meaning}" for quantity in quantities)
+    return f"""
+## {law.name}
+
+{formulas}
+
+{groups}. Source: {law.source}.
+
+| coefficient | sign | size of X0 in the search |
+| --- | --- | --- |
+{rows}
+"""

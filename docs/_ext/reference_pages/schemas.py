@@ -1,0 +1,66 @@
+"""JSON schemas of the files in `config` and of what `oilfilm COMMAND --json` prints."""
+
+import json
+from typing import Any
+
+from pydantic import BaseModel
+
+from oilfilm.cli.checked import CheckedLog
+from oilfilm.cli.diff import ComparedReleases
+from oilfilm.cli.plan import PlannedTests
+from oilfilm.cli.predict import PredictedTraction
+from oilfilm.cli.verify import Verified
+from oilfilm.releases.nightly import NightlySummary
+from oilfilm.settings.bearing import BearingFile
+from oilfilm.settings.campaign import CampaignFile
+from oilfilm.settings.config import Config
+from oilfilm.settings.messages import schema_of
+from oilfilm.settings.oil import OilFile
+from oilfilm.settings.rig import Rig
+
+FILES: dict[str, Any] = {
+    "config": Config,
+    "campaign": CampaignFile,
+    "rig": Rig,
+    "oil": OilFile,
+    "bearing": BearingFile,
+}
+PRINTED: dict[str, type[BaseModel]] = {
+    "check": CheckedLog,
+    "predict": PredictedTraction,
+    "plan": PlannedTests,
+    "verify": Verified,
+    "diff": ComparedReleases,
+    "nightly": NightlySummary,
+}
+_DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+
+
+def of_file(name: str) -> str:
+    """The JSON schema of a file of settings, on one line."""
+    return json.dumps(_for_editors(schema_of(FILES[name])) | _DIALECT, ensure_ascii=False) + "\n"
+
+
+def of_command(name: str) -> str:
+    """The JSON schema of one object that a command prints."""
+    return (
+        json.dumps(_DIALECT | PRINTED[name].model_json_schema(mode="serialization"), indent=2)
+        + "\n"
+    )
+
+
+def _for_editors(node: Any) -> Any:
+    """A schema without pydantic's titles and without null, which YAML files must not hold."""
+    if isinstance(node, list):
+        return [_for_editors(part) for part in node]
+    if not isinstance(node, dict):
+        return node
+    if "anyOf" in node:
+        branches = [branch for branch in node["anyOf"] if branch != {"type": "null"}]
+        others = {name: part for name, part in node.items() if name != "anyOf"}
+        node = {**branches[0], **others} if len(branches) == 1 else {**others, "anyOf": branches}
+    return {
+        name: _for_editors(part)
+        for name, part in node.items()
+        if not (name == "title" and isinstance(part, str)) and not (name == "default" and not part)
+    }
