@@ -8,7 +8,8 @@ import pytest
 from bearings import RPM, lubrication, printed_law, shipped
 from campaigns import oil_of
 from oilfilm.bearing.friction import friction_equilibrium
-from oilfilm.bearing.heat_balance import HeatBalance, OilSupply, heat_balance
+from oilfilm.bearing.geometry import OilSupply
+from oilfilm.bearing.heat_balance import HeatBalance, heat_balance
 from oilfilm.bearing.quasistatic import OperatingPoints
 
 SUPPLY = OilSupply(flow_m3_s=8e-3 / 60, heat_share=0.8, outlet_weight=0.5)

@@ -1,16 +1,26 @@
 """Digests of the code, settings and inputs behind a table."""
 
+import ast
+import gc
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib.util import resolve_name
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 _PACKAGE = Path(__file__).parent
+# What computes no number of a table: settings (their values are in the params of the rules),
+# messages, what surrounds a job, reading and writing of tables (their schema version is in every
+# digest) and the list of laws (a rule names those that it fits or shows).
+_NO_NUMBERS = re.compile(
+    r"oilfilm(\.(atomic_write|cli|digests|errors|home|run|settings)(\..*)?"
+    r"|\.tables(\.(?!failed_gates|schema_version).*)?|\.traction\.laws)?"
+)
+_SCHEMA_VERSION = _PACKAGE / "tables/schema_version.py"
 
 
 def file_digest(path: Path) -> str:
@@ -37,76 +47,110 @@ def settings_digest(settings: Mapping[str, Any]) -> str:
 
 
 def code_digest(script: Path, *modules: Path) -> str:
-    """sha256 over a script and every module of oilfilm that it imports, directly or not.
+    """Digest of what computes the numbers of a job: its script and the modules behind it.
 
-    `modules` are those that the script imports by a name that only the job knows.
+    Snakemake does not see that a module behind a script has changed. A rule with this digest among
+    its params runs again when the code changes, and not for a comment, a docstring, the layout or
+    the message of an error.
 
-    Snakemake does not see that a module behind a script has changed; a rule that carries this
-    digest among its params is run again when, and only when, its own code changes.
+    Args:
+        script: The script of the rule.
+        modules: Modules that no import leads to, as that of a law which the job takes by name.
     """
     digest = hashlib.sha256()
-    # a script is beside the library in a clone and below it where it is installed: it comes first
-    library = _with_imports([script, *modules]) - {script}
-    for path in [script, *sorted(library)]:
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    for path in [script, *sorted(modules_behind(script, *modules))]:
+        digest.update(f"{path.name} {_code(path).digest}\n".encode())
     return digest.hexdigest()[:16]
 
 
-def _with_imports(paths: Iterable[Path]) -> set[Path]:
-    modules: set[Path] = set()
-    waiting = list(paths)
+def modules_behind(script: Path, *modules: Path) -> set[Path]:
+    """The modules that count for a script: those that it imports, directly or not."""
+    found: set[Path] = set()
+    waiting = [script, *modules, _SCHEMA_VERSION]
     while waiting:
         path = waiting.pop()
-        if path not in modules:
-            modules.add(path)
-            waiting.extend(_imported(path))
-    return modules
+        if path not in found:
+            found.add(path)
+            waiting.extend(_code(path).imports)
+    return found - {script}
+
+
+class _Code(NamedTuple):
+    digest: str
+    imports: frozenset[Path]
 
 
 @cache
-def _imported(path: Path) -> frozenset[Path]:
-    """Modules of oilfilm that a file imports; each file is read once."""
+def _code(path: Path) -> _Code:
+    with _no_collection():  # a third of the time to parse a module
+        tree = ast.parse(path.read_bytes())
     inside = path.is_relative_to(_PACKAGE)
     package = ".".join(path.parent.relative_to(_PACKAGE.parent).parts) if inside else ""
-    files: set[Path] = set()
-    for name in _imported_names(path.read_text(encoding="utf-8-sig")):
-        with suppress(ImportError):  # relative to no package: a script, or words of a docstring
-            files.update(_module_files(resolve_name(name, package)))
-    return frozenset(files)
+    imports: set[Path] = set()
+    for statement in _statements(tree):
+        if isinstance(statement, ast.Raise) and isinstance(statement.exc, ast.Call):
+            statement.exc = statement.exc.func  # without its message
+        elif isinstance(statement, ast.Import | ast.ImportFrom):
+            imports.update(*map(_module_files, _imported_names(statement, package)))
+    text = _EMPTY.sub("", ast.dump(tree))
+    return _Code(hashlib.sha256(text.encode()).hexdigest(), frozenset(imports))
 
 
-# Found as text, because a parser would take a fifth of the time that Snakemake needs to start. If
-# a docstring looks like an import, a rule may run once too often.
-_IMPORT = re.compile(
-    r"""(?:^|[:;])[ \t\f]*(?:
-        from[ \t]*([\w.]+)[ \t]*import\b[ \t]*(\((?:[\w\s,]|\#[^\n]*+)*+\)|[^\n;]*)
-        |import[ \t]+([^\n;]*)
-    )""",
-    re.MULTILINE | re.VERBOSE,
-)
-_COMMENT = re.compile(r"#[^\n]*")
+# Newer versions of Python leave empty lists out of a dump.
+_EMPTY = re.compile(r"(?<=\()(\w+=\[\](, )?)+|, \w+=\[\]")
 
 
-def _imported_names(text: str) -> set[str]:
-    """What the import statements of a text may import: `a` and `a.b` of `from a import b`."""
-    found = set()
-    for package, attributes, modules in _IMPORT.findall(text.replace("\\\n", " ")):
-        if package:
-            found.add(package)
-            stem = package if package.endswith(".") else f"{package}."
-            found |= {stem + name for name in re.findall(r"\w+", _COMMENT.sub("", attributes))}
-        found.update(re.findall(r"[\w.]+", _COMMENT.sub("", modules)))
-    return found
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _statements(parent: ast.AST) -> Iterator[ast.stmt]:
+    """Every statement below a node; docstrings are removed."""
+    for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+        block = getattr(parent, name, None)
+        if not isinstance(block, list):  # an expression with a body
+            continue
+        if isinstance(parent, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            if ast.get_docstring(parent, clean=False) is not None:
+                del block[0]
+        for each in block:
+            if isinstance(each, ast.stmt):
+                yield each
+            yield from _statements(each)
+
+
+def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Iterator[str]:
+    """What a statement may import: `a` and `a.b` of `from a import b`."""
+    if isinstance(statement, ast.Import):
+        yield from (alias.name for alias in statement.names)
+        return
+    module = resolve_name("." * statement.level + (statement.module or ""), package)
+    yield module
+    yield from (f"{module}.{alias.name}" for alias in statement.names)
 
 
 @cache
 def _module_files(name: str) -> tuple[Path, ...]:
+    """Files that an import of a module of oilfilm runs, if they count."""
     parts = name.split(".")
     if parts[0] != _PACKAGE.name:
         return ()
     # importing a module runs the __init__ of each package above it
-    modules = [_PACKAGE.joinpath(*parts[1:depth]) for depth in range(1, len(parts) + 1)]
-    candidates = (
-        file for module in modules for file in (module.with_suffix(".py"), module / "__init__.py")
+    names = [parts[:depth] for depth in range(1, len(parts) + 1)]
+    return tuple(
+        file
+        for steps in names
+        if not _NO_NUMBERS.fullmatch(".".join(steps))
+        for file in (
+            _PACKAGE.joinpath(*steps[1:]).with_suffix(".py"),
+            _PACKAGE.joinpath(*steps[1:], "__init__.py"),
+        )
+        if file.is_file()
     )
-    return tuple(file for file in candidates if file.is_file())

@@ -34,7 +34,7 @@ from oilfilm.logs.raw_files import (
 )
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
-from oilfilm.traction import LAW_NAMES, PAPER_LAW
+from oilfilm.traction import LAW_FILES, LAW_NAMES, PAPER_LAW
 
 RECORDS = Path(".snakemake")
 # Digests of raw logs from earlier runs: a dry run does not read the logs again.
@@ -293,9 +293,15 @@ def settings_of_figures(figures):
 
 
 def code(script, *modules):
-    """Digest of a script, of every module behind it and of the packages: changed code reruns."""
+    """Digest of a script, of the modules that count for it and of the packages.
+
+    A law that the script takes by its name is no import: its module is among `modules`.
+    """
     return f"{code_digest(HOME / 'workflow/scripts' / script, *modules)}-{PACKAGES}"
 
+
+# What columns and tables mean, for the rules that print it.
+TABLE_WORDS = sorted((PACKAGE / "tables").glob("*.py"))
 
 # Taken once per run: a release names the logs that its run has read, not what they became since.
 digest_of_log = cache(KEPT_DIGESTS.digest)

@@ -37,7 +37,9 @@ rule compare:
     log:
         "<logs>/compare-{oil}/{part}.log",
     params:
-        code=code("compare.py"),
+        code=lambda wildcards: code(
+            "compare.py", *(LAW_FILES[law] for law in LAWS_OF_PART[int(wildcards.part)])
+        ),
         laws=lambda wildcards: LAWS_OF_PART[int(wildcards.part)],
         config=COMPARED.part("compare", "fit", "oils", "rigs", "seed"),
     script:

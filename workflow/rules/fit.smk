@@ -28,7 +28,7 @@ rule drawn:
         law="|".join(LAW_NAMES),
         what="ends|refits|left-out",
     params:
-        code=code("drawn.py"),
+        code=lambda wildcards: code("drawn.py", LAW_FILES[wildcards.law]),
         size=lambda wildcards: SIZES[wildcards.what],
         config=lambda wildcards: (
             part("fit", "seed")
@@ -52,7 +52,7 @@ rule fit:
     log:
         "<logs>/fit-{oil}.log",
     params:
-        code=code("fit.py"),
+        code=code("fit.py", LAW_FILES[SETTINGS.fit.law]),
         config=part("fit", "seed"),
     script:
         "../scripts/fit.py"

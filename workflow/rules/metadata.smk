@@ -27,7 +27,7 @@ rule metadata:
         "<logs>/metadata.log",
     localrule: True
     params:
-        code=code("metadata.py"),
+        code=code("metadata.py", *TABLE_WORDS),
         config=part("dataset", campaign=("description",)),
     script:
         "../scripts/metadata.py"
@@ -48,7 +48,7 @@ rule captions:
         "<logs>/captions.log",
     localrule: True
     params:
-        code=code("captions.py"),
+        code=code("captions.py", *TABLE_WORDS),
         config=part(campaign=("description", *ORIGIN)),
     script:
         "../scripts/captions.py"

@@ -37,7 +37,7 @@ rule report:
         "<logs>/report.log",
     localrule: True
     params:
-        code=code("report.py"),
+        code=code("report.py", *LAW_FILES.values(), *TABLE_WORDS),
         # no digest of Python's modules covers these
         page=[file_digest(PAGE.with_suffix(end)) for end in (".html.jinja", ".css", ".js")],
         config=SETTINGS.plain(),

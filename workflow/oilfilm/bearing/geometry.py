@@ -17,6 +17,23 @@ _DEGREE = 12
 
 
 @dataclass(frozen=True)
+class OilSupply:
+    """The oil that cools a bearing.
+
+    Attributes:
+        flow_m3_s: Volume flow at the inlet temperature, in m3/s.
+        heat_share: Share of the friction heat that the oil carries away; shaft and housing take
+            the rest.
+        outlet_weight: Where the oil of the contacts lies between inlet (0) and outlet (1)
+            temperature.
+    """
+
+    flow_m3_s: float
+    heat_share: float
+    outlet_weight: float
+
+
+@dataclass(frozen=True)
 class Cage:
     """A cage guided by the land of one ring.
 

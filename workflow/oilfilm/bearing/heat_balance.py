@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oilfilm.bearing.geometry import OilSupply
 from oilfilm.bearing.solver import BoolArray, IntArray
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
@@ -15,23 +16,6 @@ _HOTTEST_C = 400.0
 # Heat that may be left over, relative; more means that the heat jumps where it should balance.
 _LARGEST_ERROR = 1e-6
 _TOLERANCE_K = 1e-9
-
-
-@dataclass(frozen=True)
-class OilSupply:
-    """The oil that cools a bearing.
-
-    Attributes:
-        flow_m3_s: Volume flow at the inlet temperature, in m3/s.
-        heat_share: Share of the friction heat that the oil carries away; shaft and housing take
-            the rest.
-        outlet_weight: Where the oil of the contacts lies between inlet (0) and outlet (1)
-            temperature.
-    """
-
-    flow_m3_s: float
-    heat_share: float
-    outlet_weight: float
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.understood import Understood
+from oilfilm.physics.rigs import Contact
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
 from oilfilm.tables.table_file import digests_of_runs
@@ -344,7 +345,7 @@ def _with_load(nominal: Nominal, rig: str, settings: Settings) -> Nominal:
     pressure_gpa = nominal.max_hertz_pressure_gpa
     if nominal.load_n is not None or pressure_gpa is None:
         return nominal
-    contact = settings.rigs[rig].contact()
+    contact: Contact | None = settings.rigs[rig].contact()
     if contact is None:
         return nominal
     return replace(nominal, load_n=float(contact.load_n(pressure_gpa)))

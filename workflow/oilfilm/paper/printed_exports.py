@@ -11,8 +11,8 @@ from oilfilm.exports.names import identifiers
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.reference import printed_constants
 from oilfilm.settings.config import Box, ExportSettings
-from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import QUANTITIES, FloatArray
+from oilfilm.traction.laws.deng2026 import DENG2026
 
 
 def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
@@ -37,7 +37,7 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
 def _describe(
     oil: str, identifier: str, constants: FloatArray, tested: Box, settings: ExportSettings
 ) -> Description:
-    law = PAPER_LAW
+    law = DENG2026
     ends = tested.model_dump()
     box = np.array([ends[name] for name in (*law.conditions, "slide_roll_ratio")], dtype=float)
     coefficients = replace(Coefficients.bare(law, constants), box=box)

@@ -7,8 +7,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from oilfilm.bearing.geometry import Bearing, Cage
-from oilfilm.bearing.heat_balance import OilSupply
+from oilfilm.bearing.geometry import Bearing, Cage, OilSupply
 from oilfilm.physics.contact import reduced_modulus
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.settings.base import (

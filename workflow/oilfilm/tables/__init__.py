@@ -12,8 +12,8 @@ from oilfilm.tables.declaration import LARGEST as LARGEST
 from oilfilm.tables.declaration import UNITS as UNITS
 from oilfilm.tables.declaration import Column as Column
 from oilfilm.tables.declaration import Table as Table
+from oilfilm.tables.schema_version import SCHEMA_VERSION as SCHEMA_VERSION
 from oilfilm.tables.store import ROW_GROUP as ROW_GROUP
-from oilfilm.tables.store import SCHEMA_VERSION as SCHEMA_VERSION
 from oilfilm.tables.store import TABLES as TABLES
 from oilfilm.tables.store import columns as columns
 from oilfilm.tables.store import conform as conform

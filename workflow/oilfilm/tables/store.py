@@ -19,8 +19,7 @@ from oilfilm.tables import bearing, fits, paper, rig
 from oilfilm.tables.declaration import Column, Table, by_name
 from oilfilm.tables.footer_checksum import PLACE, is_sound, seal
 from oilfilm.tables.limits import UNREADABLE
-
-SCHEMA_VERSION = 10
+from oilfilm.tables.schema_version import SCHEMA_VERSION
 
 # Every table by name, in the order in which they are described; figures add what they draw.
 TABLES: dict[str, Table] = by_name((*rig.TABLES, *fits.TABLES, *paper.TABLES, *bearing.TABLES))

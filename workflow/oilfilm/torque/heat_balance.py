@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.heat_balance import OilSupply, heat_balance
+from oilfilm.bearing.geometry import Bearing, OilSupply
+from oilfilm.bearing.heat_balance import heat_balance
 from oilfilm.bearing.solver import IntArray
 from oilfilm.paper.slip_advice import advise
 from oilfilm.settings.base import present

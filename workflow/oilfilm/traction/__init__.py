@@ -1,5 +1,8 @@
 """Traction laws by name. `oilfilm.traction.laws` lists them."""
 
+from pathlib import Path
+from types import ModuleType
+
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction import laws
@@ -9,6 +12,14 @@ _EVERY_LAW = [law for law in vars(laws).values() if isinstance(law, Law | LawOfC
 LAW_NAMES = tuple(law.name for law in _EVERY_LAW)
 # Laws that need only the conditions.
 LAWS: dict[str, Law] = {law.name: law for law in _EVERY_LAW if isinstance(law, Law)}
+# The module of each law.
+LAW_FILES = {
+    law.name: Path(str(module.__file__))
+    for module in vars(laws).values()
+    if isinstance(module, ModuleType)
+    for law in vars(module).values()
+    if law in _EVERY_LAW
+}
 # The law of Deng et al. (2026), whose constants are printed.
 PAPER_LAW = laws.DENG2026
 # Laws on load that are evaluated in bearings beside the campaign's law.

@@ -20,8 +20,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES, Film, Grid
-from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
+from oilfilm.traction.laws.deng2026 import DENG2026
 
 _JUDGED_ON = {
     "tested": "the box tested by the paper",
@@ -108,7 +108,7 @@ def printed_evidence(
 ) -> Evidence:
     """The constants that the paper prints, signs restored."""
     laws = {
-        oil: FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, row)) for oil, row in printed.items()
+        oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, row)) for oil, row in printed.items()
     }
     return Evidence(
         "printed", viscosity_order, laws, {}, films(settings), settings.gates.lambda_limit

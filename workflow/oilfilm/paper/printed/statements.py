@@ -14,10 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, BoolArray, FloatArray
+from oilfilm.traction.laws.deng2026 import DENG2026
 
-LAW = PAPER_LAW  # its constants are printed
+LAW = DENG2026  # its constants are printed
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)  # axes
 
 
