@@ -6,9 +6,10 @@
 from collections.abc import Callable
 from functools import partial
 
-from reference_pages import commands, configuration, gates, laws, schemas, tables
+from reference_pages import commands, configuration, decisions, gates, laws, schemas, tables
 
 GENERATED: dict[str, Callable[[], str]] = {
+    "docs/explanation/decisions.md": decisions.page,
     "docs/reference/commands.md": commands.page,
     "docs/reference/configuration.md": configuration.page,
     "docs/reference/gates.md": gates.page,

@@ -5,6 +5,8 @@ hard enough, that of a skidding one no longer does. Which of them a bearing take
 past. Here one search comes from stronger traction, where the cage rolls, and one from weaker
 traction, where it skids; where they end apart there are two equilibria. A branch that is connected
 with neither would be missed.
+
+Decides: when a cage may roll or skid at one operating point.
 """
 
 from dataclasses import dataclass, replace

@@ -6,6 +6,8 @@ Ball spin, tilt of its axis, gyroscopic slip and the speed of the cage come out.
 pair of forces on two bodies, so that the power put in at the rings is the sum of the parts' heat.
 
 The cage turns steadily and all balls travel with it, each pushed or held by its pocket.
+
+Decides: motion of balls and cage at the friction equilibrium.
 """
 
 from dataclasses import dataclass

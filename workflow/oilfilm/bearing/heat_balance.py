@@ -1,4 +1,7 @@
-"""Lumped heat balance of a bearing: how hot its oil leaves it, and how hot the contacts are."""
+"""Lumped heat balance of a bearing: how hot its oil leaves it, and how hot the contacts are.
+
+Decides: how hot the oil of a bearing becomes.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -2,6 +2,8 @@
 
 The outer ring is at rest, the inner ring turns with omega, and both contact angles are equal:
 gamma = D cos(alpha)/dm. Balls that roll on both races travel with Omega_0 = omega (1 - gamma)/2.
+
+Decides: which slide-roll ratio a cage slip is, and which entrainment speed a bearing speed is.
 """
 
 from typing import TypeVar

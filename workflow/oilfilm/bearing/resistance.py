@@ -1,6 +1,8 @@
 """Forces and moments that resist balls and cage, beside the traction of the film.
 
 One function per formula; `friction` combines them. SI units, arrays that broadcast.
+
+Decides: drag, rolling resistance, pockets and lands of a bearing.
 """
 
 from dataclasses import dataclass, replace

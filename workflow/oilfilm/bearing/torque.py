@@ -1,4 +1,7 @@
-"""Friction torque of a bearing, term by term, from the balance of all that acts on its balls."""
+"""Friction torque of a bearing, term by term, from the balance of all that acts on its balls.
+
+Decides: the terms of a bearing's friction torque.
+"""
 
 from collections.abc import Mapping
 

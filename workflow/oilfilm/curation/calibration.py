@@ -1,4 +1,7 @@
-"""The part of the errors that no averaging lowers: the calibration of a rig's sensors."""
+"""The part of the errors that no averaging lowers: the calibration of a rig's sensors.
+
+Decides: the error of calibration that the points of a run share.
+"""
 
 from collections.abc import Mapping
 

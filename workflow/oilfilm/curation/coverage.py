@@ -1,4 +1,7 @@
-"""What a campaign covers: each operating condition with what came of it, each gate's counts."""
+"""What a campaign covers: each operating condition with what came of it, each gate's counts.
+
+Decides: which planned conditions are accepted, refused or missing.
+"""
 
 import itertools
 import math

@@ -1,4 +1,7 @@
-"""Warnings about a run that is used: what is not wrong for certain, with the likely cause."""
+"""Warnings about a run that is used: what is not wrong for certain, with the likely cause.
+
+Decides: warnings about a run that is used.
+"""
 
 from collections.abc import Callable
 from typing import Any

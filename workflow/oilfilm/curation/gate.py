@@ -3,6 +3,8 @@
 A gate of runs looks at the signals of one run; a gate of plateaus looks at the plateaus of many
 runs at once. `run_gates.py` and `plateau_gates.py` define them all in the order in which they
 judge. A new gate is one function there.
+
+Decides: which rigs a gate judges, and when it cannot be applied.
 """
 
 from collections.abc import Callable, Sequence

@@ -2,6 +2,8 @@
 
 A log in the wrong unit, or with two columns exchanged, fails gates that have nothing to do with its
 cause. A hypothesis undoes one such mistake. Where the run then passes, the mistake is named.
+
+Decides: which simple mistakes (units, exchanged columns) are tried and named.
 """
 
 from collections.abc import Callable, Iterator

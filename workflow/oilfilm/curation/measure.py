@@ -1,4 +1,7 @@
-"""From one run's signals to its plateaus: zero, means, standard errors, changes."""
+"""From one run's signals to its plateaus: zero, means, standard errors, changes.
+
+Decides: mean and standard error of a plateau; when a missing zero refuses a run.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,7 @@
-"""The gates of plateaus in the order in which they judge: a cause before its consequence."""
+"""The gates of plateaus in the order in which they judge: a cause before its consequence.
+
+Decides: when a plateau is refused (drift, load, temperature, spikes, film), and the advice.
+"""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,7 @@
-"""Where a signal is steady: steps found from the measured signal itself."""
+"""Where a signal is steady: steps found from the measured signal itself.
+
+Decides: where a log is steady, and how much of a plateau is used.
+"""
 
 import numpy as np
 import scipy

@@ -3,6 +3,8 @@
 A rule compares the accepted runs of a campaign with each other. Where several of them can be right,
 the first by name is kept. Where two contradict each other, none is; of more, those that most of the
 others contradict are refused.
+
+Decides: when a run repeats an earlier one, and which of them is kept.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,4 +1,7 @@
-"""Whether a phase of pure rolling rolls: its traction must not be part of the curve."""
+"""Whether a phase of pure rolling rolls: its traction must not be part of the curve.
+
+Decides: whether a phase is pure rolling.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""The gates of runs in the order in which they judge: clock, sensors, temperature, way back."""
+"""The gates of runs in the order in which they judge: clock, sensors, temperature, way back.
+
+Decides: when a whole run is refused (clock, stuck sensor, sign, temperature drift), and the advice.
+"""
 
 import numpy as np
 

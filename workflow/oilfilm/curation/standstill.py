@@ -1,4 +1,7 @@
-"""Where a traction rig stands still, and what of its turning is no ramp beside a standstill."""
+"""Where a traction rig stands still, and what of its turning is no ramp beside a standstill.
+
+Decides: where a rig stands still.
+"""
 
 import numpy as np
 

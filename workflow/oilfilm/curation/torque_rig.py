@@ -2,6 +2,8 @@
 
 A log is one run of one oil at one axial load: the bearing stands still, runs at one speed after
 another, and stands still again. A step is a step of speed, and rest is standstill.
+
+Decides: how a torque log is curated.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,6 +1,8 @@
 """The traction rig: a ball on a disc.
 
 A step is a step of slip, rest is pure rolling, and mu = F/W is derived, then pressure and film.
+
+Decides: how a traction log is curated.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,7 @@
-"""Verdicts on plateaus, and on the runs of which too few of them can be trusted."""
+"""Verdicts on plateaus, and on the runs of which too few of them can be trusted.
+
+Decides: when faulty plateaus refuse their run.
+"""
 
 import numpy as np
 import pandas as pd

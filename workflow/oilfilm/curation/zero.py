@@ -2,6 +2,8 @@
 
 A traction rig is at rest under pure rolling, a torque rig at standstill. A rig may give both
 phases, the opening one alone, or a signal whose zero it has removed itself.
+
+Decides: how the zero of the force or torque sensor is removed.
 """
 
 from collections.abc import Mapping

@@ -3,6 +3,8 @@
 All quantities are in SI units. Arguments are floats or arrays that broadcast against each other.
 The theory holds while the contact is small against the radii, the bodies stay elastic and
 friction is low.
+
+Decides: pressure, size and approach of a Hertz contact.
 """
 
 from dataclasses import dataclass

@@ -5,6 +5,8 @@ All quantities are in SI units. Arguments are floats or arrays that broadcast ag
 `contact_film` gives film and lambda of an oil in a rig's contact. `film_thickness` gives the film
 of any contact. The formulas behind both come first. A lambda needs its definition: bearing
 practice takes the minimum film, reduced by inlet heating, over the combined Rq.
+
+Decides: how thick the film of an oil in a contact is, and lambda.
 """
 
 from dataclasses import dataclass, fields

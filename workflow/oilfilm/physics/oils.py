@@ -2,6 +2,8 @@
 
 The formulas are here; their numbers, with units and sources, are in config/oils. Methods take
 temperatures in degC, floats or arrays. Results are in SI units and have the same shape.
+
+Decides: viscosity and density of an oil (the numbers are in `config/oils`).
 """
 
 from abc import ABC, abstractmethod

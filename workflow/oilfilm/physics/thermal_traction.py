@@ -7,6 +7,9 @@ All quantities are in SI units, temperatures in degC. Arguments are floats or ar
 
 Volumes and pages of the references are not checked against print; the tests hold each formula
 against its own limits and against conduction solved numerically.
+
+Decides: traction of an oil from its properties (thermal elastohydrodynamics), the truth of the
+campaign `thermal`.
 """
 
 from dataclasses import dataclass

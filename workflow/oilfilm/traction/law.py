@@ -3,6 +3,8 @@
 A law gives mu by the slide-roll ratio S and a few coefficients. Each coefficient is a power law
 of the operating conditions, or of groups made of them. A law's own file holds its equation as
 text; values, derivatives, exported code and the typeset equation are all made from that text.
+
+Decides: what a law is, and the bounds of its exponents in the search.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,7 @@
-"""A law's equation as mathematics: MathML for the report, LaTeX for the documentation."""
+"""A law's equation as mathematics: MathML for the report, LaTeX for the documentation.
+
+Decides: the equation of a law as the report shows it.
+"""
 
 from oilfilm.traction.expression import Form, Language
 from oilfilm.traction.law import QUANTITIES, Law

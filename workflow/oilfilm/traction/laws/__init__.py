@@ -1,6 +1,8 @@
 """Every traction law, one line per law. A new law is its own file and its line here.
 
 Tables and figures show the laws in this order.
+
+Decides: which laws exist, and their order.
 """
 
 # isort: off

@@ -6,6 +6,9 @@ with Pbar = P / 1 GPa, Ubar = U / 20 m/s, Tbar = T / 20 degC (degrees Celsius, a
 slide-roll ratio and A < 0, B > 0, C > 0. Hence mu = 0 at S = 0 and mu -> |A| for large S; with
 these signs mu >= 0 for every S >= 0; the slope at S = 0 is B + |A| C and the one peak is at
 S = 1/C + |A|/B.
+
+Decides: equation, signs and search bounds of the paper's law (each other law: its file beside this
+one).
 """
 
 import numpy as np
