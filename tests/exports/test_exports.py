@@ -21,7 +21,6 @@ from hypothesis import strategies as st
 from campaigns import printed, printed_by_name
 from exported import (
     HOSTILE,
-    PRINTED,
     arguments_of,
     beyond,
     describe_law,
@@ -323,7 +322,7 @@ def test_exports_of_a_campaign_hold_the_printed_constants_of_its_oils_only(
 ) -> None:
     law = EVERY_LAW["deng2026"]
     tables = tables_of(law, ["4102", "own"], printed_by_name("4102"))
-    files = export_campaign(*tables, config, PROVENANCE, PRINTED)
+    files = export_campaign(*tables, config, PROVENANCE)
     of_paper = [name.split("/")[1] for name in files if name.startswith("printed-constants/")]
     assert set(of_paper) == {"README.md", "4102_printed"}
     assert "SIMULATED DATA" in files["README.md"].decode()
@@ -359,7 +358,7 @@ def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
         describe(oil, name, points, coefficients, quality, law, settings)
         for oil, name in identifiers(HOSTILE).items()
     ]
-    return fits, export_campaign(points, coefficients, quality, settings, PROVENANCE, PRINTED)
+    return fits, export_campaign(points, coefficients, quality, settings, PROVENANCE)
 
 
 @pytest.mark.parametrize("every", [3, nightly(1)])
@@ -508,7 +507,7 @@ def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None
     points, coefficients, quality = tables_of(EVERY_LAW["deng2026"], ["4102"], {})
     why = "not fitted: 3 accepted points, at least 13 are needed"
     quality = quality.assign(certificate=why, certified=False, rmse=np.nan, max_error=np.nan)
-    files = export_campaign(points, coefficients, quality, config, PROVENANCE, PRINTED)
+    files = export_campaign(points, coefficients, quality, config, PROVENANCE)
     fitted = {name for name in files if not name.startswith("printed-constants/")}
     assert fitted == {"README.md", "4102/traction_4102.csv", "4102/traction_4102.json"}
     content = json.loads(files["4102/traction_4102.json"])

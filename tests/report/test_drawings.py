@@ -23,7 +23,7 @@ from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.randomness import generator
-from oilfilm.report.figures import style, traction_curves
+from oilfilm.report.figures import curves, style
 from oilfilm.report.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import CampaignPart, Settings
@@ -433,7 +433,7 @@ def test_few_lines_lie_over_thousands_of_points(
 def test_lines_beyond_the_limit_are_counted_and_no_level_is_left_out(
     drawing: Draw, results: CampaignTables, monkeypatch: pytest.MonkeyPatch, limit: int
 ) -> None:
-    monkeypatch.setattr(traction_curves, "_FITS_DRAWN", limit)
+    monkeypatch.setattr(curves, "_FITS_DRAWN", limit)
     figure, drawn = drawing("curves")
     for axis in figure.axes:
         texts = [text.get_text() for text in axis.get_legend().get_texts()]

@@ -17,7 +17,7 @@ _MODULES = {
     "OilfilmError": "oilfilm.errors",
     "fit": "oilfilm.arrays",
     "predict": "oilfilm.fits.fitted",
-    "printed": "oilfilm.arrays",
+    "printed": "oilfilm.paper.printed_law",
     "read_fit": "oilfilm.fits.fitted",
 }
 

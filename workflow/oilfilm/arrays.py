@@ -12,10 +12,9 @@ from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.fit import OilFit, fit_oil
-from oilfilm.fits.fitted import SLIP, Coefficients, FittedLaw, Prediction, in_unit
+from oilfilm.fits.fitted import SLIP, FittedLaw, Prediction, in_unit
 from oilfilm.fits.law_comparison import compare_laws
-from oilfilm.home import CONFIG, reference_file
-from oilfilm.paper.reference import printed_constants
+from oilfilm.home import CONFIG
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -27,28 +26,6 @@ _MU = "traction_coefficient"
 _OIL = "oil"
 # Of a curve drawn between its points.
 _DRAWN = 200
-
-
-def printed(oil: str | int) -> FittedLaw:
-    """The law with the constants that the paper prints for an oil: no intervals, no tested box.
-
-    Args:
-        oil: 4102, 4050 or 4010.
-
-    Raises:
-        OilfilmError: The paper prints no constants of it.
-
-    Reference: Deng et al. (2026), Eqs 11-13; lost signs as in data/reference.
-
-    Examples:
-        >>> law = printed("4102")
-        >>> print(f"{law.predict_at(1.0, 20.0, 20.0, 0.05).traction_coefficient:.4f}")
-        0.0204
-    """
-    constants = printed_constants(reference_file("printed_coefficients"))
-    if (name := str(oil)) not in constants:
-        raise OilfilmError(f"the paper prints no constants of {oil!r}; of {', '.join(constants)}.")
-    return FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, constants[name]))
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ _PACKAGE = Path(__file__).parent
 # digest) and the list of laws (a rule names those that it fits or shows).
 _NO_NUMBERS = re.compile(
     r"oilfilm(\.(atomic_write|cli|digests|errors|home|run|settings)(\..*)?"
-    r"|\.tables(\.(?!failed_gates|schema_version).*)?|\.traction\.laws)?"
+    r"|\.tables(\.(?!failed_gates|schema_version).*)?|\.\w+\.tables|\.traction\.laws)?"
 )
 _SCHEMA_VERSION = _PACKAGE / "tables/schema_version.py"
 

@@ -12,9 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from oilfilm import studies
+
 _LIBRARY = Path(__file__).parent
-# Figures of every campaign, and those of the paper.
-_FOLDERS = ("report/figures", "paper/figures")
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,12 @@ class FigureDeclaration:
         return f"{self.paper.rstrip('.')}. {self.title}" if self.paper else self.title
 
     @property
+    def study(self) -> str:
+        """The study that it belongs to; empty where every campaign may have it."""
+        room = self.module.split(".")[1]
+        return room if room in studies.available() else ""
+
+    @property
     def source(self) -> Path:
         """File of its module."""
         return _LIBRARY.parent / f"{self.module.replace('.', '/')}.py"
@@ -75,7 +81,7 @@ def figures() -> Mapping[str, FigureDeclaration]:
             **_literals(call, path),
             module=f"oilfilm.{folder.replace('/', '.')}.{path.stem}",
         )
-        for folder in _FOLDERS
+        for folder in ("report/figures", *(f"{name}/figures" for name in studies.available()))
         for path in sorted((_LIBRARY / folder).glob("*.py"))
         for call in _declarations(path)
     ]

@@ -90,24 +90,17 @@ rule torque_control:
 
 
 rule bearing_maps:
-    "Cage slip over speed and load and the oil that holds it, the size effect, published tests."
+    "Cage slip over speed and load, and the size effect."
     input:
         **finished(*FITTED),
-        published=reference_file("bearing_tests"),
     output:
         cage_slip="<tables>/cage_slip.parquet",
-        slip_advice="<tables>/slip_advice.parquet",
-        advice_band="<tables>/advice_band.parquet",
         size_effect="<tables>/size_effect.parquet",
-        published_tests="<tables>/published_tests.parquet",
     log:
         "<logs>/bearing-maps.log",
     params:
         code=code("bearing_maps.py"),
-        config=part(
-            *("rigs", "oils", "bearings", "bearing", "gates", "selection", "seed"),
-            campaign=("torque",),
-        ),
+        config=part("rigs", "oils", "bearings", "bearing", "seed", campaign=("torque",)),
     script:
         "../scripts/bearing_maps.py"
 

@@ -227,9 +227,11 @@ def parts_of_fit(of, oil, law, refits, folds=0):
 # Tables that a campaign without torque logs lacks, and those that one without a twin lacks.
 TORQUE_TABLES = (
     *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
-    *("cage_slip", "slip_advice", "advice_band", "heat_balance", "size_effect", "published_tests"),
-    "test_plan",
+    *("cage_slip", "heat_balance", "size_effect", "test_plan"),
 )
+# Of the study of the paper: in any campaign, with torque logs, with a twin.
+PAPER_TABLES = ("printed_judged", "signs", "sign_verdicts", "claims", "selection")
+ADVICE_TABLES = ("slip_advice", "advice_band", "published_tests")
 EXTRAPOLATION_TABLES = ("extrapolation", "extrapolation_errors")
 
 
@@ -241,9 +243,14 @@ def reference_file(name):
 def finished(*names):
     """Files of finished tables by name; no file of a table that this campaign does not have."""
     lacking = set()
+    of_paper = "paper" in CAMPAIGN.studies
     if CAMPAIGN.torque is None:
         lacking |= set(TORQUE_TABLES)
-    if not SIMULATED:
+    if not of_paper:
+        lacking |= set(PAPER_TABLES)
+    if not (of_paper and CAMPAIGN.torque is not None):
+        lacking |= set(ADVICE_TABLES)
+    if not (of_paper and SIMULATED):
         lacking |= set(EXTRAPOLATION_TABLES)
     return {name: [] if name in lacking else f"<tables>/{name}.parquet" for name in names}
 
@@ -300,8 +307,13 @@ def code(script, *modules):
     return f"{code_digest(HOME / 'workflow/scripts' / script, *modules)}-{PACKAGES}"
 
 
+# Modules of the campaign's studies: no import of what loads them leads there.
+STUDIES = [PACKAGE / name / "study.py" for name in CAMPAIGN.studies]
 # What columns and tables mean, for the rules that print it.
-TABLE_WORDS = sorted((PACKAGE / "tables").glob("*.py"))
+TABLE_WORDS = [
+    *sorted((PACKAGE / "tables").glob("*.py")),
+    *(PACKAGE / name / "tables.py" for name in CAMPAIGN.studies),
+]
 
 # Taken once per run: a release names the logs that its run has read, not what they became since.
 digest_of_log = cache(KEPT_DIGESTS.digest)

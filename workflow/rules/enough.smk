@@ -9,7 +9,7 @@ rule enough:
             rules.certified.output,
             rules.coverage.output,
             rules.refused.output,
-            rules.audit.output,
+            *finished("claims").values(),
             rules.figures.input,
             rules.metadata.output,
             rules.metadata.input.tables,  # a table that somebody deletes is made again

@@ -1,17 +1,17 @@
 rule exports:
-    "Fits and printed constants: Python, workbook, C, Fortran, Modelica, MATLAB, ADORE, JSON, CSV."
+    "Fits: Python, workbook, C, Fortran, Modelica, MATLAB, ADORE, JSON, CSV."
     input:
         **finished("points", "coefficients", "fit_quality"),
-        printed=reference_file("printed_coefficients"),
+        studies=[reference_file("printed_coefficients")] if "paper" in CAMPAIGN.studies else [],
     output:
         folder=directory("<results>/exports"),
     log:
         "<logs>/exports.log",
     localrule: True
     params:
-        code=code("exports.py"),
+        code=code("exports.py", *STUDIES),
         # no digest of Python's modules covers these
         templates=sorted(map(file_digest, (PACKAGE / "exports/templates").glob("*.jinja"))),
-        config=part("fit", "exports", "printed", campaign=("credit", "description")),
+        config=part("fit", "exports", "printed", campaign=("credit", "description", "studies")),
     script:
         "../scripts/exports.py"

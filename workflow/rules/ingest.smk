@@ -17,21 +17,6 @@ if SIMULATED:
         script:
             "../scripts/twin.py"
 
-    rule truth:
-        "What is true where no rig can go: noise-free, read by rule extrapolation alone."
-        input:
-            printed=reference_file("printed_coefficients"),
-        output:
-            truth_grid="<results>/twin/truth_grid.parquet",
-        log:
-            "<logs>/truth.log",
-        localrule: True
-        params:
-            code=code("truth.py"),
-            config=part("extrapolation", *TRUTH, campaign=("oils", "twin")),
-        script:
-            "../scripts/truth.py"
-
 
 rule ingest:
     "Samples of one share of the raw logs; what cannot be read goes to quarantine."

@@ -4,9 +4,8 @@ TABLE_NAMES = (
     *FIT_TABLES,
     *COMPARE_TABLES,
     *("law_verdicts", "lack_of_fit"),
-    *EXTRAPOLATION_TABLES,
-    *("printed_judged", "signs", "sign_verdicts", "claims", "selection"),
     *TORQUE_TABLES,
+    *(*PAPER_TABLES, *ADVICE_TABLES, *EXTRAPOLATION_TABLES),
 )
 TABLE_FILES = [path for path in finished(*TABLE_NAMES).values() if path]
 
@@ -28,7 +27,7 @@ rule metadata:
     localrule: True
     params:
         code=code("metadata.py", *TABLE_WORDS),
-        config=part("dataset", campaign=("description",)),
+        config=part("dataset", campaign=("description", "studies")),
     script:
         "../scripts/metadata.py"
 
@@ -49,6 +48,6 @@ rule captions:
     localrule: True
     params:
         code=code("captions.py", *TABLE_WORDS),
-        config=part(campaign=("description", *ORIGIN)),
+        config=part(campaign=("description", "studies", *ORIGIN)),
     script:
         "../scripts/captions.py"

@@ -31,7 +31,7 @@ rule summary:
         "<logs>/summary.log",
     localrule: True
     params:
-        code=code("summary.py"),
+        code=code("summary.py", *STUDIES),
         config=part(
             "oils",
             "film",
@@ -41,6 +41,7 @@ rule summary:
                 "film_unjudged",
                 "min_accepted_runs",
                 "min_accepted_share",
+                "studies",
                 "torque",
                 *ORIGIN,
             ),

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from oilfilm import studies
 from oilfilm.atomic_write import write_text
 from oilfilm.report.facts import film_unjudged_oils
 from oilfilm.report.rst import campaign_caption, figure_caption, table_caption
@@ -9,6 +10,7 @@ from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables, model_of
 
 with job(snakemake) as (settings, _):
+    studies.declare_tables(settings.campaign.studies)
     campaign = settings.campaign
     outputs = snakemake.output
     unjudged = film_unjudged_oils(CampaignTables.of_job(snakemake.input).points)

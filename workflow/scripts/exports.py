@@ -1,4 +1,4 @@
-"""Write every oil's fit, and its printed constants, in the forms that bearing codes use."""
+"""Write every oil's fit in the forms that bearing codes use."""
 
 from pathlib import Path
 
@@ -15,7 +15,6 @@ with job(snakemake) as (settings, provenance):
         quality=results.fit_quality,
         settings=settings,
         provenance=provenance,
-        printed=Path(snakemake.input.printed),
     )
     with atomic_folder(Path(snakemake.output.folder)) as folder:
         for name, content in files.items():

@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
-from oilfilm import tables
+from oilfilm import studies, tables
 from oilfilm.atomic_write import write_text
 from oilfilm.report.metadata import data_package
 from oilfilm.run.job import job
 from oilfilm.tables.table_file import read_listing, table_file
 
 with job(snakemake) as (settings, _):
+    studies.declare_tables(settings.campaign.studies)
     package = Path(snakemake.output.package)
     files = []
     for path in map(Path, snakemake.input.tables):

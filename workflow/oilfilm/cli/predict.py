@@ -6,8 +6,8 @@ from collections.abc import Mapping
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+import oilfilm
 from oilfilm import tables
-from oilfilm.arrays import printed
 from oilfilm.cli.arguments import campaign_folder, quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         if typed is not None:
             at[name] = quantity(typed, QUANTITIES[name].unit, option)
     if options.printed:
-        fit, source = printed(options.oil), "constants as the paper prints them"
+        fit, source = oilfilm.printed(options.oil), "constants as the paper prints them"
     else:
         folder, about = campaign_folder(options.results, options.campaign)
         fit = read_fit(folder, options.oil)

@@ -1,11 +1,11 @@
 """All exports of a campaign, as the contents of files."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from oilfilm import studies
 from oilfilm.exports.adore import adore_csv, adore_obstacle
 from oilfilm.exports.csv_table import csv_table
 from oilfilm.exports.description import Description, describe
@@ -14,7 +14,6 @@ from oilfilm.exports.json_text import json_text
 from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, C
 from oilfilm.exports.names import identifiers
 from oilfilm.exports.workbook import workbook
-from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 
@@ -29,12 +28,6 @@ FORMS: dict[str, tuple[str, Callable[[Description], str | bytes]]] = {
     "ADORE": ("adore_{}.csv", adore_csv),
 }
 
-# Beside the folders of fits; no identifier has a hyphen.
-PRINTED_FOLDER = "printed-constants"
-_LINK = f"""
-The constants that the paper prints of these oils: [{PRINTED_FOLDER}]({PRINTED_FOLDER}/README.md).
-"""
-
 
 def export_campaign(
     points: pd.DataFrame,
@@ -42,9 +35,8 @@ def export_campaign(
     quality: pd.DataFrame,
     settings: Settings,
     provenance: Mapping[str, Any],
-    printed: Path,
 ) -> dict[str, bytes]:
-    """Every oil's fit in every form, and the constants that the paper prints of these oils.
+    """Every oil's fit in every form, and what the campaign's studies export beside them.
 
     Args:
         points: Table of points of the campaign, for the level of what did not vary.
@@ -52,7 +44,6 @@ def export_campaign(
         quality: Table of fit quality.
         settings: `campaign`, `fit`, `exports` and `printed` of them.
         provenance: Digests of code, settings and inputs.
-        printed: data/reference/printed_coefficients.yaml.
 
     Returns:
         File, relative to the folder of the exports -> its content. A form that cannot be
@@ -64,14 +55,14 @@ def export_campaign(
         describe(oil, name, points, coefficients, quality, law, settings)
         for oil, name in names.items()
     ]
-    of_paper = describe_printed(printed, settings.printed.boxes.tested, settings.exports)
-    of_paper = [description for description in of_paper if description.oil in names]
     sources = {key: provenance[key] for key in ("code", "settings", "inputs")}
-    files = in_folders(fits, sources, _LINK if of_paper else "")
-    if of_paper:
-        below = in_folders(of_paper, sources).items()
-        files |= {f"{PRINTED_FOLDER}/{file}": content for file, content in below}
-    return files
+    files: dict[str, bytes] = {}
+    links = []
+    for study in studies.load(settings.campaign.studies):
+        if of_study := study.exports(names, settings, sources):
+            files |= of_study
+            links.append(f"\n{study.exported}\n")
+    return in_folders(fits, sources, "".join(links)) | files
 
 
 def in_folders(

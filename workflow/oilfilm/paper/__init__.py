@@ -1,1 +1,3 @@
-"""The reproduction of one paper: its claims, printed constants, advice, figures and tables."""
+"""The paper Deng et al. (2026): its claims, constants, rules, figures and tables."""
+
+import oilfilm.paper.tables  # noqa: F401 - makes its tables known

@@ -13,17 +13,16 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.paper.audit.evidence import Evidence
 from oilfilm.settings.config import SelectionSettings
+from oilfilm.torque.best_oil import IntArray, enough_film
 from oilfilm.torque.operating_grid import Grid, traction
 from oilfilm.units import BoolArray, FloatArray
 
-IntArray = npt.NDArray[np.intp]
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
 OUTSIDE = "outside the film formula"
 
@@ -96,15 +95,6 @@ def _map(
         best_traction_coefficient=of_oil(mu, best),
     )
     return tables.conform(frame[tables.columns("selection")], "selection", "selection")
-
-
-def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
-    """Where a film is thick enough, and where it is or may be: unknown films are null.
-
-    A choice that differs between the two depends on a film that the formula does not give.
-    """
-    enough = film > lambda_limit
-    return enough, enough | np.isnan(film)
 
 
 def _best(merit: FloatArray, enough: BoolArray) -> IntArray:

@@ -9,23 +9,23 @@ nothing slips, whether the cage slips with that oil, and if so which one they ad
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
-from oilfilm.paper.selection import OUTSIDE, IntArray, decide, enough_film, of_oil
+from oilfilm.paper.selection import OUTSIDE, decide, of_oil
 from oilfilm.settings.config import SelectionSettings
+from oilfilm.torque.best_oil import (
+    IntArray,
+    best_index,
+    by_oil,
+    enough_film,
+    operating_points,
+)
 from oilfilm.units import BoolArray, FloatArray
-
-_OPERATING_POINT = [
-    "bearing",
-    "inlet_temperature_c",
-    "pitch_speed_mm_rpm",
-    "inner_speed_rpm",
-    "axial_load_n",
-]
 
 
 def advise(
@@ -49,13 +49,7 @@ def advise(
     oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
     if set(oils) < named:
         return tables.empty("slip_advice")
-    points = cage_slip[_OPERATING_POINT].drop_duplicates().reset_index(drop=True)
-
-    def of(column: str) -> FloatArray:
-        """A column by oil and operating point."""
-        wide = cage_slip.pivot(index=_OPERATING_POINT, columns="oil", values=column)
-        return wide.loc[pd.MultiIndex.from_frame(points), oils].to_numpy(dtype=float).T
-
+    points, of = operating_points(cage_slip), partial(by_oil, cage_slip, oils)
     slip, torque, film = of("cage_slip"), of("torque_n_m"), of("lambda_ratio")
     contacts = points.assign(
         max_hertz_pressure_gpa=np.fmax.reduce(
@@ -69,10 +63,10 @@ def advise(
     # without equilibrium an oil is no choice, whatever its film
     perhaps &= np.isfinite(slip)
     within = enough & (slip <= limit)
-    best = _best(slip, torque, enough, limit)
+    best = best_index(slip, torque, enough, limit)
     deciding, advised, start = _by_rules(contacts, oils, settings, slip, enough)
     outside = _by_rules(contacts, oils, settings, slip, perhaps)[1] != advised
-    outside |= _best(slip, torque, perhaps, limit) != best
+    outside |= best_index(slip, torque, perhaps, limit) != best
     best_slip, best_torque = of_oil(slip, best), of_oil(torque, best)
     could = best_slip <= limit
     loss = np.where(could, torque / best_torque, slip / best_slip) - 1
@@ -100,15 +94,6 @@ def advise(
         best_oils="",
     )
     return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
-
-
-def _best(slip: FloatArray, torque: FloatArray, enough: BoolArray, limit: float) -> IntArray:
-    """Index of the oil that holds the cage at the least torque, or slips least; -1 without film."""
-    within = enough & (slip <= limit)
-    least_torque = np.where(within, torque, np.inf).argmin(axis=0)
-    least_slip = np.where(enough & np.isfinite(slip), slip, np.inf).argmin(axis=0)
-    best = np.where(within.any(axis=0), least_torque, least_slip)
-    return np.where((enough & np.isfinite(slip)).any(axis=0), best, -1)
 
 
 def _by_rules(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm import tables
+from oilfilm import studies, tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.releases.logs import logs_read
@@ -214,6 +214,7 @@ _JUDGED = {
 
 
 def _verdicts(before: StoredRelease, after: StoredRelease) -> Section:
+    studies.declare_tables(studies.available())
     rows: list[Row] = []
     for table, columns in _JUDGED.items():
         key = list(tables.TABLES[table].key)

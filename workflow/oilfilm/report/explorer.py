@@ -15,15 +15,13 @@ import scipy
 
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.paper.audit.audit import films
-from oilfilm.paper.audit.evidence import usable
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
 from oilfilm.report.colours import oil_colour
 from oilfilm.report.fit_sentences import conditions_in_words
 from oilfilm.settings.config import Box, NearbySettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Film, Grid
+from oilfilm.torque.operating_grid import AXES, Film, Grid, films, obstacle
 from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import PA_PER_GPA, FloatArray
 
@@ -115,14 +113,15 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
                 "name": oil,
                 "colour": oil_colour(oil, list(settings.oils)),
                 **law_of(fit, load_n),
-                "usable": usable(fit),
+                "usable": obstacle(fit),
                 "film": _film(known[oil], axes[2].values) if oil in known else None,
                 "points": _points(chosen[chosen["oil"] == oil]),
             }
             for oil, fit in shown.items()
         ],
         # the rules name certain oils only
-        "advised": any(oil in shown for rule in settings.selection.rules for oil in rule.prefer),
+        "advised": "paper" in settings.campaign.studies
+        and any(oil in shown for rule in settings.selection.rules for oil in rule.prefer),
         "lacking": [{"oil": oil, "why": why} for oil, why in lacking.items() if why],
         "points": {"shown": len(chosen), "accepted": len(accepted)},
         "selection": {

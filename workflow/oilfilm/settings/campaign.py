@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
+from oilfilm import studies
 from oilfilm.figure_catalogue import figures
 from oilfilm.physics import thermal_traction
 from oilfilm.settings.base import (
@@ -47,6 +48,17 @@ FigureName = Annotated[
     AfterValidator(_registered_figure),
     # read when a schema is asked for: it parses the figures' source
     Field(json_schema_extra=lambda schema: schema.update(enum=list(figures()))),
+]
+
+
+def _known_study(name: str) -> str:
+    if name not in studies.available():
+        raise unexpected("one of " + ", ".join(map(repr, studies.available())))
+    return name
+
+
+StudyName = Annotated[
+    str, AfterValidator(_known_study), Field(json_schema_extra={"enum": [*studies.available()]})
 ]
 
 _ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
@@ -394,6 +406,10 @@ class CampaignKeys(Group):
         "By oil: other names that these logs give it, beside the `aliases` of its file.", default={}
     )
     figures: Unique[FigureName] = key("Figures to draw.")
+    studies: Unique[StudyName] = key(
+        "Studies with tables, figures and sections of their own; `paper`: Deng et al. (2026).",
+        default=[],
+    )
     min_accepted_runs: int = key(
         "Accepted runs that the campaign needs, and each of its oils that has logs (torque logs "
         "counted apart); with fewer the run of the workflow fails when everything else is made.",

@@ -112,10 +112,16 @@ def _torque_twin_has_what_it_needs(settings: Settings) -> Iterator[Contradiction
 
 def _figures_have_what_they_show(settings: Settings) -> Iterator[Contradiction]:
     for name in settings.campaign.figures:
-        needed = figures()[name].requires
+        study, needed = figures()[name].study, figures()[name].requires
         if needed and getattr(settings.campaign, needed) is None:
             yield (
                 ("figures",),
                 f"the figure `{name}` needs `{needed}`, which the campaign does not have; add it, "
                 "or leave the figure out.",
+            )
+        if study and study not in settings.campaign.studies:
+            yield (
+                ("figures",),
+                f"the figure `{name}` belongs to the study {study!r}; add `studies: [{study}]`, or "
+                "leave the figure out.",
             )

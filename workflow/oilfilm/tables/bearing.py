@@ -4,7 +4,7 @@ from oilfilm.tables.columns import table, use
 from oilfilm.units import ABSOLUTE_ZERO_C
 
 # fmt: off
-_FRICTION = """
+FRICTION = """
     converged why residual energy_error quadrature_error torque_n_m outer_ring_torque_n_m
     traction_torque_n_m rolling_torque_n_m hysteresis_torque_n_m drag_torque_n_m pocket_torque_n_m
     land_torque_n_m gross_torque_n_m spin_torque_n_m differential_torque_n_m gyroscopic_torque_n_m
@@ -18,7 +18,7 @@ _UNCERTAINTY = """
     power_w torque_n_m_uncertainty torque_n_m_lower torque_n_m_upper cage_slip_uncertainty
     cage_slip_lower cage_slip_upper power_w_uncertainty power_w_lower power_w_upper draws_split
 """
-_FRICTION_USES = (
+FRICTION_USES = (
     use("torque_n_m", "calculated: sum of the six terms"),
     use("entrainment_speed_m_s", "mean of both races"),
     use("lambda_ratio", "minimum film over combined Rq; the worse race. Thermally reduced at each "
@@ -50,13 +50,13 @@ TABLES = (
     ),
     table("torque", "One plateau of a torque log: measured torque and the torque by one load "
         "variable of the law.",
-        columns=_FRICTION + _BRANCHES + _UNCERTAINTY + """
+        columns=FRICTION + _BRANCHES + _UNCERTAINTY + """
             run_id first_row oil bearing load_variable inner_speed_rpm axial_load_n
             inlet_temperature_c measured_torque_n_m measured_torque_n_m_se
             measured_torque_n_m_uncertainty relative_error compatibility verdict
             palmgren_torque_n_m skf_torque_n_m skf_valid""",
         uses=(
-            *_FRICTION_USES,
+            *FRICTION_USES,
             use("first_row", "first row of its plateau"),
             use("inlet_temperature_c", required=True),
             use("verdict", "compatible: the compatibility is 2 at most, to either side; not known: "
@@ -99,46 +99,13 @@ TABLES = (
     ),
     table("cage_slip", "Cage slip of one oil at one speed and axial load, from the friction "
         "equilibrium.",
-        columns=_FRICTION + _BRANCHES + _UNCERTAINTY + """
+        columns=FRICTION + _BRANCHES + _UNCERTAINTY + """
             oil bearing pitch_speed_mm_rpm inner_speed_rpm axial_load_n inlet_temperature_c""",
         uses=(
-            *_FRICTION_USES,
+            *FRICTION_USES,
             use("inlet_temperature_c", required=True),
         ),
         key=("oil", "pitch_speed_mm_rpm", "axial_load_n"),
-    ),
-    table("slip_advice", "One operating point of a bearing: the oil that holds its cage, and the "
-        "paper's advice.",
-        columns="""
-            bearing inlet_temperature_c pitch_speed_mm_rpm inner_speed_rpm axial_load_n
-            oils_within_limit selection_rule slip_that_decides advised_oil advised_cage_slip
-            advised_torque_n_m best_oil best_cage_slip best_torque_n_m good_oils judgement
-            agree_share best_oil_share best_oils""",
-        uses=(
-            use("inlet_temperature_c", required=True),
-            use("advised_oil", "of those that it prefers the first with enough film that holds the "
-                "cage, else the last with enough film"),
-            use("best_oil", "within the slip limit the one with the least torque; else the one "
-                "with the least slip"),
-            use("judgement", "agree: the advised oil is the best, or within selection.indifference "
-                "of it; slips: beyond the limit while another oil does not; slips more: all do, "
-                "and another less; heats more: within the limit, with more torque than another; "
-                "rule has none: no oil that it prefers has enough film, another has; no film: none "
-                "has; outside the film formula: the choice depends on a film beyond the range of "
-                "the thermal reduction",
-                allowed=("agree", "slips", "slips more", "heats more", "rule has none", "no film",
-                    "outside the film formula")),
-        ),
-        key=("pitch_speed_mm_rpm", "axial_load_n"),
-        caveats= "Scenarios: those of `advice_band` in which there is a choice at this point.",
-    ),
-    table("advice_band", "One scenario of drag and law: at how many operating points of a bearing "
-        "the paper's advice agrees with the best oil by cage slip.",
-        columns="""
-            oil_volume_fraction refit bearing operating_points agreeing_points""",
-        key=("oil_volume_fraction", "refit"),
-        caveats= "Refit 0 is the fit. Beyond the tested conditions a law may be further off than "
-            "its refits show.",
     ),
     table("heat_balance", "One oil at one point of the map of cage slip, or at one measured "
         "plateau: oil of the contacts at its inlet temperature, and as warm as friction makes it.",
@@ -153,7 +120,9 @@ TABLES = (
             use("torque_n_m", "calculated, with oil at its inlet temperature"),
             use("cage_slip", "with oil at its inlet temperature"),
             use("lambda_ratio", "as in cage_slip, with oil at its inlet temperature", at_least=0),
-            use("best_oil", "of this point of the map, as in slip_advice; empty at plateaus"),
+            use("best_oil", "of this point of the map: with a full film and the cage slip within "
+                "selection.limits.slip_limit the one with the least torque; else the one with the "
+                "least slip; empty at plateaus"),
             use("heated_best_oil", "empty at plateaus"),
         ),
         key=("run_id", "first_row", "oil", "inner_speed_rpm", "axial_load_n"),
@@ -162,28 +131,14 @@ TABLES = (
     ),
     table("size_effect", "Torque by one load variable of the law for balls of another size or "
         "closer grooves.",
-        columns=_FRICTION + """
+        columns=FRICTION + """
             oil bearing varied ball_diameter_mm groove_curvature load_variable axial_load_n
             inner_speed_rpm inlet_temperature_c relative_to_stress""",
         uses=(
-            *_FRICTION_USES,
+            *FRICTION_USES,
             use("inlet_temperature_c", required=True),
         ),
         key=("oil", "varied", "ball_diameter_mm", "groove_curvature", "load_variable"),
-    ),
-    table("published_tests", "Published tests of bearings and the calculated values, on which the "
-        "drag is calibrated: power loss of one, cage slip of another.",
-        columns=_FRICTION + """
-            bearing oil inner_speed_rpm axial_load_n inlet_temperature_c published_power_w
-            published_cage_slip power_w power_low_w power_high_w cage_slip_low cage_slip_high
-            fitted_oil_volume_fraction oil_volume_fraction_alone source assumed""",
-        uses=(
-            *_FRICTION_USES,
-            use("oil", "its traction was used"),
-            use("inlet_temperature_c", required=True),
-        ),
-        key=("bearing", "inner_speed_rpm", "axial_load_n"),
-        caveats="It is never a gate.",
     ),
     table("test_plan", "One test that the rig can run, with what it does to the uncertainty of "
         "torque or cage slip; the tests to run next are numbered.",

@@ -13,10 +13,10 @@ from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing, OilSupply
 from oilfilm.bearing.heat_balance import heat_balance
 from oilfilm.bearing.solver import IntArray
-from oilfilm.paper.slip_advice import advise
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing
+from oilfilm.torque.best_oil import best_oils
 from oilfilm.units import RAD_S_PER_RPM, FloatArray
 
 _POINT = ["inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
@@ -55,9 +55,10 @@ def heat_balance_table(
         ("best_oil", cage_slip),
         ("heated_best_oil", heated[heated["run_id"] == ""]),
     ):
-        advice = advise(slip, settings.selection, settings.gates.lambda_limit)
-        best = frame[_POINT].merge(advice[[*_POINT, "best_oil"]], on=_POINT, how="left")["best_oil"]
-        frame[column] = best.fillna("").where(on_map, "")
+        limits = settings.selection.limits.slip_limit, settings.gates.lambda_limit
+        best = best_oils(slip, *limits)[[*_POINT, "best_oil"]]
+        of_point = frame[_POINT].merge(best, on=_POINT, how="left")["best_oil"]
+        frame[column] = of_point.fillna("").where(on_map, "")
     return tables.conform(frame[tables.columns("heat_balance")], "heat_balance", "heat balance")
 
 

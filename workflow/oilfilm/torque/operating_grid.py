@@ -11,7 +11,8 @@ from oilfilm.physics.film import contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.settings.config import FilmSettings
-from oilfilm.traction.law import CONDITIONS, Observations, to_internal
+from oilfilm.settings.resolved import Settings
+from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
 from oilfilm.units import M_PER_UM, FloatArray
 
 AXES = (*CONDITIONS, "slide_roll_ratio")
@@ -108,3 +109,24 @@ class Film:
             slide_roll_ratio=slip,
         )
         return thickness_m / M_PER_UM, lambda_ratio
+
+
+def films(settings: Settings) -> dict[str, Film]:
+    """Film of each oil with properties in the contact of the first rig that is known."""
+    known = [contact for rig in settings.rigs.values() if (contact := rig.contact())]
+    return {
+        name: Film(known[0], oil.properties(), settings.film)
+        for name, oil in settings.oils.items()
+        if known and oil is not None
+    }
+
+
+def obstacle(law: FittedLaw) -> str:
+    """Why a law has no value at any pressure, speed and temperature; empty where it has."""
+    if law.law.conditions != CONDITIONS:
+        return f"the law {law.law.name} is not one of pressure, speed and temperature"
+    if np.isnan(law.coefficients.constants).any():
+        return "nothing could be fitted"
+    followed = zip(CONDITIONS, law.coefficients.known, strict=True)
+    lacking = [QUANTITIES[name].symbol for name, known in followed if not known]
+    return f"the effect of {', '.join(lacking)} alone is not known" if lacking else ""

@@ -12,14 +12,14 @@ from oilfilm.curation.coverage import of_matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.audit.checks import CHECKS, Check
-from oilfilm.paper.audit.evidence import Evidence, NotCheckableError, Outcome, share, usable
+from oilfilm.paper.audit.evidence import Evidence, NotCheckableError, Outcome, share
 from oilfilm.paper.reference import Claim, Claims, falling_viscosity, printed_constants
 from oilfilm.paper.selection import select
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Film, Grid
+from oilfilm.torque.operating_grid import AXES, Grid, films, obstacle
 from oilfilm.traction.law import FloatArray
 from oilfilm.traction.laws.deng2026 import DENG2026
 
@@ -87,7 +87,7 @@ def refit_evidence(
     """The campaign's own fits, points and whatever was made of them."""
     coefficients = results.coefficients
     laws = {str(oil): FittedLaw.of(coefficients, oil) for oil in coefficients["oil"].unique()}
-    unknown = {oil: why for oil, law in laws.items() if (why := usable(law))}
+    unknown = {oil: why for oil, law in laws.items() if (why := obstacle(law))}
     return Evidence(
         "refit",
         viscosity_order,
@@ -113,16 +113,6 @@ def printed_evidence(
     return Evidence(
         "printed", viscosity_order, laws, {}, films(settings), settings.gates.lambda_limit
     )
-
-
-def films(settings: Settings) -> dict[str, Film]:
-    """Film of each oil with properties in the contact of the first rig that is known."""
-    known = [contact for rig in settings.rigs.values() if (contact := rig.contact())]
-    return {
-        name: Film(known[0], oil.properties(), settings.film)
-        for name, oil in settings.oils.items()
-        if known and oil is not None
-    }
 
 
 def boxes_of(settings: Settings) -> dict[str, Grid]:

@@ -11,7 +11,6 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.torque.operating_grid import AXES, Film, Grid, traction
-from oilfilm.traction.law import CONDITIONS, QUANTITIES
 from oilfilm.units import BoolArray, FloatArray
 
 
@@ -117,17 +116,6 @@ class Evidence:
     @staticmethod
     def _reasons(reasons: Mapping[str, str]) -> str:
         return "; ".join(f"{oil}: {reason}" for oil, reason in reasons.items())
-
-
-def usable(law: FittedLaw) -> str:
-    """Why a law cannot be evaluated at any pressure, speed and temperature; empty where it can."""
-    if law.law.conditions != CONDITIONS:
-        return f"the law {law.law.name} is not one of pressure, speed and temperature"
-    if np.isnan(law.coefficients.constants).any():
-        return "nothing could be fitted"
-    followed = zip(CONDITIONS, law.coefficients.known, strict=True)
-    lacking = [QUANTITIES[name].symbol for name, known in followed if not known]
-    return f"the effect of {', '.join(lacking)} alone is not known" if lacking else ""
 
 
 @dataclass(frozen=True)

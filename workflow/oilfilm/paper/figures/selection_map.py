@@ -11,9 +11,9 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
+from oilfilm.paper.figures.advice_map import advice_handles, draw_advice
 from oilfilm.report.facts import stand_in_oils
 from oilfilm.report.figures import style
-from oilfilm.report.figures.advice_map import advice_handles, draw_advice
 from oilfilm.report.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

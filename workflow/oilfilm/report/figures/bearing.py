@@ -1,11 +1,10 @@
-"""Figures of the bearing: cage slip, size effect, published power loss."""
+"""Figures of the bearing: cage slip and size effect."""
 
 import itertools
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm
@@ -13,15 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from oilfilm.bearing.friction import HEATS
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.report.figures import style
-from oilfilm.report.figures.advice_map import advice_handles, cell_edges, draw_advice
 from oilfilm.report.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.columns import use
-from oilfilm.units import RAD_S_PER_RPM
 
 _LOAD_VARIABLES: dict[str, tuple[str, Any, str]] = {
     "stress": ("pressure P", style.LINES["fit"], "o"),
@@ -43,58 +39,50 @@ def _load_variable_handles() -> list[Line2D]:
     ]
 
 
-_TITLE: dict[str, Any] = {"title_fontsize": 7, "alignment": "left"}
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 
 _CAGE_SLIP_MAP = drawn_table(
     "cage_slip_map",
     "Drawn in the map of cage slip: one row per cell.",
     columns="""
-        panel oil pitch_speed_mm_rpm axial_load_n cage_slip cage_slip_lower cage_slip_upper bistable
-        advised_oil best_oil judgement""",
+        panel oil pitch_speed_mm_rpm axial_load_n cage_slip cage_slip_lower cage_slip_upper
+        bistable""",
     uses=(
-        use("oil", "of the panel; empty in the last one, which shows the advice"),
+        use("oil", "of the panel"),
         use("pitch_speed_mm_rpm", "abscissa"),
         use("axial_load_n", "ordinate"),
         use("cage_slip", "colour of the cell, and the line at the limit"),
-        use("cage_slip_lower", "one dashed line at the limit; null in the last panel"),
+        use("cage_slip_lower", "one dashed line at the limit"),
         use("cage_slip_upper", "the other; cells with the limit between the two are hatched"),
         use("bistable", "drawn as a cross"),
-        use("advised_oil", "colour of the cell of the last panel"),
-        use("best_oil", "symbol, drawn where the judgement is not agree"),
-        use("judgement", "as in slip_advice"),
     ),
 )
 
 
 @register(
     name="cage-slip",
-    title="Cage slip and choice of oil",
+    title="Cage slip",
     caption="Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch "
     "diameter times speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: "
-    "axial load (kN). Full line: limit of the paper. Dashed lines: the 2.5 % and 97.5 % "
+    "axial load (kN). Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % "
     "quantiles of the slip reach the limit. Hatched: the limit lies between the quantiles. "
-    "Crosses: the cage may roll or skid. Last panel, with all oils of the rules of the paper: "
-    "oil that the rules advise (colour); symbols: best oil, where it is another one. The best "
-    "oil has the least torque of the oils that hold the cage; if none holds it, the least slip.",
+    "Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
-    tables=("cage_slip", "slip_advice"),
+    tables=("cage_slip",),
     settings=("oils", "bearing", "selection"),
     requires="torque",
     draws=_CAGE_SLIP_MAP,
 )
 def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
-    """Cage slip against speed and axial load, one panel per oil, and the best oil by slip."""
-    table, advice = results.cage_slip, results.slip_advice
-    campaign_oils = list(settings.oils)
-    oils = [oil for oil in campaign_oils if (table["oil"] == oil).any()]
+    """Cage slip against speed and axial load, one panel per oil."""
+    table = results.cage_slip
+    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
         return style.sentences("No oil has a law that a bearing could use."), []
     limit = settings.selection.limits.slip_limit
-    count = len(oils) + (not advice.empty)
-    columns = min(count, 2)
-    rows = -(-count // columns)
+    columns = min(len(oils), 2)
+    rows = -(-len(oils) // columns)
     width = style.DOUBLE_COLUMN_IN if columns > 1 else style.SINGLE_COLUMN_IN
     figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.4)
     axes[0].set_yscale("log")
@@ -104,23 +92,14 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
         of_oil = table[table["oil"] == oil]
         filled = _draw_slip(axes[number], of_oil, limit)
         panel = style.title_panel(axes[number], number, oil)
-        drawn.append(of_oil.assign(panel=panel, advised_oil="", best_oil="", judgement=""))
-    if not advice.empty:
-        axis = axes[len(oils)]
-        in_units = advice.assign(**_in_units_of_axes(advice))
-        draw_advice(axis, in_units, campaign_oils, "speed", "load", 3.5)
-        panel = style.title_panel(axis, len(oils), "advice and best oil")
-        unknown = dict.fromkeys(("cage_slip", "cage_slip_lower", "cage_slip_upper"), np.nan)
-        drawn.append(advice.assign(panel=panel, oil="", bistable=False, **unknown))
-        handles = advice_handles(advice, campaign_oils, "best oil")
-        title = f"Panel ({panel}): field and symbol"
-        figure.legend(handles=handles, loc="outside lower left", ncols=4, title=title, **_TITLE)
-    for axis in axes[count:]:
+        drawn.append(of_oil.assign(panel=panel))
+    for axis in axes[len(oils) :]:
         axis.set_axis_off()
     bar = figure.colorbar(filled, ax=axes, label="Cage slip", ticks=_SLIP_LEVELS[1:])
     bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
-    for axis in axes[max(count - columns, 0) :]:
+    for axis in axes[max(len(oils) - columns, 0) : len(oils)]:
         axis.set_xlabel(f"dmN (million mm rpm; 1 is U = {entrainment_speed_m_s(1e6):.0f} m/s)")
+        axis.tick_params(labelbottom=True)
     figure.supylabel("Axial load (kN)", fontsize=8)
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     style.say_key(
@@ -132,18 +111,18 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     return figure, drawn
 
 
-def _in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
+def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     """Speed in million mm rpm and load in kN."""
     return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load": rows["axial_load_n"] / 1e3}
 
 
 def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
-    in_units = of_oil.assign(**_in_units_of_axes(of_oil))
+    in_units = of_oil.assign(**in_units_of_axes(of_oil))
     grid = in_units.pivot(index="load", columns="speed", values="cage_slip")
     speed, load = grid.columns.to_numpy(), grid.index.to_numpy()
     slip = np.ma.masked_invalid(grid.to_numpy())
     norm = BoundaryNorm(_SLIP_LEVELS, 256)
-    edges = cell_edges(speed, axis.get_xscale()), cell_edges(load, axis.get_yscale())
+    edges = style.cell_edges(speed, axis.get_xscale()), style.cell_edges(load, axis.get_yscale())
     filled = axis.pcolormesh(*edges, slip, cmap="cividis_r", norm=norm)
     axis.contour(speed, load, slip, [limit], colors="black", linewidths=1.1)
     lower, upper = (
@@ -217,65 +196,4 @@ def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
         axes[0].legend(loc="upper left")
         handles = _load_variable_handles()[1:]
         axes[1].legend(handles=handles, loc="upper right", title="law based on", title_fontsize=7)
-    return figure, [table]
-
-
-@register(
-    name="power-loss",
-    title="Published power loss",
-    caption="Calculated power loss (W) by term, and published power loss, against speed of "
-    "the inner ring. The volume fraction of oil, and with it the drag, is fitted to the "
-    "published points. Dashed lines: ends of its range. Published points: NASA TP-2275, "
-    "transcribed by a third party.",
-    category="Bearing",
-    family="bearing",
-    tables=("published_tests",),
-    settings=("bearing",),
-    requires="torque",
-    shows_data=False,
-    draws="published_tests",
-)
-def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
-    """Calculated power loss term by term beside a published one, to which the drag is fitted."""
-    table = results.published_tests.dropna(subset="published_power_w")
-    figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.8)
-    axis.set_xlabel("Speed of the inner ring (1000 rpm)")
-    axis.set_ylabel("Power loss (W)")
-    if table.empty:
-        style.say_in_panel(
-            axis, "The published test's oil is not fitted,\nor its bearing not described."
-        )
-        return figure, []
-    turning = table["inner_speed_rpm"] * RAD_S_PER_RPM
-    watts = [table[f"{term}_torque_n_m"] * turning for term in HEATS]
-    speed = table["inner_speed_rpm"] / 1e3
-    shades = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
-    axis.stackplot(speed, watts, labels=HEATS, colors=shades, edgecolor="white", linewidth=0.3)
-    low, high = settings.bearing.oil_volume_fraction_range
-    axis.plot(
-        speed,
-        table[["power_low_w", "power_high_w"]],
-        linestyle="--",
-        color="black",
-        label=[f"oil {low:.2%} and {high:.2%}", None],
-    )
-    # not in the colour of an oil; the rim shows it on dark areas
-    rim: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4}
-    axis.plot(speed, table["published_power_w"], "o", color="black", label="published", **rim)
-    axis.set_axisbelow(True)
-    # from the top, in the order of the areas
-    axis.legend(loc="upper left", reverse=True)
-    share = settings.bearing.oil_volume_fraction
-    simulated = settings.campaign.data == "simulated"
-    logs = "SIMULATED logs" if simulated else "this campaign's logs"
-    style.say_key(
-        figure,
-        "Points: NASA TP-2275, published, second-hand.\n"
-        f"Areas: calculated, oil {share:.2%} of the volume (fitted to the points);\n"
-        f"traction law fitted to {logs}.",
-    )
-    bearing, oil, load, temperature = table.loc[
-        table.index[0], ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
-    ]
-    axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
     return figure, [table]

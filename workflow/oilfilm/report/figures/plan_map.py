@@ -9,7 +9,6 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from oilfilm.report.figures import style
-from oilfilm.report.figures.advice_map import cell_edges
 from oilfilm.report.figures.registry import Drawing, drawn_table, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -107,8 +106,8 @@ def _draw(
         index=y, columns=_SPEED, values="reduction"
     )
     mesh = axis.pcolormesh(
-        cell_edges(field.columns.to_numpy(dtype=float), "linear"),
-        cell_edges(field.index.to_numpy(dtype=float), "linear"),
+        style.cell_edges(field.columns.to_numpy(dtype=float), "linear"),
+        style.cell_edges(field.index.to_numpy(dtype=float), "linear"),
         np.ma.masked_invalid(field.to_numpy(dtype=float)),
         cmap=_COLOURS,
         vmin=0,

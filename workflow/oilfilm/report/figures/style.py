@@ -19,6 +19,7 @@ from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.report import colours
 from oilfilm.report.captions import provenance
 from oilfilm.settings.campaign import Campaign
+from oilfilm.units import FloatArray
 
 # Columns of a page, 84 and 174 mm.
 SINGLE_COLUMN_IN = 84 / 25.4
@@ -223,6 +224,18 @@ def _put_above(figure: Figure, lines: str, *, right: bool) -> None:
         text.set_position((1 - x if at_right else x, (top - margin_in) / height_in))
         top -= 0 if wide else height
     layout.set(rect=(0, 0, 1, panels_in / height_in))
+
+
+def cell_edges(centres: FloatArray, scale: str) -> FloatArray:
+    """Edges of cells around rising centres, half way along a linear or logarithmic scale."""
+    levels = np.log(centres) if scale == "log" else centres
+    if len(levels) == 1:
+        edges = levels[0] + np.array([-0.5, 0.5])
+        return np.exp(edges) if scale == "log" else edges
+    middles = (levels[1:] + levels[:-1]) / 2
+    first, last = 2 * levels[0] - middles[0], 2 * levels[-1] - middles[-1]
+    edges = np.concatenate([[first], middles, [last]])
+    return np.exp(edges) if scale == "log" else edges
 
 
 def plain(text: str) -> str:

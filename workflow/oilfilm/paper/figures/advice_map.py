@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -10,7 +9,6 @@ from matplotlib.patches import Patch
 
 from oilfilm.paper.selection import OUTSIDE
 from oilfilm.report.figures import style
-from oilfilm.units import FloatArray
 
 _FIELD = 0.45  # share of an oil's colour in its field
 # Where there is no best oil: symbol and its meaning, by judgement.
@@ -39,8 +37,8 @@ def draw_advice(
     # white: no oil is advised, or the choice depends on a film that is not known
     fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
     axis.pcolormesh(
-        cell_edges(field.columns.to_numpy(), axis.get_xscale()),
-        cell_edges(field.index.to_numpy(), axis.get_yscale()),
+        style.cell_edges(field.columns.to_numpy(), axis.get_xscale()),
+        style.cell_edges(field.index.to_numpy(), axis.get_yscale()),
         field.map(lambda oil: oils.index(oil) + 1 if oil else 0).to_numpy(),
         cmap=ListedColormap([(1.0, 1.0, 1.0), *fields]),
         vmin=-0.5,
@@ -77,15 +75,3 @@ def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any
         for judgement, (marker, label) in _NO_CHOICE.items()
         if (advice["judgement"] == judgement).any()
     ]
-
-
-def cell_edges(centres: FloatArray, scale: str) -> FloatArray:
-    """Edges of cells around rising centres, half way along a linear or logarithmic scale."""
-    levels = np.log(centres) if scale == "log" else centres
-    if len(levels) == 1:
-        edges = levels[0] + np.array([-0.5, 0.5])
-        return np.exp(edges) if scale == "log" else edges
-    middles = (levels[1:] + levels[:-1]) / 2
-    first, last = 2 * levels[0] - middles[0], 2 * levels[-1] - middles[-1]
-    edges = np.concatenate([[first], middles, [last]])
-    return np.exp(edges) if scale == "log" else edges

@@ -1,5 +1,7 @@
-"""Tables about the paper: its printed constants judged, its claims audited."""
+"""Tables about the paper: printed constants judged, claims audited, its advice on oils."""
 
+from oilfilm.tables import declare
+from oilfilm.tables.bearing import FRICTION, FRICTION_USES
 from oilfilm.tables.columns import table, use
 
 # fmt: off
@@ -91,4 +93,54 @@ TABLES = (
             "slide_roll_ratio"),
         caveats= "Lambda is that of the traction rig's contact, for oils that may be stand-ins.",
     ),
+    table("slip_advice", "One operating point of a bearing: the oil that holds its cage, and the "
+        "paper's advice.",
+        columns="""
+            bearing inlet_temperature_c pitch_speed_mm_rpm inner_speed_rpm axial_load_n
+            oils_within_limit selection_rule slip_that_decides advised_oil advised_cage_slip
+            advised_torque_n_m best_oil best_cage_slip best_torque_n_m good_oils judgement
+            agree_share best_oil_share best_oils""",
+        uses=(
+            use("inlet_temperature_c", required=True),
+            use("advised_oil", "of those that it prefers the first with enough film that holds the "
+                "cage, else the last with enough film"),
+            use("best_oil", "within the slip limit the one with the least torque; else the one "
+                "with the least slip"),
+            use("judgement", "agree: the advised oil is the best, or within selection.indifference "
+                "of it; slips: beyond the limit while another oil does not; slips more: all do, "
+                "and another less; heats more: within the limit, with more torque than another; "
+                "rule has none: no oil that it prefers has enough film, another has; no film: none "
+                "has; outside the film formula: the choice depends on a film beyond the range of "
+                "the thermal reduction",
+                allowed=("agree", "slips", "slips more", "heats more", "rule has none", "no film",
+                    "outside the film formula")),
+        ),
+        key=("pitch_speed_mm_rpm", "axial_load_n"),
+        caveats= "Scenarios: those of `advice_band` in which there is a choice at this point.",
+    ),
+    table("advice_band", "One scenario of drag and law: at how many operating points of a bearing "
+        "the paper's advice agrees with the best oil by cage slip.",
+        columns="""
+            oil_volume_fraction refit bearing operating_points agreeing_points""",
+        key=("oil_volume_fraction", "refit"),
+        caveats= "Refit 0 is the fit. Beyond the tested conditions a law may be further off than "
+            "its refits show.",
+    ),
+    table("published_tests", "Published tests of bearings and the calculated values, on which the "
+        "drag is calibrated: power loss of one, cage slip of another.",
+        columns=FRICTION + """
+            bearing oil inner_speed_rpm axial_load_n inlet_temperature_c published_power_w
+            published_cage_slip power_w power_low_w power_high_w cage_slip_low cage_slip_high
+            fitted_oil_volume_fraction oil_volume_fraction_alone source assumed""",
+        uses=(
+            *FRICTION_USES,
+            use("oil", "its traction was used"),
+            use("inlet_temperature_c", required=True),
+        ),
+        key=("bearing", "inner_speed_rpm", "axial_load_n"),
+        caveats="It is never a gate.",
+    ),
 )
+# fmt: on
+for each in TABLES:
+    declare(each)

@@ -1,0 +1,48 @@
+"""Studies: rooms of the library for one question, which a campaign asks for (`studies: [paper]`).
+
+What every laboratory needs names no study. A study is a folder with the modules `tables` (`TABLES`,
+declared when the room is imported) and `study` (`STUDY`), and may have a folder `figures`.
+
+Decides: what a study may add to a campaign.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+_LIBRARY = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study adds to a campaign beside its tables and figures.
+
+    Attributes:
+        name: Name of its room.
+        exports: From the oils by their identifiers, settings and provenance to more files for
+            bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
+        exported: Sentence for the index of the exports where there are such files.
+    """
+
+    name: str
+    exports: Callable[..., dict[str, bytes]]
+    exported: str
+
+
+@cache
+def available() -> tuple[str, ...]:
+    """Names of all studies."""
+    return tuple(sorted(path.parent.name for path in _LIBRARY.glob("*/study.py")))
+
+
+def declare_tables(names: Iterable[str]) -> None:
+    """Make the tables of some studies known to `oilfilm.tables`."""
+    for name in names:
+        import_module(f"oilfilm.{name}.tables")
+
+
+def load(names: Iterable[str]) -> list[Study]:
+    """The studies that a campaign asks for."""
+    return [import_module(f"oilfilm.{name}.study").STUDY for name in names]

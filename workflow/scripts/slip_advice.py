@@ -1,0 +1,25 @@
+"""Set the paper's advice beside the best oil by cage slip, and published tests of bearings."""
+
+from pathlib import Path
+
+from oilfilm.paper.advice_band import advice_in_band
+from oilfilm.paper.published_tests import published_tests_table
+from oilfilm.paper.reference import PublishedBearingTests
+from oilfilm.run.job import job
+from oilfilm.settings.messages import load
+from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+from oilfilm.torque.bearing_torque import oils_in_bearings
+
+with job(snakemake) as (settings, provenance):
+    results = CampaignTables.of_job(snakemake.input)
+    published = load(Path(snakemake.input.published), PublishedBearingTests)
+    coefficients, refits = results.coefficients, results.refits
+    other_fits = results.law_coefficients, results.law_fit_quality, results.law_refits
+    oils = oils_in_bearings(coefficients, results.fit_quality, settings, other_fits, refits)
+    advice, band = advice_in_band(oils, coefficients, refits, results.cage_slip, settings)
+    frames = {
+        "slip_advice": advice,
+        "advice_band": band,
+        "published_tests": published_tests_table(published, oils, settings),
+    }
+    write_tables(frames, snakemake.output, provenance)
