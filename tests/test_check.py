@@ -290,7 +290,7 @@ def test_log_of_another_project_is_refused_beside_a_log_of_this_one(
     assert f"{log}: is of the campaign july in the project" in capsys.readouterr().err
 
 
-def test_many_refused_runs_of_one_log_are_counted_at_its_end() -> None:
+def test_many_refused_runs_of_one_log_are_counted() -> None:
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings, TRACTION_RIG)
     (run,), names = log.runs, [f"run{number:02}" for number in range(12)]
@@ -304,8 +304,7 @@ def test_many_refused_runs_of_one_log_are_counted_at_its_end() -> None:
     )
     text = report([many])
     assert [name for name in names if f"{name}: REFUSED" in text] == names[:10]
-    assert "a.csv: 2 more runs, not shown here; --json shows all\n  2 stuck_sensor" in text
-    assert "a.csv: 12 runs: 12 refused\n" in text
+    assert text.startswith("a.csv: 12 runs: 12 refused; --json shows all\n  12 stuck_sensor\n")
 
 
 def test_page_shows_what_is_printed(

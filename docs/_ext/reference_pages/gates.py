@@ -59,7 +59,7 @@ def _section(gate: Gate[Any], settings: Settings) -> str:
     if gate in PLATEAU_GATES and not gate.blames_run:
         lines.append("- **Blames** no run: only the plateaus that fail are refused.")
     if gate.needs:
-        lines.append(f"- **Needs** `{gate.needs}`; without it the gate cannot be applied.")
+        lines.append(f"- **Needs** `{gate.needs.name}`; without it the gate cannot be applied.")
     lines += [f"- **Limit** {limit}" for limit in _limits(gate, settings)]
     lines += [f"- **What to do**: {advice}" for advice in _advice(gate.name, gate.rigs)]
     return "\n".join(lines) + "\n"

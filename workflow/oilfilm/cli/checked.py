@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import Any, Literal
+from math import isnan
+from typing import Annotated, Any, Literal, NamedTuple
 
-import numpy as np
 import pandas as pd
+from pydantic import BeforeValidator
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated
@@ -39,33 +40,23 @@ MEASURED = {
         "torque_n_m",
     ),
 }
-# Why a gate cannot be applied, by what it needs.
-_LACKING = {
-    "duration_s": "each row is a settled reading, without a beginning and an end",
-    "nominal_load_n": "no set point of load or pressure is given",
-    "nominal_entrainment_speed_m_s": "no set point of the entrainment speed is given",
-    "nominal_inlet_temperature_c": "no set point of the inlet temperature is given",
-    "planned_slips": "no slips are planned (set_points: slide_roll_ratio of the campaign file)",
-    "inlet_temperature_c": "the log has no inlet temperature",
-    "measured_film_thickness_um": "the log has no measured film thickness",
-    "force_asymmetry": "the log has no separate forces for the two directions of slip",
-    "traction_coefficient": "no traction coefficient: the log has no force, or the force no zero",
-    "lambda_ratio": "lambda cannot be calculated: geometry, materials or roughness of the rig or "
-    "properties of the oil are not known",
-}
 # Where a label or set point comes from that the header does not give.
 _CAMPAIGN, _BY_HERTZ = "campaign", "by Hertz"
-_NO_LOAD = "the set point is a pressure, and the rig's geometry or materials are not known"
-
 
 Verdict = Literal["accepted", "refused"]
+
+
+Number = Annotated[
+    float | None,
+    BeforeValidator(lambda value: None if value is None or isnan(value) else float(value)),
+]
 
 
 class Range(Group):
     """Smallest and largest value; null where there is none."""
 
-    minimum: float | None = key("Smallest value.")
-    maximum: float | None = key("Largest value.")
+    minimum: Number = key("Smallest value.")
+    maximum: Number = key("Largest value.")
 
 
 class CheckedColumn(Range):
@@ -140,6 +131,22 @@ class CheckedRun(Group):
     gates_not_applied: list[NotApplied] = key("Gates that could not be applied.")
 
 
+class Problem(NamedTuple):
+    """What is wrong or doubtful about a log or a run of it, and what to do.
+
+    Attributes:
+        run_id: The run; empty where it is the file.
+        rule: Name of the rule or gate.
+        found: What was found, in a sentence that begins with the rule.
+        advice: What to do; empty where there is nothing to do.
+    """
+
+    run_id: str
+    rule: str
+    found: str
+    advice: str = ""
+
+
 class CheckedLog(Group):
     """What `oilfilm check` found in one log."""
 
@@ -164,15 +171,28 @@ class CheckedLog(Group):
     runs: list[CheckedRun] = key("Runs of the log.")
 
     @property
-    def without_row(self) -> tuple[str, str] | None:
-        """What is wrong where the run sheet has no row for the log, and what to do."""
-        if self.run_sheet_rows != 0:
-            return None
-        near = f"; did you mean this log in {self.run_sheet_near}?" if self.run_sheet_near else ""
-        return (
-            f"the run sheet has no row for this log{near}",
-            "Only its header counts. Correct the name in the sheet.",
-        )
+    def problems(self) -> Iterator[Problem]:
+        """All that was found, the reasons of refusals first."""
+        for refused in self.refusals:
+            found = f"{refused.rule}: {refused.reason}"
+            yield Problem(refused.run_id, refused.rule, found, refused.advice)
+        explained = {(refused.run_id, refused.rule) for refused in self.refusals}
+        for run in self.runs:
+            if run.warning:
+                yield Problem(run.run_id, "warning", f"WARNING: {run.warning}")
+            for failed in run.failed_gates:
+                if (run.run_id, failed.gate) not in explained:
+                    count = f"{failed.plateaus} plateau{'' if failed.plateaus == 1 else 's'}"
+                    found = f"{failed.gate}: {count}, first at row {failed.first_row}"
+                    yield Problem(run.run_id, failed.gate, found, failed.advice)
+        if self.run_sheet_rows == 0:
+            near = self.run_sheet_near and f"; did you mean this log in {self.run_sheet_near}?"
+            yield Problem(
+                "",
+                "run sheet",
+                f"the run sheet has no row for this log{near}",
+                "Only its header counts. Correct the name in the sheet.",
+            )
 
 
 def checked_logs(
@@ -224,22 +244,13 @@ def _checked_run(
         rig_source=understood.sources.get("rig" if kind.name == TRACTION else "bearing", _CAMPAIGN),
         rows=run["samples"],
         accepted_plateaus=run["accepted_points"],
-        columns=[
-            CheckedColumn(
-                name=column.name,
-                logged_unit=column.logged_unit,
-                quantity=column.quantity,
-                unit=column.unit,
-                minimum=_number(column.least),
-                maximum=_number(column.most),
-                count=column.count,
-                missing=column.missing,
-            )
-            for column in understood.columns
-        ],
+        columns=[CheckedColumn(**asdict(column)) for column in understood.columns],
         unused_columns=[name for name in understood.unused if name],
         set_points=_set_points(run, understood.sources) if kind.name == TRACTION else {},
-        measured={name: _range(points[name]) for name in MEASURED[kind.name]},
+        measured={
+            name: Range(minimum=points[name].min(), maximum=points[name].max())
+            for name in MEASURED[kind.name]
+        },
         failed_gates=list(_failed_gates(points, kind)),
         gates_not_applied=list(_not_applied(run, points, kind, kind.limits(settings))),
     )
@@ -252,17 +263,9 @@ def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> dict[str,
         # the load has one set point, as force or as pressure
         named |= {name: _BY_HERTZ for name in LOADS - sources.keys()}
     return {
-        name: None if np.isnan(value) else SetPoint(value=value, source=named[name])
+        name: None if isnan(value) else SetPoint(value=value, source=named[name])
         for name, value in values.items()
     }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _range(values: "pd.Series[float]") -> Range:
-    return Range(minimum=_number(values.min()), maximum=_number(values.max()))
 
 
 def _failed_gates(points: pd.DataFrame, kind: RigKind) -> Iterator[FailedGate]:
@@ -283,15 +286,13 @@ def _not_applied(
     """The gates that lack what they need, where the run has plateaus to be judged."""
     gates: list[Gate[Any]] = [*run_gates(kind), *plateau_gates(kind)]
     for gate in gates if len(points) else []:
-        if gate.needs in points:
-            lacks = bool(points[gate.needs].isna().all())
-        elif gate.needs in run:
-            lacks = bool(np.isnan(run[gate.needs]))
+        if (need := gate.needs) is None:
+            continue
+        if need.name in points:
+            lacks = bool(points[need.name].isna().all())
+        elif need.name in run:
+            lacks = isnan(run[need.name])
         else:
-            lacks = bool(gate.needs) and not getattr(limits, gate.needs)
+            lacks = not getattr(limits, need.name)
         if lacks:
-            pressure_gpa = run["nominal_max_hertz_pressure_gpa"]
-            pressure_alone = gate.needs == "nominal_load_n" and not np.isnan(pressure_gpa)
-            yield NotApplied(
-                gate=gate.name, reason=_NO_LOAD if pressure_alone else _LACKING[gate.needs]
-            )
+            yield NotApplied(gate=gate.name, reason=need.lacking)

@@ -215,16 +215,12 @@ def _add_watch(commands: Any) -> None:
         "watch",
         "give every finished log its verdict while a campaign is measured",
         "Judge the logs in data/raw/CAMPAIGN and data/raw/CAMPAIGN-torque as `check` does, and "
-        "every new log as soon as it is finished. A local page shows the verdicts, the coverage "
-        "of the test matrix and the run to do next. Stop with Ctrl-C; nothing is lost.",
+        "every new log as soon as it is finished. Stop with Ctrl-C; nothing is lost.",
     )
     command.add_argument(
         "--campaign", type=_campaign_name, help="campaign (default: that of config.yaml)"
     )
     _add_config(command)
-    command.add_argument(
-        "--page", type=Path, help="the page (default: results/CAMPAIGN/watch.html)"
-    )
     command.add_argument(
         "--settle",
         type=_seconds,

@@ -82,17 +82,6 @@ def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
     return planned.drop_duplicates(["oil", *SET_POINTS]).sort_index()
 
 
-def open_conditions(coverage: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """Planned conditions without an accepted run: refused ones first, each in the matrix's order.
-
-    Returns:
-        Oil, set points and `state` (refused or missing), one row per condition.
-    """
-    states = _planned(settings).merge(planned_states(coverage), on=_CONDITION)
-    parts = [states[states["state"] == state] for state in ("refused", "missing")]
-    return pd.concat(parts)[[*_CONDITION, "state"]]
-
-
 def describe_condition(condition: Mapping[Any, Any]) -> str:
     """A condition as text, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
     forms = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")

@@ -116,13 +116,33 @@ PlateauJudge = Callable[[pd.DataFrame, Any], Judgement]
 Judge = TypeVar("Judge", RunJudge, PlateauJudge)
 
 
+class Need(NamedTuple):
+    """What a gate cannot be applied without.
+
+    Attributes:
+        name: A column of plateaus or of runs, or a list of the limits. Where it is null in all
+            plateaus, or empty, the gate cannot be applied.
+        lacking: Why a log may not have it, as `oilfilm check` says.
+    """
+
+    name: str
+    lacking: str
+
+
+# Needs of several gates.
+HELD_LEVELS = Need("duration_s", "each row is a settled reading, without a beginning and an end")
+MEASURED_TRACTION = Need(
+    "traction_coefficient",
+    "no traction coefficient: the log has no force, or the force no zero",
+)
+
+
 @dataclass(frozen=True)
 class Gate(Generic[Judge]):
     """A check with its advice and the kinds of rig that it judges.
 
     A gate of plateaus that `blames_run` shows a fault of the run: where many plateaus fail it, the
-    others are no better. Where what it `needs` is null in all plateaus, it cannot be applied: a
-    column of plateaus or runs, or a list of the limits.
+    others are no better.
     """
 
     name: str
@@ -130,11 +150,11 @@ class Gate(Generic[Judge]):
     advice: str
     judge: Judge
     blames_run: bool = True
-    needs: str = ""
+    needs: Need | None = None
 
 
 def gate(
-    *rigs: str, advice: str, blames_run: bool = True, needs: str = ""
+    *rigs: str, advice: str, blames_run: bool = True, needs: Need | None = None
 ) -> Callable[[Judge], Gate[Judge]]:
     """Make a function a gate under its own name.
 
@@ -142,6 +162,6 @@ def gate(
         rigs: Kinds of rig that it judges.
         advice: What to do about a refusal. May hold words of the rig in braces (`RigKind.words`).
         blames_run: See `Gate`.
-        needs: See `Gate`.
+        needs: What it cannot be applied without.
     """
     return lambda judge: Gate(judge.__name__, rigs, advice, judge, blames_run, needs)

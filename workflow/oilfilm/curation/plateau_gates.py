@@ -12,11 +12,14 @@ import scipy
 
 from oilfilm.curation.gate import (
     BOTH,
+    HELD_LEVELS,
+    MEASURED_TRACTION,
     TORQUE,
     TRACTION,
     Gate,
     Judgement,
     Limits,
+    Need,
     PlateauJudge,
     TorqueLimits,
     TractionLimits,
@@ -46,7 +49,7 @@ def traction_missing(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     *BOTH,
     advice="Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
     blames_run=False,
-    needs="duration_s",
+    needs=HELD_LEVELS,
 )
 def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Little is left of a level once it has settled."""
@@ -61,7 +64,11 @@ def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
 @gate(
     TRACTION,
     advice="Check the load's unit and calibration, and its set point.",
-    needs="nominal_load_n",
+    needs=Need(
+        "nominal_load_n",
+        "no set point of the load is given; one of pressure also needs the rig's geometry and "
+        "materials",
+    ),
 )
 def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The load is not the one that was set."""
@@ -87,7 +94,7 @@ def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Serie
 @gate(
     TRACTION,
     advice="Check the spindle control, the track radii of the rig file and the set point.",
-    needs="nominal_entrainment_speed_m_s",
+    needs=Need("nominal_entrainment_speed_m_s", "no set point of the entrainment speed is given"),
 )
 def speed_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The entrainment speed is not the one that was set."""
@@ -107,7 +114,7 @@ def _span(values: "pd.Series[float]", form: str) -> str:
 @gate(
     TRACTION,
     advice="Check the temperature control and the set point.",
-    needs="nominal_inlet_temperature_c",
+    needs=Need("nominal_inlet_temperature_c", "no set point of the inlet temperature is given"),
 )
 def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The inlet temperature is not the one that was set."""
@@ -150,7 +157,9 @@ def slip_out_of_range(points: pd.DataFrame, limits: TractionLimits) -> Judgement
     TRACTION,
     advice="Check the control of the slip and the planned slips of the campaign file.",
     blames_run=False,
-    needs="planned_slips",
+    needs=Need(
+        "planned_slips", "no slips are planned (set_points: slide_roll_ratio of the campaign file)"
+    ),
 )
 def slip_off_set_point(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The slide-roll ratio is none of the planned ones."""
@@ -173,7 +182,7 @@ def _distance_to_plan(points: pd.DataFrame, planned: Sequence[float]) -> FloatAr
 @gate(
     TRACTION,
     advice="Change the slip in steps and let the rig settle longer, or check its control.",
-    needs="duration_s",
+    needs=HELD_LEVELS,
 )
 def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Slip or traction differs between the two halves of a plateau."""
@@ -189,7 +198,7 @@ def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
 @gate(
     TRACTION,
     advice="Let the rig settle longer after each step, or raise settle_s of config.yaml.",
-    needs="duration_s",
+    needs=HELD_LEVELS,
 )
 def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The beginning of a plateau differs from the rest of it."""
@@ -207,7 +216,7 @@ def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
     TORQUE,
     advice="Wait until the bearing has warmed through.",
     blames_run=False,
-    needs="duration_s",
+    needs=HELD_LEVELS,
 )
 def torque_drifts(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     """The torque differs between the two halves of a plateau."""
@@ -224,7 +233,7 @@ def _by_change(quantity: str, change: "pd.Series[float]", allowed: float) -> Jud
 @gate(
     *BOTH,
     advice="Check the load's control, and hold the load while the {level} steps.",
-    needs="duration_s",
+    needs=HELD_LEVELS,
 )
 def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The load differs between the two halves of a plateau."""
@@ -235,7 +244,7 @@ def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     *BOTH,
     advice="Wait until the temperature of the oil is steady.",
     blames_run=False,
-    needs="duration_s",
+    needs=HELD_LEVELS,
 )
 def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The oil's temperature differs between the two halves of a plateau."""
@@ -268,7 +277,7 @@ def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     TRACTION,
     advice="Check the fringe order of these readings.",
     blames_run=False,
-    needs="measured_film_thickness_um",
+    needs=Need("measured_film_thickness_um", "the log has no measured film thickness"),
 )
 def film_off_trend(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """A measured film leaves the power law in speed that its run follows.
@@ -304,7 +313,7 @@ def _off_trend(points: pd.DataFrame, factor: float) -> npt.NDArray[np.bool_]:
 @gate(
     TRACTION,
     advice="Let the force settle after the rig reverses the slip.",
-    needs="force_asymmetry",
+    needs=Need("force_asymmetry", "the log has no separate forces for the two directions of slip"),
 )
 def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The force of one direction of slip had not reversed."""
@@ -320,7 +329,7 @@ def force_not_reversed(points: pd.DataFrame, limits: TractionLimits) -> Judgemen
 @gate(
     TRACTION,
     advice="Check the units of force and load, and the zero and calibration of the force sensor.",
-    needs="traction_coefficient",
+    needs=MEASURED_TRACTION,
 )
 def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The traction coefficient is one that no oil has."""
@@ -372,7 +381,11 @@ def surely_unphysical(points: pd.DataFrame, limits: TractionLimits) -> "pd.Serie
     TRACTION,
     advice="Raise the speed, or lower the temperature or the load: this is mixed lubrication.",
     blames_run=False,
-    needs="lambda_ratio",
+    needs=Need(
+        "lambda_ratio",
+        "lambda cannot be calculated: geometry, materials or roughness of the rig or properties "
+        "of the oil are not known",
+    ),
 )
 def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film does not separate the surfaces."""

@@ -7,11 +7,13 @@ import numpy as np
 
 from oilfilm.curation.gate import (
     BOTH,
+    MEASURED_TRACTION,
     TORQUE,
     TRACTION,
     Finding,
     Gate,
     Limits,
+    Need,
     Run,
     RunJudge,
     TorqueLimits,
@@ -154,7 +156,7 @@ _FORCE_UNITS = ("lbf", "kgf", "kN")
     TRACTION,
     advice="Check the units and the calibration of traction force and load, and that the force "
     "sensor's cable is connected.",
-    needs="traction_coefficient",
+    needs=MEASURED_TRACTION,
 )
 def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
@@ -188,7 +190,7 @@ def possible_force_units(size: float, limits: TractionLimits) -> str:
     TRACTION,
     advice="Check the polarity of the force sensor and which body is slowed; the campaign file "
     "gives both (semantics: traction_sign, slower_body).",
-    needs="traction_coefficient",
+    needs=MEASURED_TRACTION,
 )
 def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction force acts against the slip."""
@@ -277,7 +279,9 @@ def _few_digits(values: FloatArray) -> str:
 
 
 @gate(
-    TRACTION, advice="Let rig and oil warm through before the sweep.", needs="inlet_temperature_c"
+    TRACTION,
+    advice="Let rig and oil warm through before the sweep.",
+    needs=Need("inlet_temperature_c", "the log has no inlet temperature"),
 )
 def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     """The inlet temperature differs between the plateaus of one run."""
@@ -296,7 +300,7 @@ def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     TRACTION,
     advice="The contact or its temperature changed during the sweep: look at the specimens and "
     "repeat the run.",
-    needs="traction_coefficient",
+    needs=MEASURED_TRACTION,
 )
 def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of rising and falling slip do not agree."""

@@ -18,8 +18,8 @@ class LogColumn:
         logged_unit: Its unit in the log.
         quantity: What it is taken for.
         unit: The unit in which it is read.
-        least: Smallest number that it holds, in `unit`; NaN where there is none.
-        most: Largest number.
+        minimum: Smallest number that it holds, in `unit`; NaN where there is none.
+        maximum: Largest number.
         count: How many rows have a number.
         missing: How many have none.
     """
@@ -28,8 +28,8 @@ class LogColumn:
     logged_unit: str
     quantity: str
     unit: str
-    least: float = np.nan
-    most: float = np.nan
+    minimum: float = np.nan
+    maximum: float = np.nan
     count: int = 0
     missing: int = 0
 
@@ -52,8 +52,8 @@ class LogColumn:
             self.logged_unit,
             self.quantity,
             self.unit,
-            least=float(ends.min()),
-            most=float(ends.max()),
+            minimum=float(ends.min()),
+            maximum=float(ends.max()),
             count=len(known),
             missing=len(logged) - len(known),
         )
