@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from oilfilm.report.contents import percent
 
 from campaigns import ROOT, without
 from oilfilm import tables
@@ -18,7 +19,6 @@ from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
 from oilfilm.paper.selection import OUTSIDE
 from oilfilm.report import runs, sections
 from oilfilm.report.bearing_sentences import bearing_lines
-from oilfilm.report.contents import percent
 from oilfilm.report.explorer import Axis, explorer
 from oilfilm.report.labels import OTHER_CHOICES
 from oilfilm.report.meanings import MEANINGS

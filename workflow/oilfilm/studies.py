@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 _LIBRARY = Path(__file__).parent
 
@@ -24,11 +25,14 @@ class Study:
         exports: From the oils by their identifiers, settings and provenance to more files for
             bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
         exported: Sentence for the index of the exports where there are such files.
+        sections: From the finished tables and the settings to sections of the report
+            (`oilfilm.report.document.Section`), which come after those of every campaign.
     """
 
     name: str
     exports: Callable[..., dict[str, bytes]]
     exported: str
+    sections: Callable[..., list[Any]] = lambda *_: []
 
 
 @cache

@@ -1,7 +1,6 @@
 """The verdict on logs as text: the verdict and the advice first, then what was understood."""
 
 import textwrap
-import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
@@ -9,6 +8,7 @@ from itertools import chain
 from oilfilm import tables
 from oilfilm.cli.checked import CheckedColumn, CheckedLog, CheckedRun, Problem, Range
 from oilfilm.errors import printable
+from oilfilm.text_table import text_table
 
 WIDTH = 100
 # More runs of one log, and more logs at once, are shown in less detail.
@@ -136,7 +136,7 @@ def _columns(runs: Sequence[CheckedRun]) -> Iterator[str]:
         )
         for same in columns.values()
     ]
-    yield from _table([head, *rows], right=4)
+    yield from text_table([head, *rows], right=4, most=_WIDEST_CELL, indent="  ", gap=" ")
     unused = dict.fromkeys(name for run in runs for name in run.unused_columns)
     if unused:
         yield from _wrapped(f"Not read: {', '.join(map(printable, unused))}", "  ")
@@ -171,7 +171,7 @@ def _conditions(log: CheckedLog) -> Iterator[str]:
         if points:
             rows.append(["set point", *_spans(set_points, names)])
             rows.append(["from", *(", ".join(sorted(sources[name])) or "-" for name in names)])
-    yield from _table(rows, right=len(names))
+    yield from text_table(rows, right=len(names), most=_WIDEST_CELL, indent="  ", gap=" ")
 
 
 def _spans(values: dict[str, list[float]], names: Iterable[str]) -> Iterator[str]:
@@ -196,29 +196,3 @@ def _gates_not_applied(runs: Sequence[CheckedRun]) -> Iterator[str]:
             for gate, count in gates.items()
         ]
         yield from _wrapped(f"{', '.join(names)}: {reason}", "    ")
-
-
-def _table(rows: Sequence[Sequence[str]], right: int) -> Iterator[str]:
-    """Rows of cells in columns; the last `right` columns are aligned to the right."""
-    cells = [[_cut(printable(cell)) for cell in row] for row in rows]
-    widths = [max(map(_columns_of, column)) for column in zip(*cells, strict=True)]
-    for row in cells:
-        line = []
-        for place, (cell, width) in enumerate(zip(row, widths, strict=True)):
-            blanks = " " * (width - _columns_of(cell))
-            line.append(blanks + cell if place >= len(row) - right else cell + blanks)
-        yield f"  {' '.join(line)}".rstrip()
-
-
-def _cut(text: str) -> str:
-    """A text of at most `_WIDEST_CELL` columns of a terminal."""
-    if _columns_of(text) <= _WIDEST_CELL:
-        return text
-    while _columns_of(text) >= _WIDEST_CELL:
-        text = text[:-1]
-    return f"{text}~"
-
-
-def _columns_of(text: str) -> int:
-    """Columns of a terminal that a text takes: Chinese letters take two."""
-    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)

@@ -1,7 +1,7 @@
 """Comparisons as text for a terminal."""
 
-from oilfilm.errors import printable
 from oilfilm.releases.compare import Comparison, Section
+from oilfilm.text_table import text_table
 
 # Rows of a section that are printed.
 _PRINTED_ROWS = 12
@@ -19,13 +19,8 @@ def comparison_text(comparison: Comparison) -> str:
 def section_text(section: Section, rows_max: int) -> str:
     """A section as an aligned table; control characters are escaped."""
     rows = section.rows[:rows_max]
-    cells = [[printable(cell) for cell in row] for row in (section.columns, *rows)]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [
-        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        for row in cells
-    ]
+    lines = text_table([section.columns, *rows], indent="  ")
     if left := len(section.rows) - len(rows):
         lines.append(f"  ... and {left} more; --html shows all")
     head = f"{section.title}: {len(section.rows)}"
-    return "\n".join([head, *(line.rstrip() for line in lines)])
+    return "\n".join([head, *lines])

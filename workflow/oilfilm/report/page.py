@@ -22,7 +22,6 @@ from oilfilm.figure_catalogue import figures
 from oilfilm.report import chart, runs, sections
 from oilfilm.report.captions import caption, tie
 from oilfilm.report.constants import by_certainty
-from oilfilm.report.contents import Shown
 from oilfilm.report.explorer import explorer
 from oilfilm.report.facts import circular, film_unjudged_oils
 from oilfilm.report.labels import printed
@@ -30,6 +29,7 @@ from oilfilm.report.law_script import law_script
 from oilfilm.report.meanings import meanings
 from oilfilm.report.pictures import packed, png_addresses, size_of
 from oilfilm.report.release_id import UNRELEASED
+from oilfilm.report.shown_table import ShownTable
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.report.verdict import verdict
 from oilfilm.settings.resolved import Settings
@@ -200,7 +200,7 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     }
 
 
-def _texts(lines: Sequence[tuple[str, str]], *shown: Shown) -> str:
+def _texts(lines: Sequence[tuple[str, str]], *shown: ShownTable) -> str:
     """Everything that is read there."""
     cells = [cell for each in shown for row in each.rows for cell in row]
     headings = [column.heading for each in shown for column in each.columns]

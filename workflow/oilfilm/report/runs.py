@@ -12,8 +12,8 @@ from oilfilm import tables
 from oilfilm.curation.gate import TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.run_gates import RUN_GATES
-from oilfilm.report.contents import Column, Shown, number, show
 from oilfilm.report.labels import gate_name
+from oilfilm.report.shown_table import Column, ShownTable, number, show
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -46,7 +46,7 @@ def listed(results: CampaignTables, rows_max: int, points_max: int) -> pd.DataFr
     return runs[points <= points_max]
 
 
-def run_list(results: CampaignTables, runs: pd.DataFrame) -> Shown:
+def run_list(results: CampaignTables, runs: pd.DataFrame) -> ShownTable:
     """One row per run with its conditions and verdict; its name links to its page."""
     of_runs = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
     counts = of_runs.reindex(runs["run_id"], fill_value=0).astype(int)

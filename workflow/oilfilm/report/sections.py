@@ -11,16 +11,6 @@ from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.paper.selection import OUTSIDE
-from oilfilm.report.contents import (
-    Column,
-    Form,
-    Shown,
-    number,
-    percent,
-    show,
-    significant,
-    yes_or_no,
-)
 from oilfilm.report.facts import (
     LACKING,
     accepted_torque_logs,
@@ -35,6 +25,16 @@ from oilfilm.report.labels import (
     law_name,
     law_names,
     load_variable,
+)
+from oilfilm.report.shown_table import (
+    Column,
+    Form,
+    ShownTable,
+    number,
+    percent,
+    show,
+    significant,
+    yes_or_no,
 )
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -61,7 +61,7 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
     return pd.DataFrame.from_dict(certainties, "index", columns=["median", "largest"])
 
 
-def fit_table(results: CampaignTables, sure: pd.DataFrame) -> Shown:
+def fit_table(results: CampaignTables, sure: pd.DataFrame) -> ShownTable:
     """One row per fit: misfit, 95 % interval of mu (`certainty`), certificate."""
     two = percent(2)
     meaning = (
@@ -91,7 +91,7 @@ def certificates(results: CampaignTables) -> list[tuple[str, str]]:
     return [(row["oil"], row["certificate"]) for row in tables.rows(results.fit_quality)]
 
 
-def laws(results: CampaignTables) -> Shown:
+def laws(results: CampaignTables) -> ShownTable:
     """The configured law of each oil beside the best of those compared, by both criteria."""
     two, small = percent(2), percent(3)
     return show(
@@ -113,7 +113,7 @@ def laws(results: CampaignTables) -> Shown:
     )
 
 
-def noise(results: CampaignTables) -> Shown:
+def noise(results: CampaignTables) -> ShownTable:
     """Misfit of each fit, parted into noise and lack of fit."""
     two = percent(2)
     return show(
@@ -134,7 +134,7 @@ def noise(results: CampaignTables) -> Shown:
     )
 
 
-def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown:
+def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> ShownTable:
     """Constants of one oil with their errors, those first that the data determine.
 
     Digits beyond the second of the error say nothing.
@@ -176,7 +176,7 @@ def equations(results: CampaignTables) -> list[tuple[Markup, str]]:
     return [(Markup(mathml(law)), law.source) for law in laws]  # noqa: S704  (our own text)
 
 
-def refused(quarantine: pd.DataFrame, name: str, caption: str, most: int) -> Shown:
+def refused(quarantine: pd.DataFrame, name: str, caption: str, most: int) -> ShownTable:
     """What was refused, why, and what to do; remarks on the run sheet refuse nothing."""
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
     columns = [
@@ -190,7 +190,7 @@ def refused(quarantine: pd.DataFrame, name: str, caption: str, most: int) -> Sho
     return show(quarantine, "quarantine", caption, columns, name=name, most=most)
 
 
-def gates(results: CampaignTables) -> Shown:
+def gates(results: CampaignTables) -> ShownTable:
     """How much each gate refused; without gates that refused nothing."""
     counts = results.gate_counts
     return show(
@@ -221,7 +221,7 @@ def claims(results: CampaignTables) -> list[dict[str, Any]]:
     ]
 
 
-def comparison(results: CampaignTables) -> Shown:
+def comparison(results: CampaignTables) -> ShownTable:
     """The laws side by side."""
     two = percent(2)
     return show(
@@ -246,7 +246,7 @@ def comparison(results: CampaignTables) -> Shown:
     )
 
 
-def torque(results: CampaignTables) -> Shown:
+def torque(results: CampaignTables) -> ShownTable:
     """How far the calculated torque lies from the measured one, by oil and load variable."""
     sure = without_bistable(results.torque)
     known = sure.dropna(subset=["relative_error"])
@@ -287,7 +287,7 @@ def torque(results: CampaignTables) -> Shown:
     )
 
 
-def torque_control(results: CampaignTables) -> Shown:
+def torque_control(results: CampaignTables) -> ShownTable:
     """What a comparison with simulated torque shows, by oil."""
     form = percent(2)
     return show(
@@ -305,7 +305,7 @@ def torque_control(results: CampaignTables) -> Shown:
     )
 
 
-def bearing(results: CampaignTables) -> list[Shown]:
+def bearing(results: CampaignTables) -> list[ShownTable]:
     """Torque logs, equilibria, traction, choice of oil and heat in numbers; none without logs."""
     if results.torque_runs.empty:
         return []
@@ -322,9 +322,9 @@ def bearing(results: CampaignTables) -> list[Shown]:
 Fact = tuple[str, str, str]  # quantity, value, table
 
 
-def _quantities(name: str, caption: str, facts: Sequence[Fact]) -> Shown:
+def _quantities(name: str, caption: str, facts: Sequence[Fact]) -> ShownTable:
     columns = [Column("quantity", "Quantity"), Column("value", "Value"), Column("table", "Table")]
-    return Shown(name, caption, columns, facts, 0, "")
+    return ShownTable(name, caption, columns, facts, 0, "")
 
 
 def _torque_logs(results: CampaignTables) -> list[Fact]:
@@ -399,7 +399,7 @@ def _heat(balance: pd.DataFrame) -> list[Fact]:
     return [(quantity, value, "heat_balance") for quantity, value in facts]
 
 
-def _choice(advice: pd.DataFrame, band: pd.DataFrame) -> list[Shown]:
+def _choice(advice: pd.DataFrame, band: pd.DataFrame) -> list[ShownTable]:
     """The paper's choice of oil by cage slip beside the best oil, counted over operating points."""
     judged = advice[~advice["judgement"].isin(["no film", OUTSIDE])]
     if judged.empty:

@@ -5,7 +5,6 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.report.bearing_sentences import control_sentences
 from oilfilm.report.captions import credit
-from oilfilm.report.contents import percent
 from oilfilm.report.enough import shortfalls
 from oilfilm.report.facts import (
     accepted_points,
@@ -20,6 +19,7 @@ from oilfilm.report.facts import (
     unread_logs,
 )
 from oilfilm.report.labels import gate_name, in_words
+from oilfilm.report.shown_table import percent
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.torque_control import without_bistable

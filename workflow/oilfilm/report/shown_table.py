@@ -1,4 +1,7 @@
-"""Tables of the report: which columns of the finished tables are shown, and how numbers read."""
+"""Tables of the report: which columns of the finished tables are shown, and how numbers read.
+
+Decides: digits, signs and units of numbers in shown tables.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -53,7 +56,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownTable:
     """A table as it is printed: plain texts, which the page escapes.
 
     Attributes:
@@ -64,15 +67,19 @@ class Shown:
         left_out: Rows that are not shown, because there are too many.
         source: File of the campaign's results that has all of it.
         links: Where the first cell of each row leads; nowhere without them.
+        in_text: Whether the text has it, beside the page.
+        is_wordy: Whether a narrow screen shows its rows as cards.
     """
 
     name: str
     caption: str
     columns: Sequence[Column]
     rows: Sequence[Sequence[str]]
-    left_out: int
-    source: str
+    left_out: int = 0
+    source: str = ""
     links: Sequence[str] = ()
+    in_text: bool = False
+    is_wordy: bool = True
 
     def __bool__(self) -> bool:
         """True where it has rows."""
@@ -110,7 +117,9 @@ def show(
     *,
     name: str = "",
     most: int | None = None,
-) -> Shown:
+    in_text: bool = False,
+    is_wordy: bool = True,
+) -> ShownTable:
     """Some columns of a table.
 
     Args:
@@ -120,10 +129,21 @@ def show(
         columns: Its columns.
         name: Of it in the page, if not the model's.
         most: Rows that are shown at most.
+        in_text: Whether the text has it, beside the page.
+        is_wordy: Whether a narrow screen shows its rows as cards.
     """
     columns = [column.described(tables.TABLES[table]) for column in columns]
     rows = [
         [column.form(row[column.name]) for column in columns] for row in tables.rows(frame[:most])
     ]
     left_out = len(frame) - len(rows)
-    return Shown(name or table, caption, columns, rows, left_out, f"tables/{table}.parquet")
+    return ShownTable(
+        name or table,
+        caption,
+        columns,
+        rows,
+        left_out,
+        f"tables/{table}.parquet",
+        in_text=in_text,
+        is_wordy=is_wordy,
+    )
