@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from oilfilm.report.contents import percent
+from oilfilm.report.shown_table import percent
 
 from campaigns import ROOT, without
 from oilfilm import tables
