@@ -227,7 +227,7 @@ audit: $(AUDITED) ## known weaknesses: bandit, zizmor, licences; advisories, if 
 # What makes the faults stays out of .venv too.
 MUTATION := .venv-mutation
 
-bench-mutation: ## how many small faults in three rooms the quick tests see (half an hour)
+bench-mutation: ## how many small faults in seven rooms the quick tests see (two hours)
 	@$(MAKE) --no-print-directory VENV=$(MUTATION) dev
 	@$(if $(UV),uv pip install --quiet --compile-bytecode --python $(MUTATION)/bin/python,\
 		$(MUTATION)/bin/python -m pip install --quiet --disable-pip-version-check) \

@@ -1,4 +1,4 @@
-"""Do the tests see a fault? Small faults are put into three rooms one by one, and tests run.
+"""Do the tests see a fault? Small faults are put into some rooms one by one, and tests run.
 
 Run by `make bench-mutation`; prints per room how many faults the quick tests of that room see. The
 faults are those of cosmic-ray, a sample with a fixed seed: first a place, then what is done there.
@@ -24,19 +24,37 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
 ROOT = Path(__file__).parents[1]
-# Modules, and the tests of them that `make test` shortens.
+# Modules, and the quick tests of them; the examples of their docstrings are tests as well.
 ROOMS = {
-    "curation": (
-        ("zero", "zero_source", "standstill", "rolling", "plateaus", "plateau_gates", "statistics"),
-        ("test_curation", "test_zero_at_standstill"),
-    ),
-    "fitting": (
-        ("fitted", "conditions", "problem"),
-        ("test_fitted", "test_conditions"),
-    ),
     "physics": (
         ("contact", "film", "oils", "roughness"),
         ("test_contact", "test_film", "test_oils"),
+    ),
+    "bearing": (
+        ("catalogue_torque", "geometry", "heat_balance", "kinematics", "quasistatic", "resistance"),
+        ("test_bearing_geometry", "test_bearing_quasistatic", "test_bearing_friction")
+        + ("test_heat_balance", "test_kinematics"),
+    ),
+    "logs": (
+        ("columns", "csv", "encoding", "header", "instants", "layout", "run_sheet"),
+        ("test_bad_logs", "test_readers_csv", "test_readers_dialects", "test_readers_layout")
+        + ("test_run_sheet",),
+    ),
+    "curation": (
+        ("zero", "zero_source", "standstill", "rolling", "plateaus", "plateau_gates", "statistics"),
+        ("test_curation", "test_zero_at_standstill", "test_unusual_logs"),
+    ),
+    "fits": (
+        ("fitted", "conditions", "problem"),
+        ("test_fitted", "test_conditions"),
+    ),
+    "torque": (
+        ("bearing_torque", "feasible_tests", "load_variables", "torque_uncertainty"),
+        ("test_bearing_torque", "test_torque_uncertainty", "test_next_tests"),
+    ),
+    "paper": (
+        ("advice_band", "published_tests", "selection", "slip_advice"),
+        ("test_advice_band", "test_published_tests", "test_selection", "test_slip_advice"),
     ),
 }
 # A test that takes so long has seen that something is wrong.
@@ -148,7 +166,7 @@ def score(tree: Path, room: str, count: int) -> None:
     """Print which faults of a room its tests do not see, and how many they see."""
     names, tests = ROOMS[room]
     modules = [tree / f"workflow/oilfilm/{room}/{name}.py" for name in names]
-    files = [f"tests/{room}/{name}.py" for name in tests]
+    files = [*(f"tests/{room}/{name}.py" for name in tests), *map(str, modules)]
     start = time.process_time() + sum(os.times()[2:4])
     if seen(tree, files):
         sys.exit(f"{room}: the tests fail without any fault")
