@@ -217,7 +217,7 @@ def test_rows_of_a_table_may_come_in_any_order() -> None:
 
 def test_unknown_model_is_refused_with_the_allowed_ones() -> None:
     values = read_yaml(FOLDER / "4010.yaml").values | {"model": "walther"}
-    allowed = "'adore-mil-l-23699', 'adore-mil-l-7808', 'astm-d341'"
+    allowed = "'adore-mil-l-7808', 'adore-mil-l-23699', 'astm-d341'"
     assert first_mistake(values, OilFile) == f"`model`: found 'walther', expected one of {allowed}."
 
 

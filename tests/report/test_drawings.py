@@ -26,7 +26,8 @@ from oilfilm.randomness import generator
 from oilfilm.report.figures import curves, style
 from oilfilm.report.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.settings.base import present
-from oilfilm.settings.resolved import CampaignPart, Settings
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
@@ -631,7 +632,7 @@ def test_other_colours_and_lines_are_seen(
 
 def test_captions_are_sound_markup_whatever_a_campaign_is_called() -> None:
     about = {"name": "june_", "data": "measured", "description": "*bold* |bar| `tick` {{ 1 }} _"}
-    campaign = CampaignPart.model_construct(**about)
+    campaign = Campaign.model_construct(**about)
     unjudged = ["*x*_"]
     texts = [campaign_caption(campaign, unjudged)]
     texts += [figure_caption(name, campaign, unjudged) for name in figures()]
@@ -649,7 +650,7 @@ def test_description_of_a_campaign_is_no_directive(tmp_path: Path) -> None:
     secret = tmp_path / "secret.txt"
     secret.write_text("not to be read", encoding="utf-8")
     hostile = f"x\n\n.. raw:: html\n\n   <script>alert(1)</script>\n\n.. include:: {secret}\n\ny"
-    campaign = CampaignPart.model_construct(name="june", data="measured", description=hostile)
+    campaign = Campaign.model_construct(name="june", data="measured", description=hostile)
     # as Snakemake's report renders it: nothing is forbidden there
     page = publish_parts(campaign_caption(campaign, []), writer="html")["body"]
     assert "<script" not in page

@@ -6,14 +6,15 @@ import pytest
 
 from oilfilm.errors import OilfilmError
 from oilfilm.report.enough import accepted_runs_text, shortfalls
-from oilfilm.settings.resolved import CampaignPart, Settings
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import rows
 
 NOTHING: dict[str, Any] = {"file": "", "rule": "unreadable", "reason": "-", "advice": "-"}
 
 
-def campaign(config: Settings, **keys: Any) -> CampaignPart:
+def campaign(config: Settings, **keys: Any) -> Campaign:
     """The demonstration with other keys; without torque logs unless they are given."""
     plain = {**config.plain()["campaign"], "torque": None, **keys}
     return Settings.of({**config.plain(), "campaign": plain}).campaign

@@ -11,10 +11,11 @@ from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.report.captions import caption, provenance
 from oilfilm.report.figures.registry import load_figure
-from oilfilm.settings.resolved import CampaignPart, Settings
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
 
 
-def campaign(config: Settings, **keys: str | None) -> CampaignPart:
+def campaign(config: Settings, **keys: str | None) -> Campaign:
     """The demonstration with other keys."""
     plain = {**config.plain()["campaign"], "torque": None, **keys}
     return Settings.of({**config.plain(), "campaign": plain}).campaign

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from oilfilm.report.shown_table import percent
 
 from campaigns import ROOT, without
 from oilfilm import tables
@@ -23,6 +22,7 @@ from oilfilm.report.explorer import Axis, explorer
 from oilfilm.report.labels import OTHER_CHOICES
 from oilfilm.report.meanings import MEANINGS
 from oilfilm.report.refused_sentences import refused_lines
+from oilfilm.report.shown_table import percent
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.report.verdict import verdict
 from oilfilm.settings.resolve import resolve

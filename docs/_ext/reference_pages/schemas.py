@@ -5,11 +5,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from oilfilm import studies
 from oilfilm.cli.checked import CheckedLog
 from oilfilm.cli.diff import ComparedReleases
 from oilfilm.cli.plan import PlannedTests
 from oilfilm.cli.predict import PredictedTraction
 from oilfilm.cli.verify import Verified
+from oilfilm.figure_catalogue import figures
 from oilfilm.releases.nightly import NightlySummary
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile
@@ -38,7 +40,11 @@ _DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 def of_file(name: str) -> str:
     """The JSON schema of a file of settings, on one line."""
-    return json.dumps(_for_editors(schema_of(FILES[name])) | _DIALECT, ensure_ascii=False) + "\n"
+    schema = _for_editors(schema_of(FILES[name])) | _DIALECT
+    if name == "campaign":
+        schema["properties"]["figures"]["items"]["enum"] = list(figures())
+        schema["properties"]["studies"]["items"]["enum"] = list(studies.available())
+    return json.dumps(schema, ensure_ascii=False) + "\n"
 
 
 def of_command(name: str) -> str:

@@ -6,8 +6,9 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from oilfilm.settings.base import (
-    Group,
+from oilfilm.settings.base import Group, contradiction, key
+from oilfilm.settings.messages import load
+from oilfilm.settings.quantities import (
     Levels,
     LoadN,
     Name,
@@ -15,10 +16,7 @@ from oilfilm.settings.base import (
     SpeedRpm,
     TemperatureC,
     Text,
-    contradiction,
-    key,
 )
-from oilfilm.settings.messages import load
 from oilfilm.traction.law import Law
 from oilfilm.units import FloatArray
 

@@ -166,7 +166,7 @@ def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> d
     campaign = settings.campaign
     thermal = present(campaign.twin, "twin", "the campaign").thermal_ehl
     if thermal is not None:
-        known, contact = thermal.constants(), known_contact(settings)
+        known, contact = ThermalEhl(**thermal.model_dump()), known_contact(settings)
         return {oil: FilmTruth(settings.known_oil(oil), known, contact) for oil in campaign.oils}
     for oil in campaign.oils:
         if oil not in constants:

@@ -1,14 +1,9 @@
-"""What all models of settings share: strict groups of keys, and the quantities with their ranges.
-
-A quantity has its unit and physical range here, once. The ranges are wide: they refuse a value in
-the wrong unit (1250 for 1.25 GPa), not an unusual rig.
-"""
+"""What every typed model is made of: strict groups of keys, for settings and for printed JSON."""
 
 import unicodedata
-from itertools import pairwise
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 from oilfilm.errors import OilfilmError
@@ -55,6 +50,11 @@ def key(meaning: str, *, unit: str | None = None, default: Any = _Required, **li
     return Field(**declared)
 
 
+def optional(meaning: str, **limits: Any) -> Any:
+    """Declare a key that may be left out, and is None then."""
+    return key(meaning, default=None, **limits)
+
+
 def present(value: T | None, key: str, owner: str) -> T:
     """A value that may be left out, where it is needed.
 
@@ -74,76 +74,3 @@ def unexpected(expected: str) -> PydanticCustomError:
 def contradiction(steps: tuple[object, ...], sentence: str) -> PydanticCustomError:
     """The error of keys that contradict each other: the key to blame and a sentence."""
     return PydanticCustomError("contradiction", "{sentence}", {"sentence": sentence, "at": steps})
-
-
-def _unit(name: str) -> dict[str, Any]:
-    return {"json_schema_extra": {"unit": name}}
-
-
-def _rising(values: list[Any]) -> list[Any]:
-    if any(low >= high for low, high in pairwise(values)):
-        raise unexpected("rising values, the smallest first")
-    return values
-
-
-def _different(values: list[Any]) -> list[Any]:
-    if any(value in values[:index] for index, value in enumerate(values)):
-        raise unexpected("each value once")
-    return values
-
-
-# ---------------------------------------------------------------- text
-
-NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
-Name = Annotated[str, Field(pattern=NAME_PATTERN)]  # becomes part of a path
-Text = Annotated[str, Field(min_length=1)]
-WebAddress = Annotated[str, Field(pattern=r"^https?://[^\s<>\"{}|\\^`]+$")]
-# A bucket, or a place in it; never with a name or a password.
-StorageAddress = Annotated[str, Field(pattern=r"^s3://[a-z0-9][a-z0-9.-]+(/[A-Za-z0-9._=-]+)*$")]
-
-# ---------------------------------------------------------------- lists
-
-Levels = Annotated[list[T], Field(min_length=1), AfterValidator(_different)]
-Unique = Annotated[list[T], AfterValidator(_different)]
-Rising = Annotated[list[T], Field(min_length=1), AfterValidator(_rising)]
-Band = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_rising)]
-
-# ---------------------------------------------------------------- numbers without unit
-
-Share = Annotated[float, Field(ge=0, le=1, **_unit("1"))]
-Tolerance = Annotated[float, Field(gt=0, lt=1, **_unit("1"))]  # relative: 0.03 is 3 %
-RelativeError = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]
-Factor = Annotated[float, Field(gt=0, le=1000, **_unit("1"))]
-SlideRollRatio = Annotated[float, Field(gt=0, le=2, **_unit("1"))]  # over the mean speed
-SlideRollRatioOrZero = Annotated[float, Field(ge=0, le=2, **_unit("1"))]
-SignedSlideRollRatio = Annotated[float, Field(ge=-2, le=2, **_unit("1"))]
-SlipChange = Annotated[float, Field(gt=0, le=2, **_unit("1"))]
-TractionChange = Annotated[float, Field(gt=0, le=1, **_unit("1"))]
-Levelled = Annotated[int, Field(ge=2, le=1000)]
-PoissonRatio = Annotated[float, Field(ge=0, le=0.5, **_unit("1"))]
-GrooveCurvature = Annotated[float, Field(gt=0.5, le=1, **_unit("1"))]
-
-# ---------------------------------------------------------------- operating conditions
-
-PressureGpa = Annotated[float, Field(gt=0, le=10, **_unit("GPa"))]
-LoadN = Annotated[float, Field(gt=0, le=1e7, **_unit("N"))]
-SpeedMs = Annotated[float, Field(gt=0, le=500, **_unit("m/s"))]
-PitchSpeedMmRpm = Annotated[float, Field(gt=0, le=1e8, **_unit("mm rpm"))]  # dmN
-SpeedRpm = Annotated[float, Field(gt=0, le=1e6, **_unit("rpm"))]
-# of an oil; above 0 because laws take powers of it, below what a temperature in K would be
-TemperatureC = Annotated[float, Field(gt=0, le=250, **_unit("degC"))]
-TemperatureDifferenceC = Annotated[float, Field(gt=0, le=50, **_unit("degC"))]
-TemperatureErrorC = Annotated[float, Field(ge=0, le=50, **_unit("degC"))]
-DurationS = Annotated[float, Field(gt=0, le=86400, **_unit("s"))]
-DurationOrZeroS = Annotated[float, Field(ge=0, le=86400, **_unit("s"))]
-ForceErrorN = Annotated[float, Field(ge=0, le=1e6, **_unit("N"))]
-TorqueErrorNm = Annotated[float, Field(ge=0, le=1e6, **_unit("N m"))]
-
-# ---------------------------------------------------------------- bodies
-
-LengthM = Annotated[float, Field(ge=1e-6, le=10, **_unit("m"))]
-BallRadiusM = Annotated[float, Field(ge=1e-4, le=0.5, **_unit("m"))]
-TrackRadiusM = Annotated[float, Field(ge=1e-4, le=2, **_unit("m"))]
-RoughnessUm = Annotated[float, Field(gt=0, le=2, **_unit("um"))]
-YoungsModulusPa = Annotated[float, Field(ge=1e8, le=2e12, **_unit("Pa"))]
-SolidDensityKgM3 = Annotated[float, Field(ge=500, le=25000, **_unit("kg/m3"))]

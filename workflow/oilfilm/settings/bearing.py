@@ -10,18 +10,8 @@ from pydantic import model_validator
 from oilfilm.bearing.geometry import Bearing, Cage, OilSupply
 from oilfilm.physics.contact import reduced_modulus
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
-from oilfilm.settings.base import (
-    GrooveCurvature,
-    Group,
-    LengthM,
-    RoughnessUm,
-    Share,
-    SolidDensityKgM3,
-    Text,
-    Unique,
-    contradiction,
-    key,
-)
+from oilfilm.settings import quantities as q
+from oilfilm.settings.base import Group, contradiction, key, optional
 from oilfilm.settings.rig import Elasticity
 from oilfilm.units import M_PER_UM
 
@@ -31,18 +21,18 @@ _M3_S_PER_L_MIN = 1e-3 / 60
 class BallMaterial(Elasticity):
     """Elastic constants and density."""
 
-    density_kg_m3: SolidDensityKgM3 = key("Density.")
+    density_kg_m3: q.SolidDensityKgM3 = key("Density.")
 
 
 class CageKeys(Group):
     """Cage and its lands."""
 
     guidance: Literal["outer", "inner"] = key("Ring whose land guides the cage.")
-    land_diameter_m: LengthM = key("Diameter of the guiding land.")
-    land_width_m: LengthM = key("Width of both lands together.")
-    land_clearance_m: LengthM = key("Radial clearance.")
+    land_diameter_m: q.LengthM = key("Diameter of the guiding land.")
+    land_width_m: q.LengthM = key("Width of both lands together.")
+    land_clearance_m: q.LengthM = key("Radial clearance.")
     pocket_friction_coefficient: float = key(
-        "Coulomb friction between ball and pocket.", unit="1", ge=0, le=1
+        "Coulomb friction of ball on pocket.", unit="1", ge=0, le=1
     )
 
 
@@ -50,10 +40,8 @@ class OilSupplyKeys(Group):
     """The oil that cools the bearing."""
 
     flow_l_min: float = key("Flow at the inlet temperature.", unit="L/min", gt=0, le=1000)
-    heat_share: Share = key(
-        "Share of the friction heat that the oil carries away; shaft and housing take the rest."
-    )
-    outlet_weight: Share = key(
+    heat_share: q.Share = key("Share of friction heat that the oil, not shaft or housing, takes.")
+    outlet_weight: q.Share = key(
         "Where the oil of the contacts lies between inlet (0) and outlet (1) temperature.",
         default=0.5,
     )
@@ -66,9 +54,9 @@ class OilSupplyKeys(Group):
 class BearingFile(Group):
     """A single-row ball bearing."""
 
-    name: Text = key("What it is.")
-    source: Text = key("Where the values come from.")
-    assumed: Unique[
+    name: q.Text = key("What it is.")
+    source: q.Text = key("Where the values come from.")
+    assumed: q.Unique[
         Literal[
             "ball_diameter_m",
             "pitch_diameter_m",
@@ -84,20 +72,18 @@ class BearingFile(Group):
             "oil_supply",
         ]
     ] = key("Keys whose values the source does not give.", default=[])
-    ball_diameter_m: LengthM = key("Diameter of a ball.")
-    pitch_diameter_m: LengthM = key("Diameter of the circle of ball centres.")
+    ball_diameter_m: q.LengthM = key("Diameter of a ball.")
+    pitch_diameter_m: q.LengthM = key("Diameter of the circle of ball centres.")
     ball_count: int = key("Number of balls.", ge=3)
     contact_angle_deg: float = key("Unloaded contact angle.", unit="deg", ge=0, lt=90)
-    inner_groove_curvature: GrooveCurvature = key("Inner groove radius over ball diameter.")
-    outer_groove_curvature: GrooveCurvature = key("Outer groove radius over ball diameter.")
+    inner_groove_curvature: q.GrooveCurvature = key("Inner groove radius over ball diameter.")
+    outer_groove_curvature: q.GrooveCurvature = key("Outer groove radius over ball diameter.")
     ring: Elasticity = key("Elastic constants of the rings.")
     ball: BallMaterial = key("Elastic constants and density of the balls.")
-    ball_roughness_ra_um: RoughnessUm = key("Ra of the balls.")
-    race_roughness_ra_um: RoughnessUm = key("Ra of the races.")
+    ball_roughness_ra_um: q.RoughnessUm = key("Ra of the balls.")
+    race_roughness_ra_um: q.RoughnessUm = key("Ra of the races.")
     cage: CageKeys = key("Cage and its lands.")
-    oil_supply: OilSupplyKeys | None = key(
-        "The oil that cools the bearing; without it there is no heat balance.", default=None
-    )
+    oil_supply: OilSupplyKeys | None = optional("Cooling oil; without it there is no heat balance.")
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:

@@ -7,59 +7,9 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from oilfilm import studies
-from oilfilm.figure_catalogue import figures
-from oilfilm.physics import thermal_traction
-from oilfilm.settings.base import (
-    DurationS,
-    ForceErrorN,
-    Group,
-    Levels,
-    LoadN,
-    Name,
-    PressureGpa,
-    RelativeError,
-    Share,
-    SignedSlideRollRatio,
-    SlideRollRatio,
-    SpeedMs,
-    SpeedRpm,
-    TemperatureC,
-    TemperatureErrorC,
-    Text,
-    TorqueErrorNm,
-    Unique,
-    WebAddress,
-    contradiction,
-    key,
-    unexpected,
-)
+from oilfilm.settings import quantities as q
+from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
 from oilfilm.units import FloatArray
-
-
-def _registered_figure(name: str) -> str:
-    if name not in figures():
-        raise unexpected("one of " + ", ".join(map(repr, figures())))
-    return name
-
-
-FigureName = Annotated[
-    str,
-    AfterValidator(_registered_figure),
-    # read when a schema is asked for: it parses the figures' source
-    Field(json_schema_extra=lambda schema: schema.update(enum=list(figures()))),
-]
-
-
-def _known_study(name: str) -> str:
-    if name not in studies.available():
-        raise unexpected("one of " + ", ".join(map(repr, studies.available())))
-    return name
-
-
-StudyName = Annotated[
-    str, AfterValidator(_known_study), Field(json_schema_extra={"enum": [*studies.available()]})
-]
 
 _ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
 _YEAR = re.compile(r"(?<!\d)(?:19|20)\d{2}(?!\d)")
@@ -78,10 +28,10 @@ def _possible_date(text: str) -> str:
 
 
 class Source(Group):
-    """What the data come from, beside the raw logs."""
+    """Other sources of the data."""
 
-    title: Text = key("What it is.")
-    address: WebAddress | None = key("Address, where it has one.", default=None)
+    title: q.Text = key("What it is.")
+    address: q.WebAddress | None = optional("Address, where it has one.")
 
 
 # As the refusal of a changed log prints them.
@@ -91,9 +41,7 @@ LogState = Annotated[str, Field(pattern=r"^([0-9a-f]{12,64}|etag:[!-~]{1,64})$")
 class AcknowledgedChange(Group):
     """A raw log that was changed on purpose after a run had read it."""
 
-    log: Annotated[str, Field(pattern=r"^data/raw/[^/]+/.")] = key(
-        "Path of the log from the top folder."
-    )
+    log: Annotated[str, Field(pattern=r"^data/raw/[^/]+/.")] = key("Its path from the top folder.")
     was: LogState = key("First digits of the sha256 that data/first_seen has of it.")
     now: LogState = key("First digits of its sha256 now.")
     reason: Annotated[str, Field(pattern=r"\S")] = key("Why it was changed.")
@@ -102,18 +50,16 @@ class AcknowledgedChange(Group):
 class Dataset(Group):
     """What describes the data and changes no number."""
 
-    title: Text | None = key("Title of the dataset.", default=None)
+    title: q.Text | None = optional("Title of the dataset.")
     licence: (
         Annotated[str, Field(pattern=r"^(https?://[^\s<>\"{}|\\^`]+|[A-Za-z0-9._-]+)$")] | None
-    ) = key("Licence: an SPDX identifier (MIT, CC-BY-4.0) or an address.", default=None)
-    date: Annotated[str, AfterValidator(_possible_date)] | None = key(
-        "When the data were measured, in quotes: '2026-06-02', 'June 2026'.", default=None
+    ) = optional("Licence: an SPDX identifier (MIT, CC-BY-4.0) or an address.")
+    date: Annotated[str, AfterValidator(_possible_date)] | None = optional(
+        "When the data were measured, in quotes: '2026-06-02', 'June 2026'."
     )
-    creators: Levels[Text] | None = key(
-        "Who made the data: persons or organisations.", default=None
-    )
-    sources: Annotated[list[Source], Field(min_length=1)] | None = key(
-        "What the data come from, beside the raw logs.", default=None
+    creators: q.Levels[q.Text] | None = optional("Who made the data: persons or organisations.")
+    sources: Annotated[list[Source], Field(min_length=1)] | None = optional(
+        "Other sources of the data."
     )
     acknowledged_changes: list[AcknowledgedChange] = key(
         "Raw logs that were changed on purpose after a run had read them; a run refuses others.",
@@ -123,7 +69,7 @@ class Dataset(Group):
 
 # One name, or a list of them.
 Names = Annotated[
-    Levels[Text],
+    q.Levels[q.Text],
     BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
     WithJsonSchema(
         {
@@ -140,55 +86,49 @@ class Column(Group):
     """A column of a log."""
 
     name: Names = key("Column's name as the log writes it, or a list of such names.")
-    unit: Text | None = key("Its unit, where the log does not say it.", default=None)
+    unit: q.Text | None = optional("Its unit, where the log does not say it.")
 
 
 class HeaderNames(Group):
     """Header keys and columns of the run sheet with names of their own, by the project's key."""
 
-    oil: Names | None = key("Names of the key of the oil.", default=None)
-    rig: Names | None = key("Names of the key of the rig.", default=None)
-    run: Names | None = key("Names of the key of the run's name.", default=None)
-    log_kind: Names | None = key("Names of the key of the kind of log.", default=None)
-    max_hertz_pressure_gpa: Names | None = key("Names of the pressure's key, in GPa.", default=None)
-    load_n: Names | None = key("Names of the load's key, in N.", default=None)
-    entrainment_speed_m_s: Names | None = key("Names of the speed's key, in m/s.", default=None)
-    inlet_temperature_c: Names | None = key(
-        "Names of the temperature's key, in degC.", default=None
-    )
-    file: Names | None = key("Names of the run sheet's column of logs.", default=None)
-    exclude: Names | None = key(
-        "Names of the run sheet's column of reasons to exclude a run.", default=None
-    )
-    remarks: Names | None = key(
-        "Names of columns of the run sheet that are not read.", default=None
-    )
+    oil: Names | None = optional("Names of the key of the oil.")
+    rig: Names | None = optional("Names of the key of the rig.")
+    run: Names | None = optional("Names of the key of the run's name.")
+    log_kind: Names | None = optional("Names of the key of the kind of log.")
+    max_hertz_pressure_gpa: Names | None = optional("Names of the pressure's key, in GPa.")
+    load_n: Names | None = optional("Names of the load's key, in N.")
+    entrainment_speed_m_s: Names | None = optional("Names of the speed's key, in m/s.")
+    inlet_temperature_c: Names | None = optional("Names of the temperature's key, in degC.")
+    file: Names | None = optional("Names of the run sheet's column of logs.")
+    exclude: Names | None = optional("Names of the run sheet's column of reasons to exclude a run.")
+    remarks: Names | None = optional("Names of columns of the run sheet that are not read.")
 
 
 class Columns(Group):
     """Columns of csv traction logs that have names of their own."""
 
-    time: Column | None = key("Time.", default=None)
-    load: Column | None = key("Load.", default=None)
-    traction_force: Column | None = key("Traction force.", default=None)
-    traction_force_1: Column | None = key("Traction force with the disc faster.", default=None)
-    traction_force_2: Column | None = key("Traction force with the ball faster.", default=None)
-    ball_speed: Column | None = key("Speed of the ball.", default=None)
-    disc_speed: Column | None = key("Speed of the disc.", default=None)
-    inlet_temperature: Column | None = key("Inlet temperature.", default=None)
-    entrainment_speed: Column | None = key("Entrainment speed.", default=None)
-    slide_roll_ratio: Column | None = key("Slide-roll ratio.", default=None)
+    time: Column | None = optional("Time.")
+    load: Column | None = optional("Load.")
+    traction_force: Column | None = optional("Traction force.")
+    traction_force_1: Column | None = optional("Traction force with the disc faster.")
+    traction_force_2: Column | None = optional("Traction force with the ball faster.")
+    ball_speed: Column | None = optional("Speed of the ball.")
+    disc_speed: Column | None = optional("Speed of the disc.")
+    inlet_temperature: Column | None = optional("Inlet temperature.")
+    entrainment_speed: Column | None = optional("Entrainment speed.")
+    slide_roll_ratio: Column | None = optional("Slide-roll ratio.")
 
 
 class TorqueColumns(Group):
-    """Columns of torque logs that have names of their own."""
+    """Columns with names of their own."""
 
-    time: Column | None = key("Time.", default=None)
-    axial_load: Column | None = key("Axial load.", default=None)
-    inner_speed: Column | None = key("Speed of the inner ring.", default=None)
-    oil_temperature: Column | None = key("Oil temperature.", default=None)
-    outer_ring_temperature: Column | None = key("Temperature of the outer ring.", default=None)
-    torque: Column | None = key("Friction torque.", default=None)
+    time: Column | None = optional("Time.")
+    axial_load: Column | None = optional("Axial load.")
+    inner_speed: Column | None = optional("Speed of the inner ring.")
+    oil_temperature: Column | None = optional("Oil temperature.")
+    outer_ring_temperature: Column | None = optional("Temperature of the outer ring.")
+    torque: Column | None = optional("Friction torque.")
 
 
 class Semantics(Group):
@@ -198,9 +138,7 @@ class Semantics(Group):
         "-1 where the sensor's output falls when the disc, being faster, drags the ball along.",
         default=1,
     )
-    slower_body: Literal["ball", "disc"] = key(
-        "Body that is slowed where the slide-roll ratio is positive.", default="ball"
-    )
+    slower_body: Literal["ball", "disc"] = key("Body that is slowed at positive S.", default="ball")
     slide_roll_ratio: Literal["over_mean", "over_sum", "over_faster"] = key(
         "A logged slide-roll ratio is sliding speed over the mean, the sum or the faster of the "
         "surface speeds.",
@@ -228,40 +166,41 @@ class Semantics(Group):
 
 
 class FilmUnjudged(Group):
-    """For campaigns whose film thickness cannot be calculated."""
+    """Where film thickness cannot be calculated."""
 
     accept: bool = key("Use points without a film thickness.")
-    reason: Text = key("Reason, printed beside the results.")
+    reason: q.Text = key("Reason, printed beside the results.")
 
 
 class Matrix(Group):
-    """Planned operating conditions, each level with each, for every oil."""
+    """Planned operating conditions of every oil, each level with each."""
 
-    max_hertz_pressure_gpa: Levels[PressureGpa] = key("Maximum Hertz pressures.")
-    entrainment_speed_m_s: Levels[SpeedMs] = key("Entrainment speeds.")
-    inlet_temperature_c: Levels[TemperatureC] = key("Inlet temperatures.")
+    max_hertz_pressure_gpa: q.Levels[q.PressureGpa] = key("Maximum Hertz pressures.")
+    entrainment_speed_m_s: q.Levels[q.SpeedMs] = key("Entrainment speeds.")
+    inlet_temperature_c: q.Levels[q.TemperatureC] = key("Inlet temperatures.")
 
 
 class SetPoints(Group):
     """Nominal conditions of logs that carry none."""
 
-    max_hertz_pressure_gpa: PressureGpa | None = key("Maximum Hertz pressure.", default=None)
-    load_n: LoadN | None = key("Load.", default=None)
-    entrainment_speed_m_s: SpeedMs | None = key("Entrainment speed.", default=None)
+    max_hertz_pressure_gpa: q.PressureGpa | None = optional("Maximum Hertz pressure.")
+    load_n: q.LoadN | None = optional("Load.")
+    entrainment_speed_m_s: q.SpeedMs | None = optional("Entrainment speed.")
     inlet_temperature_c: (
         Annotated[float, Field(gt=-100, le=250, json_schema_extra={"unit": "degC"})] | None
-    ) = key("Inlet temperature.", default=None)
-    slide_roll_ratio: Annotated[list[SignedSlideRollRatio], Field(min_length=1)] | None = key(
-        "Planned slide-roll ratios; points further from all of them than slip_tolerance are "
-        "refused.",
-        default=None,
+    ) = optional("Inlet temperature.")
+    slide_roll_ratio: Annotated[list[q.SignedSlideRollRatio], Field(min_length=1)] | None = (
+        optional(
+            "Planned slide-roll ratios; points further from all of them than slip_tolerance are "
+            "refused."
+        )
     )
 
 
 class Defect(Group):
     """A defect that the rig twin plants."""
 
-    oil: Name = key("Oil.")
+    oil: q.Name = key("Oil.")
     condition: Annotated[list[float], Field(min_length=3, max_length=3)] = key(
         "Pressure in GPa, speed in m/s, temperature in degC."
     )
@@ -274,21 +213,15 @@ class ThermalEhl(Group):
     """Constants of the thermal EHL traction that is a campaign's truth."""
 
     eyring_stress_pa: float = key("The film thins under shear above it.", unit="Pa", ge=1e4, le=1e9)
-    limiting_stress_ratio: float = key(
-        "Limiting shear stress over pressure at the reference temperature.", unit="1", gt=0, le=1
-    )
+    limiting_stress_ratio: float = key("Limiting stress over pressure there.", unit="1", gt=0, le=1)
     limiting_stress_reference_c: float = key("Reference temperature.", unit="degC", ge=-100, le=250)
     limiting_stress_decay_1_k: float = key(
         "Relative fall of that ratio with the film's temperature.", unit="1/K", ge=0, le=1
     )
     solid_conductivity_w_mk: float = key("Of ball and disc.", unit="W/(m K)", gt=0, le=3000)
     solid_volumetric_heat_j_m3k: float = key(
-        "Density times specific heat of ball and disc.", unit="J/(m3 K)", ge=1e5, le=1e8
+        "Density times specific heat.", unit="J/(m3 K)", ge=1e5, le=1e8
     )
-
-    def constants(self) -> thermal_traction.ThermalEhl:
-        """The same for the formulas."""
-        return thermal_traction.ThermalEhl(**self.model_dump())
 
 
 SamplingRateHz = Annotated[float, Field(gt=0, le=1e6, json_schema_extra={"unit": "Hz"})]
@@ -297,50 +230,48 @@ SamplingRateHz = Annotated[float, Field(gt=0, le=1e6, json_schema_extra={"unit":
 class Twin(Group):
     """How the rig twin simulates the campaign's logs."""
 
-    thermal_ehl: ThermalEhl | None = key(
-        "Thermal EHL traction as the truth; without it the printed constants are.", default=None
-    )
+    thermal_ehl: ThermalEhl | None = optional("Truth; without it the printed constants are.")
     sampling_rate_hz: SamplingRateHz = key("Sampling rate.")
-    baseline_s: DurationS = key("Pure rolling before and after the sweep.")
-    step_s: DurationS = key("Time at each slip.")
+    baseline_s: q.DurationS = key("Pure rolling before and after the sweep.")
+    step_s: q.DurationS = key("Time at each slip.")
     slip_steps: int = key("Slip steps.", ge=2)
-    slip_max: SlideRollRatio = key("Largest S.")
-    noise_of_full_scale: RelativeError = key("Noise of each sensor, one standard deviation.")
-    response_s: DurationS = key("Time constant of the slip control.")
-    zero_offset_n: ForceErrorN = key("Zero of the traction sensor, standard deviation over runs.")
-    zero_drift_n: ForceErrorN = key("Its change over a run, standard deviation.")
-    control_load: RelativeError = key("Error of the controlled load, per run.")
-    control_speed: RelativeError = key("Error of the controlled speed, per run.")
-    control_temperature_c: TemperatureErrorC = key("Error of the controlled temperature, per run.")
-    wander: RelativeError = key("Slow wandering of load and speed within a run.")
-    systematic_load: RelativeError = key("Calibration error of the load, per run.")
-    systematic_temperature_c: TemperatureErrorC = key("Calibration error of the temperature.")
+    slip_max: q.SlideRollRatio = key("Largest S.")
+    noise_of_full_scale: q.RelativeError = key("Noise of each sensor, one standard deviation.")
+    response_s: q.DurationS = key("Time constant of the slip control.")
+    zero_offset_n: q.ForceErrorN = key("Zero of the traction sensor, standard deviation over runs.")
+    zero_drift_n: q.ForceErrorN = key("Its change over a run, standard deviation.")
+    control_load: q.RelativeError = key("Error of the controlled load, per run.")
+    control_speed: q.RelativeError = key("Error of the controlled speed, per run.")
+    control_temperature_c: q.TemperatureErrorC = key("Error of the controlled temperature.")
+    wander: q.RelativeError = key("Slow wandering of load and speed within a run.")
+    systematic_load: q.RelativeError = key("Calibration error of the load, per run.")
+    systematic_temperature_c: q.TemperatureErrorC = key("Calibration error of the temperature.")
     spikes: int = key("Wild readings of the force per run.", ge=0)
-    spike_n: ForceErrorN = key("Their size.")
+    spike_n: q.ForceErrorN = key("Their size.")
     defects: list[Defect] = key("Planted defects.")
 
 
 class TorqueCalibration(Group):
     """Standard uncertainties of the torque sensor's calibration."""
 
-    torque_relative: RelativeError = key("Relative part.")
-    torque_n_m: TorqueErrorNm = key("Absolute part.")
+    torque_relative: q.RelativeError = key("Relative part.")
+    torque_n_m: q.TorqueErrorNm = key("Absolute part.")
 
 
 class TorqueMatrix(Group):
     """Operating points of the torque rig's twin."""
 
-    axial_load_n: Levels[LoadN] = key("Axial loads.")
-    inner_speed_rpm: Levels[SpeedRpm] = key("Speeds of the inner ring.")
-    oil_temperature_c: Levels[TemperatureC] = key("Oil temperatures.")
+    axial_load_n: q.Levels[q.LoadN] = key("Axial loads.")
+    inner_speed_rpm: q.Levels[q.SpeedRpm] = key("Speeds of the inner ring.")
+    oil_temperature_c: q.Levels[q.TemperatureC] = key("Oil temperatures.")
 
 
 class TorqueDefect(Group):
     """A defect that the torque rig's twin plants."""
 
-    oil: Text = key("An oil of the campaign.")
-    axial_load_n: LoadN = key("Axial load.")
-    oil_temperature_c: TemperatureC = key("Oil temperature.")
+    oil: q.Text = key("An oil of the campaign.")
+    axial_load_n: q.LoadN = key("Axial load.")
+    oil_temperature_c: q.TemperatureC = key("Oil temperature.")
     kind: Literal["tare_drift", "truncated", "warming"] = key("Kind of defect.")
 
 
@@ -348,31 +279,29 @@ class TorqueTwin(Group):
     """How the torque rig's twin simulates logs."""
 
     sampling_rate_hz: SamplingRateHz = key("Sampling rate.")
-    rest_s: DurationS = key("Time at rest before and after.")
-    step_s: DurationS = key("Time at each speed.")
-    response_s: DurationS = key("Time constant of the spindle.")
-    torque_noise_n_m: TorqueErrorNm = key("Noise of the torque, one standard deviation.")
-    load_noise_n: ForceErrorN = key("Noise of the load, one standard deviation.")
+    rest_s: q.DurationS = key("Time at rest before and after.")
+    step_s: q.DurationS = key("Time at each speed.")
+    response_s: q.DurationS = key("Time constant of the spindle.")
+    torque_noise_n_m: q.TorqueErrorNm = key("Noise of the torque, one standard deviation.")
+    load_noise_n: q.ForceErrorN = key("Noise of the load, one standard deviation.")
     speed_noise_rpm: float = key("Noise of the speed, one standard deviation.", unit="rpm", ge=0)
-    temperature_noise_c: TemperatureErrorC = key("Noise of the temperature.")
-    tare_n_m: TorqueErrorNm = key("Tare, standard deviation over runs.")
-    tare_drift_n_m: TorqueErrorNm = key("Its change over a run, standard deviation.")
-    systematic_torque: RelativeError = key("Calibration error of the torque, per run.")
-    control_load: RelativeError = key("Error of the controlled load, per run.")
-    control_temperature_c: TemperatureErrorC = key("Error of the controlled temperature, per run.")
+    temperature_noise_c: q.TemperatureErrorC = key("Noise of the temperature.")
+    tare_n_m: q.TorqueErrorNm = key("Tare, standard deviation over runs.")
+    tare_drift_n_m: q.TorqueErrorNm = key("Its change over a run, standard deviation.")
+    systematic_torque: q.RelativeError = key("Calibration error of the torque, per run.")
+    control_load: q.RelativeError = key("Error of the controlled load, per run.")
+    control_temperature_c: q.TemperatureErrorC = key("Error of the controlled temperature.")
     defects: list[TorqueDefect] = key("Planted defects.")
 
 
 class Torque(Group):
-    """Logs of a bearing's friction torque, in data/raw/<campaign>-torque."""
+    """Torque logs, in data/raw/<campaign>-torque."""
 
-    bearing: Name = key("Bearing: a file of config/bearings, without .yaml.")
+    bearing: q.Name = key("Bearing: a file of config/bearings, without .yaml.")
     calibration: TorqueCalibration = key("Standard uncertainties of the torque sensor.")
-    columns: TorqueColumns = key(
-        "Columns of torque logs that have names of their own.", default=TorqueColumns()
-    )
-    matrix: TorqueMatrix | None = key("Operating points of the twin.", default=None)
-    twin: TorqueTwin | None = key("How the torque rig's twin simulates logs.", default=None)
+    columns: TorqueColumns = key("Columns with names of their own.", default=TorqueColumns())
+    matrix: TorqueMatrix | None = optional("Operating points of the twin.")
+    twin: TorqueTwin | None = optional("How the torque rig's twin simulates logs.")
 
     @model_validator(mode="after")
     def _twin_has_operating_points(self) -> Self:
@@ -387,26 +316,19 @@ class CampaignKeys(Group):
     """Keys of a campaign that change its results."""
 
     data: Literal["measured", "simulated"] = key("Whether the logs were measured or simulated.")
-    simulated_by: Text | None = key(
-        "What simulated the logs, as a few words for figures and report; a `twin` needs no such "
-        "words.",
-        default=None,
+    simulated_by: q.Text | None = optional(
+        "What simulated the logs, in a few words; not with `twin`."
     )
-    description: Text = key("One line on what was measured.")
-    credit: Text | None = key(
-        "Whose measured data they are, in a few words; printed wherever they are shown.",
-        default=None,
-    )
-    rigs: Levels[Name] = key(
-        "Files of config/rigs, without .yaml; the first is that of logs that name none."
-    )
-    oils: Unique[Name] = key("Files of config/oils, without .yaml, each in quotes.")
-    oils_without_properties: Unique[Name] = key("Oils whose properties are unknown.", default=[])
+    description: q.Text = key("One line on what was measured.")
+    credit: q.Text | None = optional("Whose data they are; printed wherever they are shown.")
+    rigs: q.Levels[q.Name] = key("Files of config/rigs; the first is for logs that name none.")
+    oils: q.Unique[q.Name] = key("Files of config/oils, without .yaml, each in quotes.")
+    oils_without_properties: q.Unique[q.Name] = key("Oils of unknown properties.", default=[])
     oil_aliases: dict[str, Names] = key(
-        "By oil: other names that these logs give it, beside the `aliases` of its file.", default={}
+        "By oil: names beside the `aliases` of its file.", default={}
     )
-    figures: Unique[FigureName] = key("Figures to draw.")
-    studies: Unique[StudyName] = key(
+    figures: q.Unique[q.Name] = key("Figures to draw.")
+    studies: q.Unique[q.Name] = key(
         "Studies with tables, figures and sections of their own; `paper`: Deng et al. (2026).",
         default=[],
     )
@@ -416,33 +338,25 @@ class CampaignKeys(Group):
         ge=0,
         default=1,
     )
-    min_accepted_share: Share = key(
-        "Share of the runs that must be accepted; a log that cannot be read counts as a run.",
-        default=0.0,
+    min_accepted_share: q.Share = key(
+        "Share of runs, unreadable logs too, that must be accepted.", default=0.0
     )
-    matrix: Matrix | None = key(
-        "Planned operating conditions, each level with each, for every oil.", default=None
+    matrix: Matrix | None = optional(
+        "Planned operating conditions of every oil, each level with each."
     )
     columns: Columns = key("Columns of csv logs that have names of their own.", default=Columns())
     header: HeaderNames = key(
-        "Keys of header lines and columns of the run sheet that have names of their own.",
-        default=HeaderNames(),
+        "Header keys and run sheet columns with own names.", default=HeaderNames()
     )
     semantics: Semantics = key("How the rigs' logs are meant.", default=Semantics())
-    semantics_of_rig: dict[str, Semantics] = key(
-        "By rig: what differs from `semantics`.", default={}
-    )
+    semantics_of_rig: dict[str, Semantics] = key("By rig, other than `semantics`.", default={})
     repeated_conditions: Literal["accept", "refuse"] = key(
-        "What to do with a second run of the same condition.", default="refuse"
+        "What to do with a second run of a condition.", default="refuse"
     )
-    film_unjudged: FilmUnjudged | None = key(
-        "For campaigns whose film thickness cannot be calculated.", default=None
-    )
+    film_unjudged: FilmUnjudged | None = optional("Where film thickness cannot be calculated.")
     set_points: SetPoints = key("Nominal conditions of logs that carry none.", default=SetPoints())
-    twin: Twin | None = key("How the rig twin simulates the campaign's logs.", default=None)
-    torque: Torque | None = key(
-        "Logs of a bearing's friction torque, in data/raw/<campaign>-torque.", default=None
-    )
+    twin: Twin | None = optional("How the rig twin simulates the campaign's logs.")
+    torque: Torque | None = optional("Torque logs, in data/raw/<campaign>-torque.")
 
     @property
     def simulator(self) -> str:
@@ -476,4 +390,4 @@ class CampaignFile(CampaignKeys, Dataset):
 class Campaign(CampaignKeys):
     """A campaign as its rules see it: its keys and its name."""
 
-    name: Name = key("The campaign file's name, without .yaml.")
+    name: q.Name = key("The campaign file's name, without .yaml.")

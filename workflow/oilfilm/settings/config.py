@@ -12,40 +12,8 @@ from oilfilm.bearing.kinematics import (
     entrainment_speed_m_s,
     inner_slide_roll_ratio,
 )
-from oilfilm.settings.base import (
-    Band,
-    DurationOrZeroS,
-    DurationS,
-    Factor,
-    GrooveCurvature,
-    Group,
-    Levelled,
-    Levels,
-    LoadN,
-    Name,
-    PitchSpeedMmRpm,
-    PressureGpa,
-    RelativeError,
-    Rising,
-    Share,
-    SignedSlideRollRatio,
-    SlideRollRatio,
-    SlideRollRatioOrZero,
-    SlipChange,
-    SpeedMs,
-    SpeedRpm,
-    StorageAddress,
-    TemperatureC,
-    TemperatureDifferenceC,
-    TemperatureErrorC,
-    Text,
-    Tolerance,
-    TractionChange,
-    Unique,
-    contradiction,
-    key,
-    unexpected,
-)
+from oilfilm.settings import quantities as q
+from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
 from oilfilm.traction import LAW_NAMES, LAWS
 
 
@@ -69,7 +37,6 @@ def _existing_day(day: str) -> str:
 LawOfConditions = Annotated[str, _one_of(LAWS), Field(json_schema_extra={"enum": list(LAWS)})]
 AnyLaw = Annotated[str, _one_of(LAW_NAMES), Field(json_schema_extra={"enum": list(LAW_NAMES)})]
 Day = Annotated[str, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$"), AfterValidator(_existing_day)]
-LimitOfChange = Annotated[float, Field(gt=0, le=1, json_schema_extra={"unit": "1"})]
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
 
 
@@ -84,43 +51,41 @@ class FilmSettings(Group):
 class ZeroReferenceSettings(Group):
     """The zero of the traction force: the sensor's output under pure rolling."""
 
-    duration_s: DurationS = key("Time of pure rolling that is averaged for the zero.")
-    min_duration_s: DurationS = key("Shortest part of a rolling phase that gives a zero.")
+    duration_s: q.DurationS = key("Time of pure rolling that is averaged for the zero.")
+    min_duration_s: q.DurationS = key("Shortest part of a rolling phase that gives a zero.")
     max_drift_n: float = key("Largest change of the zero during a run.", unit="N", gt=0, le=1e6)
-    max_slide_roll_ratio: SlipChange = key("A phase with |S| below this is pure rolling.")
-    max_traction_share: Tolerance = key(
-        "Traction of a rolling phase, by the run's own slope, over the run's largest."
+    max_slide_roll_ratio: q.SlipChange = key("A phase with |S| below this is pure rolling.")
+    max_traction_share: q.Tolerance = key(
+        "Traction of a rolling phase by the run's slope, over its largest."
     )
-    standstill_share: Tolerance = key(
-        "Surfaces slower than this share of the run's speed stand still."
-    )
-    ramp_tolerance: Tolerance = key(
-        "Relative change of the speed within a window beside a standstill that is no ramp."
+    standstill_share: q.Tolerance = key("Standstill is below this share of the run's speed.")
+    ramp_tolerance: q.Tolerance = key(
+        "Change of speed beside a standstill that is no ramp, relative."
     )
 
 
 class PlateauSettings(Group):
     """Steady plateaus between the steps of slip."""
 
-    window_s: DurationS = key("Time that is averaged before and after a step to find it.")
-    noise_factor: Factor = key("Standard errors that a step must exceed.")
-    min_step: SlipChange = key("Smallest step of S.")
-    settle_s: DurationOrZeroS = key("Time that is cut off after a step.")
-    guard_s: DurationOrZeroS = key("Time that is cut off before the next step.")
-    min_duration_s: DurationS = key("Shortest settled part that is used.")
-    transient_share: Tolerance = key("Share of a settled part that counts as its beginning.")
+    window_s: q.DurationS = key("Time that is averaged before and after a step to find it.")
+    noise_factor: q.Factor = key("Standard errors that a step must exceed.")
+    min_step: q.SlipChange = key("Smallest step of S.")
+    settle_s: q.DurationOrZeroS = key("Time that is cut off after a step.")
+    guard_s: q.DurationOrZeroS = key("Time that is cut off before the next step.")
+    min_duration_s: q.DurationS = key("Shortest settled part that is used.")
+    transient_share: q.Tolerance = key("Share of a settled part that counts as its beginning.")
 
 
 class SpikeSettings(Group):
     """Isolated wild readings."""
 
-    threshold: Factor = key("Robust standard deviations from the plateau's median.")
+    threshold: q.Factor = key("Robust standard deviations from the plateau's median.")
 
 
 class StuckSettings(Group):
     """A force signal that does not change."""
 
-    duration_s: DurationS = key("Time without any change of the force signal.")
+    duration_s: q.DurationS = key("Time without any change of the force signal.")
     samples: int = key("Samples without any change.", ge=2)
 
 
@@ -134,11 +99,11 @@ class CurationSettings(Group):
 
 
 class LoggedTwiceSettings(Group):
-    """How far columns that log the same quantity may be apart."""
+    """How far two columns of one quantity may be apart."""
 
-    entrainment_speed: Tolerance = key("Relative difference in the median row.")
-    slide_roll_ratio: SlipChange = key("Difference of S in the median row.")
-    traction_force: Tolerance = key(
+    entrainment_speed: q.Tolerance = key("Relative difference in the median row.")
+    slide_roll_ratio: q.SlipChange = key("Difference of S in the median row.")
+    traction_force: q.Tolerance = key(
         "Difference from half the difference of the forces of both directions of the slip in the "
         "median row, relative to their mean size."
     )
@@ -154,77 +119,59 @@ class SameSetPointSettings(Group):
         ge=0,
         le=0.1,
     )
-    temperature_c: TemperatureErrorC = key("Difference of temperatures that are the same.")
+    temperature_c: q.TemperatureErrorC = key("Difference of temperatures that are the same.")
 
 
 class SignalGateSettings(Group):
     """Limits that the signals of every kind of log must keep."""
 
-    load_change_max: LimitOfChange = key(
-        "Change of the load, second half against first half of a plateau, relative."
-    )
-    temperature_change_max_c: TemperatureDifferenceC = key(
-        "Change of the oil's temperature, second half against first half of a plateau."
-    )
-    spike_share_max: Share = key("Share of a plateau's rows that may be spikes.")
-    faulty_share_max: Share = key(
+    load_change_max: q.PositiveShare = key("Change of load from first to second half of a plateau.")
+    temperature_change_max_c: q.TemperatureDifferenceC = key("The same for the oil's temperature.")
+    spike_share_max: q.Share = key("Share of a plateau's rows that may be spikes.")
+    faulty_share_max: q.Share = key(
         "Share of a run's plateaus that may fail gates which show a fault of the run; more of "
         "them, if at least three or more than half, refuse the whole run."
     )
-    clock_jump_intervals: float = key("Longest gap, in sampling intervals.", unit="1", gt=0)
-    saturated_share: Tolerance = key("Share of rows at a sensor's extreme value.")
-    piled_up_factor: float = key(
-        "A saturated value occurs this many times as often as the next one.", unit="1", gt=1
-    )
+    clock_jump_intervals: q.Positive = key("Longest gap, in sampling intervals.")
+    saturated_share: q.Tolerance = key("Share of rows at a sensor's extreme value.")
+    piled_up_factor: q.AboveOne = key("How often a saturated value occurs, over the next one.")
 
 
 class GateSettings(SignalGateSettings):
     """Limits of the gates that points and runs must pass."""
 
     lambda_limit: float = key(
-        "Full film above this ratio of film thickness to roughness.", unit="1", ge=0, le=100
+        "Full film above this film thickness over roughness.", unit="1", ge=0, le=100
     )
-    load_tolerance: Tolerance = key("Deviation from the nominal load, relative.")
-    speed_tolerance: Tolerance = key("Deviation from the nominal speed, relative.")
-    temperature_tolerance_c: TemperatureDifferenceC = key("Deviation from the nominal temperature.")
-    slide_roll_ratio_min: SignedSlideRollRatio = key("Smallest S of a point.")
-    slide_roll_ratio_max: SignedSlideRollRatio = key("Largest S of a point.")
+    load_tolerance: q.Tolerance = key("Deviation from the nominal load, relative.")
+    speed_tolerance: q.Tolerance = key("Deviation from the nominal speed, relative.")
+    temperature_tolerance_c: q.TemperatureDifferenceC = key("Deviation from the set temperature.")
+    slide_roll_ratio_min: q.SignedSlideRollRatio = key("Smallest S of a point.")
+    slide_roll_ratio_max: q.SignedSlideRollRatio = key("Largest S of a point.")
     traction_min: float = key("Smallest physical traction coefficient.", unit="1", ge=-2, le=2)
     traction_max: float = key("Largest physical traction coefficient.", unit="1", gt=0, le=2)
-    slip_change_max: SlipChange = key("Change of S within a plateau.")
-    traction_change_max: TractionChange = key("Change of mu within a plateau.")
-    slip_transient_max: SlipChange = key(
-        "Difference of S between the beginning and the rest of a plateau."
+    slip_change_max: q.SlipChange = key("Change of S within a plateau.")
+    traction_change_max: q.TractionChange = key("Change of mu within a plateau.")
+    slip_transient_max: q.SlipChange = key(
+        "Change of S from the beginning to the rest of a plateau."
     )
-    traction_transient_max: TractionChange = key(
-        "Difference of mu between the beginning and the rest of a plateau."
-    )
-    slip_tolerance: SlipChange = key("Distance of S from the nearest planned value.")
-    branch_difference_max: TractionChange = key(
-        "Median difference of mu between the two branches of a sweep."
+    traction_transient_max: q.TractionChange = key("Change of mu from its beginning to its rest.")
+    slip_tolerance: q.SlipChange = key("Distance of S from the nearest planned value.")
+    branch_difference_max: q.TractionChange = key(
+        "Median difference of mu between branches of a sweep."
     )
     branch_points: int = key("Fewest points of a branch.", ge=2)
-    film_trend_factor: float = key(
-        "Largest factor between a measured film and its power law in speed.", unit="1", gt=1
+    film_trend_factor: q.AboveOne = key("Largest factor between a film and its power law in speed.")
+    sign_slip_min: q.SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
+    sliding_traction_min: q.RelativeError = key("Smallest median mu of an oil above that |S|.")
+    sliding_traction_usual: q.RelativeError = key(
+        "A smaller median mu above that |S| is a warning."
     )
-    sign_slip_min: SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
-    sliding_traction_min: float = key(
-        "Smallest median traction coefficient of an oil above that |S|.", unit="1", ge=0, lt=1
-    )
-    sliding_traction_usual: float = key(
-        "A smaller median traction coefficient above that |S| is a warning.", unit="1", ge=0, lt=1
-    )
-    sign_share: float = key(
-        "Share of points with the other sign that refuses a run.", unit="1", gt=0, le=1
-    )
-    temperature_drift_max_c: TemperatureDifferenceC = key("Drift of temperature within a run.")
-    repeat_difference_max: Tolerance = key(
-        "Median relative difference of mu between two runs of one condition."
-    )
-    asymmetry_max: float = key(
-        "Largest |TF1 + TF2|/(|TF1| + |TF2|) on rigs that reverse the slip.", unit="1", gt=0, le=1
-    )
-    asymmetry_slip_min: SlideRollRatioOrZero = key("The asymmetry is judged above this |S|.")
+    sign_share: q.PositiveShare = key("Share of points of the other sign that refuses a run.")
+    temperature_drift_max_c: q.TemperatureDifferenceC = key("Drift of temperature within a run.")
+    repeat_difference_max: q.Tolerance = key("Median relative difference of mu between repeats.")
+    asymmetry_max: q.PositiveShare = key("Largest |TF1 + TF2|/(|TF1| + |TF2|) where slip reverses.")
+    asymmetry_slip_min: q.SlideRollRatioOrZero = key("The asymmetry is judged above this |S|.")
 
     @model_validator(mode="after")
     def _ranges_are_not_empty(self) -> Self:
@@ -247,37 +194,29 @@ class FitSettings(Group):
     population: int = key("Candidates of a search (differential evolution).", ge=8)
     generations: int = key("Generations of a search.", ge=1)
     polished: int = key("Members of the population that are polished.", ge=1)
-    agreement_sse: Tolerance = key("Relative difference of SSE between searches that agree.")
+    agreement_sse: q.Tolerance = key("Relative difference of SSE between searches that agree.")
     agreement_constants: float = key(
-        "Difference of constants between searches that agree, in naive standard errors.",
-        unit="1",
-        gt=0,
+        "Difference of constants between them, in naive standard errors.", unit="1", gt=0
     )
-    gradient_cosine_max: Tolerance = key("Largest gradient cosine at an optimum.")
-    min_relative_range: Tolerance = key(
-        "A condition with a smaller (max - min)/max gives no exponent."
+    gradient_cosine_max: q.Tolerance = key("Largest gradient cosine at an optimum.")
+    min_relative_range: q.Tolerance = key(
+        "A condition with less (max - min)/max gives no exponent."
     )
-    smallest_singular_value: Tolerance = key(
+    smallest_singular_value: q.Tolerance = key(
         "Smallest singular value of the standardised logarithms of the conditions, over the "
         "largest, at which a direction counts as varied."
     )
-    level_tolerance: Share = key(
+    level_tolerance: q.Share = key(
         "How far beyond its tested scatter, relative, a condition without exponent may be asked "
         "for."
     )
     min_curves_to_resample: int = key("Fewest curves for a bootstrap.", ge=2)
-    pulling_weight: Share = key(
-        "A curve with less mean weight in the robust fit is named as pulling the plain fit."
+    pulling_weight: q.Share = key(
+        "A curve of less mean weight in the robust fit is named as pulling."
     )
-    odd_gain: Tolerance = key(
-        "A curve whose traction is further from the robust fit's is named, as |ln gain|."
-    )
-    odd_scatter: Tolerance = key(
-        "A curve whose shape differs by more from the robust fit's is named, relative rms."
-    )
-    sign_confidence: Tolerance = key(
-        "Confidence that no sign of a constant is called known wrongly."
-    )
+    odd_gain: q.Tolerance = key("A curve further from the robust fit is named, as |ln gain|.")
+    odd_scatter: q.Tolerance = key("A curve of another shape than the robust fit is named, by rms.")
+    sign_confidence: q.Tolerance = key("Confidence that no sign of a constant is wrong.")
     allow_uncertified: bool = key("Go on where a fit has no certificate.")
     bootstrap: int = key("Bootstrap refits (whole curves are resampled).", ge=20)
 
@@ -285,27 +224,27 @@ class FitSettings(Group):
 class TareSettings(Group):
     """The torque sensor's output at rest."""
 
-    max_speed_rpm: SpeedRpm = key("Slower counts as rest.")
-    min_duration_s: DurationS = key("Time of rest at either end.")
+    max_speed_rpm: q.SpeedRpm = key("Slower counts as rest.")
+    min_duration_s: q.DurationS = key("Time of rest at either end.")
     max_drift_n_m: float = key("Largest change of the tare during a run.", unit="N m", gt=0)
 
 
 class TorquePlateauSettings(Group):
     """Steady speeds of a torque log."""
 
-    window_s: DurationS = key("Time that is averaged before and after a step to find it.")
-    noise_factor: Factor = key("Standard errors that a step must exceed.")
-    min_step_rpm: SpeedRpm = key("Smallest step of speed.")
-    settle_s: DurationOrZeroS = key("Time that is cut off after a step.")
-    guard_s: DurationOrZeroS = key("Time that is cut off before the next step.")
-    min_duration_s: DurationS = key("Shortest settled part that is used.")
+    window_s: q.DurationS = key("Time that is averaged before and after a step to find it.")
+    noise_factor: q.Factor = key("Standard errors that a step must exceed.")
+    min_step_rpm: q.SpeedRpm = key("Smallest step of speed.")
+    settle_s: q.DurationOrZeroS = key("Time that is cut off after a step.")
+    guard_s: q.DurationOrZeroS = key("Time that is cut off before the next step.")
+    min_duration_s: q.DurationS = key("Shortest settled part that is used.")
 
 
 class TorqueGateSettings(SignalGateSettings):
     """Limits of torque plateaus."""
 
-    torque_change_max: LimitOfChange = key(
-        "Change of the torque, second half against first half of a plateau, relative."
+    torque_change_max: q.PositiveShare = key(
+        "Change of torque from first to second half of a plateau."
     )
 
 
@@ -320,33 +259,29 @@ class TorqueLogSettings(Group):
 class CompareSettings(Group):
     """Laws compared on the same points by the same fit."""
 
-    laws: Levels[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
+    laws: q.Levels[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
     bootstrap: int = key("Bootstrap refits of each law (whole curves are resampled).", ge=2)
-    left_out_groups: int = key(
-        "Up to so many curves are left out one at a time, more in so many groups.", ge=2
-    )
-    level_gap: float = key(
-        "Levels are apart by more than this share of a condition's range.", unit="1", gt=0, le=1
-    )
+    left_out_groups: int = key("Most groups of curves that are left out one at a time.", ge=2)
+    level_gap: q.PositiveShare = key("Levels differ by more than this share of the range.")
 
 
 class LawFloorSettings(Group):
     """Smallest levels at which a law is evaluated."""
 
-    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
-    load_n: LoadN = key("Load.")
-    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
-    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
+    max_hertz_pressure_gpa: q.PressureGpa = key("Maximum Hertz pressure.")
+    load_n: q.LoadN = key("Load.")
+    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: q.TemperatureC = key("Inlet temperature.")
 
 
 class TermUncertaintySettings(Group):
     """Relative standard uncertainty of the torque's terms beside traction."""
 
-    rolling: RelativeError = key("Rolling resistance.")
-    hysteresis: RelativeError = key("Elastic hysteresis.")
-    drag: RelativeError = key("Drag of the balls in the oil-air mixture.")
-    pocket: RelativeError = key("Cage pockets.")
-    land: RelativeError = key("Cage lands.")
+    rolling: q.RelativeError = key("Rolling resistance.")
+    hysteresis: q.RelativeError = key("Elastic hysteresis.")
+    drag: q.RelativeError = key("Drag of the balls in the oil-air mixture.")
+    pocket: q.RelativeError = key("Cage pockets.")
+    land: q.RelativeError = key("Cage lands.")
 
 
 class TorqueDrawSettings(Group):
@@ -359,48 +294,42 @@ class PalmgrenSettings(Group):
     """Constants of Palmgren's torque."""
 
     f0: float = key("Of lubrication and bearing type.", unit="1", gt=0, le=100)
-    f1: float = key("Of load and bearing type.", unit="1", gt=0, le=1)
+    f1: q.PositiveShare = key("Of load and bearing type.")
 
 
 class CageSlipSettings(Group):
     """The map of cage slip."""
 
-    pitch_speed_mm_rpm: Annotated[Levels[PitchSpeedMmRpm], Field(min_length=2)] = key(
+    pitch_speed_mm_rpm: Annotated[q.Levels[q.PitchSpeedMmRpm], Field(min_length=2)] = key(
         "Pitch diameter times speed."
     )
-    axial_load_n: Annotated[Levels[LoadN], Field(min_length=2)] = key("Axial loads.")
-    inlet_temperature_c: TemperatureC = key("Oil temperature.")
+    axial_load_n: Annotated[q.Levels[q.LoadN], Field(min_length=2)] = key("Axial loads.")
+    inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
 
 
 class SizeEffectSettings(Group):
     """Bearings like the campaign's, of other sizes and grooves."""
 
-    ball_size_factors: Levels[Factor] = key("Factors on all lengths.")
-    groove_curvatures: Levels[GrooveCurvature] = key("Groove radii over ball diameter.")
-    axial_load_n: LoadN = key("Axial load of the bearing as it is; others have the same pressure.")
-    inner_speed_rpm: SpeedRpm = key(
-        "Speed of the bearing as it is; others have the same surface speed."
-    )
-    inlet_temperature_c: TemperatureC = key("Oil temperature.")
+    ball_size_factors: q.Levels[q.Factor] = key("Factors on all lengths.")
+    groove_curvatures: q.Levels[q.GrooveCurvature] = key("Groove radii over ball diameter.")
+    axial_load_n: q.LoadN = key("Axial load of the bearing itself; others have its pressure.")
+    inner_speed_rpm: q.SpeedRpm = key("Speed of the bearing itself; others have its surface speed.")
+    inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
 
 
 class BearingSettings(Group):
     """Settings of the calculation of a bearing's torque, beside the traction law."""
 
-    drag_coefficient: float = key(
-        "Of a ball in its row, by its frontal area.", unit="1", ge=0, le=10
+    drag_coefficient: float = key("Of a ball in its row, by frontal area.", unit="1", ge=0, le=10)
+    oil_volume_fraction: q.Share = key(
+        "Oil's share of the space of the balls; drag is proportional to it."
     )
-    oil_volume_fraction: Share = key(
-        "Oil's share of the space that the balls travel through; the drag is proportional to it."
-    )
-    oil_volume_fraction_range: Band[Share] = key(
+    oil_volume_fraction_range: q.Band[q.Share] = key(
         "Its uncertainty, as outer bounds: lowest and highest share by single published tests and "
         "by another traction."
     )
     law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
-    term_uncertainty: TermUncertaintySettings = key(
-        "Relative standard uncertainty of the torque's other terms."
-    )
+    term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
     skf_pitch_speed_max: float = key(
         "Pitch diameter times speed up to which the SKF formula is an opinion.",
         unit="mm rpm",
@@ -427,31 +356,31 @@ class BearingSettings(Group):
 class OperatingPoint(Group):
     """An operating point of a law."""
 
-    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
-    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
-    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
+    max_hertz_pressure_gpa: q.PressureGpa = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: q.TemperatureC = key("Inlet temperature.")
 
 
 class PointOfTraction(OperatingPoint):
     """An operating point of a law with its slip."""
 
-    slide_roll_ratio: SlideRollRatio = key("Slide-roll ratio.")
+    slide_roll_ratio: q.SlideRollRatio = key("Slide-roll ratio.")
 
 
 class DutyPoint(Group):
     """An operating point of a bearing."""
 
-    axial_load_n: LoadN = key("Axial load.")
-    inner_speed_rpm: SpeedRpm = key("Speed of the inner ring.")
-    oil_temperature_c: TemperatureC = key("Oil temperature.")
+    axial_load_n: q.LoadN = key("Axial load.")
+    inner_speed_rpm: q.SpeedRpm = key("Speed of the inner ring.")
+    oil_temperature_c: q.TemperatureC = key("Oil temperature.")
 
 
 class PlanLevels(Group):
     """Levels of the tests to choose from, each with each."""
 
-    max_hertz_pressure_gpa: Rising[PressureGpa] = key("Maximum Hertz pressures, rising.")
-    entrainment_speed_m_s: Rising[SpeedMs] = key("Entrainment speeds, rising.")
-    inlet_temperature_c: Rising[TemperatureC] = key("Inlet temperatures, rising.")
+    max_hertz_pressure_gpa: q.Rising[q.PressureGpa] = key("Maximum Hertz pressures, rising.")
+    entrainment_speed_m_s: q.Rising[q.SpeedMs] = key("Entrainment speeds, rising.")
+    inlet_temperature_c: q.Rising[q.TemperatureC] = key("Inlet temperatures, rising.")
 
 
 class PlanSettings(Group):
@@ -464,26 +393,22 @@ class PlanSettings(Group):
         "`bearing.cage_slip`.",
         default=[],
     )
-    traction_at: Levels[PointOfTraction] = key(
-        "Points whose mu is planned for where there is no bearing."
-    )
+    traction_at: q.Levels[PointOfTraction] = key("Points to plan for where there is no bearing.")
 
 
 class ExportSettings(Group):
     """Laws for other programs."""
 
-    adore_points: Levels[OperatingPoint] = key(
-        "Operating points at which the constants of the ADORE form are exported."
-    )
+    adore_points: q.Levels[OperatingPoint] = key("Operating points of the exported ADORE form.")
 
 
 class Box(Group):
     """Lowest and highest level of each condition."""
 
-    max_hertz_pressure_gpa: Band[PressureGpa] = key("Maximum Hertz pressure.")
-    entrainment_speed_m_s: Band[SpeedMs] = key("Entrainment speed.")
-    inlet_temperature_c: Band[TemperatureC] = key("Inlet temperature.")
-    slide_roll_ratio: Band[SlideRollRatioOrZero] = key("Slide-roll ratio.")
+    max_hertz_pressure_gpa: q.Band[q.PressureGpa] = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: q.Band[q.SpeedMs] = key("Entrainment speed.")
+    inlet_temperature_c: q.Band[q.TemperatureC] = key("Inlet temperature.")
+    slide_roll_ratio: q.Band[q.SlideRollRatioOrZero] = key("Slide-roll ratio.")
 
 
 class Boxes(Group):
@@ -493,7 +418,7 @@ class Boxes(Group):
     extrapolated: Box = key("Conditions that the paper's figures show.")
 
 
-_FewSlips = Annotated[Levels[SlideRollRatio], Field(min_length=2, max_length=10)]
+_FewSlips = Annotated[q.Levels[q.SlideRollRatio], Field(min_length=2, max_length=10)]
 
 
 class SignSlips(Group):
@@ -508,44 +433,42 @@ class SignSettings(Group):
 
     levels: int = key("Levels of each condition; steps in thirds.", ge=4, le=25)
     slide_roll_ratio: SignSlips = key("Slide-roll ratios where a statement is judged.")
-    linear_r2_min: Share = key("R2 of a straight line that counts as linear.")
-    decline_max: Share = key("Share of the peak that a slight decline may lose.")
+    linear_r2_min: q.Share = key("R2 of a straight line that counts as linear.")
+    decline_max: q.Share = key("Share of the peak that a slight decline may lose.")
     near_best: float = key("Statements behind the best that still count as near it.", gt=0)
-    no_effect_max: Share = key("Change of mu over its largest value that counts as none.")
+    no_effect_max: q.Share = key("Change of mu over its largest value that counts as none.")
 
 
 class PrintedSettings(Group):
     """How the printed constants are judged."""
 
     boxes: Boxes = key("Boxes of conditions.")
-    levels: Levelled = key("Levels of each condition and of slip where mu is compared.")
+    levels: q.Levelled = key("Levels of each condition and of slip where mu is compared.")
     signs: SignSettings = key("The study of the lost signs.")
 
 
 class AuditSettings(Group):
     """The paper's claims, checked with refit and printed constants."""
 
-    holds_share: Share = key("Share of the cases from which on a claim holds.")
-    fails_share: Share = key("Share of the cases below which a claim fails.")
+    holds_share: q.Share = key("Share of the cases from which on a claim holds.")
+    fails_share: q.Share = key("Share of the cases below which a claim fails.")
     levels: int = key("Levels of each condition.", ge=3, le=1000)
     curve_points: int = key("Slide-roll ratios of a curve.", ge=11, le=10000)
     zero_traction_max: float = key("|mu| up to this is no traction.", unit="1", ge=0, le=1)
-    linear_tolerance: Tolerance = key("Change of mu/S at the end of the linear range.")
-    linear_to_slip: SlideRollRatio = key("Slip that the linear range must reach.")
-    plateau_share: Tolerance = key("Share of the peak where the plateau begins.")
-    cold_band_c: Band[TemperatureC] = key("Temperatures where the paper sees the steeper fall.")
-    hot_band_c: Band[TemperatureC] = key("Temperatures where the paper sees the curves flatten.")
-    convergence_max: Factor = key("Relative spread of the oils, hot over cold.")
-    slow_and_fast_m_s: Band[SpeedMs] = key("Speeds whose sensitivity to temperature is compared.")
+    linear_tolerance: q.Tolerance = key("Change of mu/S at the end of the linear range.")
+    linear_to_slip: q.SlideRollRatio = key("Slip that the linear range must reach.")
+    plateau_share: q.Tolerance = key("Share of the peak where the plateau begins.")
+    cold_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees the steeper fall.")
+    hot_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees flatter curves.")
+    convergence_max: q.Factor = key("Relative spread of the oils, hot over cold.")
+    slow_and_fast_m_s: q.Band[q.SpeedMs] = key("Speeds whose temperature effect is compared.")
     film_min_um: float = key("Film thickness that the paper states.", unit="um", gt=0, le=100)
     stress_law: LawOfConditions = key("Law that others are compared with.")
-    overfit_min: Factor = key("Growth of the error on curves left out, over that of stress_law.")
-    kinematic_tolerance: Tolerance = key(
-        "What 'nearly' and 'approximately' allow in statements on speed and slip, relative."
-    )
-    torque_stress_error: Factor = key("Largest relative torque error of the stress law (paper).")
-    torque_load_error: Factor = key("Largest relative torque error of the load law (paper).")
-    twin_misfit_max: Tolerance = key(
+    overfit_min: q.Factor = key("Growth of the error on curves left out, over that of stress_law.")
+    kinematic_tolerance: q.Tolerance = key("What 'nearly' allows in statements on speed and slip.")
+    torque_stress_error: q.Factor = key("Largest relative torque error of the stress law (paper).")
+    torque_load_error: q.Factor = key("Largest relative torque error of the load law (paper).")
+    twin_misfit_max: q.Tolerance = key(
         "Relative difference between the traction behind simulated torque logs and the one behind "
         "the traction logs, above which no claim on torque is checked."
     )
@@ -554,38 +477,38 @@ class AuditSettings(Group):
 class SelectionLimits(Group):
     """Limits between the states of a contact."""
 
-    slip_limit: Tolerance = key("Cage slip from which on a bearing slips.")
-    light_below_gpa: PressureGpa = key("Pressure below which the load is light.")
-    heavy_from_gpa: PressureGpa = key("Pressure from which on the load is heavy.")
-    hot_from_c: TemperatureC = key("Temperature from which on it is hot.")
-    fast_from_mm_rpm: PitchSpeedMmRpm = key("Pitch diameter times speed from which on it is fast.")
+    slip_limit: q.Tolerance = key("Cage slip from which on a bearing slips.")
+    light_below_gpa: q.PressureGpa = key("Pressure below which the load is light.")
+    heavy_from_gpa: q.PressureGpa = key("Pressure from which on the load is heavy.")
+    hot_from_c: q.TemperatureC = key("Temperature from which on it is hot.")
+    fast_from_mm_rpm: q.PitchSpeedMmRpm = key("Pitch diameter times speed from where it is fast.")
 
 
 class StatedSpeed(Group):
     """A bearing's speed and the entrainment speed that the paper takes it for."""
 
-    pitch_speed_mm_rpm: PitchSpeedMmRpm = key("Pitch diameter times speed.")
-    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
+    pitch_speed_mm_rpm: q.PitchSpeedMmRpm = key("Pitch diameter times speed.")
+    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
 
 
 class SelectionRule(Group):
     """A rule of the paper's advice on oils."""
 
-    name: Text = key("Name of the rule.")
-    section: Text = key("Section of the paper, in quotes where it is a number.")
-    when: Unique[ContactState] = key("States of the contact that must all be true.")
-    prefer: Annotated[list[Name], Field(min_length=1)] = key("Oils, the first choice first.")
+    name: q.Text = key("Name of the rule.")
+    section: q.Text = key("Section of the paper, in quotes where it is a number.")
+    when: q.Unique[ContactState] = key("States of the contact that must all be true.")
+    prefer: Annotated[list[q.Name], Field(min_length=1)] = key("Oils, the first choice first.")
     aim: Literal["most traction", "least heat"] = key("Aim that the numbers are compared by.")
 
 
 class SelectionMap(Group):
     """The map of advised oils."""
 
-    levels: Levelled = key("Levels of pressure and of speed.")
-    inlet_temperature_c: Annotated[Rising[TemperatureC], Field(max_length=5)] = key(
+    levels: q.Levelled = key("Levels of pressure and of speed.")
+    inlet_temperature_c: Annotated[q.Rising[q.TemperatureC], Field(max_length=5)] = key(
         "Temperatures, rising."
     )
-    slide_roll_ratio: Annotated[Rising[SlideRollRatio], Field(max_length=4)] = key(
+    slide_roll_ratio: Annotated[q.Rising[q.SlideRollRatio], Field(max_length=4)] = key(
         "Slide-roll ratios, rising."
     )
 
@@ -607,14 +530,14 @@ class SelectionSettings(Group):
         "kinematics, or as the paper takes them for one another."
     )
     gamma: float = key(
-        "D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)); effective.", unit="1", gt=-1, lt=1
+        "Effective D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)).", unit="1", gt=-1, lt=1
     )
     stated: StatedSpeed = key("Speeds that the paper takes for one another.")
     limits: SelectionLimits = key("Limits between the states of a contact.")
     rules: Annotated[list[SelectionRule], Field(min_length=1)] = key(
         "Rules; the first that applies decides."
     )
-    indifference: RelativeError = key("Oils that differ by less are equally good, relative.")
+    indifference: q.RelativeError = key("Oils that differ by less are equally good, relative.")
     map: SelectionMap = key("The map of advised oils.")
     band: AdviceBandSettings = key("Scenarios of drag and law for the advice by cage slip.")
 
@@ -647,38 +570,38 @@ class SelectionSettings(Group):
 class Fig02Settings(Group):
     """Condition of figure 2."""
 
-    oil: Name = key("Oil shown, in quotes.")
-    inlet_temperature_c: Annotated[Levels[TemperatureC], Field(max_length=5)] = key(
+    oil: q.Name = key("Oil shown, in quotes.")
+    inlet_temperature_c: Annotated[q.Levels[q.TemperatureC], Field(max_length=5)] = key(
         "Temperatures, one row of panels each."
     )
-    entrainment_speed_m_s: SpeedMs = key("Speed of the panels by pressure.")
-    max_hertz_pressure_gpa: PressureGpa = key("Pressure of the panels by speed.")
+    entrainment_speed_m_s: q.SpeedMs = key("Speed of the panels by pressure.")
+    max_hertz_pressure_gpa: q.PressureGpa = key("Pressure of the panels by speed.")
 
 
 class Fig03Settings(Group):
     """Condition of figure 3."""
 
-    inlet_temperature_c: TemperatureC = key("Temperature.")
-    entrainment_speed_m_s: SpeedMs = key("Speed.")
+    inlet_temperature_c: q.TemperatureC = key("Temperature.")
+    entrainment_speed_m_s: q.SpeedMs = key("Speed.")
 
 
 class Fig06Settings(Group):
     """Condition of figure 6."""
 
-    inlet_temperature_c: TemperatureC = key("Temperature.")
-    same_within: RelativeError = key(
-        "Measured loads and temperatures this near are one set point, relative."
+    inlet_temperature_c: q.TemperatureC = key("Temperature.")
+    same_within: q.RelativeError = key(
+        "Loads and temperatures this near are one set point, relative."
     )
 
 
 class ExtrapolationFigureSettings(Group):
     """One cut through each figure of extrapolations."""
 
-    oil: Name = key("Oil shown, in quotes.")
-    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
-    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
-    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
-    slide_roll_ratio: SlideRollRatio = key("Slide-roll ratio.")
+    oil: q.Name = key("Oil shown, in quotes.")
+    max_hertz_pressure_gpa: q.PressureGpa = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: q.TemperatureC = key("Inlet temperature.")
+    slide_roll_ratio: q.SlideRollRatio = key("Slide-roll ratio.")
 
 
 class FigureSettings(Group):
@@ -694,19 +617,19 @@ class FigureSettings(Group):
 class Conditions(Group):
     """Conditions of a figure, each level with each."""
 
-    max_hertz_pressure_gpa: Levels[PressureGpa] = key("Maximum Hertz pressures.")
-    entrainment_speed_m_s: Levels[SpeedMs] = key("Entrainment speeds.")
-    inlet_temperature_c: Levels[TemperatureC] = key("Inlet temperatures.")
-    slide_roll_ratio: Levels[SlideRollRatioOrZero] = key("Slide-roll ratios.")
+    max_hertz_pressure_gpa: q.Levels[q.PressureGpa] = key("Maximum Hertz pressures.")
+    entrainment_speed_m_s: q.Levels[q.SpeedMs] = key("Entrainment speeds.")
+    inlet_temperature_c: q.Levels[q.TemperatureC] = key("Inlet temperatures.")
+    slide_roll_ratio: q.Levels[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
 
 
 class NearbySettings(Group):
     """Measured points are shown beside a curve whose other conditions are this near."""
 
-    max_hertz_pressure_gpa_relative: Tolerance = key("Maximum Hertz pressure, relative.")
-    entrainment_speed_m_s_relative: Tolerance = key("Entrainment speed, relative.")
-    inlet_temperature_c: TemperatureDifferenceC = key("Inlet temperature.")
-    slide_roll_ratio: SlipChange = key("Slide-roll ratio.")
+    max_hertz_pressure_gpa_relative: q.Tolerance = key("Maximum Hertz pressure, relative.")
+    entrainment_speed_m_s_relative: q.Tolerance = key("Entrainment speed, relative.")
+    inlet_temperature_c: q.TemperatureDifferenceC = key("Inlet temperature.")
+    slide_roll_ratio: q.SlipChange = key("Slide-roll ratio.")
 
 
 class ReportSettings(Group):
@@ -714,9 +637,7 @@ class ReportSettings(Group):
 
     size_max_mb: float = key("Size of the page; further pictures are left out.", unit="MB", gt=0)
     rows_max: int = key("Rows of a list of refusals or of runs; the rest is counted.", ge=1)
-    points_max: int = key(
-        "Measured points in the explorer, evenly chosen, and in the pages of runs.", ge=1
-    )
+    points_max: int = key("Measured points in the explorer and in pages of runs.", ge=1)
     nearby: NearbySettings = key("Points shown beside a curve.")
 
 
@@ -732,10 +653,10 @@ class ReleaseSettings(Group):
 class DriftSettings(Group):
     """What `oilfilm diff --gate` lets pass between two releases."""
 
-    standard_errors: Factor = key("Largest change of a constant, in its standard errors.")
-    traction: Factor = key("Largest change of mu over the tested box, relative.")
+    standard_errors: q.Factor = key("Largest change of a constant, in its standard errors.")
+    traction: q.Factor = key("Largest change of mu over the tested box, relative.")
     levels: int = key("Levels of each condition.", ge=2, le=50)
-    slide_roll_ratio: Annotated[Rising[SlideRollRatio], Field(max_length=50)] = key(
+    slide_roll_ratio: Annotated[q.Rising[q.SlideRollRatio], Field(max_length=50)] = key(
         "Slide-roll ratios, rising."
     )
 
@@ -743,14 +664,11 @@ class DriftSettings(Group):
 class StorageSettings(Group):
     """S3-compatible object storage. Where files are kept is no part of any result."""
 
-    raw: StorageAddress | None = key(
+    raw: q.StorageAddress | None = optional(
         "Place of the raw logs in object storage, instead of the folder data/raw; below it are the "
-        "same folders, one per campaign.",
-        default=None,
+        "same folders, one per campaign."
     )
-    releases: StorageAddress | None = key(
-        "Place to which each release is copied, as PLACE/CAMPAIGN/VERSION.", default=None
-    )
+    releases: q.StorageAddress | None = optional("Copies of releases: PLACE/CAMPAIGN/VERSION.")
 
 
 class SplitSettings(Group):
@@ -768,9 +686,7 @@ class SplitSettings(Group):
         ge=1,
         default=None,
     )
-    laws: int | None = key(
-        "Laws that one job compares; without it all laws of an oil.", ge=1, default=None
-    )
+    laws: int | None = key("Laws that one job compares, else all of an oil.", ge=1, default=None)
     folds: int | None = key(
         "Groups of curves that one job leaves out of the fit of a law; without it the job of the "
         "comparison leaves out all of them.",
@@ -785,9 +701,7 @@ class ConfigKeys(Group):
     seed: int = key("Seed of every random number.", ge=0)
     film: FilmSettings = key("The film thickness behind lambda.")
     curation: CurationSettings = key("From samples to steady points.")
-    logged_twice: LoggedTwiceSettings = key(
-        "How far columns that log the same quantity may be apart."
-    )
+    logged_twice: LoggedTwiceSettings = key("How far two columns of one quantity may be apart.")
     same_set_point: SameSetPointSettings = key("How far two notes of one set point may be apart.")
     gates: GateSettings = key("Limits of the gates.")
     fit: FitSettings = key("The fit of a law.")
@@ -811,8 +725,6 @@ class ConfigKeys(Group):
 class Config(ConfigKeys):
     """The keys of config/config.yaml."""
 
-    campaign: Name = key("Campaign to run: a file of config/campaigns, without .yaml.")
-    storage: StorageSettings = key(
-        "Object storage, where raw logs or releases are kept there.", default=StorageSettings()
-    )
+    campaign: q.Name = key("Campaign to run: a file of config/campaigns, without .yaml.")
+    storage: StorageSettings = key("Object storage.", default=StorageSettings())
     split: SplitSettings = key("How the work is spread over jobs.", default=SplitSettings())

@@ -12,7 +12,8 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.base import NAME_PATTERN
+from oilfilm.settings.oil import FORMULAS
+from oilfilm.settings.quantities import NAME_PATTERN
 from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
 T = TypeVar("T")
@@ -30,7 +31,7 @@ _TYPE_NAMES = {
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 # Keys of earlier versions, each with what is said of it now.
 _REPLACED = {
-    "shards": "It was replaced: write `split: {runs: 250}`, the number of logs in a share.",
+    "shards": "It was replaced: write `split: {runs: 250}`, the number of logs in a share."
 }
 # Units that are taken for the expected one: (unit, factor, offset) into the expected one.
 _OTHER_UNITS = {
@@ -57,20 +58,28 @@ def load(path: Path, model: Any) -> Any:
     return check_file(read_yaml(path), model)
 
 
-def check_file(file: YamlFile, model: Any) -> Any:
+def check_file(
+    file: YamlFile, model: Any, location_of: Callable[[Steps], str] | None = None
+) -> Any:
     """The content of a YAML file as a model.
+
+    Args:
+        file: The file.
+        model: The model: a class, or a union of classes.
+        location_of: Where the value at these steps was written, if not in the file.
 
     Raises:
         OilfilmError: A key has no value, or a key or value is not as the model declares it.
     """
+    location_of = location_of or file.location_of
     for steps, value in leaves(file.values):
         if value is None:
             raise OilfilmError(
-                f"{file.location_of(steps)}, `{dotted(steps)}`: found nothing; write a value"
+                f"{location_of(steps)}, `{dotted(steps)}`: found nothing; write a value"
                 f"{_in_unit(node_at(schema_of(model), steps))}, or leave the key out. "
                 f"{_meaning(schema_of(model), steps)}".rstrip()
             )
-    return check(file.values, model, file.location_of, file.line_of)
+    return check(file.values, model, location_of, file.line_of)
 
 
 def check(
@@ -124,22 +133,19 @@ def schema_of(model: Any) -> dict[str, Any]:
 
 def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]:
     """The steps to each mistake, and its sentence."""
+    schema = schema_of(model)
     for details in error.errors(include_url=False):
-        schema = schema_of(model)
-        steps = _without_tags(schema, details["loc"])
+        context = details.get("ctx", {})
+        # pydantic adds the alternative that it chose, where an oil may be one of several models
+        steps = tuple(step for step in details["loc"] if step not in FORMULAS)
         if details["type"] == "contradiction":
-            context = details["ctx"]
             steps = (*steps, *context["at"])
             yield steps, f"`{dotted(steps)}`: {context['sentence']}"
         elif details["type"] == "union_tag_invalid":
-            tags = _tags(schema)
-            value = details["input"][tags[0]]
-            yield (
-                (*steps, tags[0]),
-                f"`{tags[0]}`: found {value!r}, expected one of {_listed(tags[1])}.",
-            )
+            found, allowed = context["tag"], context["expected_tags"]
+            yield (*steps, "model"), f"`model`: found {found!r}, expected one of {allowed}."
         elif details["type"] == "union_tag_not_found":
-            yield steps, f"the key {_tags(schema)[0]!r} is missing."
+            yield steps, "the key 'model' is missing."
         else:
             yield steps, _sentence(details, steps, schema)
 
@@ -289,27 +295,3 @@ def _meaning(schema: Mapping[str, Any], steps: Steps) -> str:
     while steps and isinstance(steps[-1], int):
         steps = steps[:-1]
     return str(node_at(schema, steps).get("description", ""))
-
-
-def _tags(schema: Mapping[str, Any]) -> tuple[str, list[str]]:
-    """The key that tells the alternatives of a union apart, and its values."""
-    discriminator = _discriminator(schema)
-    return discriminator["propertyName"], list(discriminator["mapping"])
-
-
-def _discriminator(schema: Any) -> Any:
-    """The first discriminator in a schema; settings have at most one kind of union."""
-    if isinstance(schema, Mapping):
-        if "discriminator" in schema:
-            return schema["discriminator"]
-        parts: Any = schema.values()
-    else:
-        parts = schema if isinstance(schema, list) else ()
-    return next(filter(None, map(_discriminator, parts)), None)
-
-
-def _without_tags(schema: Mapping[str, Any], steps: Steps) -> Steps:
-    """Steps without the names of alternatives, which pydantic adds where a union is."""
-    discriminator = _discriminator(schema)
-    tags = discriminator["mapping"] if discriminator else ()
-    return tuple(step for step in steps if step not in tags)

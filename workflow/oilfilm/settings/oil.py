@@ -5,7 +5,8 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import AfterValidator, Field, Strict, model_validator
 
 from oilfilm.physics import oils
-from oilfilm.settings.base import Group, Name, Text, Tolerance, contradiction, key, unexpected
+from oilfilm.settings import quantities as q
+from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
 
 _CST_PER_M2_S = 1e6
 # A stand-in has the properties of another oil of about the same grade.
@@ -51,13 +52,11 @@ class MilL23699Coefficients(Group):
     """Coefficients of oilfilm.physics.oils.MilL23699."""
 
     reference_temperature_k: TemperatureK = key("T_r; d = 1/T - 1/T_r.")
-    reference_viscosity_pa_s: float = key(
-        "eta_r; eta = eta_r exp(c1 d + c2 d^2).", unit="Pa s", gt=0
-    )
+    reference_viscosity_pa_s: float = key("eta = eta_r exp(c1 d + c2 d^2).", unit="Pa s", gt=0)
     viscosity_first_order_k: float = key("c1.", unit="K", gt=0)
     viscosity_second_order_k2: float = key("c2.", unit="K2")
     pressure_viscosity_exponent: float = key(
-        "m; alpha = exp(m ln(eta) - n)/eta.", unit="1", gt=0, le=10
+        "m; alpha = exp(m ln eta - n)/eta.", unit="1", gt=0, le=10
     )
     pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
 
@@ -70,7 +69,7 @@ class AstmD341Coefficients(Group):
     )
     viscosity_slope: float = key("B.", unit="1", gt=0)
     pressure_viscosity_exponent: float = key(
-        "m; alpha = exp(m ln(eta) - n)/eta.", unit="1", gt=0, le=10
+        "m; alpha = exp(m ln eta - n)/eta.", unit="1", gt=0, le=10
     )
     pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
 
@@ -78,36 +77,34 @@ class AstmD341Coefficients(Group):
 class OilUncertainty(Group):
     """Uncertainty of properties where it is known, relative."""
 
-    pressure_viscosity_coefficient: Tolerance | None = key(
-        "Half-width of alpha (0.15 is 15 %).", default=None
+    pressure_viscosity_coefficient: q.Tolerance | None = optional(
+        "Half-width of alpha (0.15: 15 %)."
     )
-    density: Tolerance | None = key("Half-width of the density.", default=None)
+    density: q.Tolerance | None = optional("Half-width of the density.")
 
 
 class OilKeys(Group):
     """Keys that every oil has, whatever its formulas."""
 
-    id: Name = key("The file's name without .yaml, in quotes.")
-    name: Text = key("Full name.")
-    display_name: Text = key("Full name, in quotes. Figures and tables show the id.")
-    aliases: list[Text] = key("Other names that logs give the oil.", default=[])
+    id: q.Name = key("The file's name without .yaml, in quotes.")
+    name: q.Text = key("Full name.")
+    display_name: q.Text = key("Full name, in quotes. Figures and tables show the id.")
+    aliases: list[q.Text] = key("Other names that logs give the oil.", default=[])
     nominal_kinematic_viscosity_100c_cst: float = key(
-        "Grade: kinematic viscosity at 100 degC.", unit="cSt", gt=0.5, le=2000
+        "Grade at 100 degC.", unit="cSt", gt=0.5, le=2000
     )
     stand_in: bool = key("The properties are another oil's, because its own are not known.")
-    note: Text = key("What the reader must know of the properties' origin.")
-    source: Text = key("Source of the numbers.")
-    density_kg_m3: PropertyTable[OilDensityKgM3] = key(
-        "Rows of [temperature in K, density in kg/m3], two or more."
-    )
+    note: q.Text = key("What the reader must know of the properties' origin.")
+    source: q.Text = key("Source of the numbers.")
+    density_kg_m3: PropertyTable[OilDensityKgM3] = key("Rows of [K, kg/m3], two or more.")
     specific_heat_j_kgk: PropertyTable[SpecificHeatJKgK] = key(
-        "Rows of [temperature in K, specific heat in J/(kg K)], two or more."
+        "Rows of [K, J/(kg K)], two or more."
     )
     thermal_conductivity_w_mk: PropertyTable[ConductivityWMK] = key(
-        "Rows of [temperature in K, thermal conductivity in W/(m K)], two or more."
+        "Rows of [K, W/(m K)], two or more."
     )
     relative_uncertainty: OilUncertainty = key(
-        "Uncertainty of properties where it is known.", default=OilUncertainty()
+        "Uncertainty where it is known.", default=OilUncertainty()
     )
 
     @model_validator(mode="after")
@@ -181,3 +178,5 @@ class AstmD341Oil(OilKeys):
 
 
 OilFile = Annotated[MilL7808Oil | MilL23699Oil | AstmD341Oil, Field(discriminator="model")]
+# Names of the formulas: values of `model`.
+FORMULAS = ("adore-mil-l-7808", "adore-mil-l-23699", "astm-d341")

@@ -1,7 +1,12 @@
-"""Settings of one campaign's run, from the files of config/ and the command line."""
+"""Settings of one campaign's run, from the files of config/ and the command line.
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+Decides: the precedence of settings (the command line, then `settings` of the campaign file, then
+`config.yaml` of the project, then the one of oilfilm); which folder a campaign, rig, oil or bearing
+is read from; which name of an oil is whose.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -9,12 +14,12 @@ import yaml
 
 from oilfilm.errors import OilfilmError
 from oilfilm.home import CONFIG
-from oilfilm.settings.base import plain_key
+from oilfilm.settings.base import Group, plain_key
 from oilfilm.settings.bearing import BearingFile
-from oilfilm.settings.campaign import CampaignFile, Dataset
-from oilfilm.settings.config import Config, SplitSettings, StorageSettings
+from oilfilm.settings.campaign import Campaign, CampaignFile, Dataset
+from oilfilm.settings.config import Config, ConfigKeys
 from oilfilm.settings.contradictions import contradictions
-from oilfilm.settings.messages import Steps, check, check_file
+from oilfilm.settings.messages import Steps, check_file
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import Rig
@@ -22,39 +27,17 @@ from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, read_yaml, unu
 
 # A file system takes 255 bytes; a release and the exports append to names.
 _LONGEST_NAME = 100
-_FOLDERS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
-
-
-@dataclass(frozen=True)
-class _Folder:
-    """A configuration folder; what it lacks comes from the one that is part of oilfilm.
-
-    Attributes:
-        own: The folder of the project.
-    """
-
-    own: Path
-
-    def file(self, kind: str, name: str) -> Path:
-        """The file of one campaign, rig, oil or bearing; it may not exist."""
-        own, given = (folder / kind / f"{name}.yaml" for folder in (self.own, CONFIG))
-        return given if given.is_file() and not own.is_file() else own
-
-    def names(self, kind: str) -> list[str]:
-        """Names of all files of a kind, but for the template."""
-        paths = [path for folder in (self.own, CONFIG) for path in (folder / kind).glob("*.yaml")]
-        return sorted({path.stem for path in paths} - {"template"})
+_MODELS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
 def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
-    """Everything that one campaign's run is told, in one tree.
+    """Everything that one campaign's run is told, in one tree; each value is validated once.
 
     Args:
         folder: The configuration folder (`config`). Its `config.yaml` needs only the keys that
             differ from those that are part of oilfilm; oils, rigs, bearings and campaigns that it
             lacks are taken from there as well.
-        overrides: Keys given on the command line; they win over `config.yaml`. A campaign's own
-            `settings` win over `config.yaml` too, but not over the command line.
+        overrides: Keys given on the command line.
 
     Returns:
         The keys of `config.yaml`, with `campaign` (the campaign file and its `name`), `dataset`
@@ -63,39 +46,43 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     Raises:
         OilfilmError: A file is missing or has a mistake.
     """
-    files = _Folder(folder)
-    config = _config_file(folder)
-    check_file(config, Config)
-    if "campaign" in overrides:
-        campaign = _campaign_file(files, overrides["campaign"], "campaign on the command line")
-    else:
-        campaign = _campaign_file(files, config.values["campaign"], folder / "config.yaml")
-    check_file(campaign, CampaignFile)
-    given = {name: value for name, value in overrides.items() if name != "campaign"}
-    keys = _merged_keys(config, campaign, given)
-    storage = StorageSettings(**keys.pop("storage", {}))
-    split = SplitSettings(**keys.pop("split", {}))
-    written = campaign.values
-    about = {name: written[name] for name in Dataset.model_fields if name in written}
-    others = {name: written[name] for name in written if name not in {"settings", *about}}
-    settings = Settings.of(
-        {
-            **keys,
-            # apart from the campaign, so that a corrected title redoes no fit
-            "dataset": about,
-            "campaign": {"name": campaign.path.stem, **others},
-            "rigs": {
-                name: file.values for name, file in _named_files(files, "rig", campaign).items()
-            },
-            "bearings": _bearings(files, campaign),
-            "oils": _oils(files, campaign),
-        },
-        storage,
-        split,
+    config, given = _config_file(folder), dict(overrides)
+    named_at = "campaign on the command line" if "campaign" in given else folder / "config.yaml"
+    name = safe_name(given.pop("campaign", config.values["campaign"]), named_at)
+    file = _campaign_file(folder, name)
+    campaign: CampaignFile = check_file(file, CampaignFile)
+    keys = _merged_keys(config, file, given)
+
+    def named(kind: str, names: list[str], *steps: str) -> dict[str, Any]:
+        return {name: _named(folder, kind, name, file.location_of(steps)) for name in names}
+
+    oils = named("oil", campaign.oils, "oils")
+    bearings = []
+    if campaign.torque is not None:
+        # those of published figures too
+        others = [path.stem for path in _files(folder, "bearings")]
+        bearings = list(dict.fromkeys([campaign.torque.bearing, *others]))
+    settings = Settings.model_construct(
+        **_written(ConfigKeys, keys),
+        storage=keys.storage,
+        split=keys.split,
+        campaign=Campaign.model_construct(name=name, **_written(Campaign, campaign)),
+        # apart from the campaign, so that a corrected title redoes no fit
+        dataset=Dataset.model_construct(**_written(Dataset, campaign)),
+        rigs=named("rig", campaign.rigs, "rigs"),
+        bearings=named("bearing", bearings, "torque", "bearing"),
+        oils={**oils, **dict.fromkeys(campaign.oils_without_properties)},
     )
+    _refuse_names_of_two_oils(settings, folder, file)
     for steps, sentence in contradictions(settings):
-        raise OilfilmError(f"{campaign.location_of(steps)}: {sentence}")
+        raise OilfilmError(f"{file.location_of(steps)}: {sentence}")
     return settings
+
+
+def _written(model: type[Group], source: Group) -> dict[str, Any]:
+    """The keys of a model that were written, from a group that has more."""
+    names = source.model_fields_set & model.model_fields.keys()
+    return {name: getattr(source, name) for name in names}
 
 
 def overrides_of(
@@ -161,19 +148,52 @@ def unresolve(settings: Settings) -> dict[str, str]:
     return {path: as_yaml(values) for path, values in {"config.yaml": config, **files}.items()}
 
 
-def _campaign_file(files: _Folder, given_name: object, named_at: object) -> YamlFile:
-    name = safe_name(given_name, named_at)
-    path = files.file("campaigns", name)
+def _file(folder: Path, kind: str, name: str) -> Path:
+    """The file of one campaign, rig, oil or bearing; it may not exist."""
+    own, given = (each / kind / f"{name}.yaml" for each in (folder, CONFIG))
+    return given if given.is_file() and not own.is_file() else own
+
+
+def _files(folder: Path, kind: str) -> list[Path]:
+    """All files of a kind by name, but for the template."""
+    found = {path.stem: path for each in (folder, CONFIG) for path in (each / kind).glob("*.yaml")}
+    return [found[name] for name in sorted(found) if name != "template"]
+
+
+def _known(folder: Path, kind: str) -> str:
+    return ", ".join(path.stem for path in _files(folder, kind))
+
+
+def _campaign_file(folder: Path, name: str) -> YamlFile:
+    path = _file(folder, "campaigns", name)
     if not path.is_file():
         raise OilfilmError(
             f"{path}: there is no such campaign file. Campaigns here: "
-            f"{', '.join(files.names('campaigns'))}. Copy {files.file('campaigns', 'template')} to "
+            f"{_known(folder, 'campaigns')}. Copy {_file(folder, 'campaigns', 'template')} to "
             "that name and fill it in."
         )
     return read_yaml(path)
 
 
-def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> dict[str, Any]:
+def _named(folder: Path, kind: str, name: str, named_at: str) -> Any:
+    """A rig, oil or bearing that a campaign names."""
+    path = _file(folder, f"{kind}s", safe_name(name, named_at))
+    if not path.is_file():
+        raise OilfilmError(
+            f"{named_at}: `{kind}s` names {name!r}, but {path} does not exist. "
+            f"Known: {_known(folder, f'{kind}s')}. Write that file, or correct the name."
+        )
+    file = read_yaml(path)
+    found = check_file(file, _MODELS[kind])
+    if kind == "oil" and found.id != name:
+        raise OilfilmError(
+            f"{file.location_of(('id',))}, `id`: found {found.id!r}, expected {name!r}, the file's "
+            "name."
+        )
+    return found
+
+
+def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> Config:
     """The keys of config.yaml, with those of the campaign and of the command line over them."""
     own, given = campaign.values.get("settings", {}), _with_numbers(given, config.values)
     for steps, complaint in unusable_values(given):
@@ -194,8 +214,7 @@ def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any])
             "campaign; leave the key out."
         )
     merged = merge(merge(config.values, own), given)
-    check(merged, Config, location_of)
-    return merged
+    return check_file(replace(config, values=merged), Config, location_of)
 
 
 def _has(values: Any, steps: Steps) -> bool:
@@ -226,66 +245,36 @@ def _with_numbers(given: Any, defaults: Any) -> Any:
     return value if isinstance(value, int | float) else given
 
 
-def _named_files(files: _Folder, kind: str, campaign: YamlFile) -> dict[str, YamlFile]:
-    """The files that a campaign names under `rigs` or `oils`."""
-    return {
-        name: _named_file(files, name, kind, campaign.location_of((f"{kind}s", index)))
-        for index, name in enumerate(campaign.values[f"{kind}s"])
-    }
-
-
-def _oils(folder: _Folder, campaign: YamlFile) -> dict[str, Any]:
-    """The oils of a campaign by id; no name may be that of two."""
-    files = _named_files(folder, "oil", campaign)
-    ids = [*files, *campaign.values.get("oils_without_properties", [])]
-    names = [(oil, oil, campaign.location_of(("oils",))) for oil in ids]
-    for oil, file in files.items():
-        aliases = file.values.get("aliases", [])
-        names += [(oil, each, file.location_of(("aliases", i))) for i, each in enumerate(aliases)]
-    for oil, aliases in campaign.values.get("oil_aliases", {}).items():
-        location = campaign.location_of(("oil_aliases", oil))
-        if oil not in ids:
-            known = ", ".join(ids)
-            raise OilfilmError(f"{location}: {oil!r} is none of the campaign's oils ({known}).")
-        listed = [aliases] if isinstance(aliases, str) else aliases
-        names += [(oil, each, location) for each in listed]
+def _refuse_names_of_two_oils(settings: Settings, folder: Path, campaign: YamlFile) -> None:
+    """No name that a log may give an oil may be that of two."""
     oil_of: dict[str, str] = {}
-    for oil, name, location in names:
+    for oil, name, path, steps in _names_of_oils(settings, folder, campaign.path):
+        if oil not in settings.oils:
+            raise OilfilmError(
+                f"{campaign.location_of(steps)}: {oil!r} is none of the campaign's oils "
+                f"({', '.join(settings.oils)})."
+            )
         other = oil_of.setdefault(plain_key(name), oil)
         if other != oil:
             raise OilfilmError(
-                f"{location}: {name!r} is given as a name of {oil!r}, but is one of {other!r} "
-                "too; a log with it could be of either. Leave it with one of the two."
+                f"{read_yaml(path).location_of(steps)}: {name!r} is given as a name of {oil!r}, "
+                f"but is one of {other!r} too; a log with it could be of either. Leave it with one "
+                "of the two."
             )
-    return {oil: files[oil].values if oil in files else None for oil in ids}
 
 
-def _bearings(files: _Folder, campaign: YamlFile) -> dict[str, Any]:
-    """The bearing of a campaign with torque logs, and those of published figures."""
-    if "torque" not in campaign.values:
-        return {}
-    named_at = campaign.location_of(("torque", "bearing"))
-    own = campaign.values["torque"]["bearing"]
-    others = [name for name in files.names("bearings") if name != own]
-    return {name: _named_file(files, name, "bearing", named_at).values for name in [own, *others]}
-
-
-def _named_file(files: _Folder, name: str, kind: str, named_at: str) -> YamlFile:
-    path = files.file(f"{kind}s", safe_name(name, named_at))
-    if not path.is_file():
-        known = ", ".join(files.names(f"{kind}s"))
-        raise OilfilmError(
-            f"{named_at}: `{kind}s` names {name!r}, but {path} does not exist. "
-            f"Known: {known}. Write that file, or correct the name."
-        )
-    file = read_yaml(path)
-    check_file(file, _FOLDERS[kind])
-    if kind == "oil" and file.values["id"] != name:
-        raise OilfilmError(
-            f"{file.location_of(('id',))}, `id`: found {file.values['id']!r}, expected {name!r}, "
-            "the file's name."
-        )
-    return file
+def _names_of_oils(
+    settings: Settings, folder: Path, campaign: Path
+) -> Iterator[tuple[str, str, Path, Steps]]:
+    """Oil, a name of it, and where that name is given: file and key."""
+    for oil in settings.oils:
+        yield oil, oil, campaign, ("oils",)
+    for oil, known in settings.oils.items():
+        for number, alias in enumerate(known.aliases if known else ()):
+            yield oil, alias, _file(folder, "oils", oil), ("aliases", number)
+    for oil, aliases in settings.campaign.oil_aliases.items():
+        for alias in aliases:
+            yield oil, alias, campaign, ("oil_aliases", oil)
 
 
 def safe_name(name: object, named_at: object) -> str:

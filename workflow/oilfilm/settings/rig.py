@@ -7,91 +7,63 @@ from pydantic import model_validator
 from oilfilm.physics.contact import reduced_modulus
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
-from oilfilm.settings.base import (
-    BallRadiusM,
-    Group,
-    LoadN,
-    PoissonRatio,
-    PressureGpa,
-    RelativeError,
-    RoughnessUm,
-    SlideRollRatio,
-    SpeedMs,
-    TemperatureC,
-    TemperatureErrorC,
-    Text,
-    TrackRadiusM,
-    YoungsModulusPa,
-    contradiction,
-    key,
-)
+from oilfilm.settings import quantities as q
+from oilfilm.settings.base import Group, contradiction, key, optional
 from oilfilm.units import M_PER_UM
 
 
 class Elasticity(Group):
     """Elastic constants of a body."""
 
-    youngs_modulus_pa: YoungsModulusPa = key("Young's modulus.")
-    poisson_ratio: PoissonRatio = key("Poisson's ratio.")
+    youngs_modulus_pa: q.YoungsModulusPa = key("Young's modulus.")
+    poisson_ratio: q.PoissonRatio = key("Poisson's ratio.")
 
 
 class FullScale(Group):
     """Full scale of the sensors."""
 
-    load_n: LoadN = key("Load.")
-    traction_force_n: LoadN = key("Traction force.")
-    surface_speed_m_s: SpeedMs = key("Surface speed.")
+    load_n: q.LoadN = key("Load.")
+    traction_force_n: q.LoadN = key("Traction force.")
+    surface_speed_m_s: q.SpeedMs = key("Surface speed.")
     temperature_c: float = key("Temperature.", unit="degC", gt=0, le=2000)
 
 
 class Calibration(Group):
-    """Standard uncertainties of the sensors' calibration."""
+    """Standard uncertainties of calibration."""
 
-    load_relative: RelativeError = key("Of the load.")
-    traction_force_relative: RelativeError = key("Of the traction force.")
-    speed_relative: RelativeError = key("Of the surface speeds.")
-    temperature_c: TemperatureErrorC = key("Of the inlet temperature.")
+    load_relative: q.RelativeError = key("Of the load.")
+    traction_force_relative: q.RelativeError = key("Of the traction force.")
+    speed_relative: q.RelativeError = key("Of the surface speeds.")
+    temperature_c: q.TemperatureErrorC = key("Of the inlet temperature.")
 
 
 class RigLimits(Group):
     """Highest levels at which the rig can run a test."""
 
-    max_hertz_pressure_gpa: PressureGpa = key("Maximum Hertz pressure.")
-    entrainment_speed_m_s: SpeedMs = key("Entrainment speed.")
-    inlet_temperature_c: TemperatureC = key("Inlet temperature.")
-    slide_roll_ratio: SlideRollRatio = key("Slide-roll ratio.")
-    smallest_load_n: LoadN | None = key("Smallest load that the rig controls.", default=None)
+    max_hertz_pressure_gpa: q.PressureGpa = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
+    inlet_temperature_c: q.TemperatureC = key("Inlet temperature.")
+    slide_roll_ratio: q.SlideRollRatio = key("Slide-roll ratio.")
+    smallest_load_n: q.LoadN | None = optional("Smallest load that the rig controls.")
 
 
 class Rig(Group):
     """A ball-on-disc rig."""
 
-    name: Text = key("What it is.")
-    source: Text = key("Where the values come from.")
-    ball_radius_m: BallRadiusM | None = key("Radius of the ball.", default=None)
-    ball_track_radius_m: TrackRadiusM | None = key(
-        "R1: spindle axis to contact on the ball.", default=None
-    )
-    disc_track_radius_m: TrackRadiusM | None = key(
-        "R2: spindle axis to contact on the disc.", default=None
-    )
-    ball: Elasticity | None = key("Elastic constants of the ball.", default=None)
-    disc: Elasticity | None = key("Elastic constants of the disc.", default=None)
-    ball_roughness_ra_um: RoughnessUm | None = key("Ra of the ball.", default=None)
-    ball_roughness_rq_um: RoughnessUm | None = key(
-        "Rq of the ball where it was measured; else 1.25 Ra.", default=None
-    )
-    disc_roughness_ra_um: RoughnessUm | None = key("Ra of the disc.", default=None)
-    disc_roughness_rq_um: RoughnessUm | None = key(
-        "Rq of the disc where it was measured; else 1.25 Ra.", default=None
-    )
-    full_scale: FullScale | None = key("Full scale of the sensors.", default=None)
-    calibration: Calibration | None = key(
-        "Standard uncertainties of the sensors' calibration.", default=None
-    )
-    limits: RigLimits | None = key(
-        "Highest levels at which the rig can run a test; `oilfilm plan` needs them.", default=None
-    )
+    name: q.Text = key("What it is.")
+    source: q.Text = key("Where the values come from.")
+    ball_radius_m: q.BallRadiusM | None = optional("Radius of the ball.")
+    ball_track_radius_m: q.TrackRadiusM | None = optional("R1: spindle axis to contact, ball.")
+    disc_track_radius_m: q.TrackRadiusM | None = optional("R2: spindle axis to contact, disc.")
+    ball: Elasticity | None = optional("Elastic constants of the ball.")
+    disc: Elasticity | None = optional("Elastic constants of the disc.")
+    ball_roughness_ra_um: q.RoughnessUm | None = optional("Ra of the ball.")
+    ball_roughness_rq_um: q.RoughnessUm | None = optional("Measured Rq of the ball; else 1.25 Ra.")
+    disc_roughness_ra_um: q.RoughnessUm | None = optional("Ra of the disc.")
+    disc_roughness_rq_um: q.RoughnessUm | None = optional("Measured Rq of the disc; else 1.25 Ra.")
+    full_scale: FullScale | None = optional("Full scale of the sensors.")
+    calibration: Calibration | None = optional("Standard uncertainties of calibration.")
+    limits: RigLimits | None = optional("Highest levels of a test, for `oilfilm plan`.")
 
     @model_validator(mode="after")
     def _contact_is_complete(self) -> Self:

@@ -1,7 +1,6 @@
 """Safe YAML with line numbers: plain values, and where in the file each of them is."""
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,13 @@ from oilfilm.errors import OilfilmError
 LARGEST_NUMBER = 1e15
 # No file of the project nests deeper than six groups.
 _DEEPEST_GROUP = 50
+# libyaml is ten times as fast; PyYAML itself says better what is wrong.
+_LOADERS = (getattr(yaml, "CSafeLoader", yaml.SafeLoader), yaml.SafeLoader)
+# What helps with the commonest of PyYAML's complaints.
+_HINTS = {
+    "\\t": "indent with spaces, not with tabs",
+    "mapping values": "put text that holds a colon in quotes",
+}
 
 
 @dataclass(frozen=True)
@@ -40,10 +46,10 @@ class YamlFile:
                 if not pairs:
                     return line
                 key, node = pairs[0]
-                line = _line(key.start_mark)
+                line = _line(key)
             elif isinstance(node, yaml.SequenceNode):
                 node = node.value[int(str(step))]
-                line = _line(node.start_mark)
+                line = _line(node)
         return line
 
     def location_of(self, steps: Sequence[object]) -> str:
@@ -58,11 +64,17 @@ def read_yaml(path: Path) -> YamlFile:
         OilfilmError: The file is missing, is not UTF-8 or not valid YAML, repeats a key, uses an
             alias or a tag, holds a number that is not finite, or has no keys.
     """
-    node = _compose(path)
-    if not isinstance(node, yaml.MappingNode):
-        raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
-    _refuse_repeated_keys(node, path)
-    file = YamlFile(path, _construct(node, path), node)
+    text = _text_of(path)
+    for loader in _LOADERS:
+        try:
+            node = _composed(text, path, loader)
+            if not isinstance(node, yaml.MappingNode):
+                raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
+            file = YamlFile(path, _value_of(node, path), node)
+            break
+        except yaml.YAMLError as error:
+            if loader is _LOADERS[-1]:
+                raise _not_yaml(path, error) from error
     for steps, complaint in unusable_values(file.values):
         raise OilfilmError(f"{file.location_of(steps)}, `{dotted(steps)}`: {complaint}")
     return file
@@ -81,13 +93,12 @@ class _Plain(yaml.SafeDumper):
 
 def leaves(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[Any, object]]:
     """The single values in groups and lists: the steps to each, and the value."""
-    if isinstance(value, Mapping):
-        parts: Iterable[tuple[object, object]] = value.items()
-    elif isinstance(value, list):
-        parts = enumerate(value)
-    else:
+    if not isinstance(value, Mapping | list):
         yield steps, value
         return
+    parts: Iterable[tuple[object, object]] = (
+        value.items() if isinstance(value, Mapping) else enumerate(value)
+    )
     for step, part in parts:
         yield from leaves(part, (*steps, step))
 
@@ -108,18 +119,7 @@ def unusable_values(values: object) -> Iterator[tuple[Any, str]]:
 
 def dotted(steps: Sequence[object]) -> str:
     """A key as messages name it: gates.lambda_limit."""
-    return ".".join(str(step) for step in steps)
-
-
-def _compose(path: Path) -> yaml.Node | None:
-    text = _text_of(path)
-    # libyaml is ten times as fast; what is wrong is better said by PyYAML itself
-    with suppress(yaml.YAMLError):
-        return _composed(text, path, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    try:
-        return _composed(text, path, yaml.SafeLoader)
-    except yaml.YAMLError as error:
-        raise _yaml_error(path, error) from error
+    return ".".join(map(str, steps))
 
 
 def _composed(text: str, path: Path, loader: type[yaml.SafeLoader]) -> yaml.Node | None:
@@ -127,31 +127,51 @@ def _composed(text: str, path: Path, loader: type[yaml.SafeLoader]) -> yaml.Node
     for event in yaml.parse(text, Loader=loader):
         # an alias can unfold one small file into gigabytes
         if isinstance(event, yaml.AliasEvent):
-            line = _line(event.start_mark)
-            raise OilfilmError(
-                f"{path}, line {line}: found the alias *{event.anchor}; write the value out."
-            )
+            raise _mistake(path, event, f"found the alias *{event.anchor}; write the value out.")
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST_GROUP:
-            line = _line(event.start_mark)
-            raise OilfilmError(
-                f"{path}, line {line}: groups are nested more than {_DEEPEST_GROUP} deep."
-            )
+            raise _mistake(path, event, f"groups are nested more than {_DEEPEST_GROUP} deep.")
     return yaml.compose(text, Loader=loader)
+
+
+def _value_of(node: yaml.Node, path: Path) -> Any:
+    """A node as plain values, by the safe constructors only."""
+    if isinstance(node, yaml.SequenceNode) and node.tag.endswith(":seq"):
+        return [_value_of(item, path) for item in node.value]
+    if isinstance(node, yaml.MappingNode) and node.tag.endswith(":map"):
+        lines: dict[Any, int] = {}
+        values = {}
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise _mistake(path, key, "found a group as a key; expected one word.")
+            if key.value in lines:
+                raise _mistake(
+                    path,
+                    key,
+                    f"duplicate key {key.value!r} (first defined at line {lines[key.value]}); "
+                    "keep one of them.",
+                )
+            lines[key.value] = _line(key)
+            values[_value_of(key, path)] = _value_of(value, path)
+        return values
+    try:
+        return yaml.constructor.SafeConstructor().construct_document(node)
+    except ValueError as error:
+        # as of the 45th of a month, or of a number of five thousand digits
+        raise _mistake(path, node, f"a value cannot be read ({error}); correct it.") from error
 
 
 def _text_of(path: Path) -> str:
     try:
         content = path.read_bytes()
+        return content.decode("utf-8")
     except FileNotFoundError as error:
         raise OilfilmError(
             f"{path}: there is no such file. Run from the top folder of the project."
         ) from error
     except OSError as error:
         raise OilfilmError(f"{path}: cannot be read ({error}).") from error
-    try:
-        return content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise OilfilmError(
@@ -160,67 +180,18 @@ def _text_of(path: Path) -> str:
         ) from error
 
 
-def _construct(node: yaml.MappingNode, path: Path) -> dict[str, Any]:
-    try:
-        # construct from the composed node with the safe constructors only
-        return dict(yaml.constructor.SafeConstructor().construct_document(node))
-    except yaml.YAMLError as error:
-        raise _yaml_error(path, error) from error
-    except ValueError as error:
-        # as of the 45th of a month, or of a number of five thousand digits
-        raise OilfilmError(
-            f"{path}, line {_unreadable_line(node)}: a value cannot be read ({error}); correct it."
-        ) from error
-
-
-def _unreadable_line(node: yaml.Node) -> int:
-    """The line of the first value that Python cannot represent."""
-    waiting = [node]
-    while waiting:
-        part = waiting.pop(0)
-        if isinstance(part, yaml.MappingNode):
-            waiting += [value for _, value in part.value]
-        elif isinstance(part, yaml.SequenceNode):
-            waiting += part.value
-        else:
-            try:
-                yaml.constructor.SafeConstructor().construct_document(part)
-            except ValueError:
-                return _line(part.start_mark)
-    return _line(node.start_mark)
-
-
-def _refuse_repeated_keys(node: yaml.Node, path: Path) -> None:
-    if isinstance(node, yaml.SequenceNode):
-        for item in node.value:
-            _refuse_repeated_keys(item, path)
-    if not isinstance(node, yaml.MappingNode):
-        return
-    first_lines: dict[Hashable, int] = {}
-    for key, value in node.value:
-        line = _line(key.start_mark)
-        if not isinstance(key, yaml.ScalarNode):
-            raise OilfilmError(f"{path}, line {line}: found a group as a key; expected one word.")
-        if key.value in first_lines:
-            raise OilfilmError(
-                f"{path}, line {line}: duplicate key {key.value!r} (first defined at line "
-                f"{first_lines[key.value]}); keep one of them."
-            )
-        first_lines[key.value] = line
-        _refuse_repeated_keys(value, path)
-
-
-def _yaml_error(path: Path, error: yaml.YAMLError) -> OilfilmError:
+def _not_yaml(path: Path, error: yaml.YAMLError) -> OilfilmError:
     mark = getattr(error, "problem_mark", None)
-    location = f"{path}, line {_line(mark)}" if mark is not None else str(path)
+    location = f"{path}, line {mark.line + 1}" if mark is not None else str(path)
     reason = " ".join((getattr(error, "problem", None) or str(error)).split())
-    if "\\t" in reason:
-        reason += "; indent with spaces, not with tabs"
-    if "mapping values" in reason:
-        reason += "; put text that holds a colon in quotes"
-    return OilfilmError(f"{location}: not valid YAML: {reason}.")
+    hints = [hint for sign, hint in _HINTS.items() if sign in reason]
+    return OilfilmError(f"{location}: not valid YAML: {'; '.join([reason, *hints])}.")
 
 
-def _line(mark: Any) -> int:
-    """Line of a mark of PyYAML, counted from 1."""
-    return int(mark.line) + 1
+def _mistake(path: Path, thing: yaml.Node | yaml.Event, sentence: str) -> OilfilmError:
+    return OilfilmError(f"{path}, line {_line(thing)}: {sentence}")
+
+
+def _line(thing: Any) -> int:
+    """Line of a node or event of PyYAML, counted from 1."""
+    return int(thing.start_mark.line) + 1
