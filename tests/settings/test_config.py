@@ -63,7 +63,7 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("rigs:", "set_points: {inlet_temperature_c: hot}\nrigs:", ["'hot'", "a number"]),
         ("rigs:", "set_points: {inlet_temperature_c: 4e1}\nrigs:", ["'4e1'", "Write 40."]),
         ("rigs:", "set_points: {inlet_temperature_c: .nan}\nrigs:", ["nan", "finite"]),
-        ("figures: [curves", "figures: [fig02, curves", ["line 9", "fig02", "'4102'"]),
+        ("figures: [curves", "figures: [fig02, curves", ["line 9", "fig02", "study 'paper'"]),
         (
             "figures: [curves",
             "figures: [extrapolation, curves",
