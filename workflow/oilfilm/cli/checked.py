@@ -3,10 +3,9 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from math import isnan
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import pandas as pd
-from pydantic import BeforeValidator
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated
@@ -17,7 +16,7 @@ from oilfilm.logs.base import LOADS, SET_POINTS
 from oilfilm.logs.ingest import Ingested, ReadLog
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.understood import NOTHING_UNDERSTOOD
-from oilfilm.settings.base import Group, key
+from oilfilm.settings.base import Group, Result, key
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 
@@ -46,17 +45,11 @@ _CAMPAIGN, _BY_HERTZ = "campaign", "by Hertz"
 Verdict = Literal["accepted", "refused"]
 
 
-Number = Annotated[
-    float | None,
-    BeforeValidator(lambda value: None if value is None or isnan(value) else float(value)),
-]
-
-
 class Range(Group):
     """Smallest and largest value; null where there is none."""
 
-    minimum: Number = key("Smallest value.")
-    maximum: Number = key("Largest value.")
+    minimum: Result = key("Smallest value.")
+    maximum: Result = key("Largest value.")
 
 
 class CheckedColumn(Range):

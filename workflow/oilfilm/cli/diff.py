@@ -4,9 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field
 
 from oilfilm import tables
 from oilfilm.cli.arguments import config_folder
@@ -14,39 +12,34 @@ from oilfilm.releases.compare import Comparison, Section, compare
 from oilfilm.releases.drift import drift_table
 from oilfilm.releases.messages import comparison_text, section_text
 from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.settings.base import Group, key
 from oilfilm.settings.config import DriftSettings
 from oilfilm.settings.resolve import read_config, resolve
 
 
-class Differences(BaseModel):
+class Differences(Group):
     """One aspect in which two releases differ, as a table of text."""
 
-    model_config = ConfigDict(extra="forbid")
-
-    title: str = Field(description="the aspect")
-    columns: list[str] = Field(description="heads of the columns")
-    rows: list[list[str]] = Field(description="one list of cells per row")
+    title: str = key("The aspect.")
+    columns: list[str] = key("Heads of the columns.")
+    rows: list[list[str]] = key("One list of cells per row.")
 
 
-class ComparedReleases(BaseModel):
+class ComparedReleases(Group):
     """Two releases, A and B, and all that differs."""
 
-    model_config = ConfigDict(extra="forbid")
-
-    before: str = Field(description="release A")
-    after: str = Field(description="release B")
-    sections: list[Differences] = Field(description="aspects that differ; empty where none does")
-    constants: list[dict[str, Any]] = Field(
-        description="oil, constant, `before`, `after` and `change` in standard errors of A; null "
-        "where there is none"
+    before: str = key("Release A.")
+    after: str = key("Release B.")
+    sections: list[Differences] = key("Aspects that differ; empty where none does.")
+    constants: list[dict[str, Any]] = key(
+        "Oil, constant, `before`, `after` and `change` in standard errors of A; null where there "
+        "is none."
     )
-    traction: list[dict[str, Any]] = Field(
-        description="where mu of each oil changed most, by `measure`: `change`, `before`, `after`, "
-        "`where`; null where mu cannot be compared"
+    traction: list[dict[str, Any]] = key(
+        "Where mu of each oil changed most, by `measure`: `change`, `before`, `after`, `where`; "
+        "null where mu cannot be compared."
     )
-    beyond_limits: Differences = Field(
-        description="changes beyond the limits of `drift` in the configuration"
-    )
+    beyond_limits: Differences = key("Changes beyond the limits of `drift` in the configuration.")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -75,13 +68,12 @@ def run(options: argparse.Namespace) -> int:
 
 def as_json(comparison: Comparison, too_far: Section) -> ComparedReleases:
     """A comparison as plain values."""
-    constants, traction = comparison.constants, comparison.traction
     return ComparedReleases(
         before=comparison.before.name,
         after=comparison.after.name,
         sections=[_differences(section) for section in comparison.sections if section.rows],
-        constants=_changed(constants),
-        traction=_changed(traction),
+        constants=_changed(comparison.constants),
+        traction=_changed(comparison.traction),
         beyond_limits=_differences(too_far),
     )
 
@@ -92,14 +84,8 @@ def _differences(section: Section) -> Differences:
 
 
 def _changed(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows with a change; numbers that JSON cannot write become None."""
-    return [
-        {
-            name: None if isinstance(value, float) and not np.isfinite(value) else value
-            for name, value in row.items()
-        }
-        for row in tables.rows(table[table["change"] != 0])
-    ]
+    # a number that JSON cannot write becomes null
+    return tables.rows(table[table["change"] != 0])
 
 
 def _drift(folder: Path, campaign: str, gate: bool) -> DriftSettings:

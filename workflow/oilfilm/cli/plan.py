@@ -1,24 +1,25 @@
 """The command `oilfilm plan`: the rig conditions to test next."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
+from oilfilm.settings.base import Group, Result, key
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.text_table import text_table
 from oilfilm.torque.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
 
 _DUTY_UNITS = ("N", "rpm", "degC")
@@ -28,6 +29,15 @@ _SHOWN = {
     "cage_slip": ("cage slip", 1.0, ""),
     "traction": ("mu", 100.0, " %"),
 }
+# Columns of the table of tests as text, after their order: head, column, digits.
+_TEST_COLUMNS = (
+    ("P GPa", "max_hertz_pressure_gpa", "g"),
+    ("U m/s", "entrainment_speed_m_s", "g"),
+    ("T degC", "inlet_temperature_c", "g"),
+    ("W N", "load_n", ".1f"),
+    ("S up to", "slide_roll_ratio", ".2f"),
+    ("lambda", "lambda_ratio", ".1f"),
+)
 ASSUMPTION = (
     "The plan assumes that the law's form is right: errors of that form beyond the measured "
     "conditions are not covered. Only the uncertainty from the law's constants is planned for; the "
@@ -35,44 +45,80 @@ ASSUMPTION = (
 )
 
 
-class PlannedPoint(BaseModel):
+class PlannedPoint(Group):
     """One operating point and how uncertain it is."""
 
-    model_config = ConfigDict(extra="forbid")
-
-    at: str = Field(description="axial load, speed and oil temperature, or rig conditions")
-    value: float = Field(description="torque in N m, cage slip, or mu")
-    uncertainty_now: float = Field(description="standard uncertainty by the measured curves")
-    uncertainty_with_plan: float = Field(description="the same after the planned tests")
+    at: str = key("Axial load, speed and oil temperature, or rig conditions.")
+    value: Result = key("Torque in N m, cage slip, or mu.")
+    uncertainty_now: Result = key("Standard uncertainty by the measured curves.")
+    uncertainty_with_plan: Result = key("The same after the planned tests.")
 
 
-class PlannedTests(BaseModel):
+class PlannedTests(Group):
     """The tests to run next for one oil."""
 
-    model_config = ConfigDict(extra="forbid")
+    campaign: str = key("Campaign whose fit the plan is for.")
+    data: str = key("measured or simulated.")
+    oil: str = key("Name of the oil.")
+    target: str = key("What shall become more certain: torque, cage_slip, traction.")
+    bearing: str = key("The bearing; empty for traction.")
+    uncertainty_now: Result = key(
+        "Standard uncertainty from the law's constants, root mean square over the operating "
+        "points; relative for torque and traction, of the slip itself for cage_slip."
+    )
+    uncertainty_now_without_calibration: Result = key(
+        "The same with exact sensors of the traction rig."
+    )
+    tests: list[dict[str, Any]] = key(
+        "The chosen tests in their order; keys are columns of the table test_plan."
+    )
+    operating_points: list[PlannedPoint] = key("What the uncertainty is of.")
+    left_out: list[str] = key("Operating points left out, with the reason.")
+    conditions: int = key("Number of conditions of plan.levels that the rig can run.")
+    conditions_left_out: dict[str, int] = key(
+        "Number of conditions that the rig cannot run, by reason."
+    )
+    calibration_known: bool = key("Whether the calibration of the rig is stated.")
+    assumption: str = key("What the plan assumes.")
 
-    campaign: str = Field(description="campaign whose fit the plan is for")
-    data: str = Field(description="measured or simulated")
-    oil: str = Field(description="name of the oil")
-    target: str = Field(description="what shall become more certain: torque, cage_slip, traction")
-    bearing: str = Field(description="the bearing; empty for traction")
-    uncertainty_now: float = Field(
-        description="standard uncertainty from the law's constants, root mean square over the "
-        "operating points; relative for torque and traction, of the slip itself for cage_slip"
-    )
-    uncertainty_now_without_calibration: float = Field(
-        description="the same with exact sensors of the traction rig"
-    )
-    tests: list[dict[str, Any]] = Field(
-        description="the chosen tests in their order; keys are columns of the table test_plan"
-    )
-    operating_points: list[PlannedPoint] = Field(description="what the uncertainty is of")
-    left_out: list[str] = Field(description="operating points left out, with the reason")
-    conditions_left_out: dict[str, int] = Field(
-        description="number of conditions that the rig cannot run, by reason"
-    )
-    calibration_known: bool = Field(description="whether the calibration of the rig is stated")
-    assumption: str = Field(description="what the plan assumes")
+    def text(self) -> str:
+        """The plan in sentences and a table."""
+        name, factor, unit = _SHOWN[self.target]
+
+        def shown(uncertainty: float | None) -> str:
+            return "unknown" if uncertainty is None else f"{factor * uncertainty:.3g}{unit}"
+
+        points = self.operating_points
+        worst = max(points, key=lambda point: point.uncertainty_now or 0)
+        worst_then = max(points, key=lambda point: point.uncertainty_with_plan or 0)
+        where = f" in {self.bearing}" if self.bearing else ""
+        lines = [
+            f"{self.oil}{where}: standard uncertainty of the {name} from the law's constants, root "
+            f"mean square over {len(points)} operating points: {shown(self.uncertainty_now)}; "
+            f"largest {shown(worst.uncertainty_now)} at {worst.at}.",
+            f"With exact sensors it would be {shown(self.uncertainty_now_without_calibration)}: "
+            "the rest is their calibration, which all tests on this rig share."
+            if self.calibration_known
+            else "The calibration of the rig's sensors is not stated, so it is not included.",
+            *(f"left out: {reason}" for reason in self.left_out),
+        ]
+        reasons = [f"{reason} ({count})" for reason, count in self.conditions_left_out.items()]
+        beyond = f"; the others are beyond {', '.join(reasons)}." if reasons else "."
+        lines.append(f"{self.conditions} conditions of plan.levels can be run{beyond}")
+        heads = [head for head, *_ in _TEST_COLUMNS]
+        rows = [
+            [
+                str(test["test_order"]),
+                *(f"{test[column]:{digits}}" for _, column, digits in _TEST_COLUMNS),
+                shown(test["uncertainty_with_plan"]),
+            ]
+            for test in self.tests
+        ]
+        lines += text_table([["no.", *heads, "uncertainty then"], *rows], right=len(heads) + 1)
+        lines.append(
+            f"Largest after the plan: {shown(worst_then.uncertainty_with_plan)} at {worst_then.at}."
+        )
+        return "\n".join(lines)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -89,11 +135,15 @@ def run(options: argparse.Namespace) -> int:
             f"{', '.join(fitted) or 'none'}. Name one of these with --oil."
         )
     request = _request(options, settings, config)
-    plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
+    plans = [
+        planned_tests(plan, about)
+        for oil in oils
+        for plan in plan_oil(results, settings, oil, request)
+    ]
     if options.json:
-        print("\n".join(as_json(plan, about).model_dump_json() for plan in plans))
+        print("\n".join(plan.model_dump_json() for plan in plans))
     else:
-        print("\n\n".join(as_text(plan) for plan in plans))
+        print("\n\n".join(plan.text() for plan in plans))
         print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
     return 0
 
@@ -145,83 +195,38 @@ def _duty(text: str) -> list[float]:
     return values
 
 
-def as_json(plan: NextTests, about: Mapping[str, str]) -> PlannedTests:
+def planned_tests(plan: NextTests, about: Mapping[str, str]) -> PlannedTests:
     """A plan as plain values: what is known, the tests in their order, what they bring."""
-    start = plan.known.information
+    wanted, known = plan.wanted, plan.known.information
+    table = plan.table()
+    chosen = table[table["test_order"] > 0].sort_values("test_order")
+    points = zip(
+        wanted.labels,
+        wanted.values,
+        known.uncertainties(wanted.gradients),
+        plan.design.end.uncertainties(wanted.gradients),
+        strict=True,
+    )
     return PlannedTests(
         campaign=about["campaign"],
         data=about["data"],
         oil=plan.oil,
-        target=plan.wanted.target,
+        target=wanted.target,
         bearing=plan.where,
         uncertainty_now=plan.design.before,
-        uncertainty_now_without_calibration=float(
-            start.without_calibration().uncertainty(plan.wanted.gradients)
+        uncertainty_now_without_calibration=known.without_calibration().uncertainty(
+            wanted.gradients
         ),
-        tests=[
-            {name: row[name] for name in tables.columns("test_plan") if name in row}
-            for row in _chosen(plan)
-        ],
+        tests=tables.rows(chosen[[name for name in tables.columns("test_plan") if name in chosen]]),
         operating_points=[
             PlannedPoint(at=label, value=value, uncertainty_now=now, uncertainty_with_plan=then)
-            for label, value, now, then in zip(*_points(plan), strict=True)
+            for label, value, now, then in points
         ],
-        left_out=list(plan.wanted.left_out),
-        conditions_left_out=dict(plan.candidates.left_out),
+        left_out=list(wanted.left_out),
+        conditions=len(plan.candidates.tests),
+        conditions_left_out={
+            reason: int(count) for reason, count in plan.candidates.left_out.items() if count
+        },
         calibration_known=bool(plan.known.calibration.any()),
         assumption=ASSUMPTION,
     )
-
-
-def _chosen(plan: NextTests) -> list[dict[str, Any]]:
-    table = plan.table()
-    return tables.rows(table[table["test_order"] > 0].sort_values("test_order"))
-
-
-def _points(plan: NextTests) -> tuple[Sequence[str], list[float], list[float], list[float]]:
-    """Operating points with their value and its uncertainty before and after the plan."""
-    wanted = plan.wanted
-    now = plan.known.information.uncertainties(wanted.gradients)
-    then = plan.design.end.uncertainties(wanted.gradients)
-    return wanted.labels, wanted.values.tolist(), now.tolist(), then.tolist()
-
-
-def as_text(plan: NextTests) -> str:
-    """A plan in sentences and a table."""
-    name, factor, unit = _SHOWN[plan.wanted.target]
-
-    def shown(uncertainty: float) -> str:
-        return f"{factor * uncertainty:.3g}{unit}"
-
-    labels, _, now, then = _points(plan)
-    worst = int(np.argmax(now))
-    where = f" in {plan.where}" if plan.where else ""
-    exact = plan.known.information.without_calibration().uncertainty(plan.wanted.gradients)
-    lines = [
-        f"{plan.oil}{where}: standard uncertainty of the {name} from the law's constants, root "
-        f"mean square over {len(labels)} operating points: {shown(plan.design.before)}; largest "
-        f"{shown(now[worst])} at {labels[worst]}.",
-    ]
-    if plan.known.calibration.any():
-        lines.append(
-            f"With exact sensors it would be {shown(float(exact))}: the rest is their "
-            "calibration, which all tests on this rig share."
-        )
-    else:
-        lines.append("The calibration of the rig's sensors is not stated, so it is not included.")
-    lines += [f"left out: {reason}" for reason in plan.wanted.left_out]
-    reasons = [f"{reason} ({count})" for reason, count in plan.candidates.left_out.items() if count]
-    lines.append(
-        f"{len(plan.candidates.tests)} conditions of plan.levels can be run"
-        + (f"; the others are beyond {', '.join(reasons)}." if reasons else ".")
-    )
-    lines.append("no.  P GPa  U m/s  T degC    W N  S up to  lambda  uncertainty then")
-    for row in _chosen(plan):
-        lines.append(
-            f"{row['test_order']:>3}  {row['max_hertz_pressure_gpa']:>5g}  "
-            f"{row['entrainment_speed_m_s']:>5g}  {row['inlet_temperature_c']:>6g}  "
-            f"{row['load_n']:>5.1f}  {row['slide_roll_ratio']:>7.2f}  {row['lambda_ratio']:>6.1f}  "
-            f"{shown(row['uncertainty_with_plan'])}"
-        )
-    lines.append(f"Largest after the plan: {shown(max(then))} at {labels[int(np.argmax(then))]}.")
-    return "\n".join(lines)

@@ -1,14 +1,20 @@
 """What every typed model is made of: strict groups of keys, for settings and for printed JSON."""
 
 import unicodedata
-from typing import Any, TypeVar
+from math import isfinite
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 from oilfilm.errors import OilfilmError
 
 T = TypeVar("T")
+# A number of printed JSON: null where it is not known.
+Result = Annotated[
+    float | None,
+    BeforeValidator(lambda value: None if value is None or not isfinite(value) else float(value)),
+]
 
 
 class Group(BaseModel):
