@@ -17,6 +17,7 @@ SOURCES = [
     *(ROOT / "workflow").rglob("*.smk"),
     *sorted((ROOT / "docs").rglob("*.md")),
     *(ROOT / "config").rglob("*.yaml"),
+    *(path for path in (ROOT / "docs/nightly").iterdir() if path.is_file()),
     *(ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"),
 ]
 # A command in backquotes, or the line of a block in a page; without what comes after a pipe.
@@ -105,9 +106,3 @@ def test_advised_commands_exist(path: Path) -> None:
 )
 def test_wrong_advice_is_noticed(command: str) -> None:
     assert mistake(command)
-
-
-def test_advice_of_a_message_is_found() -> None:
-    found = advised(ROOT / "workflow/oilfilm/releases/manifest.py")
-    assert "snakemake release" in found
-    assert any(command.startswith("oilfilm pin") for command in found)

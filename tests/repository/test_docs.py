@@ -42,29 +42,3 @@ def test_paths_that_a_page_names_exist(page: Path):
         if not any((folder / path).exists() for folder in folders)
     ]
     assert not missing
-
-
-def test_make_targets_that_contributing_names_exist():
-    targets = re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"))
-    named = re.findall(r"`make ([a-z]+)`", (ROOT / "CONTRIBUTING.md").read_text("utf-8"))
-    assert named
-    assert not set(named) - {*targets, "help"}
-
-
-def test_no_file_cites_a_page_outside_the_repository():
-    cited = re.compile(r"(?<![\w/])(physics|tools|paper)\.md|paper/README|shared/(?!real/pcs)")
-    files = [*(ROOT / "workflow").rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *PAGES]
-    lines = [
-        f"{file.relative_to(ROOT)}: {line.strip()}"
-        for file in files
-        if file != Path(__file__)
-        for line in file.read_text("utf-8").splitlines()
-        if cited.search(
-            re.sub(
-                r"docs/physics\.md|\[physics\.md\]\(\.\./physics\.md\)|\"docs\" / \"physics\.md\"",
-                "",
-                line,
-            )
-        )
-    ]
-    assert not lines

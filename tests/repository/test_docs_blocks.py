@@ -4,7 +4,6 @@
 """
 
 import re
-import shlex
 import shutil
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ import pytest
 import yaml
 
 from campaigns import ROOT
-from oilfilm.cli.parser import parser
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.torque_log import TORQUE
@@ -22,7 +20,7 @@ from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from page_blocks import CARRIED_OUT, HOW_TO, NOT_RUN, Block, blocks, commands, reason
+from page_blocks import CARRIED_OUT, HOW_TO, Block, blocks, commands, reason
 
 # Pages, or languages of a page, whose blocks run in another test.
 ELSEWHERE = {
@@ -60,30 +58,6 @@ def test_every_block_is_tested_or_listed_with_the_reason() -> None:
             assert not lacking, block.page
         else:
             assert tested, f"{block.page}: {block.language or 'no language'}: {block.content}"
-
-
-def test_lists_of_this_file_name_what_exists() -> None:
-    names = {name for block in BLOCKS for name in block.names}
-    assert not {*ELSEWHERE, *CARRIED_OUT, *SHOWN} - names
-    said = " ".join([*NOT_RUN.values(), *SHOWN.values(), *ELSEWHERE.values()])
-    for test in re.findall(r"[\w/]*test_\w+\.py", said):
-        assert (ROOT / "tests" / test).is_file(), test
-    lines = [line for _, line in COMMANDS]
-    assert [form for form in NOT_RUN if not any(re.match(form, line) for line in lines)] == []
-
-
-@pytest.mark.parametrize(
-    ("block", "line"),
-    [
-        (block, line.replace("[", "").replace("]", ""))
-        for block, line in COMMANDS
-        if re.match(r"(\.venv/bin/)?oilfilm [a-z]", line)
-    ],
-    ids=lambda value: value if isinstance(value, str) else "",
-)
-def test_options_of_a_command_exist(block: Block, line: str) -> None:
-    words = shlex.split(line.partition(" | ")[0].partition(" && ")[0])
-    parser().parse_args(words[1 : words.index("--") if "--" in words else None])
 
 
 YAML = [block for block in BLOCKS if block.language == "yaml" and "tutorials" not in block.page]

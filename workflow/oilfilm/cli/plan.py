@@ -214,8 +214,8 @@ def planned_tests(plan: NextTests, about: Mapping[str, str]) -> PlannedTests:
         target=wanted.target,
         bearing=plan.where,
         uncertainty_now=plan.design.before,
-        uncertainty_now_without_calibration=known.without_calibration().uncertainty(
-            wanted.gradients
+        uncertainty_now_without_calibration=float(
+            known.without_calibration().uncertainty(wanted.gradients)
         ),
         tests=tables.rows(chosen[[name for name in tables.columns("test_plan") if name in chosen]]),
         operating_points=[
