@@ -32,13 +32,24 @@ ROOMS = {
     ),
     "bearing": (
         ("catalogue_torque", "geometry", "heat_balance", "kinematics", "quasistatic", "resistance"),
-        ("test_bearing_geometry", "test_bearing_quasistatic", "test_bearing_friction")
-        + ("test_heat_balance", "test_kinematics"),
+        (
+            "test_bearing_geometry",
+            "test_bearing_quasistatic",
+            "test_bearing_friction",
+            "test_catalogue_torque",
+            "test_heat_balance",
+            "test_kinematics",
+        ),
     ),
     "logs": (
         ("columns", "csv", "encoding", "header", "instants", "layout", "run_sheet"),
-        ("test_bad_logs", "test_readers_csv", "test_readers_dialects", "test_readers_layout")
-        + ("test_run_sheet",),
+        (
+            "test_bad_logs",
+            "test_readers_csv",
+            "test_readers_dialects",
+            "test_readers_layout",
+            "test_run_sheet",
+        ),
     ),
     "curation": (
         ("zero", "zero_source", "standstill", "rolling", "plateaus", "plateau_gates", "statistics"),

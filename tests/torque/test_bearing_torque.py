@@ -22,7 +22,6 @@ from bearings import (
 )
 from campaigns import ROOT, oil_of, printed
 from oilfilm import tables
-from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m
 from oilfilm.bearing.ellipse import Conditions
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -458,8 +457,3 @@ def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
     assert "The paper's advice agrees with the best oil at" in text
     nothing = bearing_lines(CampaignTables.in_memory())
     assert nothing[2] == "- Torque logs: 0 of 0 were read. 0 have runs that were not refused."
-
-
-def test_bearing_without_contact_angle_has_no_outside_opinion_by_palmgren() -> None:
-    torque = palmgren_torque_n_m(np.array([1e3, 0.0]), 1e3, 8e-6, 0.1, 0.0, 1.0, 1e-3)
-    assert np.isnan(torque).all()
