@@ -158,34 +158,34 @@ def test_dictionary_columns_survive(demo, tmp_path: Path) -> None:
     assert tables.read("samples", path)["run_id"].tolist() == samples["run_id"].tolist()
 
 
-def test_no_flipped_bit_is_read_as_another_number(quarantine: pd.DataFrame, tmp_path: Path) -> None:
-    """Pages and footer carry a CRC-32: compression alone lets some bits pass."""
+def test_no_flipped_bit_of_a_page_is_read_as_another_number(
+    quarantine: pd.DataFrame, tmp_path: Path
+) -> None:
+    """Each page carries a CRC-32: compression alone lets some bits pass."""
     path = tmp_path / "quarantine.parquet"
     tables.write(quarantine, "quarantine", path, {"campaign": "x", "data": "measured"})
     content = path.read_bytes()
     as_written = tables.read("quarantine", path)
-    footer = tables.read_footer(path)
+    footer = int.from_bytes(content[-8:-4], "little") + 8
     refused = 0
-    for offset in range(0, len(content), 7):
+    for offset in range(0, len(content) - footer, 7):
         damaged = bytearray(content)
         damaged[offset] ^= 1 << offset % 8
         path.write_bytes(damaged)
         try:
             assert tables.read("quarantine", path).equals(as_written)
-            assert tables.read_footer(path) == footer
         except OilfilmError as error:
             assert "cannot be read as Parquet" in str(error)
             refused += 1
     assert refused > 0
 
 
-def test_flipped_bit_in_a_footer_without_a_checksum_ends_in_a_sentence(
+def test_flipped_bit_in_a_footer_ends_in_a_sentence(
     quarantine: pd.DataFrame, tmp_path: Path
 ) -> None:
-    """As in tables of before, and of strangers."""
     path = tmp_path / "quarantine.parquet"
     tables.write(quarantine, "quarantine", path, {"campaign": "x", "data": "measured"})
-    content = path.read_bytes().replace(b"oilfilm.footer_crc32", b"oilfilm.without_one_")
+    content = path.read_bytes()
     length = int.from_bytes(content[-8:-4], "little") + 8
     refused = 0
     for offset in range(len(content) - length, len(content), 29):
