@@ -133,6 +133,7 @@ class TextForm:
         return cls(encoding, MARKS.get(delimiter, delimiter), MARKS[decimal_mark])
 
 
+NO_TEXT = TextForm()
 MARKS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
 
 
@@ -143,7 +144,7 @@ class Reading:
     rows: int
     runs: list[LoggedRun] = field(default_factory=list)
     refusals: list[Refusal] = field(default_factory=list)
-    form: TextForm = TextForm()
+    form: TextForm = NO_TEXT
 
 
 def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> Columns:

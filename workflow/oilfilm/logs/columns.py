@@ -5,8 +5,8 @@ in the kind of log.
 """
 
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -15,16 +15,18 @@ import numpy.typing as npt
 
 from oilfilm.logs.base import (
     LARGEST_READING,
+    NO_TEXT,
     Flaw,
     LoggedRun,
     Reading,
     Refusal,
+    TextForm,
     as_ranges,
 )
 from oilfilm.logs.header import FORMAT_ADVICE, FULL_WIDTH, apart
 from oilfilm.logs.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
 from oilfilm.logs.run_sheet import SheetOfLog
-from oilfilm.logs.understood import Understood
+from oilfilm.logs.understood import LogColumn, Understood
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
@@ -103,30 +105,26 @@ def fits(quantity: str, unit: str, vocabulary: Vocabulary) -> bool:
     return True
 
 
-def _unit(
-    quantity: str, beside: str | None, named: str | None, vocabulary: Vocabulary
-) -> str | None:
+def _unit(quantity: str, beside: str, named: str | None, vocabulary: Vocabulary) -> str:
     """The unit that the log gives beside a name, unless only that of the name can be used."""
-    if beside and named and not fits(quantity, beside, vocabulary):
-        return named
-    return beside or named
+    use_named = named and not (beside and fits(quantity, beside, vocabulary))
+    return named if named and use_named else beside
 
 
 def known_names(
     names: Sequence[str], units: Sequence[str], renamed: Renamed, vocabulary: Vocabulary
 ) -> tuple[int, int]:
     """How many names are known and have a unit that fits them, and how many are known at all."""
-    known = meanings(names, renamed, vocabulary)
     fitting = [
-        fits(quantity, _unit(quantity, units[index], unit, vocabulary) or "", vocabulary)
-        for index, (quantity, unit) in known.items()
+        fits(quantity, _unit(quantity, units[index], unit, vocabulary), vocabulary)
+        for index, (quantity, unit) in meanings(names, renamed, vocabulary).items()
     ]
     return sum(fitting), len(fitting)
 
 
 def find_columns(
     names: Sequence[str],
-    units: Sequence[str | None],
+    units: Sequence[str],
     renamed: Renamed,
     vocabulary: Vocabulary,
 ) -> tuple[Column, ...]:
@@ -134,7 +132,7 @@ def find_columns(
 
     Args:
         names: All column names, in the order of the columns.
-        units: Unit that the log gives for each, beside its name; empty or None where none.
+        units: Unit that the log gives for each, beside its name; empty where none.
         renamed: As for `meaning`.
         vocabulary: As for `meaning`.
 
@@ -174,117 +172,156 @@ def find_columns(
     return (*(columns[quantity] for quantity in needed), *spare)
 
 
+Values = npt.NDArray[Any]
+
+
 @dataclass(frozen=True)
 class LoggedTable:
-    """One run as a format with typed columns found it.
+    """One run as a format found it: what every reader gives.
 
     Attributes:
         run_id: Unique name of the run.
         keys: Header keys, as `plain_key` makes them.
         names: All column names.
         units: Unit beside each name; empty where none.
-        values: A column each; those that mean something to a run have a number a row.
+        values: Gives the columns at some places, one number per row, NaN where a cell holds none.
         rows: How many rows there are, good and bad.
         first_row: Number of the first row in the file.
         flaw: Why the run cannot be used, if so.
-        problem: Why there can be no run, if so.
+        problem: Why its columns cannot be understood, if so.
         behind: The refusal of rows behind those of the table, if there are any.
         part: Name of the run in its file; empty where a file of the format is one run.
+        clocks: Start, increment and unit of the time of columns that were sampled evenly, by their
+            place.
+        bad_rows: Gives the refusal of a range of rows whose cells cannot be used.
     """
 
     run_id: str
     keys: Mapping[str, str]
     names: Sequence[str]
     units: Sequence[str]
-    values: Sequence[npt.NDArray[Any]]
+    values: Callable[[Sequence[int]], Sequence[Values]]
     rows: int
     first_row: int = 1
     flaw: Flaw | None = None
-    problem: Refusal | None = None
+    problem: str = ""
     behind: Refusal | None = None
     part: str = ""
+    clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
+    bad_rows: Callable[[int, int], Refusal] | None = None
+
+    @property
+    def all_rows(self) -> int:
+        """How many rows there are with those behind the table."""
+        return self.rows + (self.behind.refused_rows if self.behind else 0)
 
 
 def read_tables(
-    tables: Iterable[LoggedTable], settings: Settings, kind: LogKind, sheet: SheetOfLog
+    tables: Iterable[LoggedTable],
+    settings: Settings,
+    kind: LogKind,
+    sheet: SheetOfLog,
+    form: TextForm = NO_TEXT,
 ) -> Reading:
     """The runs that the tables of a file make, and what had to be refused of them."""
-    runs: list[LoggedRun] = []
-    refusals: list[Refusal] = []
-    rows = 0
+    reading = Reading(0, form=form)
     for table in tables:
-        run, refused = _read_table(table, settings, kind, sheet)
-        runs += [run] if run is not None else []
-        refusals += refused if table.behind is None else [*refused, table.behind]
-        rows += table.rows + (table.behind.refused_rows if table.behind else 0)
-    return Reading(rows, runs, refusals)
+        run, refusals = _read_table(table, settings, kind, sheet, form.encoding)
+        reading = replace(
+            reading,
+            rows=reading.rows + table.all_rows,
+            runs=[*reading.runs, *([run] if run is not None else [])],
+            refusals=[*reading.refusals, *refusals],
+        )
+    return reading
 
 
 def _read_table(
-    table: LoggedTable, settings: Settings, kind: LogKind, sheet: SheetOfLog
+    table: LoggedTable, settings: Settings, kind: LogKind, sheet: SheetOfLog, encoding: str
 ) -> tuple[LoggedRun | None, list[Refusal]]:
-    def refused(problem: Refusal) -> tuple[None, list[Refusal]]:
-        last = table.first_row + table.rows - 1
-        return None, [problem.of_rows(table.run_id, table.first_row, last)]
+    def refused(problem: Refusal) -> Refusal:
+        last = table.first_row + table.all_rows - 1
+        return problem.of_rows(table.run_id if table.part else "", table.first_row, last)
 
-    if table.problem is not None:
-        return refused(table.problem)
     try:
+        table = _with_time(table, kind.renamed(settings.campaign), kind.vocabulary)
         columns = find_columns(
             table.names, table.units, kind.renamed(settings.campaign), kind.vocabulary
         )
-        columns = tuple(
-            column for column in columns if not column.spare or _has_numbers(table, column.index)
-        )
-        logged = [_numbers(table, column.index) for column in columns]
+        labels = sheet.labels(table.run_id, table.keys, settings, table.part)
+        problem = labels.problem or kind.header_problem(labels.keys, columns, settings)
+        if problem:
+            return None, [refused(problem), *labels.remarks]
+        used, logged = _numbers(table, columns)
     except ValueError as error:
-        return refused(Refusal("columns", str(error), columns_advice(kind.vocabulary)))
-    labels = sheet.labels(table.run_id, table.keys, settings, table.part)
-    problem = labels.problem or kind.header_problem(labels.keys, columns, settings)
-    if problem:
-        run, refusals = refused(problem)
-        return run, [*refusals, *labels.remarks]
-    every, good = converted(columns, logged)
+        reason = str(error) + (f"; read as {encoding}" if encoding not in ("", "ascii") else "")
+        return None, [refused(Refusal("columns", reason, columns_advice(kind.vocabulary)))]
+    every, good = converted(used, logged)
     rows = np.arange(table.first_row, table.first_row + table.rows)
-    values = {quantity: numbers[good] for quantity, numbers in every.items()}
-    refusals = labels.remarks
+    refusals = []
     for first, last in as_ranges(rows[~good]):
         seen = ", ".join(f"{numbers[first - table.first_row]:g}" for numbers in logged)
-        refusals.append(unreadable_rows(table.run_id, first, last, seen))
-    understood = understood_columns(columns, logged, table.names).with_sources(labels.sources)
-    flaw = labels.excluded or table.flaw
-    log = ContinuousLog(table.run_id, labels.keys, columns, rows[good], values, flaw, understood)
-    return kind.run(log, settings), refusals
-
-
-def _has_numbers(table: LoggedTable, index: int) -> bool:
-    return table.values[index].dtype.kind in "iuf"
-
-
-def _numbers(table: LoggedTable, index: int) -> FloatArray:
-    column = table.values[index]
-    if not _has_numbers(table, index):
-        raise ValueError(f"the column {table.names[index][:60]!r} does not hold numbers")
-    if len(column) != table.rows:
-        raise ValueError(f"the column {table.names[index][:60]!r} has {len(column)} rows")
-    return column.astype(np.float64)
-
-
-def understood_columns(
-    columns: Sequence[Column], logged: Sequence[FloatArray], names: Sequence[str]
-) -> Understood:
-    """What the columns of a log were taken for.
-
-    Args:
-        columns: Those that are read.
-        logged: Their numbers as logged.
-        names: The names of all columns.
-    """
-    used = {column.index for column in columns}
-    return Understood(
-        [column.holding(numbers) for column, numbers in zip(columns, logged, strict=True)],
-        [name for index, name in enumerate(names) if index not in used],
+        plain = unreadable_rows(table.run_id, first, last, seen)
+        refusals.append(table.bad_rows(first, last) if table.bad_rows else plain)
+    if refusals:
+        rows = rows[good]
+        every = {quantity: numbers[good] for quantity, numbers in every.items()}
+    refusals += [table.behind] if table.behind else []
+    places = {column.index for column in used}
+    understood = Understood(
+        [
+            LogColumn.of(column.name, column.logged_unit, column.quantity, column.to, numbers)
+            for column, numbers in zip(used, logged, strict=True)
+        ],
+        [name for index, name in enumerate(table.names) if index not in places],
+        labels.sources,
     )
+    flaw = labels.excluded or table.flaw
+    log = ContinuousLog(table.run_id, labels.keys, used, rows, every, flaw, understood)
+    return kind.run(log, settings), [*refusals, *labels.remarks]
+
+
+def _with_time(table: LoggedTable, renamed: Renamed, vocabulary: Vocabulary) -> LoggedTable:
+    """The table with time made of the sampling interval, where no column has it.
+
+    Raises:
+        ValueError: Its columns cannot be understood.
+    """
+    if table.problem:
+        raise ValueError(table.problem)
+    known = meanings(table.names, renamed, vocabulary)
+    clocks = {table.clocks[index] for index in known if index in table.clocks}
+    if len(clocks) != 1 or any(quantity == "time" for quantity, _ in known.values()):
+        return table
+    ((start, increment, unit),) = clocks
+    place = len(table.names)
+
+    def values(places: Sequence[int]) -> list[Values]:
+        logged = iter(table.values([each for each in places if each != place]))
+        time = start + increment * np.arange(table.rows)
+        return [time if each == place else next(logged) for each in places]
+
+    names, units = [*table.names, "time"], [*table.units, unit]
+    return replace(table, names=names, units=units, values=values)
+
+
+def _numbers(
+    table: LoggedTable, columns: Sequence[Column]
+) -> tuple[list[Column], list[FloatArray]]:
+    """The columns with their numbers as logged, without spare ones that hold none.
+
+    Raises:
+        ValueError: A column holds something else.
+    """
+    kept, logged = [], []
+    values = table.values([column.index for column in columns])
+    for column, numbers in zip(columns, values, strict=True):
+        if numbers.dtype.kind in "iuf":
+            kept.append(column)
+            logged.append(numbers.astype(np.float64, copy=False))
+        elif not column.spare:
+            raise ValueError(f"the column {column.name[:60]!r} does not hold numbers")
+    return kept, logged
 
 
 # Time may be counted from 1970, in milliseconds too.

@@ -7,23 +7,22 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise, zip_longest
 
-import numpy as np
-
-from oilfilm.logs.base import Flaw, Names, Refusal, TextForm
-from oilfilm.logs.columns import find_columns, fits, known_names, meaning, meanings
+from oilfilm.logs.base import Names, TextForm
+from oilfilm.logs.columns import fits, known_names, meaning, meanings
 from oilfilm.logs.encoding import (
     HEAD_SEARCHED,
     best_encoding,
     encodings_of,
-    line_ends,
     normalise,
 )
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.logs.instants import is_date, is_stamp
-from oilfilm.logs.log_kind import Column, Renamed, Vocabulary
+from oilfilm.logs.log_kind import Renamed, Vocabulary
+from oilfilm.logs.text_table import TextTable, count_rows
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
@@ -43,31 +42,14 @@ _LONGEST_NAME, _FEWEST_COLUMNS, _ROWS_SEARCHED = 5, 3, 20
 
 
 @dataclass(frozen=True)
-class Stamps:
-    """Columns with time stamps: place of the time in a row, and of its date where that is apart."""
-
-    time: int
-    date: int | None = None
-
-    @property
-    def places(self) -> list[int]:
-        """Places of the cells that make a time, that of the time of day first."""
-        return [self.time] if self.date is None else [self.time, self.date]
-
-
-@dataclass(frozen=True)
 class Layout:
-    """How a log is written; `table` holds the rows alone, as UTF-8 with LF line ends.
+    """How a log is written.
 
     Attributes:
         keys: Header lines.
         form: How the file was read, for people.
-        delimiter: What parts the cells of `table`.
-        decimal_mark: Decimal mark of numbers.
-        group_mark: Mark between thousands; empty where there is none.
         names: The names of all columns, one per cell of a row.
-        columns: The columns that make a run.
-        stamps: Columns of time stamps; None where time is a number.
+        units: The unit of each; empty where the log gives none beside or below the names.
         table: The rows.
         first_line: The line of the file with the first row, counted from 1; 0 where empty lines or
             comments make the count uncertain.
@@ -75,13 +57,9 @@ class Layout:
 
     keys: dict[str, str]
     form: TextForm
-    delimiter: str
-    decimal_mark: str
-    group_mark: str
     names: Sequence[str]
-    columns: tuple[Column, ...]
-    stamps: Stamps | None
-    table: bytes
+    units: Sequence[str]
+    table: TextTable
     first_line: int
 
 
@@ -123,14 +101,14 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
             has no unit or an impossible one.
     """
 
-    def known(head: bytes) -> tuple[int, int]:
+    def fitting(head: bytes) -> tuple[int, int]:
         try:
             found = _find_head(head, renamed, vocabulary)
         except ValueError:
             return 0, 0
         return known_names(found.names, found.units, renamed, vocabulary)
 
-    encoding = best_encoding(content, known)
+    encoding = best_encoding(content, fitting)
     text = normalise(content, encoding)
     try:
         head = _find_head(text, renamed, vocabulary)
@@ -142,25 +120,22 @@ def find_layout(content: bytes, renamed: Renamed, vocabulary: Vocabulary) -> Lay
     above = sum(
         len(line) + 1 for line in text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
     )
-    table = _without_comments(text[above:])
-    has_lines = text.startswith(table, above) and not _has_empty_lines(content, text)
+    rows = _without_comments(text[above:])
+    has_lines = text.startswith(rows, above) and not _has_empty_lines(content, text)
+    known = meanings(head.names, renamed, vocabulary)
     try:
-        stamps = _stamps(head, meanings(head.names, renamed, vocabulary))
-        columns = find_columns(head.names, head.units, renamed, vocabulary)
+        stamps = _stamps(head, known)
     except ValueError as error:
-        raise LayoutError(str(error), count_rows(table), encoding) from error
-    table, delimiter = _plain_cells(table, head)
-    decimal_mark, group_mark = _marks(head, delimiter, columns, stamps)
+        raise LayoutError(str(error), count_rows(rows), encoding) from error
+    rows, delimiter = _plain_cells(rows, head)
+    places = [place for place in known if place not in stamps]
+    decimal_mark, group_mark = _marks(head, delimiter, places)
     return Layout(
         _header_keys(head.header, head.delimiter),
         TextForm.of(encoding, head.delimiter, decimal_mark),
-        delimiter,
-        decimal_mark,
-        group_mark,
         head.names,
-        columns,
-        stamps,
-        table,
+        head.units,
+        TextTable(rows, len(head.names), delimiter, decimal_mark, group_mark, stamps),
         head.start + 1 if has_lines else 0,
     )
 
@@ -181,7 +156,7 @@ def _find_head(text: bytes, renamed: Renamed, vocabulary: Vocabulary) -> _Head:
         for place, line in enumerate(lines[number + 1 :], start=number + 1)
         if line.strip() and line[0] != "#"
     ]
-    cells = _split_lines([line for _, line in below], delimiter)
+    cells = [_split(line, delimiter) for _, line in below]
     units, start = [""] * len(names), number + 1
     if cells and _is_unit_row(cells[0], names, renamed, vocabulary):
         units, start = [_bare(cell) for cell in cells.pop(0)], below[0][0] + 1
@@ -288,19 +263,11 @@ def _blank_parted(line: str, renamed: Renamed, vocabulary: Vocabulary) -> Iterat
 def _split(line: str, delimiter: str) -> list[str]:
     if delimiter == _BLANKS:
         return line.split()
-    try:
-        cells = next(csv.reader([line], delimiter=delimiter), [])
-    except csv.Error:
-        cells = line.split(delimiter)
+    cells = line.split(delimiter)
+    if '"' in line:
+        with suppress(csv.Error):
+            cells = next(csv.reader([line], delimiter=delimiter), [])
     return [cell.strip() for cell in cells]
-
-
-def _split_lines(lines: list[str], delimiter: str) -> list[list[str]]:
-    text = "\n".join(lines)
-    # cells without quotes and blanks, as nearly all of numbers are, need no reader of CSV
-    if delimiter != _BLANKS and '"' not in text and text.split() == lines:
-        return [line.split(delimiter) for line in lines]
-    return [_split(line, delimiter) for line in lines]
 
 
 def possible_names(content: bytes) -> Iterator[Names]:
@@ -345,19 +312,16 @@ def _plain_cells(table: bytes, head: _Head) -> tuple[bytes, str]:
     return normalise(rows.encode(), "ascii"), "\t"
 
 
-def _marks(
-    head: _Head, delimiter: str, columns: Sequence[Column], stamps: Stamps | None
-) -> tuple[str, str]:
-    """Decimal mark and mark between thousands, from the columns that are read."""
-    numbers = [column.index for column in columns if stamps is None or column.index != stamps.time]
+def _marks(head: _Head, delimiter: str, places: Sequence[int]) -> tuple[str, str]:
+    """Decimal mark and mark between thousands, from the columns of numbers at some places."""
     if delimiter == "," and not head.quoted:
         return ".", ""
     # not the first row alone: it may hold whole numbers only
     cells = [
-        row[index]
+        row[place]
         for row in head.rows
-        for index in numbers
-        if index < len(row) and "," in row[index]
+        for place in places
+        if place < len(row) and "," in row[place]
     ]
     grouped = next((found for cell in cells if (found := _GROUPED.fullmatch(_bare(cell)))), None)
     if grouped:
@@ -365,21 +329,21 @@ def _marks(
     return "," if delimiter != "," and cells else ".", ""
 
 
-def _stamps(head: _Head, known: Mapping[int, tuple[str, str | None]]) -> Stamps | None:
-    """The columns of time stamps; their unit is set to seconds, whatever the log says.
+def _stamps(head: _Head, known: Mapping[int, tuple[str, str | None]]) -> tuple[int, ...]:
+    """Places of the columns of time stamps, see `TextTable`.
+
+    The unit of the time is set to seconds, whatever the log says.
 
     Raises:
         ValueError: The time is neither a number nor a time stamp.
     """
     time = next((index for index, (quantity, _) in known.items() if quantity == "time"), None)
-    if time is None or all(len(row) <= time for row in head.rows):
-        return None
+    if time is None:
+        return ()
     cells = [row[time].strip('" ') if time < len(row) else "" for row in head.rows]
-    if not _CLOCK_OR_DATE.search("\n".join(cells)):
-        return None
     marked = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
     if len(marked) <= len(cells) / 2:
-        return None
+        return ()
     if sum(map(is_stamp, marked)) <= len(marked) / 2:
         raise ValueError(
             f"the column {head.names[time][:60]!r} holds {marked[0][:40]!r}; expected numbers, or "
@@ -388,9 +352,8 @@ def _stamps(head: _Head, known: Mapping[int, tuple[str, str | None]]) -> Stamps 
     head.units[time] = "s"
     columns = zip_longest(*head.rows, fillvalue="")
     dates = (sum(is_date(cell.strip('" ')) for cell in column) for column in columns)
-    return Stamps(
-        time, next((place for place, found in enumerate(dates) if found > len(cells) / 2), None)
-    )
+    date = [place for place, found in enumerate(dates) if found > len(cells) / 2]
+    return (time, *date[:1])
 
 
 def _has_empty_lines(content: bytes, text: bytes) -> bool:
@@ -398,30 +361,6 @@ def _has_empty_lines(content: bytes, text: bytes) -> bool:
     if len(content) == len(text):
         return False
     return any(ends in content for ends in (b"\n\n", b"\r\n\r\n", b"\r\r"))
-
-
-def count_rows(table: bytes) -> int:
-    """Lines of a normalised table; the last one counts without a line end too."""
-    ends = np.count_nonzero(line_ends(table))
-    return int(ends) + (len(table) > 0 and not table.endswith(b"\n"))
-
-
-def cut_row(cells: int, columns: int, row: int, run_id: str) -> Refusal | None:
-    """What to make of a last line without a line end; 0 cells where there is none."""
-    if not cells:
-        return None
-    if cells < columns:
-        reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
-        advice = "This row is not used. Check whether the run was complete."
-        return Refusal("cut_row", reason, advice).of_rows(run_id, row, row)
-    reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-    advice = "End the file with a line end."
-    return Refusal("unterminated_row", reason, advice).of_rows(run_id, row, row)
-
-
-def truncated(cut: Refusal | None) -> Flaw | None:
-    """Why a run whose last row is cut off cannot be used."""
-    return Flaw("truncated", cut.reason) if cut and cut.rule == "cut_row" else None
 
 
 def _is_unit_row(

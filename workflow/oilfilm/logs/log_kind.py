@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.logs.base import Columns, Flaw, LoggedRun, Nominal, Refusal
-from oilfilm.logs.understood import NOTHING_UNDERSTOOD, LogColumn, Understood
+from oilfilm.logs.understood import NOTHING_UNDERSTOOD, Understood
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -56,11 +56,6 @@ class Column:
     name: str
     logged_unit: str
     spare: bool = False
-
-    def holding(self, logged: FloatArray) -> LogColumn:
-        """The column with the range of the numbers that it holds, given as logged."""
-        column = LogColumn(self.name, self.logged_unit, self.quantity, self.to.unit)
-        return column.with_range(logged, self.to)
 
 
 def named_columns(columns: campaign_file.Columns | campaign_file.TorqueColumns) -> Renamed:

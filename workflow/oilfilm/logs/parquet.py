@@ -10,7 +10,7 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.logs.base import LARGEST_LOG, Names, Reading, damaged_file, refused_file
-from oilfilm.logs.columns import LoggedTable, header_text, meaning, read_tables
+from oilfilm.logs.columns import LoggedTable, header_text, meanings, read_tables
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.run_sheet import SheetOfLog
 from oilfilm.settings.base import plain_key
@@ -68,24 +68,28 @@ def _own_table(rows: int, footer: bytes) -> Reading:
 
 
 def _table(log: parquet.ParquetFile, file: str, campaign: Campaign, kind: LogKind) -> LoggedTable:
-    """The columns that mean something to a run; of the others only names are kept.
+    """The columns that mean something to a run.
 
     Raises:
         ValueError: The numbers would not fit any log's size.
     """
     schema = log.schema_arrow
-    renamed, vocabulary = kind.renamed(campaign), kind.vocabulary
-    wanted = [name for name in schema.names if meaning(name, renamed, vocabulary) is not None]
+    # of columns of one name the run is refused whichever is taken
+    known = meanings(schema.names, kind.renamed(campaign), kind.vocabulary)
+    wanted = dict.fromkeys(schema.names[place] for place in known)
     _check_claims(log.metadata, len(wanted))
-    columns = log.read(columns=list(dict.fromkeys(wanted)), use_threads=False)
-    values, units = [], []
-    for field in schema:
-        # of columns of one name the run is refused whichever is taken
-        indices = columns.schema.get_all_field_indices(field.name)
-        values.append(_numbers(columns.column(indices[0])) if indices else np.array([]))
-        units.append(_unit(field))
-    rows = columns.num_rows if wanted else log.metadata.num_rows
-    return LoggedTable(file, _keys(schema.metadata or {}), schema.names, units, values, rows)
+    columns = log.read(columns=[*wanted], use_threads=False)
+    return LoggedTable(
+        file,
+        _keys(schema.metadata or {}),
+        schema.names,
+        [_unit(field) for field in schema],
+        lambda places: [
+            _numbers(columns.column(columns.schema.get_all_field_indices(schema.names[place])[0]))
+            for place in places
+        ],
+        log.metadata.num_rows,
+    )
 
 
 def _check_claims(about: parquet.FileMetaData, columns: int) -> None:

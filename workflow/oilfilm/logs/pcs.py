@@ -236,21 +236,24 @@ def _read_step(
         ),
     ]
     sound_values = {name: array[sound] for name, array in values.items()}
-    understood = _understood(step.names, columns, values).with_sources(labels.sources)
+    understood = _understood(step.names, columns, values, labels.sources)
     return _run(run_id, sound_values, step.rows[sound], understood, labels, settings), refusals
 
 
 def _understood(
-    names: list[str], columns: Mapping[str, int], values: Mapping[str, FloatArray]
+    names: list[str],
+    columns: Mapping[str, int],
+    values: Mapping[str, FloatArray],
+    sources: Mapping[str, str],
 ) -> Understood:
     """What the columns of a step were taken for, in the units of the program."""
     read = [
-        LogColumn(names[index], unit, quantity, unit).with_range(values[ours], Conversion(unit))
+        LogColumn.of(names[index], unit, quantity, Conversion(unit), values[ours])
         for ours, index in columns.items()
         for quantity, unit in (_MEANINGS[ours],)
     ]
     used = {column.name for column in read}
-    return Understood(read, [name for name in names if name not in used])
+    return Understood(read, [name for name in names if name not in used], sources)
 
 
 def _unlabelled(keys: Mapping[str, str], settings: Settings) -> Refusal | None:

@@ -21,7 +21,7 @@ from oilfilm.logs.base import (
     distinct,
     refused_file,
 )
-from oilfilm.logs.columns import LoggedTable, header_text, meaning, read_tables
+from oilfilm.logs.columns import LoggedTable, header_text, meanings, read_tables
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.run_sheet import SheetOfLog
 from oilfilm.settings.base import plain_key
@@ -43,14 +43,14 @@ log_manager.set_level(logging.ERROR)
 
 @dataclass(frozen=True)
 class _Group:
-    """Channels of one group; `steps` holds (start, increment) in s of those that have them."""
+    """Channels of one group; `clocks` as those of `LoggedTable`."""
 
     name: str
     keys: Mapping[str, str]
     names: Sequence[str]
     units: Sequence[str]
     values: Sequence[Values]
-    steps: Mapping[str, tuple[float, float]]
+    clocks: Mapping[int, tuple[float, float, str]]
 
 
 def recognises(head: bytes) -> bool:
@@ -73,9 +73,8 @@ def read(
     first_row = 1
     for group, label in zip(groups, distinct(group.name for group in groups), strict=True):
         run_id = f"{file}:{label}" if len(groups) > 1 else file
-        table = _table(group, run_id, first_row, flaw, settings.campaign, kind)
-        tables.append(replace(table, part=label))
-        first_row += table.rows + (table.behind.refused_rows if table.behind else 0)
+        tables.append(_table(group, run_id, label, first_row, flaw, settings.campaign, kind))
+        first_row += tables[-1].all_rows
     return read_tables(tables, settings, kind, sheet)
 
 
@@ -126,17 +125,17 @@ def _groups(content: bytes) -> Iterator[_Group]:
                 [unit.strip() for unit in units],
                 [_seconds(array) for array in values],
                 {
-                    channel.name.strip(): _step(channel)
-                    for channel in members
+                    place: _clock(channel)
+                    for place, channel in enumerate(members)
                     if "wf_increment" in channel.properties
                 },
             )
 
 
-def _step(channel: TdmsChannel) -> tuple[float, float]:
-    """Start and increment of time in s of a channel."""
+def _clock(channel: TdmsChannel) -> tuple[float, float, str]:
+    """See `LoggedTable.clocks`."""
     start = float(channel.properties.get("wf_start_offset", 0.0))
-    return start, float(channel.properties["wf_increment"])
+    return start, float(channel.properties["wf_increment"]), "s"
 
 
 def _check_claims(
@@ -167,6 +166,7 @@ def _seconds(values: Values) -> Values:
 def _table(
     group: _Group,
     run_id: str,
+    label: str,
     first: int,
     flaw: Flaw | None,
     campaign: Campaign,
@@ -174,27 +174,24 @@ def _table(
 ) -> LoggedTable:
     """The rows that all channels of a run have, and the refusal of those behind them.
 
-    Channels that mean nothing to a run may be of any length: they are not read. Time is made of
-    the sampling interval where no channel has it.
+    Channels that mean nothing to a run may be of any length: they are not read.
     """
-    renamed = kind.renamed(campaign)
-    known = {name: meaning(name, renamed, kind.vocabulary) for name in group.names}
-    used = {
-        name: len(column)
-        for name, column in zip(group.names, group.values, strict=True)
-        if known[name] is not None
-    }
+    known = meanings(group.names, kind.renamed(campaign), kind.vocabulary)
+    used = {group.names[place]: len(group.values[place]) for place in known}
     longest = max(used.values() if used else map(len, group.values))
     rows = min(used.values(), default=longest)
-    names, units = list(group.names), list(group.units)
-    values = [column[:rows] for column in group.values]
-    steps = {step for name, step in group.steps.items() if known[name] is not None}
-    if len(steps) == 1 and not any(column and column[0] == "time" for column in known.values()):
-        ((start, increment),) = steps
-        names.append("time")
-        units.append("s")
-        values.append(start + increment * np.arange(rows))
-    table = LoggedTable(run_id, group.keys, names, units, values, rows, first, flaw)
+    table = LoggedTable(
+        run_id,
+        group.keys,
+        group.names,
+        group.units,
+        lambda places: [group.values[place][:rows] for place in places],
+        rows,
+        first,
+        flaw,
+        part=label,
+        clocks=group.clocks,
+    )
     if longest == rows:
         return table
     ends = ", ".join(f"{name[:40]} {length}" for name, length in used.items())

@@ -1,8 +1,9 @@
 """What a reader took a log for: its columns with their units and ranges."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import isfinite
+from typing import Self
 
 import numpy as np
 
@@ -33,30 +34,19 @@ class LogColumn:
     count: int = 0
     missing: int = 0
 
-    def with_range(self, logged: FloatArray, to: Conversion) -> "LogColumn":
-        """The same column with the range of its numbers.
-
-        Args:
-            logged: The numbers as logged, NaN where a cell holds none.
-            to: Conversion to `unit`.
-        """
+    @classmethod
+    def of(
+        cls, name: str, logged_unit: str, quantity: str, to: Conversion, logged: FloatArray
+    ) -> Self:
+        """A column with the range of its numbers, given as logged, NaN where a cell holds none."""
         known = logged
         # a number that is not finite is, or hides, one of the extremes
         if len(logged) == 0 or not (isfinite(logged.min()) and isfinite(logged.max())):
             known = logged[np.isfinite(logged)]
-        if len(known) == 0:
-            return replace(self, missing=len(logged))
-        ends = to.of(np.array([known.min(), known.max()]))
-        return LogColumn(
-            self.name,
-            self.logged_unit,
-            self.quantity,
-            self.unit,
-            minimum=float(ends.min()),
-            maximum=float(ends.max()),
-            count=len(known),
-            missing=len(logged) - len(known),
-        )
+        ends = to.of(np.array([known.min(), known.max()] if len(known) else [np.nan, np.nan]))
+        least, most = float(ends.min()), float(ends.max())
+        missing = len(logged) - len(known)
+        return cls(name, logged_unit, quantity, to.unit, least, most, len(known), missing)
 
 
 @dataclass(frozen=True)
@@ -72,10 +62,6 @@ class Understood:
     columns: Sequence[LogColumn] = ()
     unused: Sequence[str] = ()
     sources: Mapping[str, str] = field(default_factory=dict)
-
-    def with_sources(self, sources: Mapping[str, str]) -> "Understood":
-        """The same with the sources of its keys."""
-        return replace(self, sources=sources)
 
 
 NOTHING_UNDERSTOOD = Understood()
