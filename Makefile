@@ -100,7 +100,9 @@ docs-links: $(DOCS) ## whether the addresses that the documentation names still 
 
 nightly: $(DEV) $(DOCS) audit ## what audit says, long tests, then the pinned campaign anew: release, drift gate, rebuild (20 min)
 	$(IN_VENV) $(BIN)/pytest -m "nightly or hypothesis" --hypothesis-profile nightly
-	$(IN_VENV) $(BIN)/oilfilm nightly --campaign $(CAMPAIGN) --rebuild
+	$(IN_VENV) $(BIN)/snakemake release --config campaign=$(CAMPAIGN)
+	$(IN_VENV) $(BIN)/oilfilm diff data/reference/pins/$(CAMPAIGN) results/releases/$(CAMPAIGN)/latest --gate
+	$(IN_VENV) $(BIN)/oilfilm verify results/releases/$(CAMPAIGN)/latest --rebuild
 
 verify: $(DEV) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
 	$(IN_VENV) $(BIN)/python tests/helpers/reproduce.py $(CAMPAIGN)

@@ -41,10 +41,8 @@ SHARE = 100
 FORMATS = ("csv", "csv", "csv", "tdms", "lvm", "parquet")
 CASES = {
     "folders, limits, full disks, kills": ["tests/run", "tests/workflow/test_faults.py"],
-    "forged and hostile releases, archives and tables": [
+    "forged and hostile releases and tables": [
         "tests/releases/test_strangers.py",
-        "tests/releases/test_signature.py",
-        "tests/releases/test_archive.py",
         "tests/releases/test_releases.py",
     ],
     "hostile settings": ["tests/settings"],

@@ -1,9 +1,7 @@
 """The demonstration on a Slurm of this machine and without one: times, ratio, the same bytes.
 
-Then twice with files in object storage, a SeaweedFS of this machine: all that the demonstration
-makes; and its logs, which are read from a bucket as those of a laboratory. Both copy their release
-to the bucket. Every file is compared with the one of a local run, but for Snakemake's log and the
-states of logs, which are tags in a bucket.
+Then with all results in object storage, a SeaweedFS of this machine. Every file is compared with
+the one of a local run, but for Snakemake's log.
 
 Run by `make bench-slurm`, as root: it installs Debian's packages of Slurm where they are missing.
 """
@@ -17,18 +15,14 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from campaigns import lay_out, lay_out_measured
+from campaigns import lay_out
 from reproduce import Surroundings, compare, files_made, succeed
 from slurm_cluster import PROFILE, Cluster, install_plugin, running_cluster
 from storage_servers import (
     IN_BUCKET,
-    STATES_OF_LOGS,
     Storage,
     files_with_a_key,
-    keep_in_bucket,
-    replace_by_stored_release,
     seaweed_storage,
-    store_logs,
 )
 
 CORES = os.cpu_count() or 1
@@ -39,9 +33,7 @@ def main() -> int:
     """Run all; 0 where the bytes are the same and Slurm takes at most three times as long."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-bench-") as name:
         folder = Path(name)
-        plugin, server, local, measured = (
-            folder / part for part in ("plugin", "server", "local", "measured")
-        )
+        plugin, server, local = (folder / part for part in ("plugin", "server", "local"))
         plugin.mkdir()
         server.mkdir()
         install_plugin(plugin)
@@ -57,11 +49,6 @@ def main() -> int:
             same = slurm.same_bytes(local, "slurm")
             slurm.demonstration_in_bucket()
             same &= slurm.same_bytes(local, "all-in-bucket")
-            lay_out(measured)
-            lay_out_measured(local, measured, "demo")
-            seconds(measured, "own", around=LOCAL)
-            slurm.logs_in_bucket(local)
-            same &= slurm.same_bytes(measured, "logs-in-bucket", but=STATES_OF_LOGS)
         return int(not same or ratio > 3)
 
 
@@ -87,29 +74,17 @@ class Slurm:
         return self._seconds("slurm", "demo")
 
     def demonstration_in_bucket(self) -> None:
-        """Simulated logs, all results and the release in the bucket; then in the folder."""
+        """Simulated logs and all results in the bucket; then in the folder."""
         project = self.folder / "all-in-bucket"
         lay_out(project)
-        keep_in_bucket(project, releases="s3://lab/releases")
         self._seconds(project.name, "demo", *IN_BUCKET, "s3://lab/all")
         self.storage.fetch("lab", "all/", project)
-        replace_by_stored_release(project, "demo", self.storage)
 
-    def logs_in_bucket(self, simulated: Path) -> None:
-        """Logs and the release of the campaign `own` in the bucket; then in the folder."""
-        project = self.folder / "logs-in-bucket"
-        lay_out(project)
-        lay_out_measured(simulated, project, "demo")
-        store_logs(project, self.storage)
-        self._seconds(project.name, "own")
-        self.storage.fetch("lab", "logs/", project / "data/raw")
-        replace_by_stored_release(project, "own", self.storage)
-
-    def same_bytes(self, local: Path, name: str, but: str = "") -> bool:
-        """Whether files are those of the local run, `but` a pattern, and none holds a key."""
+    def same_bytes(self, local: Path, name: str) -> bool:
+        """Whether files are those of the local run, and none holds a key."""
         project = self.folder / name
-        difference = compare(local, project, but)
-        count = len(files_made(local, but))
+        difference = compare(local, project)
+        count = len(files_made(local))
         print(f"{name}: {difference or f'{count} files have the same bytes'}", flush=True)
         if leaks := files_with_a_key(self.storage, project):
             print(f"{name}: {leaks[0]} holds the key of the storage")

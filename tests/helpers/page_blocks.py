@@ -19,7 +19,6 @@ NOT_RUN = {
     r".*s3://": "needs a server of object storage: workflow/test_object_storage.py",
     r".*pip install .*requirements-": "needs a network: repository/test_requirements_lock.py",
     r".*oilfilm watch": "runs until Ctrl-C: test_watch.py",
-    r".* --hook": "tells somebody: releases/test_nightly.py",
     r"oilfilm --print-completion": "changes the shell of the user: test_command_line.py",
     r".*snakemake --config campaign=etm-slim": "20 s of fits: curation/test_measured_curves.py",
     r"oilfilm (init june|run$|check data/raw/june$)|(cd|cat).* ?june": "tutorial first-csv",

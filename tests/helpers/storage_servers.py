@@ -1,14 +1,11 @@
 """S3-compatible storage on this machine for tests: two servers, and a connection that breaks."""
 
 import json
-import math
 import os
-import select
 import shutil
 import socket
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -21,11 +18,8 @@ import pyarrow as pa
 import pytest
 from botocore.config import Config
 from botocore.exceptions import BotoCoreError, ClientError
-from moto import settings as moto_settings
 from moto.server import ThreadedMotoServer
 from pyarrow import parquet
-
-from oilfilm import object_storage
 
 KEY, SECRET = "key-never-to-be-printed", "never-to-be-printed"
 # All results in a bucket; the place is to follow.
@@ -88,36 +82,6 @@ class Storage:
         return replace(self, key="key-of-a-stranger")
 
 
-def keep_in_bucket(project: Path, **places: str) -> None:
-    """Name places in object storage, as `raw` and `releases`, in a project's settings."""
-    path = project / "config/config.yaml"
-    text = path.read_text(encoding="utf-8")
-    assert "\nstorage: {}" in text
-    path.write_text(
-        text.replace("\nstorage: {}", f"\nstorage: {json.dumps(places)}"), encoding="utf-8"
-    )
-
-
-# Digests of the logs in a folder, tags of those in a bucket.
-STATES_OF_LOGS = "results/own/parts/logs/*"
-
-
-def store_logs(project: Path, storage: Storage) -> None:
-    """Move the logs of the campaign `own` to the bucket `lab`, where its releases will be too."""
-    for folder in (project / "data/raw").glob("own*"):
-        logs = {f"logs/{folder.name}/{path.name}": path.read_bytes() for path in folder.iterdir()}
-        storage.put("lab", logs)
-        shutil.rmtree(folder)
-    keep_in_bucket(project, raw="s3://lab/logs", releases="s3://lab/releases")
-
-
-def replace_by_stored_release(project: Path, campaign: str, storage: Storage) -> None:
-    """Put the release that was copied to `s3://lab/releases` in the place of the project's own."""
-    release = (project / "results/releases" / campaign / "latest").resolve()
-    shutil.rmtree(release)
-    storage.fetch("lab", f"releases/{campaign}/{release.name}/", release)
-
-
 def files_with_a_key(storage: Storage, folder: Path) -> list[Path]:
     """Files in which the storage's key or its secret can be read, also as texts of a table."""
     keys = [word.encode() for word in (storage.key, storage.secret)]
@@ -148,14 +112,6 @@ def moto_storage() -> Iterator[Storage]:
         yield Storage(f"http://{host}:{port}")
     finally:
         server.stop()
-
-
-@contextmanager
-def keys_are_checked() -> Iterator[None]:
-    """The server of moto asks for a key that it knows; it knows none."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moto_settings, "INITIAL_NO_AUTH_ACTION_COUNT", 0)
-        yield
 
 
 @contextmanager
@@ -222,44 +178,6 @@ def _free_port() -> int:
 
 
 @contextmanager
-def cut_after(
-    storage: Storage, sent: float = math.inf, received: float = math.inf
-) -> Iterator[Storage]:
-    """The same storage behind a connection that breaks for good after so many bytes."""
-    host, _, port = storage.endpoint.removeprefix("http://").partition(":")
-    left = {"sent": sent, "received": received}
-    carriers: list[threading.Thread] = []
-
-    def carry(inside: socket.socket) -> None:
-        with inside, socket.create_connection((host, int(port))) as outside, suppress(OSError):
-            while min(left.values()) >= 0:
-                for source in select.select([inside, outside], [], [], 0.1)[0]:
-                    data = source.recv(4096)
-                    left["sent" if source is inside else "received"] -= len(data)
-                    if not data or min(left.values()) < 0:
-                        return
-                    (outside if source is inside else inside).sendall(data)
-
-    def serve() -> None:
-        while not closed.is_set():
-            if select.select([door], [], [], 0.1)[0]:
-                carriers.append(threading.Thread(target=carry, args=(door.accept()[0],)))
-                carriers[-1].start()
-
-    closed = threading.Event()
-    with socket.create_server(("127.0.0.1", 0)) as door:
-        server = threading.Thread(target=serve)
-        server.start()
-        try:
-            yield replace(storage, endpoint=f"http://127.0.0.1:{door.getsockname()[1]}")
-        finally:
-            left["sent"] = -1
-            closed.set()
-            for thread in (server, *carriers):
-                thread.join()
-
-
-@contextmanager
 def in_environment(storage: Storage) -> Iterator[None]:
     """The library of this process finds the storage, as by variables of a user."""
     with pytest.MonkeyPatch.context() as patch:
@@ -267,6 +185,4 @@ def in_environment(storage: Storage) -> Iterator[None]:
             patch.delenv(name)
         for name, value in storage.environment.items():
             patch.setenv(name, value)
-        object_storage._client.cache_clear()
         yield
-    object_storage._client.cache_clear()

@@ -82,17 +82,6 @@ def test_listing_keeps_the_first_digest_and_the_lines_of_removed_logs(
     ]
 
 
-def test_log_in_object_storage_is_compared_by_its_etag(tmp_path: Path) -> None:
-    seen = FirstSeen("june", tmp_path)
-    seen.add({LOG.as_posix(): 'etag:"0123456789abcdef-2"'})
-    seen = FirstSeen("june", tmp_path)
-    assert refusal(seen, 'etag:"0123456789abcdef-2"') == ""
-    # the log was fetched from the bucket: its sha256 was not known before
-    assert refusal(seen, BEFORE) == ""
-    (change,) = pasted(refusal(seen, 'etag:"ffff456789abcdef-2"'), "written anew")
-    assert refusal(seen, 'etag:"ffff456789abcdef-2"', change) == ""
-
-
 def test_damaged_listing_is_no_empty_one(seen: FirstSeen, tmp_path: Path) -> None:
     path = tmp_path / "june.sha256"
     path.write_text(path.read_text(encoding="utf-8").replace("  data", " data", 1))

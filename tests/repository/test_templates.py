@@ -1,9 +1,10 @@
-"""Templates for containers and conda: what they name exists, and their steps work."""
+"""Templates for scheduled runs, containers and conda: what they name exists, and their steps work."""
 
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -12,8 +13,10 @@ import yaml
 from packaging.specifiers import SpecifierSet
 
 from campaigns import ROOT
+from oilfilm.cli.parser import parser
 
 CONTAINERS = ROOT / "docs/containers"
+NIGHTLY = [path for path in (ROOT / "docs/nightly").iterdir() if path.suffix != ".timer"]
 
 
 def recipe_steps(path: Path) -> list[str]:
@@ -30,6 +33,21 @@ def copied() -> list[str]:
     """What the image gets of a clone, by the list beside the Dockerfile."""
     lines = (CONTAINERS / "Dockerfile.dockerignore").read_text(encoding="utf-8").splitlines()
     return [line.removeprefix("!") for line in lines if line.startswith("!")]
+
+
+@pytest.mark.parametrize("path", sorted(NIGHTLY), ids=lambda path: path.name)
+def test_every_scheduled_run_makes_a_release_and_compares_it_with_the_pin(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    (gate,) = re.findall(r"\boilfilm (diff .* --gate)$", text, re.MULTILINE)
+    options = parser().parse_args(shlex.split(gate))
+    assert options.before == Path("data/reference/pins/june")
+    assert options.after == Path("results/releases/june/latest")
+    assert text.index("snakemake release --config campaign=june") < text.index(gate)
+    if path.suffix == ".yml":
+        schema = "github-workflows" if "github" in path.name else "gitlab-ci"
+        check = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", f"vendor.{schema}"]
+        done = subprocess.run([*check, str(path)], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout
 
 
 def test_both_recipes_take_the_same_steps_and_files() -> None:

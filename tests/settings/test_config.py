@@ -186,7 +186,7 @@ def test_campaign_may_override_every_key_of_the_settings(folder: Path) -> None:
     path.write_text(yaml.safe_dump(campaign), encoding="utf-8")
     resolved = resolve(folder, {"campaign": "etm-slim"})
     # where logs are kept and how the work is spread are no part of the settings of a result
-    del settings["storage"], settings["split"]
+    del settings["split"]
     assert {key: resolved.plain()[key] for key in settings} == settings
 
 

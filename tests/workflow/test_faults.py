@@ -10,7 +10,7 @@ import subprocess
 import sys
 import sysconfig
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,9 +18,7 @@ import pytest
 
 from campaigns import lay_out_measured, lay_out_small
 from oilfilm import tables
-from oilfilm.releases.pin import pin
 from oilfilm.releases.table_diff import file_difference
-from releases import alter
 from reproduce import (
     IN_ONE_SHARE,
     Surroundings,
@@ -141,55 +139,6 @@ def test_code_that_changes_during_a_run_is_not_released(undisturbed: Path, tmp_p
         output, _ = running.communicate()
     assert running.returncode != 0
     assert "The code has changed while it ran" in output
-
-
-def nightly(project: Path) -> tuple[int, str]:
-    """What makes a campaign anew every night: its exit code and summary."""
-    (python, *_), environment = command(project)
-    nightly = [python, "-m", "oilfilm", "nightly", "--campaign", "small", "--rebuild"]
-    done = subprocess.run(nightly, cwd=project, env=environment, check=False)
-    folder = project / "results/nightly"
-    summary = (folder / "small.md").read_text(encoding="utf-8")
-    shutil.rmtree(folder)
-    return done.returncode, summary
-
-
-@pytest.fixture
-def pinned(undisturbed: Path) -> Iterator[Path]:
-    folder = pin(undisturbed / "results/releases/small/latest", undisturbed)
-    yield folder
-    shutil.rmtree(folder)
-
-
-@pytest.mark.nightly
-def test_nightly_passes_where_nothing_moved(undisturbed: Path, pinned: Path) -> None:
-    code, summary = nightly(undisturbed)
-    assert code == 0, summary
-    for step in ("release", "drift gate", "rebuild"):
-        assert f"## {step}: passed" in summary
-    assert "rebuilt from the raw logs: the same bytes" in summary
-
-
-def make_larger(pinned: Path, factor: float) -> str:
-    """Make the first constant of a pin larger, in table and manifest; the constant's name."""
-    path = pinned / "tables/coefficients.parquet"
-    frame, footer = tables.read("coefficients", path), tables.read_footer(path)
-    frame.loc[0, "value"] *= factor
-    provenance = {key: footer[key] for key in footer.keys() - {"table", "schema_version"}}
-    tables.write(frame, "coefficients", path, provenance)
-    alter(pinned, "tables/coefficients.parquet", path.read_bytes())
-    return str(frame.loc[0, "constant"])
-
-
-@pytest.mark.nightly
-def test_nightly_fails_with_a_table_of_what_moved(undisturbed: Path, pinned: Path) -> None:
-    """One constant of the pin is made half as large again: 14 standard errors."""
-    constant = make_larger(pinned, 1.5)
-    code, summary = nightly(undisturbed)
-    assert code == 1
-    assert "## drift gate: failed" in summary
-    assert "## rebuild: not run" in summary
-    assert constant in summary
 
 
 # A file system of its own for results, as large as is said; it ends with the process.

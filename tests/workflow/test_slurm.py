@@ -11,17 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from campaigns import lay_out_measured, lay_out_small
-from reproduce import compare, start, succeed
+from campaigns import lay_out_small
+from reproduce import compare, start
 from slurm_cluster import PROFILE, Cluster, UnavailableError, install_plugin, running_cluster
-from storage_servers import (
-    SECRET,
-    STATES_OF_LOGS,
-    files_with_a_key,
-    replace_by_stored_release,
-    seaweed_storage,
-    store_logs,
-)
 
 pytestmark = [pytest.mark.workflow, pytest.mark.nightly]
 
@@ -105,26 +97,3 @@ def test_campaign_on_a_cluster_has_the_bytes_of_a_local_run_whatever_fails(
     shares = done.pop("rule_share_curate_ingest")
     assert shares == 2
     assert set(done.values()) == {1}
-
-
-def test_logs_and_release_in_a_bucket_are_those_of_folders(
-    cluster: Cluster, plugin: Path, released_project: Path, tmp_path: Path
-) -> None:
-    local, project, server = (tmp_path / name for name in ("local", "cluster", "server"))
-    for folder in (local, project):
-        lay_out_small(folder)
-        lay_out_measured(released_project, folder)
-    own = ("release", "--config", "campaign=own")
-    succeed(local, *own)
-    server.mkdir()
-    with seaweed_storage(server) as storage:
-        storage.client().create_bucket(Bucket="lab")
-        store_logs(project, storage)
-        around = cluster.around(project, plugin, storage.environment)
-        output = succeed(project, *own, *PROFILE, around=around)
-        assert files_with_a_key(storage, project) == []
-        assert SECRET not in output
-        # what is compared is what the bucket has
-        storage.fetch("lab", "logs/", project / "data/raw")
-        replace_by_stored_release(project, "own", storage)
-    assert compare(local, project, but=STATES_OF_LOGS) == ""

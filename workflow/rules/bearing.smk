@@ -42,7 +42,6 @@ rule torque_runs:
     params:
         code=code("torque_runs.py"),
         files=lambda wildcards: logs_as_found("torque")["states"],
-        place=STORED.get(TORQUE_RAW.as_posix(), ""),
         sheet=lambda wildcards: logs_as_found("torque")["sheet"],
         config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),
     script:

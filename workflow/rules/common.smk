@@ -20,7 +20,7 @@ from oilfilm.run.lock import lock_run, clear_leftovers
 from oilfilm.run.start import ask_machine, machine_fault, start_python_by_name
 from oilfilm.digest_cache import DigestCache
 from oilfilm.digests import code_digest, file_digest
-from oilfilm import home, object_storage
+from oilfilm import home
 from oilfilm.home import HOME, PACKAGE
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.raw_files import (
@@ -30,7 +30,6 @@ from oilfilm.logs.raw_files import (
     refuse_altered,
     refuse_strangers,
     shares_of,
-    stored_logs,
 )
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
@@ -54,31 +53,11 @@ if DEFAULT_STORAGE is not None:
         )
     COPIES = DEFAULT_STORAGE.object(f"{RESULTS_PLACE}/results").local_path().parent
 os.environ[home.COPIES] = str(COPIES if DEFAULT_STORAGE else HOME)  # for the jobs
-# Folders of logs that are in object storage, each with its place there.
-STORED = {}
-# Names of the run sheets there, empty where there is none, by the same folders.
-STORED_SHEETS = {}
-# The state of each stored log, by its folder and name.
-STATES = {}
-
-
-def measured_logs(folder):
-    """Names of the logs that a laboratory has measured, from the folder or its place in storage."""
-    if SETTINGS.storage.raw is None:
-        return raw_files(folder)
-    STORED[folder.as_posix()] = f"{SETTINGS.storage.raw}/{folder.name}"
-    states, STORED_SHEETS[folder.as_posix()] = stored_logs(STORED[folder.as_posix()])
-    STATES.update({folder / file: state for file, state in states.items()})
-    return list(states)
 
 
 def run_sheet(folder, files):
     """What the run sheet in a folder of logs says of them; None where there is none."""
-    place = STORED.get(folder.as_posix())
-    if place is None:
-        path = find_sheet(folder)
-    else:
-        path = folder / name if (name := STORED_SHEETS[folder.as_posix()]) else None
+    path = find_sheet(folder)
     if path is None:
         return None
     # imported where needed: pandas comes with them
@@ -87,7 +66,7 @@ def run_sheet(folder, files):
     from oilfilm.logs.traction_log import TRACTION
 
     kind = TRACTION if folder == RAW else TORQUE
-    content = object_storage.content(f"{place}/{path.name}") if place else path.read_bytes()
+    content = path.read_bytes()
     SHEETS[path.as_posix()] = sha256(content).hexdigest()
     return read_run_sheet(content, path, files, SETTINGS, kind)
 
@@ -96,8 +75,6 @@ start_python_by_name()
 try:
     if workflow.is_main_process:
         ask_machine([RECORDS, Path("results")])
-    if workflow.is_main_process and RESULTS_PLACE.startswith("s3://"):
-        object_storage.need_bucket(RESULTS_PLACE)
     typed = workflow.config_settings.overwrite_config
     SETTINGS = resolve(Path("config"), overrides_of(config, Path("config"), typed))
     CAMPAIGN = SETTINGS.campaign
@@ -109,7 +86,7 @@ try:
         listing = Path("results", CAMPAIGN.name, "twin/logs.sha256")
         refuse_altered(RAW, listing, KEPT_DIGESTS.digest)
     else:
-        FILES = measured_logs(RAW)
+        FILES = raw_files(RAW)
     SHEET = None if SIMULATED else run_sheet(RAW, FILES)
     TORQUE_RAW = Path("data/raw", f"{CAMPAIGN.name}-torque")
     TORQUE_SIMULATED = CAMPAIGN.torque is not None and CAMPAIGN.torque.twin is not None
@@ -121,7 +98,7 @@ try:
         listing = Path("results", CAMPAIGN.name, "twin/torque_logs.sha256")
         refuse_altered(TORQUE_RAW, listing, KEPT_DIGESTS.digest)
     elif CAMPAIGN.torque is not None:
-        TORQUE_FILES = measured_logs(TORQUE_RAW)
+        TORQUE_FILES = raw_files(TORQUE_RAW)
         TORQUE_SHEET = run_sheet(TORQUE_RAW, TORQUE_FILES)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
@@ -135,10 +112,6 @@ if workflow.is_main_process:
     other_run = clear_leftovers(RECORDS, [Path("results", CAMPAIGN.name), *twins])
     if other_run:
         logger.warning(other_run)
-
-if DEFAULT_STORAGE is not None:
-    for folder in twins:
-        STORED[folder.as_posix()] = f"{RESULTS_PLACE}/{folder.as_posix()}"
 
 # Taken now: what ran is what lay here when the run began.
 TREE = code_tree_digest(HOME)
@@ -329,9 +302,9 @@ if workflow.is_main_process:
 
 
 def state_of_log(path):
-    """A log's sha256, or its tag in storage; empty if it cannot be read, which its job says."""
+    """A log's sha256; empty if it cannot be read, which its job says."""
     try:
-        return STATES.get(path) or digest_of_log(path)
+        return digest_of_log(path)
     except OSError:
         return ""
 
@@ -453,10 +426,6 @@ def begin():
         workflow.scheduler.job_rate_limiter = None
     try:
         lock_run(RECORDS, CAMPAIGN.name)
-        releases = any(job.rule.name == "release" for job in workflow.dag.jobs)
-        for place in (RESULTS_PLACE, SETTINGS.storage.releases if releases else None):
-            if place and place.startswith("s3://"):
-                object_storage.prepare(place)
     except OilfilmError as mistake:
         raise WorkflowError(str(mistake)) from None
 
@@ -482,15 +451,6 @@ def keep_log(logs):
     return kept
 
 
-def finished_text(path):
-    """Text of a file that a run has made, wherever it is; empty where there is none."""
-    if RESULTS_PLACE.startswith("s3://"):
-        with suppress(OilfilmError):  # a run of one table makes no summary
-            return object_storage.content(f"{RESULTS_PLACE}/{path}").decode("utf-8")
-        return ""
-    return path.read_text(encoding="utf-8") if path.is_file() else ""
-
-
 def end_well(logs):
     """Print the summary and where everything is."""
     keep_first_seen()
@@ -499,8 +459,10 @@ def end_well(logs):
 
     summary = Path("results", CAMPAIGN.name, "summary.txt")
     lines = []
-    if text := finished_text(summary):
-        lines.append(at_the_end_of_a_run(text, str(summary)))
+    if DEFAULT_STORAGE is not None:
+        lines.append(f"Results: {RESULTS_PLACE}/results/{CAMPAIGN.name}")
+    elif summary.is_file():  # a run of one table makes no summary
+        lines.append(at_the_end_of_a_run(summary.read_text(encoding="utf-8"), str(summary)))
     if any(job.rule.name == "release" for job in workflow.dag.jobs):
         release = Path("results/releases", CAMPAIGN.name, "latest")
         lines.append(f"Release: {release.parent / release.readlink()}")

@@ -33,7 +33,6 @@ rule ingest:
     params:
         code=code("ingest.py"),
         files=lambda wildcards: logs_as_found(wildcards.shard)["states"],
-        place=STORED.get(RAW.as_posix(), ""),
         sheet=lambda wildcards: logs_as_found(wildcards.shard)["sheet"],
         config=part(
             "rigs",

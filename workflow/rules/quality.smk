@@ -17,7 +17,11 @@ rule coverage:
 rule refused:
     "One page per refused run, of either rig: its signals and the rows concerned."
     input:
-        **({"listing": rules.torque_twin.output.listing} if TORQUE_SIMULATED else {}),
+        **(
+            {"listing": rules.torque_twin.output.listing, "logs": "<torque_raw>"}
+            if TORQUE_SIMULATED
+            else {}
+        ),
         **finished("points", "runs", "quarantine", "torque_quarantine"),
         measured=lambda wildcards: measured_logs_of("torque"),
         samples=expand(SAMPLES, shard=SHARDS),
@@ -28,7 +32,6 @@ rule refused:
     params:
         code=code("refused.py"),
         files=lambda wildcards: logs_as_found("torque")["states"],
-        place=STORED.get(TORQUE_RAW.as_posix(), ""),
         sheet=lambda wildcards: logs_as_found("torque")["sheet"],
         pages_max=SETTINGS.figures.refused_pages_max,
         config=part(

@@ -5,6 +5,7 @@ rule release:
         rules.all.input,
         rules.metadata.input.tables,
         rules.metadata.input.samples,
+        simulated=["<raw>"] * SIMULATED + ["<torque_raw>"] * TORQUE_SIMULATED,
     log:
         "<logs>/release.log",
     localrule: True
@@ -13,8 +14,7 @@ rule release:
         tree=TREE,
         results=folder_of_results,
         releases=f"results/releases/{CAMPAIGN.name}",
-        place=SETTINGS.storage.releases or "",
-        stored=STORED,
+        copies=str(COPIES),
         raw=raw_with_digests,
         logs=logs_of_jobs,
         config=SETTINGS.plain(),

@@ -19,10 +19,10 @@ with job(snakemake) as (settings, provenance):
     rigs = [Judged(TRACTION_RIG, results.runs, results.points, results.quarantine, samples)]
     if settings.campaign.torque is not None:
         refused = results.torque_quarantine
-        folder = Path("data/raw", f"{settings.campaign.name}-torque")
+        folder = Path(inputs.get("logs", f"data/raw/{settings.campaign.name}-torque"))
         states = expected_states(snakemake.params.files, inputs.get("listing"))
         named = {name: states[name] for name in states if name in set(refused["file"])}
-        logs = unchanged_logs(folder, named, snakemake.params.place)
+        logs = unchanged_logs(folder, named)
         sheet = RunSheet.of_plain(snakemake.params.sheet)
         rigs.append(judged_torque_logs(logs, refused, settings, sheet))
     with atomic_folder(Path(snakemake.output.pages)) as folder:

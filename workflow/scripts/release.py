@@ -6,7 +6,6 @@ from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
 from oilfilm.releases.listing import list_releases
 from oilfilm.releases.release import FinishedRun, make_release
-from oilfilm.releases.transfer import upload_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job, say
 
@@ -19,15 +18,13 @@ with job(snakemake) as (settings, _):
         home=HOME,
         settings=settings,
         results=Path(params.results),
-        files=[Path(path) for path in snakemake.input],
+        files=[Path(path) for path in snakemake.input if path not in snakemake.input.simulated],
         raw=params.raw,
         logs=[Path(path) for path in params.logs],
-        stored=params.stored,
+        copies=Path(params.copies),
     )
     folder, new = make_release(finished, releases)
     list_releases(releases, settings.drift)
-    if params.place:
-        upload_release(folder, f"{params.place}/{settings.campaign.name}/{folder.name}")
     # a job killed after its release finds it when it runs again: the log must not tell
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
     say(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")

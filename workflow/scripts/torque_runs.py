@@ -10,12 +10,12 @@ from oilfilm.run.job import by_folder, job
 from oilfilm.tables.campaign_tables import write_tables
 
 with job(snakemake) as (settings, provenance):
-    folder = Path("data/raw", f"{settings.campaign.name}-torque")
+    folder = Path(snakemake.input.get("logs", f"data/raw/{settings.campaign.name}-torque"))
     listing = snakemake.input.get("listing")
     states = expected_states(snakemake.params.files, listing)
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     inputs = None if listing else provenance["inputs"]
-    logs = unchanged_logs(folder, states, snakemake.params.place, inputs)
+    logs = unchanged_logs(folder, states, inputs)
     curated = check_logs(logs, settings, TORQUE_RIG, sheet)
     # measured logs, which are no inputs for Snakemake, have been added one by one
     provenance["inputs"] = by_folder(provenance["inputs"])

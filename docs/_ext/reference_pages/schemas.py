@@ -12,7 +12,6 @@ from oilfilm.cli.plan import PlannedTests
 from oilfilm.cli.predict import PredictedTraction
 from oilfilm.cli.verify import Verified
 from oilfilm.figure_catalogue import figures
-from oilfilm.releases.nightly import NightlySummary
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
@@ -33,7 +32,6 @@ PRINTED: dict[str, type[BaseModel]] = {
     "plan": PlannedTests,
     "verify": Verified,
     "diff": ComparedReleases,
-    "nightly": NightlySummary,
 }
 _DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 

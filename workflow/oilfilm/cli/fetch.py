@@ -2,11 +2,11 @@
 
 import argparse
 
-from oilfilm.releases.transfer import download_release
+from oilfilm.releases.fetch import fetch_release
 
 
 def run(options: argparse.Namespace) -> int:
     """Copy the release; every file is checked before its folder appears."""
-    download_release(options.address, options.folder)
+    fetch_release(options.address, options.folder)
     print(f"{options.folder}: all files are as released")
     return 0

@@ -48,14 +48,10 @@ def parser() -> argparse.ArgumentParser:
         _add_predict,
         _add_plan,
         _add_verify,
-        _add_sign,
-        _add_archive,
-        _add_restore,
         _add_fetch,
         _add_diff,
         _add_pin,
         _add_export,
-        _add_nightly,
     ):
         add(commands)
     return top
@@ -311,36 +307,13 @@ def _add_export(commands: Any) -> None:
 def _add_verify(commands: Any) -> None:
     command = _command(commands, "verify", "check that no file of a release has changed")
     command.add_argument(
-        "release",
-        type=lambda text: _storage_address(text) if text.startswith("s3://") else Path(text),
-        metavar="RELEASE",
-        help="folder of a release or a pin, or a place as s3://lab/june/v1-0",
+        "release", type=Path, metavar="RELEASE", help="folder of a release or a pin"
     )
     command.add_argument(
         "--rebuild", action="store_true", help="run the workflow on the raw logs again and compare"
     )
     command.add_argument("--cores", default="all", help="cores for --rebuild (default: all)")
-    command.add_argument(
-        "--signers",
-        type=Path,
-        metavar="FILE",
-        help="also check who signed it: names and SSH keys that you trust (ssh-keygen)",
-    )
     _add_json(command, "one JSON object")
-
-
-def _add_sign(commands: Any) -> None:
-    command = _command(
-        commands,
-        "sign",
-        "vouch for a release with an SSH key",
-        "Sign the manifest of a release with an SSH key (ssh-keygen -Y sign). `oilfilm verify "
-        "--signers` checks the signature.",
-    )
-    command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")
-    command.add_argument(
-        "--key", type=Path, required=True, help="your SSH key, as ~/.ssh/id_ed25519"
-    )
 
 
 def _add_fetch(commands: Any) -> None:
@@ -348,50 +321,12 @@ def _add_fetch(commands: Any) -> None:
         commands,
         "fetch",
         "copy a release from object storage and check it",
-        "Copy a release from S3-compatible storage and check every file of it. The folder appears "
-        "when all of it is there and as released. The key is read from AWS_ACCESS_KEY_ID and "
+        "Copy a release from object storage and check every file of it. The folder appears when "
+        "all of it is there and as released. The key is read from AWS_ACCESS_KEY_ID and "
         "AWS_SECRET_ACCESS_KEY, the server's address from AWS_ENDPOINT_URL_S3.",
     )
-    command.add_argument(
-        "address", type=_storage_address, metavar="ADDRESS", help="its place, as s3://lab/june/v1-0"
-    )
+    command.add_argument("address", metavar="ADDRESS", help="its place, as s3://lab/june/v1-0")
     command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
-
-
-def _add_archive(commands: Any) -> None:
-    command = _command(
-        commands,
-        "archive",
-        "write a release, its logs, code and packages into one file",
-        "Write a release with all that making it again takes into one file: measured logs, code, "
-        "settings and the packages of the lock, which are downloaded. The file is a bag (BagIt) in "
-        "a tar archive, compressed by Zstandard. `oilfilm restore` checks and unpacks it.",
-    )
-    command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")
-    command.add_argument("file", type=Path, metavar="FILE", help="a new file, as june.tar.zst")
-    command.add_argument(
-        "--no-packages",
-        action="store_true",
-        help="leave the packages out: about 200 MB less, but a rebuild needs a network",
-    )
-
-
-def _add_restore(commands: Any) -> None:
-    command = _command(
-        commands,
-        "restore",
-        "check an archive of a release and unpack it",
-        "Check every file of an archive of `oilfilm archive` and unpack it. The folder appears "
-        "when all is there and as archived. Its RESTORE.txt says how to make the release again.",
-    )
-    command.add_argument("file", type=Path, metavar="FILE", help="the archive")
-    command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
-
-
-def _storage_address(text: str) -> str:
-    if not text.startswith("s3://") or "/" not in text.removeprefix("s3://").strip("/"):
-        raise argparse.ArgumentTypeError(f"found {text!r}; expected s3://BUCKET/PLACE")
-    return text.rstrip("/")
 
 
 def _add_diff(commands: Any) -> None:
@@ -413,31 +348,3 @@ def _add_diff(commands: Any) -> None:
 def _add_pin(commands: Any) -> None:
     command = _command(commands, "pin", "keep a release as the reference for later ones")
     command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")
-
-
-def _add_nightly(commands: Any) -> None:
-    command = _command(
-        commands,
-        "nightly",
-        "scheduled run: new logs, release, drift gate, summary",
-        "Run the campaign in this folder with its new logs, release it and hold it against its "
-        "pin. The summary is printed, written to results/nightly and sent to the hooks. Exit "
-        "code 0: all is well; 1: a value moved beyond the limits; 2: a step or a hook failed.",
-    )
-    command.add_argument(
-        "--campaign", type=_campaign_name, help="campaign (default: that of config.yaml)"
-    )
-    command.add_argument(
-        "--hook",
-        action="append",
-        metavar="HOOK",
-        help="https address that gets the summary as JSON, or command that reads it as text, as "
-        "'mail -s oilfilm lab@example.org'; may be repeated (default: the variable OILFILM_HOOK)",
-    )
-    command.add_argument(
-        "--rebuild",
-        action="store_true",
-        help="make the release again from the raw logs and compare the bytes",
-    )
-    command.add_argument("--cores", default="all", help="cores for snakemake (default: all)")
-    _add_json(command, "one JSON object")

@@ -1,15 +1,12 @@
 """The command `oilfilm verify`: is a release as it was made, and can it be made again?"""
 
 import argparse
-import tempfile
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from oilfilm.errors import printable
 from oilfilm.releases.manifest import read_manifest
-from oilfilm.releases.signature import NotSignedError, signer
-from oilfilm.releases.transfer import copy_release
 from oilfilm.releases.verify import verify
 
 
@@ -18,14 +15,11 @@ class Verified(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    folder: str = Field(description="folder, or place in object storage, as it was named")
+    folder: str = Field(description="folder, as it was named")
     version: str = Field(description="version of the release")
     pin: bool = Field(description="true for a pin: only the files that it keeps are checked")
     files: int = Field(description="files that the manifest names")
     not_as_released: list[str] = Field(description="one sentence per file; empty where all agree")
-    signed_by: str | None = Field(
-        description="name of the signer in the file of trusted signers; null where none was asked"
-    )
     rebuilt: list[str] | None = Field(
         description="differences of a rebuild from the raw logs, the first of them; empty where "
         "there are none; null where nothing was rebuilt"
@@ -42,8 +36,7 @@ class Verified(BaseModel):
             head = f"{self.folder}: {len(self.not_as_released)} files are not as released:"
             return "\n".join([head, *self.not_as_released])
         checked = "the files in the pin" if self.pin else f"all {self.files} files"
-        signed = f"; signed by {printable(self.signed_by)}" if self.signed_by else ""
-        return f"{printable(self.version)}: {checked} are as released{signed}"
+        return f"{printable(self.version)}: {checked} are as released"
 
     def rebuilt_text(self) -> str:
         """Whether the rebuild gave the same bytes, in sentences."""
@@ -55,28 +48,15 @@ class Verified(BaseModel):
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a file is not as released or the rebuild differs."""
-    if isinstance(options.release, Path):
-        return _verify(options, options.release)
-    with tempfile.TemporaryDirectory(prefix="oilfilm-verify-") as folder:
-        copy_release(options.release, Path(folder))
-        return _verify(options, Path(folder))
-
-
-def _verify(options: argparse.Namespace, release: Path) -> int:
-    complaints, signed_by = verify(release), None
-    if options.signers:
-        try:
-            signed_by = signer(release, options.signers)
-        except NotSignedError as fault:
-            complaints.append(str(fault))
+    release: Path = options.release
+    complaints = verify(release)
     manifest, pinned = read_manifest(release)
     found = Verified(
-        folder=str(options.release),
+        folder=str(release),
         version=manifest.version,
         pin=pinned,
         files=len(manifest.files),
         not_as_released=complaints,
-        signed_by=signed_by,
         rebuilt=None,
     )
     if not options.json:

@@ -13,7 +13,7 @@ from oilfilm.settings.campaign import AcknowledgedChange
 FOLDER = Path("data/first_seen")
 # The listings are for people and version control; so many digits tell any two logs apart.
 _DIGITS = 16
-_LINE = re.compile(r"([0-9a-f]{64}|etag:\S+)  (data/raw/.+)")
+_LINE = re.compile(r"([0-9a-f]{64})  (data/raw/.+)")
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,7 @@ class _Change:
 
 
 class FirstSeen:
-    """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed.
-
-    A log in object storage has its ETag there, because its bytes are read by its job alone.
-    """
+    """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed."""
 
     def __init__(self, campaign: str, folder: Path = FOLDER) -> None:
         """Read the listing; a campaign that has not run has none.
@@ -46,7 +43,7 @@ class FirstSeen:
         """
         self._campaign = campaign
         self._path = folder / f"{campaign}.sha256"
-        self._states: dict[tuple[str, bool], str] = {}
+        self._states: dict[str, str] = {}
         text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
         for number, line in enumerate(text.split("\n")[:-1], start=1):
             parts = _LINE.fullmatch(line)
@@ -55,7 +52,7 @@ class FirstSeen:
                     f"{self._path}, line {number}: expected a sha256, two blanks and the path of a "
                     "log below data/raw. Put the file back from version control or a backup."
                 )
-            self._states[parts[2], _is_etag(parts[1])] = parts[1]
+            self._states[parts[2]] = parts[1]
 
     def refuse_changed(
         self,
@@ -67,7 +64,7 @@ class FirstSeen:
 
         Args:
             logs: The logs, from the top folder.
-            state_of: Gives the sha256 of a log, or its ETag after `etag:`; empty if unknown.
+            state_of: Gives the sha256 of a log; empty if unknown.
             acknowledged: Changes that are meant.
 
         Raises:
@@ -77,10 +74,9 @@ class FirstSeen:
         changes = []
         for path in logs:
             log = path.as_posix()
-            if not {(log, False), (log, True)} & self._states.keys():
+            if log not in self._states:
                 continue
-            now = _plain(state_of(path))
-            was = self._states.get((log, _is_etag(now)), now)
+            was, now = self._states[log], state_of(path)
             known = any(
                 each.log == log and was.startswith(each.was) and now.startswith(each.now)
                 for each in entries
@@ -109,19 +105,8 @@ class FirstSeen:
         Raises:
             OSError: The listing cannot be written.
         """
-        plain = {log: _plain(state) for log, state in states.items() if state}
-        new = {(log, _is_etag(state)): state for log, state in plain.items()}
-        together = new | self._states
+        together = {log: state for log, state in states.items() if state} | self._states
         if together != self._states:
-            lines = [f"{state}  {log}\n" for (log, _), state in sorted(together.items())]
+            lines = [f"{state}  {log}\n" for log, state in sorted(together.items())]
             write_text("".join(lines), self._path)
             self._states = together
-
-
-def _is_etag(state: str) -> bool:
-    return state.startswith("etag:")
-
-
-def _plain(state: str) -> str:
-    """A state without the quotes of an ETag, which YAML would take for its own."""
-    return state.replace('"', "")

@@ -12,16 +12,13 @@ from collections.abc import (
     MutableMapping,
     Sequence,
 )
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
-from oilfilm import object_storage
 from oilfilm.atomic_write import write_bytes
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 
-# Before the ETag of a log in object storage, where others have a sha256.
-_ETAG = "etag:"
 # The run sheet lies in the campaign's folder, not below it; its name may be in capitals.
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # Excel writes such a file beside a workbook that is open.
@@ -76,52 +73,12 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
         yield name, fault or unfit_name(name, path)
 
 
-def stored_logs(address: str) -> tuple[dict[str, str], str]:
-    """Logs and run sheet of a raw folder in object storage, from one listing.
-
-    Args:
-        address: Where the folder is, as s3://bucket/logs/june.
-
-    Returns:
-        The state of each log by its name, which changes with the content, and the name of the run
-        sheet, empty where there is none.
-
-    Raises:
-        OilfilmError: The storage cannot be read, there are no logs, a log has a name that cannot
-            be used, or there are several run sheets.
-    """
-    listed = object_storage.listing(address)
-    sheets = sorted(name for name in listed if name.lower() in _SHEETS)
-    _refuse_several(sheets, address)
-    logs = {}
-    for name in sorted(listed.keys() - sheets, key=PurePosixPath):
-        path = PurePosixPath(name)
-        # as in a folder, where no path leads out of it
-        if path.as_posix() != name or path.is_absolute() or ".." in path.parts:
-            raise OilfilmError(f"{address}/{name}: is not a path below the campaign. Rename it.")
-        if _is_hidden(path) or _is_readme(path):
-            continue
-        if fault := unfit_name(name, f"{address}/{name}"):
-            raise OilfilmError(fault)
-        logs[name] = _ETAG + listed[name]
-    if not logs:
-        raise OilfilmError(f"{address}: holds no logs. Put the campaign's logs there.")
-    return logs, next(iter(sheets), "")
-
-
-def _is_hidden(relative: PurePosixPath | Path) -> bool:
+def _is_hidden(relative: Path) -> bool:
     return any(part.startswith((".", _LOCK_FILE)) for part in relative.parts)
 
 
-def _is_readme(path: PurePosixPath | Path) -> bool:
+def _is_readme(path: Path) -> bool:
     return path.stem.upper() == "README"
-
-
-def _refuse_several(sheets: Sequence[str], folder: object) -> None:
-    if len(sheets) > 1:
-        raise OilfilmError(
-            f"{folder}: has the run sheets {' and '.join(sheets)}. Leave one of them."
-        )
 
 
 def unfit_name(name: str, path: Path | str) -> str:
@@ -154,7 +111,9 @@ def find_sheet(folder: Path) -> Path | None:
     sheets = [
         path for path in sorted(folder.glob("*")) if is_sheet(path, folder) and path.is_file()
     ]
-    _refuse_several([path.name for path in sheets], folder)
+    if len(sheets) > 1:
+        names = " and ".join(path.name for path in sheets)
+        raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
     for path in sheets:
         if not path.resolve().is_relative_to(folder.resolve()):
             raise OilfilmError(
@@ -240,15 +199,13 @@ def expected_states(states: Mapping[str, str], written: str | None) -> dict[str,
 def unchanged_logs(
     folder: Path,
     states: Mapping[str, str],
-    address: str = "",
     inputs: MutableMapping[str, str] | None = None,
 ) -> Iterator[tuple[str, bytes]]:
     """Name and content of each log.
 
     Args:
         folder: Where the logs are.
-        states: sha256 of each log by its name, or its state from `stored_logs`.
-        address: Where they are in object storage, if they are there.
+        states: sha256 of each log by its name.
         inputs: Gets the digest of each log, for the provenance. Snakemake does not know the logs
             as inputs.
 
@@ -256,17 +213,16 @@ def unchanged_logs(
         OilfilmError: A log cannot be read, or has changed since its state was taken.
     """
     for name, state in states.items():
-        path = f"{address or folder}/{name}"
-        etag = etag_of(state)
-        content = object_storage.content(path, etag) if address else _content(folder / name)
+        path = folder / name
+        content = _content(path)
         found = hashlib.sha256(content).hexdigest()
-        if not etag and found != state:
+        if found != state:
             raise OilfilmError(
                 f"{path}: has changed since the run began. When it is complete, run snakemake "
                 "again."
             )
         if inputs is not None:
-            inputs[f"{folder}/{name}"] = found[:16]
+            inputs[path.as_posix()] = found[:16]
         yield name, content
 
 
@@ -278,11 +234,6 @@ def _content(path: Path) -> bytes:
             f"{path}: cannot be read ({error.strerror}). Check its rights. If it is missing, put "
             "it back, or run snakemake again without it."
         ) from error
-
-
-def etag_of(state: str) -> str:
-    """The ETag in the state of a log; empty for a log in a folder, whose state is its sha256."""
-    return state.removeprefix(_ETAG) if state.startswith(_ETAG) else ""
 
 
 def remove_others(folder: Path, oils: Collection[str], shares: Collection[int]) -> None:

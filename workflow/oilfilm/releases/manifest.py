@@ -19,8 +19,8 @@ from oilfilm.settings.messages import first_mistake
 MANIFEST = "manifest.json"
 # The same in a pin, which keeps only some of the files that its manifest names.
 PINNED_MANIFEST = "pinned-manifest.json"
-# Beside a manifest: the same hashes for `sha256sum -c`, and the signature of the manifest.
-CHECKSUMS, SIGNATURE = "SHA256SUMS", "manifest.json.sig"
+# Beside a manifest: the same hashes for `sha256sum -c`, and their signature by `ssh-keygen`.
+CHECKSUMS, SIGNATURE = "SHA256SUMS", "SHA256SUMS.sig"
 # Files of every release, and the folder of its code.
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
 # Most bytes of a manifest: about those of one with a hundred thousand files.

@@ -4,10 +4,9 @@ import os
 import subprocess
 import sys
 import tempfile
-from functools import cache
 from pathlib import Path
 
-from oilfilm import home, object_storage
+from oilfilm import home
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
@@ -15,7 +14,7 @@ from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.tree import code_files, copy_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.messages import check
-from oilfilm.settings.resolve import resolve, unresolve
+from oilfilm.settings.resolve import unresolve
 from oilfilm.settings.resolved import Settings
 
 # What a run needs beside its code. The configuration comes from the release.
@@ -81,28 +80,15 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
         # the rig twin writes these logs again
         if record.path.split("/")[2] in simulated:
             continue
-        source: object = root / record.path
-        if (root / record.path).is_file():
-            copy_file(root / record.path, folder / record.path)
-        elif place := _place_of_logs(root, campaign):
-            source = f"{place}/{record.path.removeprefix('data/raw/')}"
-            object_storage.download(str(source), folder / record.path, record.size)
-        if not (folder / record.path).is_file() or FileRecord.of(folder, record.path) != record:
+        source = root / record.path
+        if source.is_file():
+            copy_file(source, folder / record.path)
+        if not source.is_file() or FileRecord.of(folder, record.path) != record:
             raise OilfilmError(
                 f"{source}: is not the log that release {campaign} "
                 f"{stored.manifest.version} was made from. "
                 "Put the original back, then try again."
             )
-
-
-@cache
-def _place_of_logs(root: Path, campaign: str) -> str | None:
-    """Where the project keeps the raw logs of a campaign in object storage, if it does."""
-    config = root / "config"
-    files = [folder / "campaigns" / f"{campaign}.yaml" for folder in (config, home.CONFIG)]
-    # a release of others may be of a campaign that the project does not have
-    known = (config / "config.yaml").is_file() and any(file.is_file() for file in files)
-    return resolve(config, {"campaign": campaign}).storage.raw if known else None
 
 
 def _simulated_folders(settings: Settings) -> set[str]:

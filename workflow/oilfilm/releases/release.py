@@ -2,17 +2,15 @@
 
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from hashlib import sha256
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from oilfilm import object_storage, tables
+from oilfilm import tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.raw_files import etag_of
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
@@ -55,10 +53,10 @@ class FinishedRun:
         settings: All settings of the run.
         results: Folder of the campaign's results.
         files: Output files and folders below it, all up to date.
-        raw: Paths of the raw logs with the sha256, or the state in object storage, that each had
-            when the run read it; empty for simulated logs, which the run wrote itself.
+        raw: Paths of the raw logs with the sha256 that each had when the run read it; empty for
+            simulated logs, which the run wrote itself.
         logs: Logs of the jobs.
-        stored: Folders of raw logs that are in object storage, each with its place there.
+        copies: Folder with the local copies of what is kept in object storage.
     """
 
     root: Path
@@ -68,7 +66,7 @@ class FinishedRun:
     files: Sequence[Path]
     raw: Mapping[str, str]
     logs: Sequence[Path]
-    stored: Mapping[str, str] = field(default_factory=dict)
+    copies: Path = Path()
 
 
 def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
@@ -128,15 +126,8 @@ def _made_from(run: FinishedRun, config: str) -> dict[str, Any]:
 
 
 def _raw_record(run: FinishedRun, path: str) -> FileRecord:
-    folder = next((each for each in run.stored if path.startswith(f"{each}/")), None)
-    if folder is None:
-        return FileRecord.of(run.root, path)
-    digest, size = sha256(), 0
-    address = run.stored[folder] + path[len(folder) :]
-    for piece in object_storage.pieces(address, etag_of(run.raw[path])):
-        digest.update(piece)
-        size += len(piece)
-    return FileRecord(path, digest.hexdigest(), size)
+    copied = (run.root / run.copies / path).is_file()
+    return FileRecord.of(run.root / run.copies if copied else run.root, path)
 
 
 def _gather(
@@ -206,7 +197,7 @@ def _refuse_changed(raw: Sequence[FileRecord], run: FinishedRun) -> None:
     read = logs_read(run.settings.campaign.name, table, {record.path for record in raw})
     for record in raw:
         # a log that could not be read at all has no row in any table
-        before = {"" if etag_of(run.raw[record.path]) else run.raw[record.path]}
+        before = {run.raw[record.path]}
         if record.path in read:
             before.add(read[record.path].sha256)
         for other in sorted(before - {"", record.sha256}):

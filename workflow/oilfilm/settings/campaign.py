@@ -35,7 +35,7 @@ class Source(Group):
 
 
 # As the refusal of a changed log prints them.
-LogState = Annotated[str, Field(pattern=r"^([0-9a-f]{12,64}|etag:[!-~]{1,64})$")]
+LogState = Annotated[str, Field(pattern=r"^[0-9a-f]{12,64}$")]
 
 
 class AcknowledgedChange(Group):

@@ -13,7 +13,7 @@ from oilfilm.bearing.kinematics import (
     inner_slide_roll_ratio,
 )
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
+from oilfilm.settings.base import Group, contradiction, key, unexpected
 from oilfilm.traction import LAW_NAMES, LAWS
 
 
@@ -661,16 +661,6 @@ class DriftSettings(Group):
     )
 
 
-class StorageSettings(Group):
-    """S3-compatible object storage. Where files are kept is no part of any result."""
-
-    raw: q.StorageAddress | None = optional(
-        "Place of the raw logs in object storage, instead of the folder data/raw; below it are the "
-        "same folders, one per campaign."
-    )
-    releases: q.StorageAddress | None = optional("Copies of releases: PLACE/CAMPAIGN/VERSION.")
-
-
 class SplitSettings(Group):
     """How the work is spread over jobs. It is no part of any result."""
 
@@ -726,5 +716,4 @@ class Config(ConfigKeys):
     """The keys of config/config.yaml."""
 
     campaign: q.Name = key("Campaign to run: a file of config/campaigns, without .yaml.")
-    storage: StorageSettings = key("Object storage.", default=StorageSettings())
     split: SplitSettings = key("How the work is spread over jobs.", default=SplitSettings())

@@ -64,7 +64,6 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
         bearings = list(dict.fromkeys([campaign.torque.bearing, *others]))
     settings = Settings.model_construct(
         **_written(ConfigKeys, keys),
-        storage=keys.storage,
         split=keys.split,
         campaign=Campaign.model_construct(name=name, **_written(Campaign, campaign)),
         # apart from the campaign, so that a corrected title redoes no fit

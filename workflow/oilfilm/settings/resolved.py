@@ -13,14 +13,14 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.settings.base import Group, key, plain_key, present
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import Campaign, Dataset
-from oilfilm.settings.config import ConfigKeys, SplitSettings, StorageSettings
+from oilfilm.settings.config import ConfigKeys, SplitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.rig import Rig
 
 _Part = TypeVar("_Part", bound=Group)
-# Results are the same bytes wherever logs are kept and however the work is spread.
-_NO_PART_OF_RESULTS = {"storage", "split"}
+# Results are the same bytes however the work is spread over jobs.
+_NO_PART_OF_RESULTS = {"split"}
 
 
 class Settings(ConfigKeys):
@@ -36,7 +36,6 @@ class Settings(ConfigKeys):
     rigs: dict[str, Rig] = key("Rigs by name.")
     oils: dict[str, OilFile | None] = key("Oils by id; None without known properties.")
     bearings: dict[str, BearingFile] = key("Bearings by name.")
-    storage: StorageSettings = key("Where logs and releases are kept.", default=StorageSettings())
     split: SplitSettings = key("How the work is spread over jobs.", default=SplitSettings())
 
     @classmethod
