@@ -22,12 +22,12 @@ ABSOLUTE_ZERO_C = -273.15
 
 def rpm_to_surface_speed(speed_rpm: FloatArray, radius_m: float) -> FloatArray:
     """Surface speed in m/s of a body turning at `speed_rpm`, at `radius_m` from its axis."""
-    return np.asarray(speed_rpm) * (2 * np.pi / 60) * radius_m
+    return np.asarray(speed_rpm) * RAD_S_PER_RPM * radius_m
 
 
 def surface_speed_to_rpm(speed_m_s: FloatArray, radius_m: float) -> FloatArray:
     """Rotational speed in rpm that gives `speed_m_s` at `radius_m` from the axis."""
-    return np.asarray(speed_m_s) / radius_m * (60 / (2 * np.pi))
+    return np.asarray(speed_m_s) / radius_m * (1 / RAD_S_PER_RPM)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ load on a single-row angular-contact bearing.
 import numpy as np
 
 from oilfilm.physics.contact import Floats
-from oilfilm.units import FloatArray
+from oilfilm.units import MM_PER_M, FloatArray
 
-_MM = 1e3
 _CST = 1e6
 _N_MM = 1e-3
 
@@ -50,7 +49,7 @@ def palmgren_torque_n_m(
         >>> print(f"{palmgren_torque_n_m(0.0, 1000.0, 8e-6, 0.1, 0.5, 1.0, 1e-3):.3f} N m")
         0.040 N m
     """
-    pitch = pitch_diameter_m * _MM
+    pitch = pitch_diameter_m * MM_PER_M
     turning = np.maximum(kinematic_viscosity_m2_s * _CST * speed_rpm, 2000.0)
     of_speed = 1e-7 * f0 * turning ** (2 / 3) * pitch**3
     # of a bearing without contact angle he has another formula
@@ -97,7 +96,7 @@ def skf_torque_n_m(
         >>> print(f"{skf_torque_n_m(1000.0, 0.0, 5e-6, 0.1):.3f} N m")
         0.035 N m
     """
-    pitch, nu = pitch_diameter_m * _MM, kinematic_viscosity_m2_s * _CST
+    pitch, nu = pitch_diameter_m * MM_PER_M, kinematic_viscosity_m2_s * _CST
     turning = nu * np.asarray(speed_rpm, dtype=float)
     heating = 1 / (1 + 1.84e-9 * (speed_rpm * pitch) ** 1.28 * nu**0.64)
     of_balls = 1.90e-12 * pitch**4 * np.square(speed_rpm)
