@@ -7,8 +7,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from campaigns import ROOT
+from oilfilm.figure_catalogue import figures
 from oilfilm.paper.reference import read_reference
-from oilfilm.report.figures.registry import load_figure
+from oilfilm.report.figures.registry import draw_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -26,12 +27,11 @@ def nothing_is_cut_off(figure: Figure) -> bool:
 
 def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, pd.DataFrame]:
     """A figure and the table of what it draws, as the job of its family draws it."""
-    registered = load_figure(name)
     references = {
         reference: read_reference(ROOT / f"data/reference/{reference}.yaml")
-        for reference in registered.declaration.references
+        for reference in figures()[name].references
     }
-    return registered.draw(results, config, references)
+    return draw_figure(name, results, config, references)
 
 
 def drawing_of(results: CampaignTables, config: Settings) -> Draw:

@@ -6,14 +6,12 @@ import pandas as pd
 import pint
 import pytest
 
-from oilfilm import tables
-from oilfilm.report.figures.registry import drawn_tables
+from oilfilm import studies, tables
 from oilfilm.tables.columns import table, use
 from reference_pages import tables as tables_page
 from reference_pages.table_examples import examples, read_examples
 
-# with those of the figures, which declare what they draw
-drawn_tables()
+studies.declare_tables(studies.available())
 USED = {column.name: column for model in tables.TABLES.values() for column in model.columns}
 # What the end of a name says to a human; the longest that fits counts.
 ENDINGS = {

@@ -6,8 +6,9 @@ functions would import matplotlib (0.5 s); reading their source takes 0.05 s.
 """
 
 import ast
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ _LIBRARY = Path(__file__).parent
 @dataclass(frozen=True)
 class FigureDeclaration:
     """One figure: what it is called, what it shows and what it needs.
+
+    A declaration may begin with the keys of another one: `like="torque"`.
 
     Attributes:
         name: Name in campaign files and of its files.
@@ -76,19 +79,17 @@ def figures() -> Mapping[str, FigureDeclaration]:
     Raises:
         ValueError: A declaration is not made of literals, or two figures have one name.
     """
-    declared = [
-        FigureDeclaration(
-            **_literals(call, path),
-            module=f"oilfilm.{folder.replace('/', '.')}.{path.stem}",
-        )
-        for folder in ("report/figures", *(f"{name}/figures" for name in studies.available()))
-        for path in sorted((_LIBRARY / folder).glob("*.py"))
-        for call in _declarations(path)
-    ]
-    by_name = {figure.name: figure for figure in declared}
-    if len(by_name) < len(declared):
-        raise ValueError(f"two figures have one name: {sorted(f.name for f in declared)}")
-    return by_name
+    folders = ("report/figures", *(f"{name}/figures" for name in studies.available()))
+    declared: dict[str, dict[str, Any]] = {}
+    for folder in folders:
+        for path in sorted((_LIBRARY / folder).glob("*.py")):
+            module = f"oilfilm.{folder.replace('/', '.')}.{path.stem}"
+            for keys in _declarations(path):
+                if keys["name"] in declared:
+                    raise ValueError(f"two figures have the name {keys['name']!r}")
+                inherited = declared.get(keys.pop("like", ""), {})
+                declared[keys["name"]] = {**inherited, **keys, "module": module}
+    return {name: FigureDeclaration(**keys) for name, keys in declared.items()}
 
 
 def families(names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:
@@ -100,21 +101,35 @@ def families(names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:
     return grouped
 
 
-def _declarations(path: Path) -> Iterable[ast.Call]:
-    """The `@register(...)` calls of a module, in its order."""
+def _declarations(path: Path) -> Iterator[dict[str, Any]]:
+    """The keys of each `@register(...)` of a module, in its order."""
+    constants: dict[str, Any] = {}
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            with suppress(ValueError):
+                constants[node.targets[0].id] = ast.literal_eval(node.value)
         for decorator in getattr(node, "decorator_list", []):
             if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "register":
-                yield decorator
+                try:
+                    yield _keys(decorator, constants)
+                except (KeyError, ValueError) as error:
+                    raise ValueError(
+                        f"{path}, line {decorator.lineno}: {error}; write literals, or constants "
+                        "of the module"
+                    ) from error
 
 
-def _literals(call: ast.Call, path: Path) -> dict[str, Any]:
-    known = {field.name for field in fields(FigureDeclaration)}
-    try:
-        return {
-            str(keyword.arg): ast.literal_eval(keyword.value)
-            for keyword in call.keywords
-            if keyword.arg in known
-        }
-    except ValueError as error:
-        raise ValueError(f"{path}, line {call.lineno}: {error}; write literals only") from error
+def _keys(call: ast.Call, constants: Mapping[str, Any]) -> dict[str, Any]:
+    keys: dict[str, Any] = {}
+    for keyword in call.keywords:
+        value = _value(keyword.value, constants)
+        keys |= {keyword.arg: value} if keyword.arg else value
+    return keys
+
+
+def _value(node: ast.expr, constants: Mapping[str, Any]) -> Any:
+    if isinstance(node, ast.Name):
+        return constants[node.id]
+    if isinstance(node, ast.BinOp):
+        return _value(node.left, constants) + _value(node.right, constants)
+    return ast.literal_eval(node)

@@ -11,8 +11,8 @@ from typing import Any
 
 import pandas as pd
 
+from oilfilm import studies
 from oilfilm.home import HOME
-from oilfilm.report.figures.registry import drawn_tables
 from oilfilm.tables.declaration import Column, Table
 from oilfilm.tables.store import TABLES, read, read_footer
 
@@ -34,7 +34,7 @@ def examples(*results: Path) -> dict[str, dict[str, Any]]:
     Raises:
         OilfilmError: A table is damaged or of another version.
     """
-    drawn_tables()  # declares them
+    studies.declare_tables(studies.available())
     found: dict[str, dict[str, Any]] = {}
     for folder in results:
         of_table = {

@@ -705,31 +705,16 @@ _BEARING = (
     ),
 )
 
-_PANEL_UNIT = "unit: that of the panel's axis"
+_PANEL_UNIT = "unit and meaning: title and axis of the panel, which are in the file's footer"
 
 _FIGURES = (
-    text("panel", "panel of the figure: its letter, or its number in reading order"),
-    text("series", "series of the legend"),
-    text("kind", "kind of what is drawn"),
-    number("refit_difference", "1", "largest distance of the line from that of the refit, over the "
-        "refit's largest mu", at_least=0),
-    flag("drawn", "false for a line so near to the refit that it is in this table only"),
-    text("mark", "box: from corner to corner; circle, ring: to_x is its radius; words: joined to "
-        "their end by a line; turn, turn left: curved arrow", allowed=("box", "circle", "ring",
-        "line", "film", "arrow", "turn", "turn left", "words")),
+    text("panel", "letter of the panel, or column of a table that is drawn"),
+    text("series", "line, symbol or row of the panel"),
+    text("words", "text that is drawn, or what tells a mark apart"),
     number("x", BY_ROW, "abscissa", _PANEL_UNIT),
     number("y", BY_ROW, "ordinate", _PANEL_UNIT),
-    number("to_x", BY_ROW, "abscissa of the mark's end", _PANEL_UNIT, required=True),
-    number("to_y", BY_ROW, "ordinate of the mark's end", _PANEL_UNIT, required=True),
-    number("spread", BY_ROW, "bar to either side of a mean", _PANEL_UNIT, at_least=0),
-    text("words", "text that is drawn"),
-    text("condition", "group of points along the abscissa"),
-    flag("extrapolated", "true outside the conditions at which the oil was tested; shaded where it "
-        "is so for any curve of the panel"),
-    text("thing", "column of the drawn table: what has the value, or the paper's text"),
-    text("quantity", "row of the drawn table"),
-    text("unit", "unit of the value; empty where it has none"),
-    text("source", "source of the value"),
+    number("y_lower", BY_ROW, "lower end of a bar or band", _PANEL_UNIT),
+    number("y_upper", BY_ROW, "upper end of a bar or band", _PANEL_UNIT),
 )
 
 COLUMNS = by_name((

@@ -15,13 +15,13 @@ import pyarrow.parquet as parquet
 
 from oilfilm.atomic_write import atomic_file
 from oilfilm.errors import OilfilmError, cut
-from oilfilm.tables import bearing, fits, rig
+from oilfilm.tables import bearing, drawn, fits, rig
 from oilfilm.tables.declaration import Column, Table, by_name
 from oilfilm.tables.limits import UNREADABLE
 from oilfilm.tables.schema_version import SCHEMA_VERSION
 
 # Every table by name, in the order in which they are described; figures add what they draw.
-TABLES: dict[str, Table] = by_name((*rig.TABLES, *fits.TABLES, *bearing.TABLES))
+TABLES: dict[str, Table] = by_name((*rig.TABLES, *fits.TABLES, *bearing.TABLES, *drawn.TABLES))
 
 
 def declare(table: Table) -> None:

@@ -9,6 +9,7 @@ from matplotlib.patches import Patch
 
 from oilfilm.paper.selection import OUTSIDE
 from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import marks
 
 _FIELD = 0.45  # share of an oil's colour in its field
 # Where there is no best oil: symbol and its meaning, by judgement.
@@ -54,6 +55,12 @@ def draw_advice(
         # a cross of thin lines needs more room than a filled symbol
         axis.plot(here[x], here[y], marker, color=style.GREY, markersize=1.5 * markersize)
     axis.grid(False)
+
+
+def advice_marks(panel: str, advice: pd.DataFrame, x: str, y: str) -> pd.DataFrame:
+    """Rows of the table of what is drawn: advised and best oil of each cell."""
+    label = advice["judgement"] + ", best " + advice["best_oil"].replace("", "none")
+    return marks(panel, "advised oil", advice[x], advice[y], oil=advice["advised_oil"], label=label)
 
 
 def advice_handles(advice: pd.DataFrame, oils: list[str], best: str) -> list[Any]:

@@ -7,27 +7,13 @@ from matplotlib import colormaps
 
 from oilfilm.bearing.friction import HEATS
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
-from oilfilm.paper.figures.advice_map import advice_handles, draw_advice
+from oilfilm.paper.figures.advice_map import advice_handles, advice_marks, draw_advice
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 from oilfilm.units import RAD_S_PER_RPM
-
-_SLIP_ADVICE_MAP = drawn_table(
-    "slip_advice_map",
-    "Drawn in the map of the best oil by cage slip: one row per cell.",
-    columns="pitch_speed_mm_rpm axial_load_n advised_oil best_oil judgement",
-    uses=(
-        use("pitch_speed_mm_rpm", "abscissa"),
-        use("axial_load_n", "ordinate"),
-        use("advised_oil", "colour of the cell"),
-        use("best_oil", "symbol, drawn where the judgement is not agree"),
-        use("judgement", "as in slip_advice"),
-    ),
-)
 
 
 @register(
@@ -42,7 +28,6 @@ _SLIP_ADVICE_MAP = drawn_table(
     tables=("slip_advice",),
     settings=("oils", "bearing"),
     requires="torque",
-    draws=_SLIP_ADVICE_MAP,
 )
 def slip_advice(results: CampaignTables, settings: Settings) -> Drawing:
     """Advised and best oil against speed and axial load."""
@@ -52,7 +37,8 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Drawing:
     figure, (axis,) = style.panels(1, 1, style.SINGLE_COLUMN_IN, 2.9)
     axis.set_yscale("log")
     axis.yaxis.set_major_formatter("{x:g}")
-    draw_advice(axis, advice.assign(**in_units_of_axes(advice)), oils, "speed", "load", 3.5)
+    in_units = advice.assign(**in_units_of_axes(advice))
+    draw_advice(axis, in_units, oils, "speed", "load", 3.5)
     axis.set_xlabel(f"dmN (million mm rpm; 1 is U = {entrainment_speed_m_s(1e6):.0f} m/s)")
     axis.set_ylabel("Axial load (kN)")
     handles = advice_handles(advice, oils, "best oil")
@@ -60,7 +46,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Drawing:
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     bearing = advice["bearing"].iloc[0]
     style.say_key(figure, f"Friction equilibrium, {bearing}, {temperature:g} \N{DEGREE SIGN}C")
-    return figure, [advice]
+    return figure, [advice_marks("", in_units, "speed", "load")]
 
 
 @register(
@@ -76,7 +62,6 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Drawing:
     settings=("bearing",),
     requires="torque",
     shows_data=False,
-    draws="published_tests",
 )
 def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
     """Calculated power loss term by term beside a published one, to which the drag is fitted."""
@@ -121,4 +106,9 @@ def power_loss(results: CampaignTables, settings: Settings) -> Drawing:
         table.index[0], ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
     axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
-    return figure, [table]
+    ends = {"lower": table["power_low_w"], "upper": table["power_high_w"]}
+    drawn = [
+        marks("", term, speed, power, oil=oil) for term, power in zip(HEATS, watts, strict=True)
+    ]
+    drawn.append(marks("", "sum", speed, table["power_w"], oil=oil, **ends))
+    return figure, [*drawn, marks("", "published", speed, table["published_power_w"])]

@@ -13,11 +13,10 @@ from matplotlib.patches import Rectangle
 from oilfilm import tables
 from oilfilm.paper.audit.audit import percent
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.report.labels import BASES, printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _ROW_IN = 0.40
 _BAR, _BAR_WIDTH = 0.40, 0.13  # of the page's width
@@ -31,20 +30,6 @@ _WORST = (
     ("worst_slide_roll_ratio", "S {:.3g}"),
 )
 
-_CLAIMS_PAGE = drawn_table(
-    "claims_page",
-    "Drawn on the page of claims: one row per claim and basis.",
-    columns="claim statement basis verdict share share_tested_box words",
-    uses=(
-        use("basis", "first line refit, second printed"),
-        use("verdict", "colour and symbol"),
-        use("share", "length of the bar"),
-        use("share_tested_box", "position of the tick"),
-        use("words", "to the right of the bar"),
-    ),
-    key=("claim", "basis"),
-)
-
 
 @register(
     name="claims",
@@ -53,9 +38,8 @@ _CLAIMS_PAGE = drawn_table(
     "worst case. Upper bar of each claim: fits and points of this campaign. Lower bar: constants "
     "printed in the paper.",
     category="Claims",
-    family="claims",
+    family="bearing",
     tables=("claims",),
-    draws=_CLAIMS_PAGE,
 )
 def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
     """Each claim with one bar per basis: share of cases where it holds, and worst case."""
@@ -89,7 +73,8 @@ def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
     ]
     tick = style.symbol_handle("in the box that the paper tested", "|", color="black", markersize=6)
     figure.legend(handles=[*handles, tick], loc="outside lower left", ncols=3)
-    return figure, [drawn]
+    about = {"label": drawn["verdict"] + ": " + drawn["words"], "value": drawn["share_tested_box"]}
+    return figure, [marks("", drawn["claim"] + ", " + drawn["basis"], drawn["share"], **about)]
 
 
 def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None:

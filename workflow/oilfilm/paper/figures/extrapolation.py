@@ -15,29 +15,12 @@ from oilfilm.paper.extrapolation import relative_rms
 from oilfilm.paper.figures.model_curves import CUTS, panel_title
 from oilfilm.report.captions import tie
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.config import ExtrapolationFigureSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _ROW_IN = 0.24
-
-_EXTRAPOLATION_PANELS = drawn_table(
-    "extrapolation_panels",
-    "Drawn in the figure of the extrapolation.",
-    columns="panel kind law oil x y",
-    uses=(
-        use(
-            "kind",
-            "what the ordinate is: true mu, fitted mu, or a law's relative rms error",
-            allowed=("true", "fit", "error"),
-        ),
-        use("law", "empty for the truth"),
-        use("x", "S; U in m/s; P in GPa; T in degC; relative rms error in the tested box"),
-        use("y", "mu, or relative rms error beyond the box"),
-    ),
-)
 
 
 @register(
@@ -52,7 +35,6 @@ _EXTRAPOLATION_PANELS = drawn_table(
     settings=("oils", "figures"),
     requires="twin",
     compares_laws=True,
-    draws=_EXTRAPOLATION_PANELS,
 )
 def extrapolation(results: CampaignTables, settings: Settings) -> Drawing:
     """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
@@ -119,16 +101,13 @@ def _draw_cut(
         axis.axvspan(tested.min(), tested.max(), color="white", linewidth=0, zorder=0)
     truth = cut[cut["law"] == laws[0]]
     axis.plot(truth[abscissa], truth["true_traction_coefficient"], color=colour, linewidth=1.8)
-    yield _rows(panel, "true", "", truth, abscissa, "true_traction_coefficient")
+    xy = truth[abscissa], truth["true_traction_coefficient"]
+    yield marks(panel, "truth", *xy, oil=truth["oil"])
     for number, law in enumerate(laws):
         of_law = cut[cut["law"] == law]
-        axis.plot(of_law[abscissa], of_law["traction_coefficient"], **_line_of_law(number))
-        yield _rows(panel, "fit", law, of_law, abscissa, "traction_coefficient")
-
-
-def _rows(panel: str, kind: str, law: str, cut: pd.DataFrame, x: str, y: str) -> pd.DataFrame:
-    about = {"panel": panel, "kind": kind, "law": law, "oil": cut["oil"]}
-    return pd.DataFrame({**about, "x": cut[x].astype(float), "y": cut[y]})
+        xy = of_law[abscissa], of_law["traction_coefficient"]
+        axis.plot(*xy, **_line_of_law(number))
+        yield marks(panel, law, *xy, oil=of_law["oil"])
 
 
 def _draw_errors(
@@ -146,8 +125,7 @@ def _draw_errors(
         axis.plot([inside, beyond], [height, height], color=colour, linewidth=0.8)
         axis.plot(inside, height, marker, color=colour, markerfacecolor="white", markersize=4)
         axis.plot(beyond, height, marker, color=colour, markersize=4)
-        about = {"panel": panel, "kind": "error", "law": law, "oil": oil}
-        yield pd.DataFrame([{**about, "x": inside, "y": beyond}])
+        yield marks(panel, law, [inside, beyond], height, oil=oil, label=["tested box", "beyond"])
     axis.set_yticks(range(len(laws)), laws)
     axis.set_ylim(len(laws) - 0.5, -0.5)
     if axis.get_xlim()[1] > 1:

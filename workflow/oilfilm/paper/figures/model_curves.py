@@ -12,14 +12,15 @@ from matplotlib.patches import Patch
 
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.extrapolation import is_beyond
+from oilfilm.paper.printed_law import with_printed
+from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.config import Conditions
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
-from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
+from oilfilm.units import FloatArray
 
 _STEPS = 121  # along the abscissa
 _MU = "\N{GREEK SMALL LETTER MU}"
@@ -38,29 +39,19 @@ CUTS = {
     "fig10": (_TEMPERATURE, _SLIP),
 }
 
-_MODEL_CURVES = drawn_table(
-    "model_curves",
-    "Drawn in a figure of the law's curves (Figs 7-10): one row per vertex of a line.",
-    columns="""
-        panel oil series max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c
-        slide_roll_ratio traction_coefficient traction_coefficient_lower
-        traction_coefficient_upper extrapolated refit_difference drawn""",
-    uses=(
-        use("oil", "colour of the line"),
-        use(
-            "series",
-            "refit: full line in its interval; printed: thin dashed line",
-            allowed=("refit", "printed"),
-        ),
-        use("max_hertz_pressure_gpa", required=True),
-        use("entrainment_speed_m_s", required=True, at_least=0),
-        use("inlet_temperature_c", required=True, at_least=ABSOLUTE_ZERO_C),
-        use("slide_roll_ratio", required=True, at_least=0),
-        use("traction_coefficient", "ordinate", required=True),
-        use("traction_coefficient_lower", "lower edge of the band, none where null"),
-        use("traction_coefficient_upper", "upper edge of the band"),
-        use("refit_difference", "of the whole line; 0 for the refit"),
-    ),
+_ALIKE = {
+    "family": "law",
+    "tables": ("coefficients", "refits", "fit_quality"),
+    "settings": ("oils", "extrapolation", "same_set_point"),
+    "references": ("printed_coefficients",),
+}
+_OF_ALL_OILS = "Traction coefficient of all oils against "
+_LINES = (
+    "the paper does not state its own. Full lines: fitted law with its 95 % interval. Thin dashed "
+    "lines: constants printed in the paper, signs restored, at the middle level. They are shown "
+    "where they differ by more than 5 % of the largest traction coefficient. Each panel states the "
+    "largest difference at all levels. Shaded: beyond the tested conditions. dmN: pitch diameter "
+    "times speed (mm rpm) of a bearing with this entrainment speed."
 )
 
 
@@ -68,88 +59,77 @@ _MODEL_CURVES = drawn_table(
     name="fig07",
     paper="Fig. 7",
     title="Traction against slide-roll ratio",
-    caption="Traction coefficient of all oils against slide-roll ratio, one panel per maximum "
-    "Hertz pressure and entrainment speed. The curves are for several inlet temperatures; the "
-    "paper does not state its own. Full lines: fitted law with its 95 % interval. Thin dashed "
-    "lines: constants printed in the paper, signs restored, at the middle level. They are shown "
-    "where they differ by more than 5 % of the largest traction coefficient. Each panel states "
-    "the largest difference at all levels. Shaded: beyond the tested conditions. dmN: pitch "
-    "diameter times speed (mm rpm) of a bearing with this entrainment speed.",
-    family="law",
-    tables=("coefficients", "refits", "fit_quality"),
-    settings=("oils", "extrapolation", "same_set_point"),
-    draws=_MODEL_CURVES,
+    caption=_OF_ALL_OILS
+    + "slide-roll ratio, one panel per maximum Hertz pressure and entrainment speed. "
+    + "The curves are for several inlet temperatures; "
+    + _LINES,
+    **_ALIKE,
 )
-def fig07(results: CampaignTables, settings: Settings) -> Drawing:
+def fig07(
+    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
+) -> Drawing:
     """mu against slip, one panel per pressure."""
-    return _draw_cuts("fig07", results, settings)
+    return _draw_cuts("fig07", results, settings, printed_coefficients)
 
 
 @register(
     name="fig08",
     paper="Fig. 8",
     title="Traction against entrainment speed",
-    caption="Traction coefficient of all oils against entrainment speed (m/s), one panel per "
-    "maximum Hertz pressure and slide-roll ratio. The curves are for several inlet temperatures; "
-    "the paper does not state its own. Full lines: fitted law with its 95 % interval. Thin "
-    "dashed lines: constants printed in the paper, signs restored, at the middle level. They are "
-    "shown where they differ by more than 5 % of the largest traction coefficient. Each panel "
-    "states the largest difference at all levels. Shaded: beyond the tested conditions. dmN: "
-    "pitch diameter times speed (mm rpm) of a bearing with this entrainment speed.",
-    family="law",
-    tables=("coefficients", "refits", "fit_quality"),
-    settings=("oils", "extrapolation", "same_set_point"),
-    draws=_MODEL_CURVES,
+    caption=_OF_ALL_OILS
+    + "entrainment speed (m/s), one panel per maximum Hertz pressure and slide-roll ratio. "
+    + "The curves are for several inlet temperatures; "
+    + _LINES,
+    **_ALIKE,
 )
-def fig08(results: CampaignTables, settings: Settings) -> Drawing:
+def fig08(
+    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
+) -> Drawing:
     """mu against entrainment speed, one panel per slip."""
-    return _draw_cuts("fig08", results, settings)
+    return _draw_cuts("fig08", results, settings, printed_coefficients)
 
 
 @register(
     name="fig09",
     paper="Fig. 9",
     title="Traction against pressure",
-    caption="Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel "
-    "per entrainment speed and slide-roll ratio. The curves are for several inlet temperatures; "
-    "the paper does not state its own. Full lines: fitted law with its 95 % interval. Thin "
-    "dashed lines: constants printed in the paper, signs restored, at the middle level. They are "
-    "shown where they differ by more than 5 % of the largest traction coefficient. Each panel "
-    "states the largest difference at all levels. Shaded: beyond the tested conditions. dmN: "
-    "pitch diameter times speed (mm rpm) of a bearing with this entrainment speed.",
-    family="law",
-    tables=("coefficients", "refits", "fit_quality"),
-    settings=("oils", "extrapolation", "same_set_point"),
-    draws=_MODEL_CURVES,
+    caption=_OF_ALL_OILS
+    + "maximum Hertz pressure (GPa), one panel per entrainment speed and slide-roll ratio. "
+    + "The curves are for several inlet temperatures; "
+    + _LINES,
+    **_ALIKE,
 )
-def fig09(results: CampaignTables, settings: Settings) -> Drawing:
+def fig09(
+    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
+) -> Drawing:
     """mu against pressure, one panel per speed and slip."""
-    return _draw_cuts("fig09", results, settings)
+    return _draw_cuts("fig09", results, settings, printed_coefficients)
 
 
 @register(
     name="fig10",
     paper="Fig. 10",
     title="Traction against temperature",
-    caption="Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), "
-    "one panel per maximum Hertz pressure and entrainment speed. The curves are for several "
-    "slide-roll ratios; the paper does not state its own. Full lines: fitted law with its 95 % "
-    "interval. Thin dashed lines: constants printed in the paper, signs restored, at the middle "
-    "level. They are shown where they differ by more than 5 % of the largest traction "
-    "coefficient. Each panel states the largest difference at all levels. Shaded: beyond the "
-    "tested conditions. dmN: pitch diameter times speed (mm rpm) of a bearing with this "
-    "entrainment speed.",
-    family="law",
-    tables=("coefficients", "refits", "fit_quality"),
-    settings=("oils", "extrapolation", "same_set_point"),
-    draws=_MODEL_CURVES,
+    caption=_OF_ALL_OILS
+    + "inlet temperature (\N{DEGREE SIGN}C), one panel per maximum Hertz pressure and entrainment "
+    + "speed. "
+    + "The curves are for several slide-roll ratios; "
+    + _LINES,
+    **_ALIKE,
 )
-def fig10(results: CampaignTables, settings: Settings) -> Drawing:
+def fig10(
+    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
+) -> Drawing:
     """mu against temperature, one panel per pressure and speed."""
-    return _draw_cuts("fig10", results, settings)
+    return _draw_cuts("fig10", results, settings, printed_coefficients)
 
 
-def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) -> Drawing:
+def _draw_cuts(
+    figure_name: str,
+    results: CampaignTables,
+    settings: Settings,
+    printed_coefficients: PrintedCoefficients,
+) -> Drawing:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
     (abscissa, by), levels = CUTS[figure_name], settings.extrapolation[figure_name]
     apart = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
@@ -159,15 +139,18 @@ def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) ->
     # each panel with its own scale, or the strong traction of one would press the others flat
     axes = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
     oils = list(settings.oils)
-    laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, oil))}
-    drawn = []
+    printed = with_printed(results.coefficients, printed_coefficients)
+    laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, printed, oil))}
+    drawn: list[pd.DataFrame] = []
+    shown: list[pd.DataFrame] = []
     for number, cut in enumerate(cuts):
         fixed = dict(zip(apart, cut, strict=True))
         panel = style.title_panel(axes[number], number, panel_title(fixed))
         if laws:
             curves = _curves(laws, levels, fixed, figure_name, settings.same_set_point.relative)
             _draw(axes[number], curves, figure_name, oils)
-            drawn.append(curves.assign(panel=panel))
+            drawn.append(_marks(panel, curves, figure_name))
+            shown.append(curves)
     for axis in axes[len(cuts) :]:
         axis.set_visible(False)
     for axis in axes[max(len(cuts) - 2, 0) : len(cuts)]:
@@ -180,9 +163,9 @@ def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) ->
         fastest = style.bearing_speed_phrase(max(getattr(levels, _SPEED)))
         key.append(f"{fastest}: pitch diameter times speed, mm rpm")
     if drawn:
-        key += _scale(axes[: len(cuts)], drawn)
+        key += _scale(axes[: len(cuts)], shown)
         symbols = [style.LEVEL_PHRASES[by].format(level) for level in getattr(levels, by)]
-        lines = pd.concat(drawn)
+        lines = pd.concat(shown)
         any_printed = bool((lines["drawn"] & (lines["series"] == "printed")).any())
         _draw_legend(figure, symbols, laws, oils, any_printed)
         if lost := [oil for oil in oils if oil not in laws]:
@@ -193,6 +176,24 @@ def _draw_cuts(figure_name: str, results: CampaignTables, settings: Settings) ->
         reason = "no oil has a fitted law\nof pressure, speed and temperature"
         style.say_in_panel(axes[0], reason)
     return figure, drawn
+
+
+def _marks(panel: str, curves: pd.DataFrame, figure_name: str) -> pd.DataFrame:
+    """Every curve of a panel; printed ones that are too near to the refit to be drawn say so."""
+    abscissa, by = CUTS[figure_name]
+    level = curves[by].map(style.LEVEL_PHRASES[by].format)
+    near = (curves["series"] == "printed") & ~curves["drawn"]
+    return marks(
+        panel,
+        curves["series"],
+        curves[abscissa],
+        curves["traction_coefficient"],
+        oil=curves["oil"],
+        label=level + np.where(near, ", not drawn", ""),
+        value=curves["refit_difference"],
+        lower=curves["traction_coefficient_lower"],
+        upper=curves["traction_coefficient_upper"],
+    )
 
 
 def panel_title(fixed: Mapping[str, float]) -> str:
@@ -227,12 +228,12 @@ def _scale(axes: Sequence[Axes], drawn: Sequence[pd.DataFrame]) -> list[str]:
     return [f"scales differ: the dotted line is {_MU} = {level:g} in each panel", *key]
 
 
-def _laws(results: CampaignTables, oil: str) -> dict[str, FittedLaw]:
+def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict[str, FittedLaw]:
     """The refit and, where the paper has them, the printed constants, by the name of the series.
 
     None of an oil whose law does not follow all three conditions.
     """
-    of_oil = results.coefficients[results.coefficients["oil"] == oil]
+    of_oil = coefficients[coefficients["oil"] == oil]
     if of_oil.empty:
         return {}
     refit = FittedLaw.of(of_oil, oil, results.refits, results.fit_quality)

@@ -1,6 +1,6 @@
 """The two rigs, drawn by code from what the paper's text says of them (Figs 1 and 5)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
@@ -8,13 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
-from oilfilm import tables
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 # What a part is -> its colour, and in words.
 _KINDS: dict[str, tuple[Any, str]] = {
@@ -43,20 +41,6 @@ def _arrow(panel: str, x: float, y: float, to_x: float, to_y: float, kind: str =
     return (panel, "arrow", kind, x, y, to_x, to_y, "")
 
 
-_SCHEMATIC = drawn_table(
-    "schematic",
-    "Drawn in the schematic of a rig: one row per mark, later ones above.",
-    columns="panel mark kind x y to_x to_y words",
-    uses=(
-        use("kind", "material or action, which gives the colour; empty where there is none"),
-        use("x", "start, in units of the drawing", required=True),
-        use("y", "start, in units of the drawing", required=True),
-        use("to_x", "in units of the drawing"),
-        use("to_y", "in units of the drawing"),
-    ),
-)
-
-
 @register(
     name="fig01",
     paper="Fig. 1",
@@ -65,10 +49,9 @@ _SCHEMATIC = drawn_table(
     "vertical axis of the air spindle. It presses against the force sensor, which measures along "
     "the rolling direction. (c) Contact of ball and disc with the measured speeds, load and "
     "force. Schematic after the text of the paper, not to scale; configured dimensions in mm.",
-    family="configured",
+    family="data",
     settings=("rigs",),
     shows_data=False,
-    draws=_SCHEMATIC,
 )
 def fig01(results: CampaignTables, settings: Settings) -> Drawing:
     """The traction rig from the side and from above, and the contact along the ball's axis."""
@@ -193,9 +176,8 @@ def _contact(rig: Rig) -> list[_Mark]:
     caption="Rig for the friction torque of a bearing: driven inner ring, pure axial load and "
     "under-race lubrication. The torque of the outer ring is measured. Schematic after the text "
     "of the paper, not to scale.",
-    family="configured",
+    family="data",
     shows_data=False,
-    draws=_SCHEMATIC,
 )
 def fig05(results: CampaignTables, settings: Settings) -> Drawing:
     """The torque rig in a section along its shaft."""
@@ -279,14 +261,11 @@ _TORQUE_RIG: tuple[_Mark, ...] = (
 )
 
 
-def _draw(figure: Figure, marks: Sequence[_Mark]) -> pd.DataFrame:
-    """Draw marks, each as its row of the table says, and the key."""
-    drawn = tables.conform(
-        pd.DataFrame(marks, columns=tables.columns("schematic")), "schematic", "schematic"
-    )
+def _draw(figure: Figure, parts: Sequence[_Mark]) -> pd.DataFrame:
+    """Draw the parts and the key; each mark is two rows, its start and its end."""
     axes = dict(zip("abc", figure.axes, strict=False))
-    for row in tables.rows(drawn):
-        _draw_mark(axes[row["panel"]], row)
+    for part in parts:
+        _draw_mark(axes[part[0]], *part[1:])
     for axis in figure.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
@@ -294,15 +273,20 @@ def _draw(figure: Figure, marks: Sequence[_Mark]) -> pd.DataFrame:
     handles = [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     style.say_key(figure, "Schematic, not to scale")
-    return drawn
+    return pd.concat(
+        marks(panel, f"{mark} {kind}".strip(), [x, to_x], [y, to_y], label=label)
+        for panel, mark, kind, x, y, to_x, to_y, label in parts
+    )
 
 
-def _draw_mark(axis: Axes, row: Mapping[str, Any]) -> None:
-    start, end = (row["x"], row["y"]), (row["to_x"], row["to_y"])
+def _draw_mark(
+    axis: Axes, mark: str, kind: str, x: float, y: float, to_x: float, to_y: float, label: str
+) -> None:
+    start, end = (x, y), (to_x, to_y)
     width, height = end[0] - start[0], end[1] - start[1]
-    colour, _ = _KINDS.get(row["kind"], ("black", ""))
-    oil = row["kind"] == "oil"
-    match row["mark"]:
+    colour, _ = _KINDS.get(kind, ("black", ""))
+    oil = kind == "oil"
+    match mark:
         case "box":
             axis.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
         case "film":
@@ -316,7 +300,7 @@ def _draw_mark(axis: Axes, row: Mapping[str, Any]) -> None:
             xy = zip(start, end, strict=True)
             axis.plot(*xy, color=colour, linewidth=thickness, solid_capstyle="butt")
         case "arrow" | "turn" | "turn left":
-            bend = {"turn": -0.6, "turn left": 0.6}.get(row["mark"], 0.0)
+            bend = {"turn": -0.6, "turn left": 0.6}.get(mark, 0.0)
             axis.add_patch(
                 FancyArrowPatch(
                     start,
@@ -331,7 +315,7 @@ def _draw_mark(axis: Axes, row: Mapping[str, Any]) -> None:
                 )
             )
         case "words":
-            _draw_label(axis, row["words"], start, end)
+            _draw_label(axis, label, start, end)
 
 
 def _draw_label(

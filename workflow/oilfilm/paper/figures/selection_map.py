@@ -11,35 +11,16 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
-from oilfilm.paper.figures.advice_map import advice_handles, draw_advice
+from oilfilm.paper.figures.advice_map import advice_handles, advice_marks, draw_advice
 from oilfilm.report.facts import stand_in_oils
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _SPEED, _PRESSURE = "entrainment_speed_m_s", "max_hertz_pressure_gpa"
 _PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
 _FRAME: dict[str, Any] = {"fill": False, "edgecolor": "black"}
-
-_SELECTION_MAP = drawn_table(
-    "selection_map",
-    "Drawn in the map of oils: one row per cell.",
-    columns="""
-        panel basis inlet_temperature_c slide_roll_ratio cage_slip entrainment_speed_m_s
-        max_hertz_pressure_gpa advised_oil best_oil judgement""",
-    uses=(
-        use("inlet_temperature_c", "of the panel", required=True),
-        use("slide_roll_ratio", "of the panel", required=True),
-        use("cage_slip", "of the panel", required=True),
-        use("entrainment_speed_m_s", "abscissa", required=True, at_least=0),
-        use("max_hertz_pressure_gpa", "ordinate", required=True),
-        use("advised_oil", "colour of the cell; white where empty"),
-        use("best_oil", "symbol, drawn where the judgement is not agree"),
-        use("judgement", "as in selection"),
-    ),
-)
 
 
 @register(
@@ -51,10 +32,9 @@ _SELECTION_MAP = drawn_table(
     "diameter times speed (mm rpm) of a bearing with this entrainment speed. Outside the film "
     "formula: the choice depends on a film beyond the range of the thermal reduction.",
     category="Claims",
-    family="claims",
+    family="bearing",
     tables=("selection",),
     settings=("oils", "printed"),
-    draws=_SELECTION_MAP,
 )
 def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
     """One row of panels per temperature, one column per slip; cells of speed and pressure.
@@ -87,7 +67,7 @@ def selection_map(results: CampaignTables, settings: Settings) -> Drawing:
             (left, right), (low, high) = box.entrainment_speed_m_s, box.max_hertz_pressure_gpa
             frame = Rectangle((left, low), right - left, high - low, linewidth=0.9, **_FRAME)
             axis.add_patch(frame)
-        drawn.append(of_panel.assign(panel=panel))
+        drawn.append(advice_marks(panel, of_panel, _SPEED, _PRESSURE))
     _label(figure, axes[0], axes[-len(slips) :], table)
     tested = Rectangle((0, 0), 1, 1, label="tested", **_FRAME)
     handles = [*advice_handles(table, oils, "best by traction"), tested]

@@ -7,10 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _HEIGHTS_IN = (1.4, 2.7, 1.75)
 _GREY = "#777777"
@@ -18,19 +17,6 @@ _MINUS = "\N{MINUS SIGN}"
 _ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
 # Columns of the table of signs that are no statement.
 _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
-
-_SIGN_STUDY = drawn_table(
-    "sign_study",
-    "Drawn in the figure of the sign study.",
-    columns="panel oil series words x value weakest_margin",
-    uses=(
-        use("series", "all sets, set in use, best set, or margin and its verdict"),
-        use("words", "signs, statement, or exponent with its sign"),
-        use("x", "rank of a total"),
-        use("value", "total, share or margin", required=True),
-        use("weakest_margin", "tick on the bar of a margin"),
-    ),
-)
 
 
 @register(
@@ -40,11 +26,10 @@ _SIGN_STUDY = drawn_table(
     "per oil. The score counts statements of the paper that hold. Top: total score by rank. "
     "Middle: statements that hold for the set in use. Bottom: margin of each sign.",
     category="Claims",
-    family="claims",
+    family="bearing",
     tables=("signs", "sign_verdicts"),
     settings=("oils",),
     shows_data=False,
-    draws=_SIGN_STUDY,
 )
 def sign_study(results: CampaignTables, settings: Settings) -> Drawing:
     """One column per oil: totals by rank, statements of the set in use, margin of each sign."""
@@ -65,7 +50,7 @@ def sign_study(results: CampaignTables, settings: Settings) -> Drawing:
         ):
             number, title = row * len(oils) + column, oil if row == 0 else ""
             panel = style.title_panel(axes[row, column], number, title)
-            drawn.append(draw(axes[row, column], of_oil, colour).assign(panel=panel, oil=oil))
+            drawn.append(draw(axes[row, column], panel, of_oil, colour).assign(oil=oil))
     _label(axes[:, 0], axes[-1])
     style.say_key(
         figure,
@@ -76,7 +61,7 @@ def sign_study(results: CampaignTables, settings: Settings) -> Drawing:
     return figure, drawn
 
 
-def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
+def _draw_totals(axis: Axes, panel: str, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
     """Total against rank; near-best sets as dots, the set in use ringed and told in words."""
     ranks = pd.Series(range(1, len(sets) + 1), index=sets.index)
     near, used = sets["near_best"], sets["in_use"]
@@ -95,12 +80,10 @@ def _draw_totals(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
     )
     axis.text(0.03, 0.06, text, va="bottom", fontsize=6.5, transform=axis.transAxes)
     series = used.map({True: _IN_USE, False: _ALL})
-    return pd.DataFrame(
-        {"series": series, "words": sets["signs"], "x": ranks, "value": sets["total"]}
-    )
+    return marks(panel, series, ranks, sets["total"], label=sets["signs"])
 
 
-def _draw_statements(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
+def _draw_statements(axis: Axes, panel: str, sets: pd.DataFrame, colour: str) -> pd.DataFrame:
     """Share of its box where each statement holds, for the set in use and for the best one."""
     names = [name for name in sets.columns if name not in _NO_STATEMENT]
     in_use: dict[str, Any] = {"marker": "o", "color": colour, "markersize": 3}
@@ -112,14 +95,14 @@ def _draw_statements(axis: Axes, sets: pd.DataFrame, colour: str) -> pd.DataFram
     ):
         shares = of_series[names].iloc[0].astype(float).to_numpy()
         axis.plot(shares, range(len(names)), linestyle="", clip_on=False, label=series, **look)
-        rows.append(pd.DataFrame({"series": series, "words": names, "value": shares}))
+        rows.append(marks(panel, series, shares, range(len(names)), label=names))
     axis.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=6.5)
     axis.set_ylim(len(names) - 0.5, -0.5)
     axis.set_xlim(-0.03, 1.03)
-    return pd.concat(rows).dropna(subset="value")
+    return pd.concat(rows).dropna(subset="x")
 
 
-def _draw_margins(axis: Axes, verdicts: pd.DataFrame, colour: str) -> pd.DataFrame:
+def _draw_margins(axis: Axes, panel: str, verdicts: pd.DataFrame, colour: str) -> pd.DataFrame:
     """Bars of the margin, its weakest value as a tick, the sign and the verdict in words."""
     heights = range(len(verdicts))
     sure = verdicts["verdict"].map({"settled": 1.0, "probable": 0.55}).fillna(0.15)
@@ -140,13 +123,10 @@ def _draw_margins(axis: Axes, verdicts: pd.DataFrame, colour: str) -> pd.DataFra
         axis.text(1.0, height, label, transform=axis.get_yaxis_transform(), **look)
     axis.set_yticks(heights, verdicts["constant"])
     axis.set_ylim(len(verdicts) - 0.5, -0.5)
-    return pd.DataFrame(
-        {
-            "series": verdicts["verdict"],
-            "words": verdicts["constant"] + " " + verdicts["sign"],
-            "value": verdicts["margin"],
-            "weakest_margin": verdicts["weakest_margin"],
-        }
+    label = verdicts["constant"] + " " + verdicts["sign"]
+    weakest = verdicts["weakest_margin"]
+    return marks(
+        panel, verdicts["verdict"], verdicts["margin"], heights, label=label, lower=weakest
     )
 
 

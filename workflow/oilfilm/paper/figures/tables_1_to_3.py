@@ -8,16 +8,14 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from oilfilm import tables
 from oilfilm.curation.coverage import with_levels
 from oilfilm.paper.reference import PaperStatement, PaperTables
 from oilfilm.physics.oils import Oil
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _PAPER = "in the paper's text"
 _NONE = "\N{EN DASH}"
@@ -76,16 +74,6 @@ _OF_TORQUE_TEST = (
     ("oil temperature", "\N{DEGREE SIGN}C", "oil_temperature_c", 1),
 )
 
-_STATED_VALUES = drawn_table(
-    "stated_values",
-    "Drawn in the tables of oils, test matrix and bearing: one row per cell (Tables 1-3).",
-    columns="thing quantity unit words value source",
-    uses=(
-        use("words", "text of the cell; * marks what is assumed"),
-        use("value", "null where there is only text"),
-    ),
-)
-
 
 @register(
     name="tab01",
@@ -94,11 +82,10 @@ _STATED_VALUES = drawn_table(
     caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and "
     "specific heat at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the "
     "paper are lost. Properties that stand in for unknown ones are marked.",
-    family="configured",
+    family="data",
     settings=("oils",),
     references=("paper_tables",),
     shows_data=False,
-    draws=_STATED_VALUES,
 )
 def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
@@ -130,7 +117,6 @@ def _source_of(oil: Oil | None) -> str:
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
     references=("paper_tables",),
-    draws=_STATED_VALUES,
 )
 def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Levels of the test matrix; without one, those that the logs were set to."""
@@ -165,12 +151,11 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     title="Parameters of the bearing",
     caption="Geometry, materials and cage of the bearing, with their sources. The table of "
     "the paper is partly lost; the last column quotes its text.",
-    family="configured",
+    family="data",
     settings=("bearings", "campaign.torque"),
     references=("paper_tables",),
     shows_data=False,
     requires="torque",
-    draws=_STATED_VALUES,
 )
 def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
     """Parameters of the campaign's bearing and the levels of its test."""
@@ -240,7 +225,7 @@ def _table(
         where = f" ({statement.where})" if statement.where else ""
         unit, source = units.get(quantity, ""), statement.where or "lost"
         rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where}", source))
-    drawn = tables.from_rows(rows, "stated_values")
+    drawn = pd.DataFrame(rows)
     things = [*drawn.loc[drawn["thing"] != _PAPER, "thing"].unique(), _PAPER]
     cells = drawn.pivot(index="quantity", columns="thing", values="words")
     cells = cells.reindex(index=drawn["quantity"].unique(), columns=things).fillna("")
@@ -257,7 +242,9 @@ def _table(
         0, height_in, "\n".join(small), va="bottom", fontsize=6, color=style.GREY,
         linespacing=1.15, parse_math=False, in_layout=False,
     )  # fmt: skip
-    return figure, [drawn]
+    series = drawn["quantity"] + drawn["unit"].map(lambda unit: f" ({unit})" if unit else "")
+    label = drawn["words"] + " [" + drawn["source"] + "]"
+    return figure, [marks(drawn["thing"], series, np.nan, value=drawn["value"], label=label)]
 
 
 def _draw_cells(

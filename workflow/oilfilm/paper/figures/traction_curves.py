@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from oilfilm.curation.coverage import with_levels
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
-from oilfilm.report.figures.curves import CURVES, NO_POINT, Series, draw_series
+from oilfilm.report.figures.curves import NO_POINT, Series, draw_series
 from oilfilm.report.figures.registry import Drawing, register
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -32,7 +32,6 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
-    draws=CURVES,
 )
 def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     """mu of one oil against slip by pressure (left) and speed (right), one row per temperature."""
@@ -81,7 +80,6 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
-    draws=CURVES,
 )
 def fig03(results: CampaignTables, settings: Settings) -> Drawing:
     """mu of all oils against slip at one temperature, one panel per pressure."""

@@ -9,54 +9,22 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
-_LOAD_VARIABLES: dict[str, tuple[str, Any, str]] = {
-    "stress": ("pressure P", style.LINES["fit"], "o"),
-    "load": ("load W", style.LINES["load"], "s"),
+_LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
+    "load": ("load W", {"linestyle": style.LINES["load"], "marker": "s"}),
     "dimensionless_load": (
         "load W/(E'R\N{SUPERSCRIPT TWO})",
-        style.LINES["dimensionless load"],
-        "^",
+        {"linestyle": style.LINES["dimensionless load"], "marker": "^"},
     ),
 }
-
-
-def _load_variable_handles() -> list[Line2D]:
-    """Entries of a legend that tell the load variables apart, in grey."""
-    look: dict[str, Any] = {"color": style.GREY, "linewidth": 0.9}
-    return [
-        style.line_handle(name, linestyle=line, marker=marker, **look)
-        for name, line, marker in _LOAD_VARIABLES.values()
-    ]
-
-
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
-
-_CAGE_SLIP_MAP = drawn_table(
-    "cage_slip_map",
-    "Drawn in the map of cage slip: one row per cell.",
-    columns="""
-        panel oil pitch_speed_mm_rpm axial_load_n cage_slip cage_slip_lower cage_slip_upper
-        bistable""",
-    uses=(
-        use("oil", "of the panel"),
-        use("pitch_speed_mm_rpm", "abscissa"),
-        use("axial_load_n", "ordinate"),
-        use("cage_slip", "colour of the cell, and the line at the limit"),
-        use("cage_slip_lower", "one dashed line at the limit"),
-        use("cage_slip_upper", "the other; cells with the limit between the two are hatched"),
-        use("bistable", "drawn as a cross"),
-    ),
-)
 
 
 @register(
@@ -72,7 +40,6 @@ _CAGE_SLIP_MAP = drawn_table(
     tables=("cage_slip",),
     settings=("oils", "bearing", "selection"),
     requires="torque",
-    draws=_CAGE_SLIP_MAP,
 )
 def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     """Cage slip against speed and axial load, one panel per oil."""
@@ -81,10 +48,10 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
     if not oils:
         return style.sentences("No oil has a law that a bearing could use."), []
     limit = settings.selection.limits.slip_limit
-    columns = min(len(oils), 2)
+    columns = min(len(oils), 3)
     rows = -(-len(oils) // columns)
     width = style.DOUBLE_COLUMN_IN if columns > 1 else style.SINGLE_COLUMN_IN
-    figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.4)
+    figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.3)
     axes[0].set_yscale("log")
     axes[0].yaxis.set_major_formatter("{x:g}")
     drawn = []
@@ -92,14 +59,19 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
         of_oil = table[table["oil"] == oil]
         filled = _draw_slip(axes[number], of_oil, limit)
         panel = style.title_panel(axes[number], number, oil)
-        drawn.append(of_oil.assign(panel=panel))
+        at = of_oil.assign(**in_units_of_axes(of_oil))
+        series = np.where(at["bistable"], "bistable", "cell")
+        ends = {"lower": at["cage_slip_lower"], "upper": at["cage_slip_upper"]}
+        slip = at["cage_slip"]
+        drawn.append(marks(panel, series, at["speed"], at["load"], oil=oil, value=slip, **ends))
     for axis in axes[len(oils) :]:
         axis.set_axis_off()
     bar = figure.colorbar(filled, ax=axes, label="Cage slip", ticks=_SLIP_LEVELS[1:])
     bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
     for axis in axes[max(len(oils) - columns, 0) : len(oils)]:
-        axis.set_xlabel(f"dmN (million mm rpm; 1 is U = {entrainment_speed_m_s(1e6):.0f} m/s)")
         axis.tick_params(labelbottom=True)
+    speed = f"dmN (million mm rpm; 1 is U = {entrainment_speed_m_s(1e6):.0f} m/s)"
+    figure.supxlabel(speed, fontsize=8)
     figure.supylabel("Axial load (kN)", fontsize=8)
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     style.say_key(
@@ -159,11 +131,10 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     tables=("size_effect",),
     settings=("oils",),
     requires="torque",
-    draws="size_effect",
 )
 def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
     """Traction torque of laws of load relative to the law of pressure, by size and conformity."""
-    of_load = results.size_effect["load_variable"].isin(["load", "dimensionless_load"])
+    of_load = results.size_effect["load_variable"].isin(_LOOKS)
     table = results.size_effect[of_load].reset_index(drop=True)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
     axes = figure.subplots(1, 2, sharey=True)
@@ -172,28 +143,28 @@ def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
         ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "pressure and surface speed"),
         ("conformity", "groove_curvature", curvature, "load and speed"),
     )
+    drawn = []
     for number, (varied, column, label, held) in enumerate(panels):
         axis = axes[number]
+        panel = style.title_panel(axis, number, f"{varied} at the same {held}")
         rows = table[table["varied"] == varied]
-        for oil, load_variable in itertools.product(settings.oils, ("load", "dimensionless_load")):
-            series = rows[(rows["oil"] == oil) & (rows["load_variable"] == load_variable)]
-            _, line, marker = _LOAD_VARIABLES[load_variable]
-            axis.plot(
-                series[column],
-                100 * series["relative_to_stress"],
-                linestyle=line,
-                marker=marker,
-                color=style.oil_colour(oil, list(settings.oils)),
-                label=oil if load_variable == "load" else None,
+        for oil, variable in itertools.product(settings.oils, _LOOKS):
+            series = rows[(rows["oil"] == oil) & (rows["load_variable"] == variable)]
+            line = marks(
+                panel, variable, series[column], 100 * series["relative_to_stress"], oil=oil
             )
+            colour = style.oil_colour(oil, list(settings.oils))
+            name = oil if variable == "load" else None
+            axis.plot(line["x"], line["y"], color=colour, label=name, **_LOOKS[variable][1])
+            drawn.append(line)
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(label)
-        style.title_panel(axis, number, f"{varied} at the same {held}")
     axes[0].set_ylabel("Traction torque above that\nof the pressure-based law (%)")
     if table.empty:
         style.say_in_panel(axes[0], "No oil has a law that a bearing could use.")
     else:
         axes[0].legend(loc="upper left")
-        handles = _load_variable_handles()[1:]
+        grey: dict[str, Any] = {"color": style.GREY, "linewidth": 0.9}
+        handles = [style.line_handle(name, **grey, **look) for name, look in _LOOKS.values()]
         axes[1].legend(handles=handles, loc="upper right", title="law based on", title_fontsize=7)
-    return figure, [table]
+    return figure, drawn

@@ -11,10 +11,9 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _OILS_ABREAST = 3
 _CELL_HEIGHT_IN = 0.24
@@ -31,24 +30,6 @@ _PRESSURE = "nominal_max_hertz_pressure_gpa"
 _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
-_COVERAGE_MAP = drawn_table(
-    "coverage_map",
-    "Drawn in the coverage map: one row per cell, all rigs together.",
-    columns="""
-        panel oil nominal_inlet_temperature_c nominal_entrainment_speed_m_s
-        nominal_max_hertz_pressure_gpa nominal_load_n runs_accepted runs state planned""",
-    uses=(
-        use("nominal_inlet_temperature_c", "of the panel"),
-        use("nominal_entrainment_speed_m_s", "abscissa"),
-        use("nominal_max_hertz_pressure_gpa", "ordinate"),
-        use("nominal_load_n", "ordinate without pressure"),
-        use("runs_accepted", "first number of the cell"),
-        use("runs", "second number of the cell: all runs"),
-        use("state", "symbol and colour of the cell"),
-        use("planned", "false: drawn with a broken edge, if there is a matrix"),
-    ),
-)
-
 
 @register(
     name="coverage",
@@ -61,7 +42,6 @@ _COVERAGE_MAP = drawn_table(
     family="data",
     tables=("coverage",),
     settings=("oils",),
-    draws=_COVERAGE_MAP,
 )
 def coverage_map(results: CampaignTables, settings: Settings) -> Drawing:
     """One column of panels per oil, one row per temperature; cells of pressure and speed."""
@@ -98,7 +78,10 @@ def coverage_map(results: CampaignTables, settings: Settings) -> Drawing:
         # cells keep their size where there are few
         axis.set_xlim(-0.6, max(speeds, fitting) - 0.4)
         axis.set_ylim(-0.6, forces - 0.4)
-        drawn.append(of_panel.assign(panel=str(number + 1)))
+        axis.set_label(str(number + 1))
+        x, y = of_panel[_SPEED], of_panel[_PRESSURE].fillna(of_panel[_LOAD])
+        shown = {"oil": oil, "label": of_panel["label"]}
+        drawn.append(marks(str(number + 1), of_panel["state"], x, y, **shown))
     _label(axes, abreast, cells)
     _draw_legend(figure, cells, narrow)
     return figure, drawn

@@ -13,10 +13,9 @@ from oilfilm.curation.coverage import SET_POINTS, with_levels, with_measured
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.facts import counted
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
 # More conditions than this in one panel cannot be told apart by shade and symbol.
@@ -43,22 +42,6 @@ class Series:
     marker: str
 
 
-CURVES = drawn_table(
-    "curves",
-    "Drawn in a figure of mu against slip.",
-    columns="panel series kind oil slide_roll_ratio traction_coefficient traction_coefficient_se",
-    uses=(
-        use("kind", "measured: points; fit: line", allowed=("measured", "fit")),
-        use("slide_roll_ratio", "abscissa", required=True),
-        use("traction_coefficient", "ordinate", required=True),
-        use(
-            "traction_coefficient_se",
-            "the bar drawn is 1.96 times as long to either side; none where null",
-        ),
-    ),
-)
-
-
 @register(
     name="curves",
     title="All curves",
@@ -69,7 +52,6 @@ CURVES = drawn_table(
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
-    draws=CURVES,
 )
 def curves(results: CampaignTables, settings: Settings) -> Drawing:
     """Every accepted point of every oil, and the fit at its conditions."""
@@ -138,15 +120,13 @@ def draw_series(axis: Axes, panel: str, series: Iterable[Series]) -> list[pd.Dat
     for curve in series:
         if curve.points.empty:
             continue
-        measured, line = (
-            _measured_rows(panel, curve),
-            _fit_rows(panel, curve, _largest_slip(curve.points)),
-        )
-        axis.plot(line["slide_roll_ratio"], line["traction_coefficient"], color=curve.colour)
+        measured = _measured(panel, curve, bars=True)
+        line = _fit(panel, curve, _largest_slip(curve.points))
+        axis.plot(line["x"], line["y"], color=curve.colour)
         axis.errorbar(
-            measured["slide_roll_ratio"],
-            measured["traction_coefficient"],
-            yerr=style.SE_DRAWN * measured["traction_coefficient_se"],
+            measured["x"],
+            measured["y"],
+            yerr=measured["y_upper"] - measured["y"],
             fmt=curve.marker,
             color=curve.colour,
             markerfacecolor="white",
@@ -181,36 +161,34 @@ def _draw_cloud(
     axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
     # so many error bars would hide the points: none is drawn
     cloud = replace(series[0], label=series[0].oil, points=points)
-    drawn = [_measured_rows(panel, cloud).assign(traction_coefficient_se=np.nan)]
+    drawn = [_measured(panel, cloud, bars=False)]
     width, order = (1.1, 3) if few else (0.3, 1.5)
     largest_slip = _largest_slip(points)
     spread = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)[:_FITS_DRAWN]
     shown = [series[number] for number in sorted(spread)]
     for condition in shown:
-        line = _fit_rows(panel, condition, largest_slip)
-        xy = line["slide_roll_ratio"], line["traction_coefficient"]
-        axis.plot(*xy, color=condition.colour, linewidth=width, zorder=order)
+        line = _fit(panel, condition, largest_slip)
+        axis.plot(line["x"], line["y"], color=condition.colour, linewidth=width, zorder=order)
         drawn.append(line)
     not_all = "" if len(shown) == len(series) else f" ({len(shown)} of {len(series)} conditions)"
     axis.plot([], [], color="black", label=f"fit{not_all}")
     return drawn
 
 
-def _measured_rows(panel: str, curve: Series) -> pd.DataFrame:
-    return curve.points[_MEASURED].assign(
-        panel=panel, series=curve.label, kind="measured", oil=curve.oil
-    )
+def _measured(panel: str, curve: Series, *, bars: bool) -> pd.DataFrame:
+    x, y, se = curve.points[_MEASURED].to_numpy(dtype=float).T
+    bar = style.SE_DRAWN * se if bars else np.full_like(se, np.nan)
+    about = {"oil": curve.oil, "label": curve.label}
+    return marks(panel, "measured", x, y, lower=y - bar, upper=y + bar, **about)
 
 
-def _largest_slip(points: pd.DataFrame) -> float:
-    return float(points["slide_roll_ratio"].abs().max())
-
-
-def _fit_rows(panel: str, curve: Series, largest_slip: float) -> pd.DataFrame:
+def _fit(panel: str, curve: Series, largest_slip: float) -> pd.DataFrame:
     """The fit at the mean conditions of a curve, up to some slip."""
     condition = curve.points[list(curve.law.law.conditions)].mean().to_numpy(dtype=np.float64)
     slip = np.linspace(0, largest_slip, 151)
     mu = curve.law.traction(condition, slip)
-    return pd.DataFrame({"slide_roll_ratio": slip, "traction_coefficient": mu}).assign(
-        panel=panel, series=curve.label, kind="fit", oil=curve.oil
-    )
+    return marks(panel, "fit", slip, mu, oil=curve.oil, label=curve.label)
+
+
+def _largest_slip(points: pd.DataFrame) -> float:
+    return float(points["slide_roll_ratio"].abs().max())

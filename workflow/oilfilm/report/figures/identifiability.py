@@ -10,26 +10,14 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _COLOURS = "PuOr"  # from orange by white to purple, distinct for every kind of colour vision
 _REACH = 4.5  # naive standard errors to either side
 _NAMED = 2  # profiles that bend most ...
 _BENT = 0.05  # ... by this at least, in naive standard errors
-
-_IDENTIFIABILITY = drawn_table(
-    "identifiability",
-    "Drawn in the figure of identifiability: one row per square or vertex.",
-    columns="panel oil kind constant other x value",
-    uses=(
-        use("kind", "square or vertex of a line", allowed=("correlation", "profile")),
-        use("x", "of a profile: distance in standard errors"),
-        use("value", "colour of a square, ordinate of a profile"),
-    ),
-)
 
 
 @register(
@@ -43,7 +31,6 @@ _IDENTIFIABILITY = drawn_table(
     family="law",
     tables=("coefficients", "correlations", "profiles"),
     settings=("oils",),
-    draws=_IDENTIFIABILITY,
 )
 def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
     """One column per oil: correlation of each pair of constants, profile of each constant."""
@@ -63,10 +50,13 @@ def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
         _draw_profiles(below, profiles, style.oil_colour(oil, list(settings.oils)))
         errors = results.coefficients.query("oil == @oil")["standard_error"]
         title = f"{oil}, by the Jacobian" if errors.isna().all() else oil
-        drawn += [
-            pairs.assign(panel=style.title_panel(above, column, title), oil=oil),
-            profiles.assign(panel=style.title_panel(below, column + len(oils), oil), oil=oil),
-        ]
+        panel = style.title_panel(above, column, title)
+        names = pairs["constant"] + ", " + pairs["other"]
+        about = {"oil": oil, "label": names, "value": pairs["correlation"]}
+        drawn.append(marks(panel, "correlation", np.nan, **about))
+        panel = style.title_panel(below, column + len(oils), oil)
+        xy = profiles["x"], profiles["value"]
+        drawn.append(marks(panel, "profile", *xy, oil=oil, label=profiles["constant"]))
     figure.colorbar(image, ax=list(axes[0]), label="Correlation", shrink=0.9)
     axes[1, 0].set_ylabel("Signed root of the rise\nof the squared error")
     axes[1, len(oils) // 2].set_xlabel("Distance from the fit in naive standard errors")
@@ -90,7 +80,7 @@ def _draw_correlations(
     axis.set_yticks(range(len(constants)), constants, fontsize=6)
     axis.grid(False)
     axis.tick_params(length=0)
-    return image, pairs.assign(kind="correlation", x=np.nan, value=pairs["correlation"])
+    return image, pairs
 
 
 def _profiles(results: CampaignTables, oil: str) -> pd.DataFrame:
@@ -100,12 +90,8 @@ def _profiles(results: CampaignTables, oil: str) -> pd.DataFrame:
     best, error = (
         profiles["constant"].map(fitted[name]) for name in ("value", "naive_standard_error")
     )
-    return profiles[["constant"]].assign(
-        kind="profile",
-        other="",
-        x=(profiles["value"] - best) / error,
-        value=profiles["signed_root"],
-    )
+    x = (profiles["value"] - best) / error
+    return profiles[["constant"]].assign(x=x, value=profiles["signed_root"])
 
 
 def _draw_profiles(axis: Axes, profiles: pd.DataFrame, colour: str) -> None:

@@ -9,10 +9,9 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray
 
@@ -20,22 +19,6 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 # The ordinate of each row of panels; of the third condition the best level is shown.
 _ROWS = (_PRESSURE, _TEMPERATURE)
 _COLOURS = "YlGnBu"
-
-_PLAN_MAP = drawn_table(
-    "plan_map",
-    "Drawn in the map of tests: one row per mark.",
-    columns="""
-        panel kind oil entrainment_speed_m_s max_hertz_pressure_gpa inlet_temperature_c test_order
-        uncertainty_now uncertainty_with_test""",
-    uses=(
-        use("kind", "cell: the best test with its speed and ordinate; chosen: test of the plan; "
-            "measured: run", allowed=("cell", "chosen", "measured")),
-        use("entrainment_speed_m_s", "abscissa", required=True),
-        use("max_hertz_pressure_gpa", "ordinate of the upper panels", required=True),
-        use("inlet_temperature_c", "ordinate of the lower panels", required=True),
-        use("uncertainty_with_test", "colour of the cell: what it takes off uncertainty_now"),
-    ),
-)  # fmt: skip
 
 
 @register(
@@ -53,7 +36,6 @@ _PLAN_MAP = drawn_table(
     tables=("test_plan", "points"),
     settings=("oils",),
     requires="torque",
-    draws=_PLAN_MAP,
 )
 def plan_map(results: CampaignTables, settings: Settings) -> Drawing:
     """One column per oil; above P against U, below T against U."""
@@ -75,8 +57,8 @@ def plan_map(results: CampaignTables, settings: Settings) -> Drawing:
         oil, y = oils[column], _ROWS[row]
         panel = style.title_panel(axis, number, style.plain(oil), parse_math=False)
         of_oil, of_runs = tests[tests["oil"] == oil], runs[runs["oil"] == oil]
-        mesh, marks = _draw(axis, of_oil, of_runs, y, highest)
-        drawn += [mark.assign(panel=panel, oil=oil) for mark in marks]
+        mesh, parts = _draw(axis, panel, of_oil, of_runs, y, highest)
+        drawn += [part.assign(oil=oil) for part in parts]
     for row, y in enumerate(_ROWS):
         axes[row * len(oils)].set_ylabel(style.CONDITION_LABELS[y])
     for axis in axes[len(oils) :]:
@@ -98,7 +80,7 @@ def _reduction(tests: pd.DataFrame) -> FloatArray:
 
 
 def _draw(
-    axis: Axes, tests: pd.DataFrame, runs: pd.DataFrame, y: str, highest: float
+    axis: Axes, panel: str, tests: pd.DataFrame, runs: pd.DataFrame, y: str, highest: float
 ) -> tuple[QuadMesh, list[pd.DataFrame]]:
     """Cells of speed and `y`, runs and chosen tests."""
     best = tests.loc[tests.groupby([_SPEED, y])["uncertainty_with_test"].idxmin()]
@@ -124,13 +106,8 @@ def _draw(
             numbers, (speed, level), ha="center", va="center", fontsize=6, weight="bold", bbox=box
         )
     axis.grid(False)
-    nothing: dict[str, Any] = {
-        "test_order": 0,
-        "uncertainty_now": np.nan,
-        "uncertainty_with_test": np.nan,
-    }
     return mesh, [
-        best.assign(kind="cell"),
-        runs.assign(kind="measured", **nothing),
-        chosen.assign(kind="chosen"),
+        marks(panel, "cell", best[_SPEED], best[y], value=_reduction(best)),
+        marks(panel, "measured", runs[_SPEED], runs[y]),
+        marks(panel, "chosen", chosen[_SPEED], chosen[y], value=chosen["test_order"]),
     ]

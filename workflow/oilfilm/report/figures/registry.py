@@ -1,91 +1,64 @@
-"""How a figure registers itself, and how its name leads to it."""
+"""How a figure registers itself, how its name leads to it, and the table of what it draws.
+
+Decides: what is kept of what a figure draws.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm import tables
-from oilfilm.figure_catalogue import FigureDeclaration, figures
+from oilfilm.figure_catalogue import figures
 from oilfilm.report.facts import film_unjudged_oils
 from oilfilm.report.figures import style
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import table
-from oilfilm.tables.declaration import Column, Table
 
 # From the campaign's tables and settings, and reference files by name, to the figure and to what it
-# draws: parts of one table.
+# draws: parts made by `marks`.
 Drawing = tuple[Figure, Sequence[pd.DataFrame]]
 Draw = Callable[..., Drawing]
 
 
-@dataclass(frozen=True)
-class RegisteredFigure:
-    """A figure with its function.
-
-    Attributes:
-        declaration: Its name, captions and inputs.
-        function: The function that draws it.
-        table: Name of the model of the table of what it draws.
-    """
-
-    declaration: FigureDeclaration
-    function: Draw
-    table: str
-
-    def draw(
-        self, results: CampaignTables, settings: Settings, references: Mapping[str, Any]
-    ) -> tuple[Figure, pd.DataFrame]:
-        """The figure, which says where its data are from, and the table of what it draws."""
-        shown = {name: references[name] for name in self.declaration.references}
-        drawing, parts = self.function(results, settings, **shown)
-        drawn = tables.empty(self.table)
-        if parts:
-            all_parts = pd.concat(parts, ignore_index=True)[tables.columns(self.table)]
-            drawn = tables.conform(all_parts, self.table, f"figure {self.declaration.name}")
-        if self.declaration.shows_data:
-            unjudged = film_unjudged_oils(results.points)
-            if "oil" in drawn:
-                unjudged = [oil for oil in unjudged if (drawn["oil"] == oil).any()]
-            style.say_source(drawing, settings.campaign, unjudged)
-        return drawing, drawn
-
-
-_DRAWN: dict[str, Table] = {}
-
-
-def drawn_table(
-    name: str,
-    description: str,
+def marks(
+    panel: Any,
+    series: Any,
+    x: Any,
+    y: Any = np.nan,
     *,
-    columns: str,
-    uses: Sequence[Column] = (),
-    key: Sequence[str] = (),
-) -> str:
-    """Declare the table of what a figure draws; the arguments are those of `columns.table`."""
-    no_key = "" if key else "Rows are in the order of drawing; two marks may be the same."
-    declared = table(name, description, columns=columns, uses=uses, key=tuple(key), no_key=no_key)
-    tables.declare(declared)
-    _DRAWN[name] = declared
-    return name
+    oil: Any = "",
+    label: Any = "",
+    value: Any = np.nan,
+    lower: Any = np.nan,
+    upper: Any = np.nan,
+) -> pd.DataFrame:
+    """Rows of the table `drawn`: arrays as long as the marks, or one value for all.
+
+    Args:
+        panel: Letter of the panel; of a table that is drawn, its column.
+        series: Which line, symbol or row of the panel.
+        x: Abscissa.
+        y: Ordinate.
+        oil: Oil; empty where it is of none.
+        label: Text that is drawn there, or what tells the mark apart.
+        value: What a colour or a number shows.
+        lower: Lower end of a bar or band.
+        upper: Its upper end.
+    """
+    given = (panel, series, oil, label, x, y, value, lower, upper)
+    arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, given)))
+    return pd.DataFrame(dict(zip(tables.columns("drawn"), arrays, strict=True)))
 
 
-def drawn_tables() -> list[Table]:
-    """Tables of what the figures draw, in the order of their names; imports every figure."""
-    for name in figures():
-        load_figure(name)
-    return [_DRAWN[name] for name in sorted(_DRAWN)]
+_FUNCTIONS: dict[str, Draw] = {}
 
 
-_REGISTERED: dict[str, RegisteredFigure] = {}
-
-
-def register(*, name: str, draws: str, **declared: Any) -> Callable[[Draw], Draw]:
+def register(*, name: str, **declared: Any) -> Callable[[Draw], Draw]:
     """Declare the figure that a function draws.
 
     The function returns the figure and the parts of the table of what it draws, none where there is
@@ -93,27 +66,44 @@ def register(*, name: str, draws: str, **declared: Any) -> Callable[[Draw], Draw
 
     Args:
         name: Name of the figure.
-        draws: Model of that table.
-        declared: The other attributes of `FigureDeclaration`, as literals: they are read from the
-            source as well.
+        declared: The other attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them
+            from the source.
     """
 
     def keep(draw: Draw) -> Draw:
-        declaration = FigureDeclaration(name, **declared, module=draw.__module__)
-        _REGISTERED[name] = RegisteredFigure(declaration, draw, draws)
+        _FUNCTIONS[name] = draw
         return draw
 
     return keep
 
 
-def load_figure(name: str) -> RegisteredFigure:
-    """A figure by its name; its module is imported.
+def draw_figure(
+    name: str, results: CampaignTables, settings: Settings, references: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
+    """A figure, which says where its data are from, and the table of what it draws.
+
+    Args:
+        name: Name of the figure.
+        results: Tables that it is drawn from.
+        settings: Settings that it depends on.
+        references: Content of reference files by name.
 
     Raises:
         KeyError: There is no such figure.
     """
-    import_module(figures()[name].module)
-    return _REGISTERED[name]
+    declared = figures()[name]
+    import_module(declared.module)
+    shown = {reference: references[reference] for reference in declared.references}
+    drawing, parts = _FUNCTIONS[name](results, settings, **shown)
+    drawn = tables.empty("drawn")
+    if parts:
+        drawn = tables.conform(pd.concat(parts, ignore_index=True), "drawn", f"figure {name}")
+    if declared.shows_data:
+        unjudged = film_unjudged_oils(results.points)
+        if named := set(drawn["oil"]) - {""}:
+            unjudged = [oil for oil in unjudged if oil in named]
+        style.say_source(drawing, settings.campaign, unjudged)
+    return drawing, drawn
 
 
 def draw_figures(
@@ -133,7 +123,7 @@ def draw_figures(
         provenance: As `tables.write`.
     """
     for png, svg, drawn_file in files:
-        registered = load_figure(Path(png).stem)
-        drawing, drawn = registered.draw(results, settings, references)
-        tables.write(drawn, registered.table, Path(drawn_file), provenance)
+        drawing, drawn = draw_figure(Path(png).stem, results, settings, references)
+        footer = {**provenance, "panels": style.panels_in_words(drawing)}
+        tables.write(drawn, "drawn", Path(drawn_file), footer)
         style.save(drawing, Path(png), Path(svg))

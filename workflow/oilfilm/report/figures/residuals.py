@@ -1,6 +1,6 @@
 """Residuals of the fit against every condition: where the law lacks something."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from oilfilm.curation.coverage import with_levels
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _LABELS = {
     "max_hertz_pressure_gpa": "P (GPa)",
@@ -25,16 +24,6 @@ _LABELS = {
 _DELTA = "\N{GREEK CAPITAL LETTER DELTA}\N{GREEK SMALL LETTER MU}"
 _GROUPS = 15  # of equally many points, where no set points tell levels apart
 _MILLI = 1e3
-
-_RESIDUALS_DRAWN = drawn_table(
-    "residuals_drawn",
-    "Drawn in the figure of residuals: one row per point or mean.",
-    columns="panel oil condition kind x y spread",
-    uses=(
-        use("kind", "a plateau, or the mean of a level", allowed=("point", "mean")),
-        use("y", "measured minus fitted mu, in thousandths", required=True),
-    ),
-)
 
 
 @register(
@@ -48,14 +37,13 @@ _RESIDUALS_DRAWN = drawn_table(
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
-    draws=_RESIDUALS_DRAWN,
 )
 def residuals(results: CampaignTables, settings: Settings) -> Drawing:
     """One row of panels per oil, one column per condition: points, mean and scatter by level."""
     oils, runs = list(settings.oils), with_levels(results.runs, settings)
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.45 * len(oils) + 0.6))
     axes = figure.subplots(len(oils), len(_LABELS), sharex="col", sharey="row", squeeze=False)
-    drawn = []
+    drawn: list[pd.DataFrame] = []
     for row, oil in enumerate(oils):
         points = _residuals(results, runs, oil)
         axes[row, 0].set_ylabel(f"{oil}: {_DELTA} (10$^{{-3}}$)")
@@ -65,9 +53,7 @@ def residuals(results: CampaignTables, settings: Settings) -> Drawing:
             if points is None or points[condition].isna().all():
                 style.say_in_panel(axis, "no fit" if points is None else "not known")
                 continue
-            about = {"panel": panel, "oil": oil, "condition": condition}
-            marks = _draw(axis, points, condition, style.oil_colour(oil, oils))
-            drawn += [rows.assign(**about) for rows in marks]
+            drawn += _draw(axis, panel, points, condition, oil, oils)
     for axis, label in zip(axes[-1], _LABELS.values(), strict=True):
         axis.set_xlabel(label)
     look: dict[str, Any] = {"linestyle": "none", "color": "black"}
@@ -99,20 +85,21 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
     return known.merge(runs[["run_id", *nominal]], on="run_id")
 
 
-def _draw(axis: Axes, points: pd.DataFrame, condition: str, colour: str) -> Iterator[pd.DataFrame]:
-    xy = pd.DataFrame({"x": points[condition], "y": points["residual"]})
+def _draw(
+    axis: Axes, panel: str, points: pd.DataFrame, condition: str, oil: str, oils: Sequence[str]
+) -> Iterator[pd.DataFrame]:
     dots: dict[str, Any] = {"alpha": 0.25, "markersize": 1.2, "rasterized": True}
-    axis.plot(xy["x"], xy["y"], ".", color=colour, **dots)
-    yield xy.assign(kind="point", spread=np.nan)
+    x, y = points[condition], points["residual"]
+    axis.plot(x, y, ".", color=style.oil_colour(oil, oils), **dots)
+    yield marks(panel, "point", x, y, oil=oil)
     axis.axhline(0, color="black", linewidth=0.6)
     groups = points.groupby(_levels(points, condition), observed=True)
-    means = groups.agg(
-        x=(condition, "mean"), y=("residual", "mean"), spread=("residual", "std")
-    ).reset_index(drop=True)
+    means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), spread=("residual", "std"))
     look: dict[str, Any] = {"fmt": "o", "color": "black", "markerfacecolor": "white"}
     look |= {"elinewidth": 0.7, "markeredgewidth": 0.7}
-    axis.errorbar(means["x"], means["y"], means["spread"], **look)
-    yield means.assign(kind="mean")
+    at, mean, spread = means.to_numpy().T
+    axis.errorbar(at, mean, spread, **look)
+    yield marks(panel, "mean", at, mean, oil=oil, lower=mean - spread, upper=mean + spread)
 
 
 def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":

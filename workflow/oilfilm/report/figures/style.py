@@ -92,7 +92,7 @@ _SETTINGS: Any = {
     "lines.markersize": 2.8,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
-    "savefig.dpi": 300,
+    "savefig.dpi": 180,  # as wide as the report shows it
     "svg.hashsalt": "oilfilm",
     "svg.fonttype": "none",
     "figure.constrained_layout.use": True,
@@ -129,8 +129,28 @@ def panels(rows: int, columns: int, width_in: float, height_in: float) -> tuple[
 def title_panel(axis: Axes, number: int, title: str = "", **look: Any) -> str:
     """Give a panel its title with its letter in front; returns the letter."""
     letter = string.ascii_letters[number]
+    axis.set_label(letter)
     axis.set_title(f"({letter}) {title}".rstrip(), **look)
     return letter
+
+
+def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
+    """Title, abscissa and ordinate of each panel by its letter, with their units."""
+    return {
+        str(axes.get_label()): {
+            "title": axes.get_title(loc="left"),
+            "x": _shared_label(axes.get_shared_x_axes(), axes, "x") or figure.get_supxlabel(),
+            "y": _shared_label(axes.get_shared_y_axes(), axes, "y") or figure.get_supylabel(),
+        }
+        for axes in figure.axes
+        if axes.axison and axes.get_label() != "<colorbar>"
+    }
+
+
+def _shared_label(group: Any, axes: Axes, name: str) -> str:
+    """Label of an axis, or of one that shares it: inner panels have none of their own."""
+    labels = (getattr(each, f"get_{name}label")() for each in [axes, *group.get_siblings(axes)])
+    return next(filter(None, labels), "")
 
 
 def level_phrases(levels: Mapping[str, float]) -> str:
@@ -267,7 +287,8 @@ def _lay_out(figure: Figure) -> None:
     The order of its sums depends on addresses in memory.
     """
     figure.set_dpi(mpl.rcParams["savefig.dpi"])
-    figure.draw_without_rendering()
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
     figure.set_layout_engine("none")
     for axes in figure.axes:
         axes.set_position(np.round(axes.get_position(original=True).bounds, _PLACES))

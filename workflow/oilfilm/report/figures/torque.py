@@ -10,14 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.columns import use
 
 _DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
 _FILLS = ("full", "none", "left", "right", "bottom", "top")  # of the symbols, by temperature
-# The law of the paper, and the one on load that its Fig. 6 compares with.
+# The campaign's own law, and the one on load that it is compared with.
 _LAWS: dict[str, tuple[str, dict[str, Any]]] = {
     "stress": ("pressure-based", {"color": "#0072B2", "linestyle": "-"}),
     "wang-deng-load": ("load-based", {"color": "#D55E00", "linestyle": (0, (4, 2))}),
@@ -30,29 +29,9 @@ _LOAD_VARIABLES = {
 _SPEED = "Speed of the inner ring (1000 rpm)"
 _NOTHING = "No torque was measured, or no law could be evaluated."
 
-_TORQUE_DRAWN = drawn_table(
-    "torque_drawn",
-    "Drawn in a figure of torque against speed.",
-    columns="""
-        panel series oil axial_load_n inlet_temperature_c inner_speed_rpm torque_n_m
-        torque_n_m_lower torque_n_m_upper compatibility bistable""",
-    uses=(
-        use("series", "measured, or the law"),
-        use("axial_load_n", "mean of the set of points"),
-        use("inlet_temperature_c", "mean of the set of points"),
-        use("inner_speed_rpm", "abscissa"),
-        use("torque_n_m", "ordinate"),
-        use("torque_n_m_lower", "of measured points: 1.96 standard uncertainties below"),
-        use("torque_n_m_upper", "of measured points: 1.96 standard uncertainties above"),
-        use("compatibility", "of a law"),
-        use("bistable", "marked by a cross"),
-    ),
-)
-
 
 @register(
-    name="fig06",
-    paper="Fig. 6",
+    name="torque",
     title="Friction torque of the bearing",
     caption="Friction torque (N m) against speed of the inner ring, one panel per oil and "
     "axial load. Symbols: measured torque; bars: 95 % interval from random error and "
@@ -60,45 +39,42 @@ _TORQUE_DRAWN = drawn_table(
     "Wang-Deng law. Bands: 95 % interval from refits of the law, calibration and the other terms "
     "of the torque. Numbers: median error of each law, and points that agree within twice the "
     "standard uncertainty of the difference. Crosses: the cage may roll or skid.",
+    category="Bearing",
     family="bearing",
     tables=("torque", "torque_control", "law_fit_quality"),
     settings=("oils", "figures"),
     requires="torque",
-    draws=_TORQUE_DRAWN,
 )
-def fig06(results: CampaignTables, settings: Settings) -> Drawing:
+def torque(results: CampaignTables, settings: Settings) -> Drawing:
     """Measured and calculated torque against speed, one panel per oil and axial load."""
-    torque = _in_sets(results.torque, settings)
-    oils = [oil for oil in settings.oils if (torque["oil"] == oil).any()]
+    table = _in_sets(results.torque, settings)
+    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
         return style.sentences(_NOTHING), []
-    loads, levels = (sorted(set(torque[name])) for name in ("load", "level"))
+    loads, levels = (sorted(set(table[name])) for name in ("load", "level"))
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 1.55 * len(loads) + 0.6))
     axes = figure.subplots(len(loads), len(oils), sharex=True, sharey="row", squeeze=False)
     drawn: list[pd.DataFrame] = []
     for number, axis in enumerate(axes.flat):
         load, oil = loads[number // len(oils)], oils[number % len(oils)]
         panel = style.title_panel(axis, number, f"{oil}, {round(load / 1e3, 1):g} kN")
-        rows = torque[(torque["oil"] == oil) & (torque["load"] == load)]
-        drawn += (shown.assign(panel=panel) for shown in _draw_torque(axis, rows, levels))
+        rows = table[(table["oil"] == oil) & (table["load"] == load)]
+        drawn += (part.assign(oil=oil) for part in _draw_torque(axis, panel, rows, levels))
     figure.supylabel("Friction torque (N m)", fontsize=8)
     for axis in axes[-1]:
         axis.set_xlabel(_SPEED)
     handles = [
         style.symbol_handle(
-            f"measured, {level:.0f} \N{DEGREE SIGN}C",
-            "o",
-            color="black",
-            fillstyle=fill,
+            f"measured, {level:.0f} \N{DEGREE SIGN}C", "o", color="black", fillstyle=fill
         )
         for level, fill in zip(levels, itertools.cycle(_FILLS), strict=False)
     ]
     handles += [
         style.line_handle(name, **look)
         for load_variable, (name, look) in _LAWS.items()
-        if (torque["load_variable"] == load_variable).any()
+        if (table["load_variable"] == load_variable).any()
     ]
-    if torque["bistable"].any():
+    if table["bistable"].any():
         handles.append(style.symbol_handle("cage may roll or skid", "x", color="black"))
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
     style.say_key(figure, "\n".join(_remarks(results)))
@@ -121,19 +97,24 @@ def _sets(levels: "pd.Series[float]", within: float) -> "pd.Series[float]":
     return levels.groupby(apart.cumsum()).transform("mean")
 
 
-def _draw_torque(axis: Axes, rows: pd.DataFrame, levels: list[float]) -> Iterator[pd.DataFrame]:
+def _draw_torque(
+    axis: Axes, panel: str, rows: pd.DataFrame, levels: list[float]
+) -> Iterator[pd.DataFrame]:
     """Points and laws of one oil at one load; yields what is drawn."""
     verdicts = []
-    for load_variable, (_, look) in _LAWS.items():
+    for load_variable, (name, look) in _LAWS.items():
         of_law = rows[rows["load_variable"] == load_variable]
-        for _, at in of_law.sort_values("inner_speed_rpm").groupby("level"):
-            speed = at["inner_speed_rpm"] / 1e3
+        for level, at in of_law.sort_values("inner_speed_rpm").groupby("level"):
+            speed, ends = (
+                at["inner_speed_rpm"] / 1e3,
+                (at["torque_n_m_lower"], at["torque_n_m_upper"]),
+            )
             axis.plot(speed, at["torque_n_m"], linewidth=0.9, **look)
-            band = at["torque_n_m_lower"], at["torque_n_m_upper"]
-            axis.fill_between(speed, *band, color=look["color"], alpha=0.22, linewidth=0)
-            unsure = at[at["bistable"]]
-            axis.plot(unsure["inner_speed_rpm"] / 1e3, unsure["torque_n_m"], "kx", markersize=4)
-            yield _shown(at, load_variable)
+            axis.fill_between(speed, *ends, color=look["color"], alpha=0.22, linewidth=0)
+            axis.plot(speed[at["bistable"]], at["torque_n_m"][at["bistable"]], "kx", markersize=4)
+            label = np.where(at["bistable"], f"{level:.0f} degC, bistable", f"{level:.0f} degC")
+            band = dict(zip(("lower", "upper"), ends, strict=True))
+            yield marks(panel, name, speed, at["torque_n_m"], label=label, **band)
         sure = of_law[~of_law["bistable"]].dropna(subset=["relative_error"])
         if len(sure):
             error = sure["relative_error"].abs().median()
@@ -144,26 +125,15 @@ def _draw_torque(axis: Axes, rows: pd.DataFrame, levels: list[float]) -> Iterato
     measured = rows[rows["load_variable"] == "stress"]
     for level, fill in zip(levels, itertools.cycle(_FILLS), strict=False):
         at = measured[measured["level"] == level]
+        speed, values = at["inner_speed_rpm"] / 1e3, at["measured_torque_n_m"]
         bar = _DRAWN_INTERVAL * at["measured_torque_n_m_uncertainty"]
-        values = at["measured_torque_n_m"]
-        points: dict[str, Any] = {
-            "fmt": "o",
-            "color": "black",
-            "fillstyle": fill,
-            "elinewidth": 0.7,
-        }
-        axis.errorbar(at["inner_speed_rpm"] / 1e3, values, bar, **points)
-        limits = {"torque_n_m_lower": values - bar, "torque_n_m_upper": values + bar}
-        yield _shown(
-            at.assign(torque_n_m=values, compatibility=np.nan, bistable=False, **limits), "measured"
-        )
+        points: dict[str, Any] = {"color": "black", "fillstyle": fill, "elinewidth": 0.7}
+        axis.errorbar(speed, values, bar, fmt="o", **points)
+        about = {"label": f"{level:.0f} degC", "lower": values - bar, "upper": values + bar}
+        yield marks(panel, "measured", speed, values, **about)
     for line, (verdict, colour) in enumerate(verdicts):
         place: dict[str, Any] = {"va": "top", "transform": axis.transAxes}
         axis.text(0.03, 0.98 - 0.11 * line, verdict, fontsize=6, color=colour, **place)
-
-
-def _shown(rows: pd.DataFrame, series: str) -> pd.DataFrame:
-    return rows.assign(series=series, axial_load_n=rows["load"], inlet_temperature_c=rows["level"])
 
 
 def _remarks(results: CampaignTables) -> Iterator[str]:
@@ -194,19 +164,6 @@ def misfit_sentence(control: pd.DataFrame) -> str:
     )
 
 
-_ERRORS_DRAWN = drawn_table(
-    "torque_errors_drawn",
-    "Drawn in the figure of the load variables: one row per point.",
-    columns="panel load_variable oil axial_load_n inner_speed_rpm relative_error bistable",
-    uses=(
-        use("axial_load_n", "mean of the set of points"),
-        use("inner_speed_rpm", "abscissa"),
-        use("relative_error", "ordinate"),
-        use("bistable", "drawn as a cross"),
-    ),
-)
-
-
 @register(
     name="torque-load-variable",
     title="Load variables of the law in the bearing",
@@ -218,32 +175,33 @@ _ERRORS_DRAWN = drawn_table(
     tables=("torque", "torque_control"),
     settings=("oils", "figures"),
     requires="torque",
-    draws=_ERRORS_DRAWN,
 )
 def torque_load_variable(results: CampaignTables, settings: Settings) -> Drawing:
     """Relative error of the torque against speed, one panel per load variable and oil."""
     choice = settings.figures.fig06
     near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
-    torque = _in_sets(
-        results.torque[near.abs() <= choice.same_within * choice.inlet_temperature_c], settings
-    )
-    oils = [oil for oil in settings.oils if (torque["oil"] == oil).any()]
+    here = near.abs() <= choice.same_within * choice.inlet_temperature_c
+    table = _in_sets(results.torque[here], settings)
+    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
         return style.sentences("No torque was measured at this temperature."), []
-    loads = sorted(set(torque["load"]))
+    loads = sorted(set(table["load"]))
     figure, axes = style.panels(3, len(oils), style.DOUBLE_COLUMN_IN, 4.8)
     drawn = []
     for number, axis in enumerate(axes):
         load_variable, oil = list(_LOAD_VARIABLES)[number // len(oils)], oils[number % len(oils)]
         panel = style.title_panel(axis, number, f"{oil}, {_LOAD_VARIABLES[load_variable]}")
-        rows = torque[(torque["oil"] == oil) & (torque["load_variable"] == load_variable)]
+        rows = table[(table["oil"] == oil) & (table["load_variable"] == load_variable)]
         shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
         for load, shade, marker in zip(loads, shades, style.MARKERS, strict=False):
             at = rows[rows["load"] == load].sort_values("inner_speed_rpm")
             speed, error = at["inner_speed_rpm"] / 1e3, 100 * at["relative_error"]
             axis.plot(speed, error, marker=marker, color=shade, linewidth=0.9)
             axis.plot(speed[at["bistable"]], error[at["bistable"]], "kx", markersize=5)
-            drawn.append(at.assign(panel=panel, axial_load_n=load))
+            series = f"{round(load / 1e3, 1):g} kN"
+            drawn.append(
+                marks(panel, series, speed, error, oil=oil, value=at["bistable"].astype(float))
+            )
         axis.axhline(0, color="black", linewidth=0.6)
     figure.supylabel("Relative error of the torque (%)", fontsize=8)
     for axis in axes[-len(oils) :]:
@@ -255,7 +213,7 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Drawing
             loads, style.shades(style.GREY, len(loads)), style.MARKERS, strict=False
         )
     ]
-    if torque["bistable"].any():
+    if table["bistable"].any():
         handles.append(style.symbol_handle("cage may roll or skid", "x", color="black"))
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     control = results.torque_control

@@ -1,7 +1,7 @@
-"""The table of fitted constants beside the printed ones (Eqs 11-13)."""
+"""The table of fitted constants."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, drawn_table, register
+from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -18,37 +18,39 @@ from oilfilm.traction.law import QUANTITIES
 _ROW_IN = 0.17
 _IN_STEP = "\N{DAGGER}"
 
-_COEFFICIENT_TABLE = drawn_table(
-    "coefficient_table",
-    "Drawn in the table of constants: fitted and printed constants (Eqs 11-13).",
-    columns="oil constant value standard_error printed_value",
-    key=("oil", "constant"),
-)
-
 
 @register(
-    name="eqs11-13",
-    paper="Eqs 11-13",
+    name="constants",
     title="Fitted constants",
     caption="Fitted constants of the traction law for each oil, with their standard errors "
-    "from a bootstrap over curves. Beside them: the constants printed in the paper, signs "
-    "restored, for the oils that it tested.",
+    "from a bootstrap over curves.",
+    category="Fits",
     family="law",
     tables=("coefficients",),
     settings=("oils",),
-    draws=_COEFFICIENT_TABLE,
 )
-def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
-    """Each oil's constants: fitted with standard error, and printed."""
-    table = results.coefficients
-    oils = list(settings.oils)
+def constants(results: CampaignTables, settings: Settings) -> Drawing:
+    """Each oil's constants with their standard errors."""
+    return draw_constants(results.coefficients.assign(printed_value=np.nan), list(settings.oils))
+
+
+def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> Drawing:
+    """A table of constants, one group of columns per oil.
+
+    Args:
+        table: Table of coefficients with the column `printed_value`, which is shown where it is
+            known.
+        oils: Oils of the campaign.
+        note: What `printed_value` is, for the lines below.
+    """
     # a constant that no oil has, neither fitted nor printed, is no row
     shown = table.dropna(subset=["value", "printed_value"], how="all")
     constants = list(dict.fromkeys(shown["constant"])) or ["no constants"]
     width, letters = (
         (style.SINGLE_COLUMN_IN, 68) if len(oils) == 1 else (style.DOUBLE_COLUMN_IN, 140)
     )
-    notes = [line for note in _notes(table, shown) for line in textwrap.wrap(note, letters)]
+    notes = [*_notes(table, shown, note)]
+    notes = [line for each in notes for line in textwrap.wrap(each, letters)]
     below = 0.9 + 0.6 * len(notes)
     height_in = _ROW_IN * (len(constants) + 2.4 + below)
     figure, axis = style.page(width, height_in, bottom=len(constants) + below, top=-2.0)
@@ -63,10 +65,16 @@ def eqs11_13(results: CampaignTables, settings: Settings) -> Drawing:
         axis.axhline(line, color="black", linewidth=0.6)
     look: dict[str, Any] = {"va": "top", "fontsize": 6, "color": style.GREY}
     axis.text(0, len(constants) + 0.5, "\n".join(notes), **look)
-    return figure, [table]
+    about = {"oil": table["oil"], "label": table["constant"]}
+    error = table["standard_error"]
+    ends = {"lower": table["value"] - error, "upper": table["value"] + error}
+    drawn = [marks("", "fitted", np.nan, value=table["value"], **ends, **about)]
+    if shown["printed_value"].notna().any():
+        drawn.append(marks("", "printed", np.nan, value=table["printed_value"], **about))
+    return figure, drawn
 
 
-def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
+def _notes(table: pd.DataFrame, shown: pd.DataFrame, note: str) -> Iterator[str]:
     """What the columns are, below the table."""
     errors = "s.e.: from resampling whole curves"
     if shown["standard_error"].isna().any():
@@ -82,7 +90,7 @@ def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
         )
         others.append(f"{law.name}: {powers}")
     if shown["printed_value"].notna().any():
-        others.append("Printed: Deng et al. 2026, signs reconstructed")
+        others.append(note)
     yield ". ".join(others)
 
 
