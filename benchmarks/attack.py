@@ -27,10 +27,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from attacks import attack, rows_written  # noqa: E402
 from campaigns import lay_out_small  # noqa: E402
 from damages import SOUND  # noqa: E402
-from oilfilm import (
-    studies,
-    tables,
-)
+from oilfilm import studies, tables  # noqa: E402
 from oilfilm.curation.curate import check_logs  # noqa: E402
 from oilfilm.errors import OilfilmError  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402

@@ -1,6 +1,7 @@
 """What tests ask of any drawn figure."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -25,21 +26,25 @@ def nothing_is_cut_off(figure: Figure) -> bool:
     return min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
 
 
-def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, pd.DataFrame]:
-    """A figure and the table of what it draws, as the job of its family draws it."""
+def draw(
+    name: str, results: CampaignTables, config: Settings, **replaced: Any
+) -> tuple[Figure, pd.DataFrame]:
+    """A figure and the table of what it draws, as its job does; reference files may be replaced."""
     references = {
         reference: read_reference(ROOT / f"data/reference/{reference}.yaml")
         for reference in figures()[name].references
     }
-    return draw_figure(name, results, config, references)
+    return draw_figure(name, results, config, references | replaced)
 
 
-def drawing_of(results: CampaignTables, config: Settings) -> Draw:
+def drawing_of(results: CampaignTables, config: Settings, **references: Any) -> Draw:
     """Draws a figure by its name; other settings and other tables may be given."""
 
     def drawing(
-        name: str, settings: Settings = config, **replaced: pd.DataFrame
+        name: str, settings: Settings = config, **replaced: Any
     ) -> tuple[Figure, pd.DataFrame]:
-        return draw(name, results.replace(**replaced), settings)
+        known = {"printed_coefficients"} & replaced.keys()
+        others = references | {reference: replaced.pop(reference) for reference in known}
+        return draw(name, results.replace(**replaced), settings, **others)
 
     return drawing

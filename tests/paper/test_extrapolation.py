@@ -158,9 +158,9 @@ def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: 
         ]
     )
     figure, data = draw("extrapolation", CampaignTables.in_memory(extrapolation=several), config)
-    assert set(data["law"]) == {"", *(f"law {number}" for number in range(laws))}
-    assert (data["kind"] == "error").sum() == 3 * laws
-    true = data[data["kind"] == "true"]
+    assert set(data["series"]) == {"truth", *(f"law {number}" for number in range(laws))}
+    assert (data["panel"] == "e").sum() == 2 * 3 * laws
+    true = data[data["series"] == "truth"]
     assert set(true["panel"]) == set("abcd")
     assert set(true["oil"]) == {"4050"}
     texts = [text.get_text() for text in figure.texts]

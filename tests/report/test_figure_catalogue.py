@@ -7,10 +7,8 @@ import sys
 import pytest
 
 from campaigns import ROOT
-from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.report.captions import caption, provenance
-from oilfilm.report.figures.registry import load_figure
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 
@@ -61,13 +59,6 @@ def test_campaigns_may_ask_for_every_figure_that_is_drawn_and_for_no_other() -> 
     schema = json.loads((ROOT / "workflow/schemas/campaign.schema.json").read_text("utf-8"))
     allowed = schema["properties"]["figures"]["items"]["enum"]
     assert set(allowed) == set(figures())
-
-
-@pytest.mark.parametrize("name", figures())
-def test_declaration_that_is_read_is_the_one_that_is_registered(name: str) -> None:
-    registered = load_figure(name)
-    assert registered.declaration == figures()[name]
-    assert {*registered.declaration.tables, registered.table} <= set(tables.TABLES)
 
 
 def test_declarations_are_read_without_importing_what_draws() -> None:

@@ -63,8 +63,8 @@ def test_figure_says_that_its_data_are_simulated(drawing: Draw, name: str) -> No
 def test_fig02_has_six_panels_by_pressure_and_by_speed(drawing: Draw) -> None:
     figure, drawn = drawing("fig02")
     assert sorted(drawn["panel"].unique()) == list("abcdef")
-    assert drawn.query("panel == 'a'")["series"].nunique() == 3  # pressures of the matrix
-    assert drawn.query("panel == 'b'")["series"].nunique() == 4  # speeds
+    assert drawn.query("panel == 'a'")["words"].nunique() == 3  # pressures of the matrix
+    assert drawn.query("panel == 'b'")["words"].nunique() == 4  # speeds
     assert set(drawn["oil"]) == {"4102"}
     for axis, level in zip(figure.axes, (25, 25, 70, 70, 120, 120), strict=True):
         assert f") T = {level} \N{DEGREE SIGN}C" in axis.get_title(loc="left")
@@ -72,20 +72,18 @@ def test_fig02_has_six_panels_by_pressure_and_by_speed(drawing: Draw) -> None:
 
 def test_drawn_numbers_are_those_on_the_axes(drawing: Draw) -> None:
     figure, drawn = drawing("fig03")
-    measured = drawn.query("panel == 'a' and oil == '4050' and kind == 'measured'")
+    measured = drawn.query("panel == 'a' and oil == '4050' and series == 'measured'")
     on_axis = [container.lines[0].get_xydata() for container in figure.axes[0].containers]
-    expected = measured[["slide_roll_ratio", "traction_coefficient"]].to_numpy()
+    expected = measured[["x", "y"]].to_numpy()
     assert any(len(xy) == len(expected) and np.array_equal(xy, expected) for xy in on_axis)
 
 
 def test_fitted_lines_lie_on_the_truth_of_the_twin(drawing: Draw) -> None:
     _, drawn = drawing("fig03")
-    line = drawn.query("panel == 'b' and oil == '4010' and kind == 'fit'")
-    true = traction_coefficient(
-        printed()["4010"], 1.25, 30.0, 100.0, line["slide_roll_ratio"].to_numpy()
-    )
+    line = drawn.query("panel == 'b' and oil == '4010' and series == 'fit'")
+    true = traction_coefficient(printed()["4010"], 1.25, 30.0, 100.0, line["x"].to_numpy())
     # conditions of a run are off nominal by the twin's control errors (0.3 % of load, 0.2 K)
-    np.testing.assert_allclose(line["traction_coefficient"], true, rtol=0.03, atol=1e-5)
+    np.testing.assert_allclose(line["y"], true, rtol=0.03, atol=1e-5)
 
 
 def test_an_oil_has_one_colour_in_every_figure(drawing: Draw, config: Settings) -> None:
@@ -140,8 +138,8 @@ def test_real_curves_are_called_measured(etm: Campaign) -> None:
     drawing = drawing_of(tables_of(etm, ["unrecorded-oil"]), etm.config)
     figure, drawn = drawing("curves")
     assert "Measured data (moritzploss/tribology 09bf75d, MIT licence)" in text_around(figure)
-    assert (drawn["kind"] == "measured").sum() == etm.curated.points["accepted"].sum()
-    figure, drawn = drawing("eqs11-13")
+    assert (drawn["series"] == "measured").sum() == etm.curated.points["accepted"].sum()
+    figure, drawn = drawing("constants")
     assert drawn["value"].notna().sum() == 3
 
 
@@ -220,10 +218,12 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     # each bar is drawn after its frame
     widths = [patch.get_width() for patch in figure.axes[0].patches]
     lengths = np.divide(widths[1::2], widths[::2])
-    np.testing.assert_allclose(lengths, drawn["share"].dropna())
+    np.testing.assert_allclose(lengths, drawn["x"].dropna())
     texts = {text.get_text() for text in figure.axes[0].texts}
     # in whole words
-    assert set(map(typeset, drawn["statement"])) <= {text.replace("\n", " ") for text in texts}
+    assert set(map(typeset, audited.claims["statement"])) <= {
+        text.replace("\n", " ") for text in texts
+    }
     # signs and units as they are printed, no unit in another line than its number
     lines = "\n".join(texts).split("\n")
     assert not any(re.search(r"\bmu\b|degC|\bum\b|>=", line) for line in lines)
@@ -249,12 +249,12 @@ def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
     audited: CampaignTables, config: Settings
 ) -> None:
     figure, drawn = draw("selection", audited, config)
-    assert set(drawn["basis"]) == {"refit"}
+    assert "Constants: refit" in text_around(figure)
     levels = config.selection.map
     panels = len(levels.inlet_temperature_c) * len(levels.slide_roll_ratio)
     assert drawn["panel"].nunique() == panels
     symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
-    assert symbols == (drawn["judgement"] != "agree").sum()
+    assert symbols == (~drawn["words"].str.startswith("agree")).sum()
     labels = {text.get_text() for text in figure.legends[0].get_texts()}
     assert "outside the film formula" in labels
     assert "STAND-IN" in text_around(figure)

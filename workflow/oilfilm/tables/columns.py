@@ -687,6 +687,7 @@ _BEARING = (
         "best: least squares of the relative errors, with the campaign's law"),
     share("oil_volume_fraction_alone", "share of oil that gives this published value exactly; null "
         "where none from 0 to 0.1 does"),
+    text("source", "source of the value"),
     text("assumed", "inputs that the source does not give"),
     text("target", "quantity whose uncertainty the tests shall reduce. torque: relative; "
         "cage_slip: absolute; traction: mu, relative", allowed=("torque", "cage_slip", "traction")),
