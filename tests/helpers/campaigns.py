@@ -130,7 +130,8 @@ def lay_out_small(project: Path) -> None:
     lay_out(project)
     campaign = read_campaign(project, "demo")
     campaign["oils"] = ["4102"]
-    campaign["figures"] = ["eqs11-13", "curves"]
+    campaign["figures"] = ["constants", "curves"]
+    del campaign["studies"]
     del campaign["torque"]
     campaign["matrix"] = SMALL_MATRIX
     campaign["twin"]["defects"] = [

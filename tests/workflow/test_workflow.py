@@ -52,7 +52,7 @@ def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_projec
     assert "Campaign small (SIMULATED data, rig twin)" in output
     assert re.search(r"\n\| 4102 +\|.* yes +\|", output)
     assert re.search(r"\n\| 4102 +\| 2 of 2 +\|", (results / "summary.txt").read_text("utf-8"))
-    for name in ("eqs11-13", "curves"):
+    for name in ("constants", "curves"):
         for ending in ("png", "svg", "parquet"):
             assert (results / f"figures/{name}.{ending}").stat().st_size > 1000
 

@@ -99,7 +99,7 @@ def _campaign(name: str, found: Findings) -> Iterator[str]:
         yield _line("data", "measured")
     yield _line("rigs", found.rigs, "config/rigs")
     yield from _oils(found)
-    yield _line("figures", ["curves", "eqs11-13", "coverage"])
+    yield _line("figures", ["curves", "constants", "coverage"])
     if found.repeats:
         why = "guess: several runs of an oil have the same set points"
         yield _line("repeated_conditions", "accept", why)
