@@ -5,9 +5,9 @@ import sys
 from collections.abc import Iterator
 from shlex import quote
 
+from oilfilm.cli import stubs
+from oilfilm.cli.new_project import NewProject, make_project
 from oilfilm.errors import printable
-from oilfilm.project import stubs
-from oilfilm.project.folder import NewProject, make_project
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,8 +11,8 @@ import yaml
 from oilfilm.errors import printable
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS
-from oilfilm.project.findings import Findings, shipped
-from oilfilm.project.sniff import VOCABULARY, Sniffed, rows_of_sheet, set_points
+from oilfilm.logs.findings import Findings, shipped
+from oilfilm.logs.sniff import VOCABULARY, Sniffed, rows_of_sheet, set_points
 from oilfilm.settings.messages import load
 from oilfilm.settings.rig import Rig
 
@@ -92,11 +92,7 @@ def _campaign(name: str, found: Findings) -> Iterator[str]:
     # names come out of logs: a line end among them would end the comment
     yield from (f"# {printable(line)}" for line in summary(found))
     yield _line("description", f"logs of {name}", "one line: what was measured, where and when")
-    if found.simulated:
-        yield _line("data", "simulated", "as the headers say")
-        yield _line("simulated_by", found.simulated)
-    else:
-        yield _line("data", "measured")
+    yield _line("data", "measured")
     yield _line("rigs", found.rigs, "config/rigs")
     yield from _oils(found)
     yield _line("figures", ["curves", "constants", "coverage"])
@@ -116,21 +112,10 @@ def summary(found: Findings) -> Iterator[str]:
         words = [form[0], *([form[1].encoding] if form[1].encoding else [])]
         if form[1].delimiter:
             words += [f"delimiter {form[1].delimiter}", f"decimal {form[1].decimal_mark}"]
-        intervals = [run.interval_s for log in logs for run in log.runs if run.interval_s > 0]
-        rates = sorted({float(f"{1 / interval:.3g}") for interval in intervals})
-        if rates:
-            words.append(f"{' and '.join(f'{rate:g}' for rate in rates[:3])} rows per second")
         yield f"{len(logs)} {'log' if len(logs) == 1 else 'logs'}: {', '.join(words)}"
     if others := sum(count for _, count in forms[_FORMS_LISTED:]):
         yield f"{others} logs that are written in other ways"
     yield from (f"{log.file} could not be read: {log.problem}" for log in found.logs if log.problem)
-    doubtful = {log.file: run.doubts[0] for log in found.logs for run in log.runs if run.doubts}
-    if doubtful:
-        file, doubt = next(iter(doubtful.items()))
-        more = f" (and {len(doubtful) - 1} more logs)" if len(doubtful) > 1 else ""
-        yield f"{file}{more}: {doubt}"
-    if found.slip:
-        yield f"slide-roll ratio {found.slip[0]:.3f} to {found.slip[1]:.3f}"
 
 
 def _oils(found: Findings) -> Iterator[str]:
@@ -304,7 +289,6 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, str]]:
             remarks.append("guess: set points are medians of the log")
         if found.unnamed_oil and not run.oil:
             remarks.append("FILL IN: the oil")
-        remarks += run.doubts
         yield {**row, "remarks": ". ".join(remarks)}
 
 

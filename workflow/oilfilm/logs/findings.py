@@ -10,8 +10,8 @@ from functools import cached_property
 from oilfilm.home import CONFIG
 from oilfilm.logs.columns import meaning
 from oilfilm.logs.header import FULL_WIDTH, apart
-from oilfilm.project.sniff import VOCABULARY, Run, Sniffed, set_points
-from oilfilm.project.words import unit_in_name
+from oilfilm.logs.sniff import VOCABULARY, Run, Sniffed, set_points
+from oilfilm.logs.words import unit_in_name
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Semantics
 
@@ -128,14 +128,9 @@ class Findings:
         return any(run.units.get("load") == "GPa" for run in self.runs)
 
     @property
-    def simulated(self) -> str:
-        """What the headers say of a simulation; empty where the logs were measured."""
-        return next((run.simulated for run in self.runs if run.simulated), "")
-
-    @property
     def semantics(self) -> dict[str, str | int | None]:
         """How the signals seem to be meant, where it differs from the defaults; None: unknown."""
-        runs = [run for run in self.runs if run.interval_s > 0]
+        runs = [run for run in self.runs if not run.settled]
         found: dict[str, str | int | None] = {}
         for key in ("slower_body", "traction_sign"):
             most = Counter(value for run in runs if (value := getattr(run, key))).most_common(1)
@@ -149,18 +144,12 @@ class Findings:
     @cached_property
     def zeros(self) -> Counter[str | None]:
         """How many runs each source of the zero suits; None: none does."""
-        return Counter(run.zero for run in self.runs if run.interval_s > 0 and run.zero != "")
+        return Counter(run.zero for run in self.runs if run.zero != "")
 
     @property
     def slip_is_logged(self) -> bool:
         """Whether the slip comes from a logged slide-roll ratio, whose definition is not known."""
         return any(run.units and "ball_speed" not in run.units for run in self.runs)
-
-    @property
-    def slip(self) -> tuple[float, float] | None:
-        """Smallest and largest slide-roll ratio."""
-        ends = [end for run in self.runs for end in run.slip or ()]
-        return (min(ends), max(ends)) if ends else None
 
     @property
     def repeats(self) -> bool:

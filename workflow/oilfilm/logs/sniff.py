@@ -1,13 +1,11 @@
 """What logs of an unknown laboratory hold: read by the readers themselves, under guessed names."""
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
 
-from oilfilm.curation.gate import BoolArray
-from oilfilm.curation.zero_source import BEST_FIRST, zero_source
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import (
     LOADS,
@@ -24,20 +22,21 @@ from oilfilm.logs.columns import meaning
 from oilfilm.logs.header import SET_POINT_UNITS, apart, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
 from oilfilm.logs.layout import may_be_table
-from oilfilm.logs.log_kind import ContinuousLog, FloatArray, LogKind
+from oilfilm.logs.log_kind import ContinuousLog, LogKind
 from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.project.words import guessed, guessed_columns, unit_in_name
+from oilfilm.logs.words import guessed, guessed_columns, unit_in_name
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import conversion
+from oilfilm.units import BoolArray, FloatArray, conversion
 
 VOCABULARY = TRACTION.vocabulary
 # A header line without a unit is a set point where the signal is as near to it as this.
 _NEAR, _NEAR_C = 0.05, 3.0
-_READ = ("time", "load", "traction_force", "inlet_temperature")
+_SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
+_LOADS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 # Units of set points as `plain_key` leaves them -> the set point.
 _UNITS = {unit: key for key, (*_, units) in SET_POINT_UNITS.items() for unit in units}
 
@@ -54,6 +53,10 @@ class Line:
     listed: bool
 
 
+# Gives the source of the zero of the force by time, ball and disc speed, load, force; None: none.
+ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
+
+
 @dataclass(frozen=True)
 class Run:
     """One run of a log.
@@ -63,33 +66,27 @@ class Run:
         oil_key: The header line that names the oil; empty where none does.
         oil: What that line says.
         rig: What the header says of the rig.
-        simulated: What the header says of the simulation; empty where the log was measured.
         lines: Header lines of set points, by the project's key.
         measured: Levels of load, speed and temperature, by set point; NaN: none is held.
-        slip: Smallest and largest slide-roll ratio; None where the speeds do not give it.
-        interval_s: Time between two rows; NaN where each row is a settled reading.
+        settled: Whether each row is a settled reading, so that nothing follows from its time.
         zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
             told, None where none suits.
         slower_body: The body that is slowed; empty where that cannot be told.
         traction_sign: -1 where the force is against the slip, 1 where it is with it, else 0.
         units: The unit of each quantity.
-        doubts: What contradicts the units, in sentences.
     """
 
     part: str = ""
     oil_key: str = ""
     oil: str = ""
     rig: str = ""
-    simulated: str = ""
     lines: Mapping[str, Line] = field(default_factory=dict)
     measured: Mapping[str, float] = field(default_factory=dict)
-    slip: tuple[float, float] | None = None
-    interval_s: float = np.nan
+    settled: bool = False
     zero: str | None = ""
     slower_body: str = ""
     traction_sign: int = 0
     units: Mapping[str, str] = field(default_factory=dict)
-    doubts: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -125,27 +122,30 @@ def _settings() -> Settings:
     return resolve(CONFIG, {"campaign": "etm-slim"})
 
 
-@cache
-def _settings_by_zero() -> Mapping[str, Settings]:
-    changes = {source: {"campaign": {"semantics": {"zero": source}}} for source in BEST_FIRST}
-    return {source: _settings().with_changes(change) for source, change in changes.items()}
-
-
-def sniff(file: str, content: bytes) -> Sniffed:
+def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     """What a log of a traction rig seems to hold."""
     name, candidates = _candidates(content)
     found = [(guessed_columns(names, VOCABULARY), names) for names in candidates]
-    guesses, names = max(found, key=lambda each: _known(*each), default=({}, []))
+    guesses, names = max(found, key=lambda each: len(_known(*each)), default=({}, []))
+    certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
     renamed = {
-        quantity: Column(name=[name for name, _ in columns], unit=_unit(quantity, columns[0]))
-        for quantity, columns in guesses.items()
-        if len(columns) == 1
+        quantity: Column(name=[column[0]], unit=_unit(quantity, column))
+        for quantity, column in certain.items()
+    }
+    unitless = {
+        quantity
+        for quantity, (own, unit) in certain.items()
+        if not unit and not unit_in_name(own, quantity, VOCABULARY)
     }
     runs: list[Run] = []
 
     def run(log: ContinuousLog, settings: Settings) -> LoggedRun:
-        found = _run(log, log.run_id[len(file) + 1 :])
-        runs.append(_without_levels_of(found, {*renamed} & _unitless(guesses)))
+        # what the settings for the readers say of the oil is not in the log
+        said = log.understood.sources.get("oil") == "header"
+        keys = {key: text for key, text in log.keys.items() if said or key != "oil"}
+        units = {column.quantity: column.to.unit for column in log.columns}
+        part = log.run_id[len(file) + 1 :]
+        runs.append(_run(part, keys, log.values, units, unitless, zero))
         samples = samples_of_run(row=log.rows)
         return LoggedRun(log.run_id, "", "", "continuous", Nominal(), samples)
 
@@ -162,14 +162,15 @@ def sniff(file: str, content: bytes) -> Sniffed:
     kind = TRACTION if name == "pcs" else probe
     name, reading = read_log(content, file, _settings(), kind)
     if kind is TRACTION:
-        runs = [_pcs_run(run, run.run_id[len(file) + 1 :]) for run in reading.runs]
+        missing = []
+        runs = [_pcs_run(each, each.run_id[len(file) + 1 :], zero) for each in reading.runs]
     refused = next((each.reason for each in reading.refusals), "")
     return Sniffed(
         file,
         name,
         reading.form,
         guesses,
-        [] if kind is TRACTION else missing,
+        missing,
         list(dict.fromkeys(name for name, _ in names if name)),
         "" if runs else refused,
         runs,
@@ -198,112 +199,85 @@ def _candidates(content: bytes) -> tuple[str | None, list[Names]]:
         return name, []
 
 
-def _known(guesses: Mapping[str, Names], names: Names) -> int:
-    """How many quantities the names of a line seem to mean or are known to mean."""
-    own = {known[0] for name, _ in names if (known := meaning(name, {}, VOCABULARY))}
-    return len(own | guesses.keys())
+def _known(guesses: Mapping[str, Names], names: Names) -> set[str]:
+    """The quantities that the names of a line seem to mean or are known to mean."""
+    return {known[0] for name, _ in names if (known := meaning(name, {}, VOCABULARY))} | {*guesses}
 
 
 def _missing(guesses: Mapping[str, Names], names: Names) -> list[str]:
-    known = {known[0] for name, _ in names if (known := meaning(name, {}, VOCABULARY))}
-    known |= {quantity for quantity, columns in guesses.items() if len(columns) == 1}
+    known = _known({q: columns for q, columns in guesses.items() if len(columns) == 1}, names)
     speeds = max(VOCABULARY.either, key=lambda pair: len(known & {*pair}))
     return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
-
-
-def _unitless(guesses: Mapping[str, Names]) -> set[str]:
-    """Quantities whose unit nothing says."""
-    return {
-        quantity
-        for quantity, columns in guesses.items()
-        if not columns[0][1] and not unit_in_name(columns[0][0], quantity, VOCABULARY)
-    }
-
-
-def _without_levels_of(run: Run, quantities: Set[str]) -> Run:
-    """A run without the set points that follow from quantities in unknown units."""
-    speeds = {"ball_speed", "disc_speed", "entrainment_speed"}
-    unknown = {
-        "load_n": "load" in quantities,
-        "max_hertz_pressure_gpa": "load" in quantities,
-        "entrainment_speed_m_s": bool(speeds & quantities),
-        "inlet_temperature_c": "inlet_temperature" in quantities,
-    }
-    known = {key: level for key, level in run.measured.items() if not unknown[key]}
-    return replace(
-        run, measured=known, interval_s=np.nan if "time" in quantities else run.interval_s
-    )
 
 
 def _unit(quantity: str, column: tuple[str, str]) -> str | None:
     """The unit for the campaign file: None where the log gives it as the readers need it."""
     name, unit = column
-    return (
-        None
-        if unit
-        else unit_in_name(name, quantity, VOCABULARY) or VOCABULARY.quantities[quantity][0]
-    )
+    if unit:
+        return None
+    return unit_in_name(name, quantity, VOCABULARY) or VOCABULARY.quantities[quantity][0]
 
 
 # ---------------------------------------------------------------- runs
 
 
-def _run(log: ContinuousLog, part: str) -> Run:
-    units = {column.quantity: column.to.unit for column in log.columns}
-    values = {quantity: log.values.get(quantity, np.array([])) for quantity in _READ}
-    ball, disc = _surface_speeds(log.values, units)
+def _run(
+    part: str,
+    keys: Mapping[str, str],
+    values: Mapping[str, FloatArray],
+    units: Mapping[str, str],
+    unitless: Set[str],
+    zero: ZeroSource,
+) -> Run:
+    """What the columns and header lines of a run show; nothing follows from `unitless` ones."""
+    ball, disc = _surface_speeds(values, units)
     mean = (ball + disc) / 2
     turning = _turning(mean)
     slip = (disc - ball)[turning] / mean[turning]
-    speeds = np.array([]) if units.get("ball_speed") == "rpm" else mean
-    of_level = {
-        "max_hertz_pressure_gpa" if units.get("load") == "GPa" else "load_n": values["load"],
-        "entrainment_speed_m_s": speeds,
-        "inlet_temperature_c": values["inlet_temperature"],
+    nothing = np.array([])
+    load, force = values.get("load", nothing), values.get("traction_force", nothing)
+    speeds_known = units.get("ball_speed") != "rpm" and not _SPEEDS & unitless
+    levels = {
+        _LOADS.get(units.get("load", ""), ""): nothing if "load" in unitless else load,
+        "entrainment_speed_m_s": mean if speeds_known else nothing,
+        "inlet_temperature_c": nothing
+        if "inlet_temperature" in unitless
+        else values.get("inlet_temperature", nothing),
     }
     # what is logged at standstill is no level of the run
     measured = {
-        name: each[turning] if len(each) == len(turning) and turning.any() else each
-        for name, each in of_level.items()
+        key: _level(key, each[turning] if len(each) == len(turning) and turning.any() else each)
+        for key, each in levels.items()
+        if len(each)
     }
-    force = values["traction_force"]
-    medians = {name: _level(name, values) for name, values in measured.items() if len(values)}
-    steps = log.keys.get("log_kind") == "steps"
-    interval = np.diff(values["time"])
-    step = float(np.median(interval)) if len(interval) and not steps else np.nan
-    # what the settings for the readers say of the oil is not in the log
-    said = log.understood.sources.get("oil") == "header"
-    keys = {key: text for key, text in log.keys.items() if said or key != "oil"}
-    named = "oil" if said else oil_key(keys) or ""
-    lines, doubts = _lines(keys, medians)
+    settled = keys.get("log_kind") == "steps"
+    time = values.get("time", nothing)
+    signals = (time, ball, disc, load, force)
+    complete = len(ball) > 1 and all(
+        len(each) == len(ball) and np.isfinite(each).all() for each in signals
+    )
+    continuous = complete and not settled and "time" not in unitless
+    named = "oil" if "oil" in keys else oil_key(keys) or ""
     return Run(
         part,
         named,
         keys.get(named, ""),
         keys.get("rig", ""),
-        "" if keys.get("simulated", "no") == "no" else keys["simulated"],
-        lines,
-        medians,
-        (float(slip.min()), float(slip.max())) if len(slip) else None,
-        step,
-        _zero(values, ball, disc, step),
+        _lines(keys, measured),
+        measured,
+        settled,
+        zero(*signals) if continuous and np.median(np.diff(time)) > 0 else "",
         _slower(slip) if "ball_speed" in units else "",
         _sign(slip, force[turning]) if len(force) == len(turning) else 0,
         units,
-        doubts,
     )
 
 
-def _pcs_run(run: LoggedRun, part: str) -> Run:
-    mean = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
-    measured = {
-        "load_n": _level("load_n", run.samples["load_n"]),
-        "entrainment_speed_m_s": _level("entrainment_speed_m_s", mean),
-        "inlet_temperature_c": _level("inlet_temperature_c", run.samples["inlet_temperature_c"]),
-    }
-    slip = (run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"]) / mean
-    ends = (float(np.nanmin(slip)), float(np.nanmax(slip)))
-    return Run(part, measured=measured, slip=ends)
+def _pcs_run(run: LoggedRun, part: str, zero: ZeroSource) -> Run:
+    units = {"load": "N", "ball_speed": "m/s", "disc_speed": "m/s", "inlet_temperature": "degC"}
+    ends = {"N": "n", "m/s": "m_s", "degC": "c"}
+    values = {quantity: run.samples[f"{quantity}_{ends[unit]}"] for quantity, unit in units.items()}
+    return _run(part, {"log_kind": "steps"}, values, units, set(), zero)
 
 
 def _level(key: str, values: FloatArray) -> float:
@@ -362,54 +336,18 @@ def _sign(slip: FloatArray, force: FloatArray) -> int:
     return 0 if abs(together) < 0.3 else 1 if together > 0 else -1
 
 
-def _zero(
-    values: Mapping[str, FloatArray], ball: FloatArray, disc: FloatArray, interval_s: float
-) -> str | None:
-    """See `Run.zero`."""
-    signals = (values["time"], ball, disc, values["load"], values["traction_force"])
-    known = all(len(each) == len(ball) and np.isfinite(each).all() for each in signals)
-    if not (known and len(ball) and interval_s > 0):
-        return ""
-    return zero_source(*signals, _settings_by_zero())
-
-
 # ---------------------------------------------------------------- header lines
 
 
-def _lines(
-    keys: Mapping[str, str], measured: Mapping[str, float]
-) -> tuple[dict[str, Line], list[str]]:
-    """The set points of a header by the project's key; where two may be one, the first.
-
-    And sentences on those that the signal has in another unit than that of its label.
-    """
+def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, Line]:
+    """The set points of a header by the project's key; where two may be one, the first."""
     lines: dict[str, Line] = {}
-    doubts: list[str] = []
     for name, text in keys.items():
         for key, line, given in _possible_lines(name, text):
-            is_near = _is_near(key, line.value, measured)
-            if unit := "" if is_near else _unit_of_signal(key, line.value, measured):
-                doubts.append(
-                    f"{line.name} is {line.value:g} in the header and {measured[key]:g} in the "
-                    f"log: is the log in {unit}?"
-                )
-            if given or is_near:
+            if given or _is_near(key, line.value, measured):
                 lines.setdefault(key, line)
                 break
-    return lines, doubts
-
-
-def _unit_of_signal(key: str, value: float, measured: Mapping[str, float]) -> str:
-    """The unit in which a signal has the value of a set point; empty where there is none."""
-    _, own, units = SET_POINT_UNITS[key]
-    level = np.array(measured.get(key, np.nan))
-    others = (unit for unit in dict.fromkeys(units.values()) if unit != own)
-    fitting = (
-        unit
-        for unit in others
-        if _is_near(key, value, {key: float(conversion(unit, (own,)).of(level))})
-    )
-    return next(fitting, "")
+    return lines
 
 
 def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:

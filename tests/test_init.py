@@ -26,11 +26,11 @@ from foreign_logs import (
     write_logs,
 )
 from oilfilm.cli import main
+from oilfilm.cli.new_project import NewProject, make_project
 from oilfilm.curation.curate import check_logs
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.project.folder import NewProject, make_project
 from oilfilm.settings.resolve import resolve
 
 FILM = "film_unjudged: {accept: true, reason: thick by experience}"
@@ -230,21 +230,6 @@ def test_run_without_rolling_asks_for_the_zero(tmp_path: Path) -> None:
     cut = [run.rows(np.arange(run.steps[1] + 50, run.steps[-2])) for run in runs]
     made = make_project(tmp_path / "p", write_logs(tmp_path / "logs", bench, cut, METRES))
     assert any("zero:" in line for _, _, line in made.to_fill_in)
-
-
-def test_load_in_another_unit_than_its_label_is_doubted(tmp_path: Path) -> None:
-    values = standstill.log()
-    values["load"] = values["load"] / 9.80665  # N in a kgf
-    log = tmp_path / "log.csv"
-    log.write_bytes(formats.csv(values, standstill.UNITS, {"oil": "B-12", "Load": 40}))
-    made = make_project(tmp_path / "p", [log])
-    doubt = "load is 40 in the header and 4.08 in the log: is the log in kgf?"
-    assert doubt in sheet_of(tmp_path / "p", made)[1]
-    assert f"# log.csv: {doubt}" in (tmp_path / "p/config/campaigns/p.yaml").read_text("utf-8")
-    # the same header over a load in N
-    log.write_bytes(formats.csv(standstill.log(), standstill.UNITS, {"oil": "B-12", "Load": 40}))
-    made = make_project(tmp_path / "q", [log])
-    assert "is the log in" not in sheet_of(tmp_path / "q", made)[1]
 
 
 def test_files_that_are_no_logs_are_named_and_not_copied(

@@ -5,51 +5,77 @@ Everything here is a guess. It becomes a line of a settings file that a person r
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 from oilfilm.logs.columns import fits, meaning
 from oilfilm.logs.log_kind import Vocabulary
 
-# Parts of names -> how much they tell. English, German, French, Spanish, Italian, Russian, Chinese,
-# Japanese. Words of one or two letters count only alone.
-_WORDS: Mapping[str, Mapping[int, str]] = {
-    "time": {2: "time elapsed zeit temps durée duree tiempo tempo время 时间 時間", 1: "t"},
-    "load": {
-        2: "load normal last charge carga carico нагруз 载荷 法向 荷重 垂直 fn fz hertz pressung",
-        1: "force kraft pressure pression presión pressione 压力 圧力 w",
-    },
-    "traction_force": {
-        3: "traction traktion friction reib tangent frott friccion fricción rozamiento attrito "
-        "трен 摩擦 牵引 切向 fx ft ff fr umfangskraft",
-        1: "force kraft",
-    },
-    "ball_speed": {3: "ball kugel bille bola sfera шар 球", 1: "n1 v1 u1"},
-    "disc_speed": {3: "disc disk scheibe disque disco диск 盘 ディスク", 1: "n2 v2 u2"},
-    "entrainment_speed": {
-        3: "entrain roll wälz roulement rodadura rotolamento 卷吸 滚动",
-        2: "mean mittlere moyenne media medio 平均",
-        1: "u speed",
-    },
-    "slide_roll_ratio": {
-        3: "srr slip schlupf wälzverhältnis gleit glissement deslizamiento strisciamento "
-        "проскальз 滑滚 滑移 すべり",
-        2: "slide sliding",
-    },
-    "inlet_temperature": {
-        3: "inlet zulauf einlauf einlass vorlauf supply entrée entrée entrada ingresso 入口",
-        1: "temp öl oel oil huile aceite olio lube schmierstoff темп масл 温 油",
-    },
-}
-# Names with one of these are of something else.
-_OTHERS: Mapping[str, str] = {
-    "load": "coef koeff beiwert set soll target consigne",
-    "traction_force": "coef koeff beiwert zahl 系数 系數",
-    "ball_speed": "slid gleit set soll target consigne temp",
-    "disc_speed": "slid gleit set soll target consigne temp",
-    "entrainment_speed": "slid gleit set soll target consigne",
-    "slide_roll_ratio": "set soll target consigne",
-    "inlet_temperature": "outlet auslauf ablauf rücklauf sortie salida uscita 出口 ambient raum "
-    "room housing gehäuse disc disk scheibe ball kugel soll set target consigne",
+
+@dataclass(frozen=True)
+class _Words:
+    """Parts of names by how much they tell, from 3 to 1, and parts of names of something else."""
+
+    telling: tuple[str, str, str]
+    others: str = ""
+
+
+_NOT_MEASURED = "set soll target consigne"
+# English, German, French, Spanish, Italian, Russian, Chinese, Japanese. Words of one or two letters
+# count only alone.
+_WORDS = {
+    "time": _Words(("", "time elapsed zeit temps durée duree tiempo tempo время 时间 時間", "t")),
+    "load": _Words(
+        (
+            "",
+            "load normal last charge carga carico нагруз 载荷 法向 荷重 垂直 fn fz hertz pressung",
+            "force kraft pressure pression presión pressione 压力 圧力 w",
+        ),
+        f"coef koeff beiwert {_NOT_MEASURED}",
+    ),
+    "traction_force": _Words(
+        (
+            "traction traktion friction reib tangent frott friccion fricción rozamiento attrito "
+            "трен 摩擦 牵引 切向 fx ft ff fr umfangskraft",
+            "",
+            "force kraft",
+        ),
+        "coef koeff beiwert zahl 系数 系數",
+    ),
+    "ball_speed": _Words(
+        ("ball kugel bille bola sfera шар 球", "", "n1 v1 u1"),
+        f"slid gleit temp {_NOT_MEASURED}",
+    ),
+    "disc_speed": _Words(
+        ("disc disk scheibe disque disco диск 盘 ディスク", "", "n2 v2 u2"),
+        f"slid gleit temp {_NOT_MEASURED}",
+    ),
+    "entrainment_speed": _Words(
+        (
+            "entrain roll wälz roulement rodadura rotolamento 卷吸 滚动",
+            "mean mittlere moyenne media medio 平均",
+            "u speed",
+        ),
+        f"slid gleit {_NOT_MEASURED}",
+    ),
+    "slide_roll_ratio": _Words(
+        (
+            "srr slip schlupf wälzverhältnis gleit glissement deslizamiento strisciamento "
+            "проскальз 滑滚 滑移 すべり",
+            "slide sliding",
+            "",
+        ),
+        _NOT_MEASURED,
+    ),
+    "inlet_temperature": _Words(
+        (
+            "inlet zulauf einlauf einlass vorlauf supply entrée entrada ingresso 入口",
+            "",
+            "temp öl oel oil huile aceite olio lube schmierstoff темп масл 温 油",
+        ),
+        "outlet auslauf ablauf rücklauf sortie salida uscita 出口 ambient raum room housing "
+        f"gehäuse disc disk scheibe ball kugel {_NOT_MEASURED}",
+    ),
 }
 # Words of the rig's bodies say whose speed it is only beside a unit or a word of speed.
 _SPEEDS = "speed drehzahl geschwind vitesse velocidad velocità скорость 速 rpm spind n v u"
@@ -85,13 +111,13 @@ def _telling_unit(name: str, vocabulary: Vocabulary) -> str:
 def _score(name: str, unit: str, quantity: str, vocabulary: Vocabulary) -> int:
     if unit and not fits(quantity, unit, vocabulary):
         return 0
-    if has_word(name, _OTHERS.get(quantity, "")):
+    if has_word(name, _WORDS[quantity].others):
         return 0
     if quantity in ("ball_speed", "disc_speed") and not unit and not has_word(name, _SPEEDS):
         return 0
     return sum(
         weight
-        for weight, words in _WORDS[quantity].items()
+        for weight, words in zip((3, 2, 1), _WORDS[quantity].telling, strict=True)
         for word in words.split()
         if has_word(name, word)
     )

@@ -3,16 +3,18 @@
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from oilfilm.cli import stubs
+from oilfilm.curation.zero_source import BEST_FIRST, zero_source
 from oilfilm.errors import OilfilmError
-from oilfilm.home import HOME
+from oilfilm.home import CONFIG, HOME
+from oilfilm.logs.findings import Findings, shipped
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import is_sheet, raw_files, unfit_name
-from oilfilm.project import stubs
-from oilfilm.project.findings import Findings, shipped
-from oilfilm.project.sniff import Sniffed, sniff
-from oilfilm.settings.resolve import safe_name
+from oilfilm.logs.sniff import Sniffed, sniff
+from oilfilm.settings.resolve import resolve, safe_name
 
 # Pages that messages and settings name.
 _PAGES = ("data/raw/README.md", "docs/reference/configuration.md")
@@ -62,10 +64,16 @@ def make_project(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
         )
     logs, sheet = _gathered(given)
+    settings = resolve(CONFIG, {"campaign": "etm-slim"})
+    by_source = {
+        source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
+        for source in BEST_FIRST
+    }
     sniffed: list[Sniffed] = []
     for file, path in logs.items():
         progress(len(sniffed), len(logs))
-        sniffed.append(sniff(file, read_bytes(path)))
+        content = read_bytes(path)
+        sniffed.append(sniff(file, content, partial(zero_source, settings_by_source=by_source)))
     found = Findings([log for log in sniffed if log.is_log])
     no_logs = [log for log in sniffed if not log.is_log]
     files = _files(name, found, written_sheet=sheet is None)
