@@ -18,7 +18,7 @@ from oilfilm.logs.layout import (
 )
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.run_sheet import SheetOfLog
-from oilfilm.logs.text_table import count_rows, cut_row
+from oilfilm.logs.text_rows import count_rows, cut_row
 from oilfilm.settings.resolved import Settings
 
 # With a decimal mark of the other kind elsewhere in the log.

@@ -22,7 +22,7 @@ from oilfilm.logs.encoding import (
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.logs.instants import is_date, is_stamp
 from oilfilm.logs.log_kind import Renamed, Vocabulary
-from oilfilm.logs.text_table import TextTable, count_rows
+from oilfilm.logs.text_rows import TextTable, count_rows
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "

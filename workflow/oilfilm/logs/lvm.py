@@ -16,7 +16,7 @@ from oilfilm.logs.encoding import HEAD_SEARCHED, best_encoding, encodings_of, no
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.run_sheet import SheetOfLog
-from oilfilm.logs.text_table import TextTable, cut_row
+from oilfilm.logs.text_rows import TextTable, cut_row
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
