@@ -9,7 +9,6 @@ import pytest
 import yaml
 
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolve import overrides_of, resolve
@@ -107,16 +106,6 @@ def test_mistake_is_told_in_a_sentence(
         assert phrase in str(mistake.value)
 
 
-def test_mistake_names_the_line_of_the_key(folder: Path) -> None:
-    path = folder / "config.yaml"
-    lines = path.read_text(encoding="utf-8").splitlines()
-    number = next(i for i, line in enumerate(lines) if "lambda_limit" in line)
-    lines[number] = "  lambda_limit: three"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(OilfilmError, match=rf"line {number + 1}: `gates.lambda_limit`.*'three'"):
-        load(path, Config)
-
-
 def test_wrong_value_on_the_command_line_is_refused(folder: Path) -> None:
     with pytest.raises(OilfilmError, match=r"fit\.searches.*found 0, expected 2 or more"):
         resolve(folder, {"fit": {"searches": 0}})
@@ -136,26 +125,6 @@ def test_no_value_of_the_command_line_ends_in_a_traceback(folder: Path, value: o
         resolve(folder, {"gates": {"load_tolerance": value}})
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "expected"),
-    [
-        ("settle_s: 0.8 ", "settle_s: 1.0e+14 ", "`curation.plateaus.settle_s`: .* 86400 or less"),
-        (
-            "entrainment_speed_m_s: [25, 40]",
-            "entrainment_speed_m_s: [40, 25]",
-            r"boxes.tested.entrainment_speed_m_s`: found \[40, 25\], expected rising",
-        ),
-    ],
-)
-def test_setting_that_would_overflow_or_turn_a_box_round_is_refused(
-    folder: Path, old: str, new: str, expected: str
-) -> None:
-    path = folder / "config.yaml"
-    path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(OilfilmError, match=expected):
-        resolve(folder, {})
-
-
 def test_unknown_campaign_names_the_known_ones(folder: Path) -> None:
     with pytest.raises(OilfilmError, match=r"no such campaign file.*demo.*template"):
         resolve(folder, {"campaign": "june"})
@@ -169,13 +138,6 @@ def test_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
     path.write_text("just words", encoding="utf-8")
     with pytest.raises(OilfilmError, match="found no keys"):
         read_yaml(path)
-
-
-def test_merge_goes_group_by_group() -> None:
-    assert merge({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 9}, "d": {"e": 4}}) == {
-        "a": {"b": 9, "c": 2},
-        "d": {"e": 4},
-    }
 
 
 def test_campaign_may_override_every_key_of_the_settings(folder: Path) -> None:

@@ -8,12 +8,7 @@ import pytest
 from campaigns import Campaign
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.tables.table_file import (
-    content_digest,
-    digests_of_runs,
-    read_listing,
-    samples_by_run,
-)
+from oilfilm.tables.table_file import content_digest, digests_of_runs, read_listing, samples_by_run
 
 ABOUT = {"campaign": "demo", "data": "simulated"}
 
