@@ -171,24 +171,6 @@ def test_broken_file_gives_the_refusal_first(
     assert lines[-2:] == ["2 logs: 1 accepted, 1 refused", "  a.csv"]
 
 
-def test_chinese_names_of_columns_keep_the_table_straight(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    campaign = read_campaign(ROOT, "demo")
-    campaign["columns"] = {"load": {"name": "法向载荷", "unit": "N"}}
-    write_campaign(tmp_path, "chinese", campaign)
-    text = traction_text().decode().replace("load", "法向载荷", 1)
-    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
-    options = ["--config", str(tmp_path / "config"), "--campaign", "chinese"]
-    assert main(["check", str(tmp_path / "a.csv"), *options]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    head = next(line for line in lines if line.startswith("  Column"))
-    row = next(line for line in lines if line.startswith("  法向载荷"))
-    # each of the four letters takes two columns of a terminal
-    assert row.index("load") + 4 == head.index("Read as")
-
-
 @pytest.fixture
 def two_kinds(tmp_path: Path) -> Mapping[str, Path]:
     """A traction log, a torque log, and one that has the columns of both."""
@@ -258,26 +240,6 @@ def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
 def test_log_of_another_project_is_not_judged_by_the_settings_of_this_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    project = tmp_path / "june"
-    shutil.copytree(ROOT / "config", project / "config")
-    write_campaign(project, "june", read_campaign(ROOT, "demo"))
-    log = project / "data/raw/june/a.csv"
-    log.parent.mkdir(parents=True)
-    log.write_bytes(traction_text())
-    monkeypatch.chdir(tmp_path)
-    assert main(["check", "june/data/raw/june/a.csv"]) == 2
-    message = capsys.readouterr().err
-    assert f"is of the campaign june in the project folder {project}" in message
-    assert f"--config {project / 'config'}" in message
-    assert main(["check", str(log), "--campaign", "demo"]) == 0
-    assert main(["check", str(log), "--config", str(project / "config")]) == 0
-    monkeypatch.chdir(project)
-    assert main(["check", "data/raw/june/a.csv"]) == 0
-
-
-def test_log_of_another_project_is_refused_beside_a_log_of_this_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
     for name in ("june", "july"):
         project = tmp_path / f"project of {name}"
         shutil.copytree(ROOT / "config", project / "config")
@@ -286,8 +248,15 @@ def test_log_of_another_project_is_refused_beside_a_log_of_this_one(
         log.parent.mkdir(parents=True)
         log.write_bytes(traction_text())
     monkeypatch.chdir(tmp_path / "project of june")
-    assert main(["check", "data/raw/june/a.csv", str(log)]) == 2
-    assert f"{log}: is of the campaign july in the project" in capsys.readouterr().err
+    own = "data/raw/june/a.csv"
+    for logs in ([str(log)], [own, str(log)]):
+        assert main(["check", *logs]) == 2
+        message = capsys.readouterr().err
+        assert f"{log}: is of the campaign july in the project folder {project}" in message
+        assert f"--config {project / 'config'}" in message
+    assert main(["check", str(log), "--campaign", "demo"]) == 0
+    assert main(["check", str(log), "--config", str(project / "config")]) == 0
+    assert main(["check", own]) == 0
 
 
 def test_many_refused_runs_of_one_log_are_counted() -> None:
