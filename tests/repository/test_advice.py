@@ -18,7 +18,7 @@ SOURCES = [
     *sorted((ROOT / "docs").rglob("*.md")),
     *(ROOT / "config").rglob("*.yaml"),
     *(path for path in (ROOT / "docs/nightly").iterdir() if path.is_file()),
-    *(ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"),
+    *(ROOT / "README.md", ROOT / "CONTRIBUTING.md"),
 ]
 # A command in backquotes, or the line of a block in a page; without what comes after a pipe.
 COMMAND = r"(?:\.venv/bin/)?((?:oilfilm|snakemake|make) [^`\n#|]+)"

@@ -1,4 +1,4 @@
-"""Templates for scheduled runs, containers and conda: what they name exists, and their steps work."""
+"""Templates for scheduled runs, containers and conda: they name what exists, their steps work."""
 
 import re
 import shlex

@@ -1,4 +1,8 @@
-"""The arguments of every command, declared without importing what runs it."""
+"""The arguments of every command, declared without importing what runs it.
+
+A command is one function of `COMMANDS`, whose docstring is its help, and the module of its name,
+whose `run` takes the parsed arguments and gives the exit code.
+"""
 
 import argparse
 import math
@@ -8,10 +12,6 @@ from typing import Any
 
 import oilfilm
 
-_EXIT_CODES = (
-    "Exit codes: 0 success; 1 a log is refused, a file is not as released or a change is beyond "
-    "the limits; 2 a mistake in the command, the configuration or a file; 130 interrupted."
-)
 # Options of `predict`: the condition of a law, its meaning, an example.
 CONDITION_OPTIONS = {
     "--stress": ("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
@@ -22,13 +22,195 @@ CONDITION_OPTIONS = {
 DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 
 
+def init(command: argparse.ArgumentParser) -> None:
+    """Make a project folder from your logs.
+
+    The folder gets settings, run sheet and Snakefile. Logs are copied into it. The settings get
+    what the logs seem to hold. Fill in the lines marked FILL IN.
+    """
+    command.add_argument("folder", type=Path, metavar="DIR", help="a new or empty folder")
+    command.add_argument(
+        "logs", nargs="*", type=Path, default=[], metavar="LOG", help="logs, folders of logs"
+    )
+    _add_campaign(command, "name of the campaign (default: that of DIR)")
+
+
+def run(command: argparse.ArgumentParser) -> None:
+    """Make everything in a project folder.
+
+    Snakemake runs the workflow of a project folder or of a clone. The exit code is Snakemake's. It
+    is given the arguments behind --: oilfilm run june -- --dry-run
+    """
+    # everything, because argparse alone would take the first argument for snakemake for the folder
+    command.add_argument(
+        "words",
+        nargs=argparse.REMAINDER,
+        metavar="[DIR] [-- ARGUMENT...]",
+        help="folder (default: this one), then what is for snakemake",
+    )
+
+
+def check(command: argparse.ArgumentParser) -> None:
+    """Read logs and apply every gate.
+
+    It shows how each log was understood. Exit code 0: all logs are accepted; 1: a log or a run is
+    refused; 2: a mistake in the command or the configuration.
+    """
+    command.add_argument(
+        "logs", nargs="+", type=Path, metavar="FILE", help="log to check, or folder of logs"
+    )
+    _add_campaign(
+        command,
+        "campaign with the rig, oils and limits (default: that of the logs' folder, else that of "
+        "config.yaml)",
+    )
+    _add_config(command)
+    kind = command.add_mutually_exclusive_group()
+    for rig in ("traction", "torque"):
+        kind.add_argument(
+            f"--{rig}",
+            dest="kind",
+            action="store_const",
+            const=rig,
+            help=f"they are logs of a {rig} rig (default: by folder and columns)",
+        )
+    _add_json(command, "one JSON object per log")
+
+
+def watch(command: argparse.ArgumentParser) -> None:
+    """Give every finished log its verdict while a campaign is measured.
+
+    The logs in data/raw/CAMPAIGN and data/raw/CAMPAIGN-torque are judged as `check` does, and every
+    new log as soon as it is finished. Stop with Ctrl-C; nothing is lost.
+    """
+    _add_campaign(command, "campaign (default: that of config.yaml)")
+    _add_config(command)
+    command.add_argument(
+        "--settle",
+        type=_seconds,
+        default=3.0,
+        metavar="SECONDS",
+        help="a log is finished when it has not changed for so long (default: 3)",
+    )
+
+
+def predict(command: argparse.ArgumentParser) -> None:
+    """Traction coefficient of a fitted oil."""
+    command.add_argument("--oil", required=True, help="name of the oil")
+    command.add_argument(
+        "--printed", action="store_true", help="take the constants that the paper prints"
+    )
+    for option, (_, meaning, example) in CONDITION_OPTIONS.items():
+        command.add_argument(option, metavar=example, help=f"{meaning}, as {example}")
+    command.add_argument(
+        "--slip",
+        required=True,
+        help="slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%",
+    )
+    _add_results(command)
+    _add_json(command, "one JSON object")
+
+
+def plan(command: argparse.ArgumentParser) -> None:
+    """Rig conditions to test next.
+
+    They are those whose measurement most reduces the uncertainty of a bearing's friction torque or
+    cage slip, or of mu where there is no bearing.
+    """
+    _add_results(command)
+    _add_config(command)
+    command.add_argument("--oil", help="oil to plan for (default: every oil of the campaign)")
+    command.add_argument("--count", type=int, help="number of tests (default: plan.tests)")
+    command.add_argument("--bearing", help="file of config/bearings (default: the campaign's)")
+    command.add_argument(
+        "--duty",
+        action="append",
+        metavar=DUTY_EXAMPLE,
+        help="operating point of the bearing: axial load, speed, oil temperature; may be repeated "
+        "(default: plan.duty_points, else those of the campaign)",
+    )
+    command.add_argument(
+        "--for",
+        dest="target",
+        choices=("torque", "cage-slip", "traction"),
+        help="what shall become more certain (default: torque, or traction without a bearing)",
+    )
+    _add_json(command, "one JSON object per oil")
+
+
+def verify(command: argparse.ArgumentParser) -> None:
+    """Check that no file of a release has changed."""
+    _add_release(command)
+    command.add_argument(
+        "--rebuild", action="store_true", help="run the workflow on the raw logs again and compare"
+    )
+    command.add_argument("--cores", default="all", help="cores for --rebuild (default: all)")
+    _add_json(command, "one JSON object")
+
+
+def fetch(command: argparse.ArgumentParser) -> None:
+    """Copy a release from object storage and check it.
+
+    The folder appears when every file of the release is there and as released. The key is read from
+    AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, the server's address from AWS_ENDPOINT_URL_S3.
+    """
+    command.add_argument("address", metavar="ADDRESS", help="its place, as s3://lab/june/v1-0")
+    command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
+
+
+def diff(command: argparse.ArgumentParser) -> None:
+    """Show the differences between two releases."""
+    _add_release(command, "before", "A")
+    _add_release(command, "after", "B")
+    command.add_argument(
+        "--html", type=Path, metavar="PAGE", help="write the full comparison as an HTML page"
+    )
+    command.add_argument(
+        "--gate",
+        action="store_true",
+        help="show only changes beyond the limits of `drift` in config.yaml; exit with 1 if any",
+    )
+    _add_config(command)
+    _add_json(command, "one JSON object")
+
+
+def pin(command: argparse.ArgumentParser) -> None:
+    """Keep a release as the reference for later ones."""
+    _add_release(command)
+
+
+def export(command: argparse.ArgumentParser) -> None:
+    """Write the paper's constants for Python, spreadsheets and bearing codes.
+
+    The formats are Python, workbook, C, Fortran, Modelica, MATLAB, ADORE constants, JSON and CSV.
+    Fits of a campaign are in results/*/exports.
+    """
+    command.add_argument(
+        "--printed", action="store_true", required=True, help="the constants of the paper"
+    )
+    command.add_argument("--oil", help="4102, 4050 or 4010 (default: all three)")
+    command.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        default=Path("printed-constants"),
+        metavar="FOLDER",
+        help="where to write them (default: printed-constants)",
+    )
+
+
+COMMANDS = (init, run, check, watch, predict, plan, verify, fetch, diff, pin, export)
+
+
 def parser() -> argparse.ArgumentParser:
-    """The parser of the command line; `module` of what it parsed names the module that runs it."""
+    """The parser of the command line; `command` of what it parsed names the module that runs it."""
     top = argparse.ArgumentParser(
         prog="oilfilm",
         description="Check traction-rig logs, predict traction from fitted laws, plan tests, and "
         "verify and compare releases. The workflow is run by `oilfilm run` or snakemake.",
-        epilog=_EXIT_CODES,
+        epilog="Exit codes: 0 success; 1 a log is refused, a file is not as released or a change "
+        "is beyond the limits; 2 a mistake in the command, the configuration or a file; 130 "
+        "interrupted.",
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
     top.add_argument(
@@ -38,22 +220,18 @@ def parser() -> argparse.ArgumentParser:
         help="print a script that completes this command in bash, zsh, fish or tcsh, and stop",
     )
     commands = top.add_subparsers(
-        required=True, metavar="COMMAND", title="commands", parser_class=_AnyOrder
+        dest="command", required=True, metavar="COMMAND", title="commands", parser_class=_AnyOrder
     )
-    for add in (
-        _add_init,
-        _add_run,
-        _add_check,
-        _add_watch,
-        _add_predict,
-        _add_plan,
-        _add_verify,
-        _add_fetch,
-        _add_diff,
-        _add_pin,
-        _add_export,
-    ):
-        add(commands)
+    for declare in COMMANDS:
+        description = declare.__doc__ or ""
+        purpose = description.partition("\n")[0].rstrip(".")
+        declare(
+            commands.add_parser(
+                declare.__name__,
+                help=f"{purpose[:1].lower()}{purpose[1:]}",
+                description=" ".join(description.split()),
+            )
+        )
     return top
 
 
@@ -99,19 +277,10 @@ class _Completion(argparse.Action):
         parser.exit()
 
 
-def _campaign_name(text: str) -> str:
-    if not text:
-        raise argparse.ArgumentTypeError("expected the name of a campaign, found nothing")
-    return text
-
-
-def _command(commands: Any, name: str, purpose: str, more: str = "") -> argparse.ArgumentParser:
-    """A command that the module of its name runs."""
-    command: argparse.ArgumentParser = commands.add_parser(
-        name, help=purpose, description=more or f"{purpose[0].upper()}{purpose[1:]}."
-    )
-    command.set_defaults(module=name)
-    return command
+def _add_release(
+    command: argparse.ArgumentParser, name: str = "release", metavar: str = "RELEASE"
+) -> None:
+    command.add_argument(name, type=Path, metavar=metavar, help="folder of a release or a pin")
 
 
 def _add_config(command: argparse.ArgumentParser) -> None:
@@ -126,6 +295,10 @@ def _add_json(command: argparse.ArgumentParser, what: str) -> None:
     command.add_argument("--json", action="store_true", help=f"print {what}")
 
 
+def _add_campaign(command: argparse.ArgumentParser, meaning: str) -> None:
+    command.add_argument("--campaign", type=_campaign_name, help=meaning)
+
+
 def _add_results(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--results",
@@ -134,96 +307,13 @@ def _add_results(command: argparse.ArgumentParser) -> None:
         help="folder of a campaign's results, as results/demo, or folder of all campaigns "
         "(default: results)",
     )
-    command.add_argument(
-        "--campaign",
-        type=_campaign_name,
-        help="campaign in the folder of all (default: that of config.yaml)",
-    )
+    _add_campaign(command, "campaign in the folder of all (default: that of config.yaml)")
 
 
-def _add_init(commands: Any) -> None:
-    command = _command(
-        commands,
-        "init",
-        "make a project folder from your logs",
-        "Make a project folder: settings, run sheet and Snakefile. Logs are copied into it. The "
-        "settings get what the logs seem to hold. Fill in the lines marked FILL IN.",
-    )
-    command.add_argument("folder", type=Path, metavar="DIR", help="a new or empty folder")
-    command.add_argument(
-        "logs", nargs="*", type=Path, default=[], metavar="LOG", help="logs, folders of logs"
-    )
-    command.add_argument(
-        "--campaign", type=_campaign_name, help="name of the campaign (default: that of DIR)"
-    )
-
-
-def _add_run(commands: Any) -> None:
-    command = _command(
-        commands,
-        "run",
-        "make everything in a project folder",
-        "Run the workflow of a project folder or of a clone by Snakemake. The exit code is "
-        "Snakemake's. It is given the arguments behind --: oilfilm run june -- --dry-run",
-    )
-    # everything, because argparse alone would take the first argument for snakemake for the folder
-    command.add_argument(
-        "words",
-        nargs=argparse.REMAINDER,
-        metavar="[DIR] [-- ARGUMENT...]",
-        help="folder (default: this one), then what is for snakemake",
-    )
-
-
-def _add_check(commands: Any) -> None:
-    command = _command(
-        commands,
-        "check",
-        "read logs and apply every gate",
-        "Read logs, apply every gate and say what was understood. Exit code 0: all logs are "
-        "accepted; 1: a log or a run is refused; 2: a mistake in the command or the configuration.",
-    )
-    command.add_argument(
-        "logs", nargs="+", type=Path, metavar="FILE", help="log to check, or folder of logs"
-    )
-    command.add_argument(
-        "--campaign",
-        type=_campaign_name,
-        help="campaign with the rig, oils and limits (default: that of the logs' folder, else that "
-        "of config.yaml)",
-    )
-    _add_config(command)
-    kind = command.add_mutually_exclusive_group()
-    for rig in ("traction", "torque"):
-        kind.add_argument(
-            f"--{rig}",
-            dest="kind",
-            action="store_const",
-            const=rig,
-            help=f"they are logs of a {rig} rig (default: by folder and columns)",
-        )
-    _add_json(command, "one JSON object per log")
-
-
-def _add_watch(commands: Any) -> None:
-    command = _command(
-        commands,
-        "watch",
-        "give every finished log its verdict while a campaign is measured",
-        "Judge the logs in data/raw/CAMPAIGN and data/raw/CAMPAIGN-torque as `check` does, and "
-        "every new log as soon as it is finished. Stop with Ctrl-C; nothing is lost.",
-    )
-    command.add_argument(
-        "--campaign", type=_campaign_name, help="campaign (default: that of config.yaml)"
-    )
-    _add_config(command)
-    command.add_argument(
-        "--settle",
-        type=_seconds,
-        default=3.0,
-        metavar="SECONDS",
-        help="a log is finished when it has not changed for so long (default: 3)",
-    )
+def _campaign_name(text: str) -> str:
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a campaign, found nothing")
+    return text
 
 
 def _seconds(text: str) -> float:
@@ -234,117 +324,3 @@ def _seconds(text: str) -> float:
     if not 0 < value < 1e5:
         raise argparse.ArgumentTypeError(f"found {text!r}; expected seconds above 0, as 3")
     return value
-
-
-def _add_predict(commands: Any) -> None:
-    command = _command(commands, "predict", "traction coefficient of a fitted oil")
-    command.add_argument("--oil", required=True, help="name of the oil")
-    command.add_argument(
-        "--printed", action="store_true", help="take the constants that the paper prints"
-    )
-    for option, (_, meaning, example) in CONDITION_OPTIONS.items():
-        command.add_argument(option, metavar=example, help=f"{meaning}, as {example}")
-    command.add_argument(
-        "--slip",
-        required=True,
-        help="slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%",
-    )
-    _add_results(command)
-    _add_json(command, "one JSON object")
-
-
-def _add_plan(commands: Any) -> None:
-    command = _command(
-        commands,
-        "plan",
-        "rig conditions to test next",
-        "Name the rig conditions whose measurement most reduces the uncertainty of a bearing's "
-        "friction torque or cage slip, or of mu where there is no bearing.",
-    )
-    _add_results(command)
-    _add_config(command)
-    command.add_argument("--oil", help="oil to plan for (default: every oil of the campaign)")
-    command.add_argument("--count", type=int, help="number of tests (default: plan.tests)")
-    command.add_argument("--bearing", help="file of config/bearings (default: the campaign's)")
-    command.add_argument(
-        "--duty",
-        action="append",
-        metavar=DUTY_EXAMPLE,
-        help="operating point of the bearing: axial load, speed, oil temperature; may be repeated "
-        "(default: plan.duty_points, else those of the campaign)",
-    )
-    command.add_argument(
-        "--for",
-        dest="target",
-        choices=("torque", "cage-slip", "traction"),
-        help="what shall become more certain (default: torque, or traction without a bearing)",
-    )
-    _add_json(command, "one JSON object per oil")
-
-
-def _add_export(commands: Any) -> None:
-    command = _command(
-        commands,
-        "export",
-        "write the paper's constants for Python, spreadsheets and bearing codes",
-        "Write the constants that the paper prints as Python, workbook, C, Fortran, Modelica, "
-        "MATLAB, ADORE constants, JSON and CSV. Fits of a campaign are in results/*/exports.",
-    )
-    command.add_argument(
-        "--printed", action="store_true", required=True, help="the constants of the paper"
-    )
-    command.add_argument("--oil", help="4102, 4050 or 4010 (default: all three)")
-    command.add_argument(
-        "folder",
-        nargs="?",
-        type=Path,
-        default=Path("printed-constants"),
-        metavar="FOLDER",
-        help="where to write them (default: printed-constants)",
-    )
-
-
-def _add_verify(commands: Any) -> None:
-    command = _command(commands, "verify", "check that no file of a release has changed")
-    command.add_argument(
-        "release", type=Path, metavar="RELEASE", help="folder of a release or a pin"
-    )
-    command.add_argument(
-        "--rebuild", action="store_true", help="run the workflow on the raw logs again and compare"
-    )
-    command.add_argument("--cores", default="all", help="cores for --rebuild (default: all)")
-    _add_json(command, "one JSON object")
-
-
-def _add_fetch(commands: Any) -> None:
-    command = _command(
-        commands,
-        "fetch",
-        "copy a release from object storage and check it",
-        "Copy a release from object storage and check every file of it. The folder appears when "
-        "all of it is there and as released. The key is read from AWS_ACCESS_KEY_ID and "
-        "AWS_SECRET_ACCESS_KEY, the server's address from AWS_ENDPOINT_URL_S3.",
-    )
-    command.add_argument("address", metavar="ADDRESS", help="its place, as s3://lab/june/v1-0")
-    command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
-
-
-def _add_diff(commands: Any) -> None:
-    command = _command(commands, "diff", "show the differences between two releases")
-    command.add_argument("before", type=Path, metavar="A", help="folder of a release or a pin")
-    command.add_argument("after", type=Path, metavar="B", help="folder of another release or pin")
-    command.add_argument(
-        "--html", type=Path, metavar="PAGE", help="write the full comparison as an HTML page"
-    )
-    command.add_argument(
-        "--gate",
-        action="store_true",
-        help="show only changes beyond the limits of `drift` in config.yaml; exit with 1 if any",
-    )
-    _add_config(command)
-    _add_json(command, "one JSON object")
-
-
-def _add_pin(commands: Any) -> None:
-    command = _command(commands, "pin", "keep a release as the reference for later ones")
-    command.add_argument("release", type=Path, metavar="RELEASE", help="folder of a release")

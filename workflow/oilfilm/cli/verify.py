@@ -3,32 +3,24 @@
 import argparse
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field
-
 from oilfilm.errors import printable
 from oilfilm.releases.manifest import read_manifest
 from oilfilm.releases.verify import verify
+from oilfilm.settings.base import Group, key
 
 
-class Verified(BaseModel):
+class Verified(Group):
     """What was found in the folder of a release or a pin."""
 
-    model_config = ConfigDict(extra="forbid")
-
-    folder: str = Field(description="folder, as it was named")
-    version: str = Field(description="version of the release")
-    pin: bool = Field(description="true for a pin: only the files that it keeps are checked")
-    files: int = Field(description="files that the manifest names")
-    not_as_released: list[str] = Field(description="one sentence per file; empty where all agree")
-    rebuilt: list[str] | None = Field(
-        description="differences of a rebuild from the raw logs, the first of them; empty where "
-        "there are none; null where nothing was rebuilt"
+    folder: str = key("Folder, as it was named.")
+    version: str = key("Version of the release.")
+    pin: bool = key("True for a pin: only the files that it keeps are checked.")
+    files: int = key("Files that the manifest names.")
+    not_as_released: list[str] = key("One sentence per file; empty where all agree.")
+    rebuilt: list[str] | None = key(
+        "Differences of a rebuild from the raw logs, the first of them; empty where there are "
+        "none; null where nothing was rebuilt."
     )
-
-    @property
-    def well(self) -> bool:
-        """Whether nothing differs."""
-        return not self.not_as_released and not self.rebuilt
 
     def released_text(self) -> str:
         """Whether the files are as released, in sentences."""
@@ -49,25 +41,24 @@ class Verified(BaseModel):
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a file is not as released or the rebuild differs."""
     release: Path = options.release
-    complaints = verify(release)
     manifest, pinned = read_manifest(release)
     found = Verified(
         folder=str(release),
         version=manifest.version,
         pin=pinned,
         files=len(manifest.files),
-        not_as_released=complaints,
+        not_as_released=verify(release),
         rebuilt=None,
     )
     if not options.json:
         # now: a rebuild takes minutes
         print(found.released_text(), flush=True)
-    if options.rebuild and not complaints:
+    if options.rebuild and not found.not_as_released:
         from oilfilm.releases.rebuild import rebuild  # noqa: PLC0415 - needs the extra `report`
 
-        found.rebuilt = rebuild(release, Path(), options.cores)
+        found = found.model_copy(update={"rebuilt": rebuild(release, Path(), options.cores)})
         if not options.json:
             print(found.rebuilt_text())
     if options.json:
         print(found.model_dump_json())
-    return int(not found.well)
+    return int(bool(found.not_as_released or found.rebuilt))
