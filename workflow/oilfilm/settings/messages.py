@@ -1,8 +1,8 @@
 """Mistakes in settings as sentences: file, line, key, what was found, what was expected."""
 
 import difflib
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import operator
+from collections.abc import Callable, Iterator, Mapping
 from datetime import date
 from functools import cache
 from pathlib import Path
@@ -26,6 +26,29 @@ _TYPE_NAMES = {
     "number": "a number",
     "integer": "a whole number",
     "boolean": "true or false",
+}
+# By pydantic's kind of error, with what it tells of it.
+_EXPECTED = {
+    "unexpected": "{expected}",
+    "greater_than": "more than {gt:g}{in_unit}",
+    "greater_than_equal": "{ge:g} or more{in_unit}",
+    "less_than": "less than {lt:g}{in_unit}",
+    "less_than_equal": "{le:g} or less{in_unit}",
+    "finite_number": "a finite number",
+    "too_short": "{min_length} or more {things}",
+    "too_long": "{max_length} or fewer {things}",
+    "string_too_short": "text that is not empty",
+    "string_pattern_mismatch": "text of the form {pattern}",
+}
+_FORM_OF_NAME = (
+    "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other names of an "
+    "oil go under `aliases`"
+)
+_BOUNDS: dict[str, Callable[[float, float], bool]] = {
+    "minimum": operator.ge,
+    "maximum": operator.le,
+    "exclusiveMinimum": operator.gt,
+    "exclusiveMaximum": operator.lt,
 }
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
@@ -181,39 +204,15 @@ def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
 
 def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
     kind, context = details["type"], details.get("ctx", {})
-    in_unit = _in_unit(node)
-    if kind == "unexpected":
-        return str(context["expected"])
     if kind == "literal_error":
         allowed = node.get("enum", [node.get("const")])
-        return f"one of {_listed(allowed)}" if len(allowed) > 1 else repr(allowed[0])
-    if kind == "string_pattern_mismatch":
-        if context["pattern"] == NAME_PATTERN:
-            return (
-                "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other "
-                "names of an oil go under `aliases`"
-            )
-        return f"text of the form {context['pattern']}"
-    if kind == "string_too_short":
-        return "text that is not empty"
-    if kind in ("too_short", "too_long"):
-        count = context.get("min_length", context.get("max_length"))
-        bound = "or more" if kind == "too_short" else "or fewer"
-        one, many = ("item", "items") if node.get("type") == "array" else ("entry", "entries")
-        return f"{count} {one if count == 1 else many} {bound}"
-    bounds = {
-        "greater_than": "more than {gt:g}",
-        "greater_than_equal": "{ge:g} or more",
-        "less_than": "less than {lt:g}",
-        "less_than_equal": "{le:g} or less",
-    }
-    if kind in bounds:
-        return bounds[kind].format(**context) + in_unit
-    if kind == "finite_number":
-        return "a finite number"
-    if "type" in node:
-        return _TYPE_NAMES.get(node["type"], node["type"])
-    return str(details["msg"])
+        return ("one of " if len(allowed) > 1 else "") + ", ".join(map(repr, allowed))
+    if context.get("pattern") == NAME_PATTERN:
+        return _FORM_OF_NAME
+    if kind in _EXPECTED:
+        things = "items" if node.get("type") == "array" else "entries"
+        return _EXPECTED[kind].format(in_unit=_in_unit(node), things=things, **context)
+    return _TYPE_NAMES.get(node.get("type", ""), str(details["msg"]))
 
 
 def _in_unit(node: Mapping[str, Any]) -> str:
@@ -243,13 +242,7 @@ def _hint(value: Any, node: Mapping[str, Any]) -> str:
 
 
 def _in_range(value: float, node: Mapping[str, Any]) -> bool:
-    low, high = node.get("minimum", -math.inf), node.get("maximum", math.inf)
-    above, below = node.get("exclusiveMinimum", -math.inf), node.get("exclusiveMaximum", math.inf)
-    return bool(low <= value <= high and above < value < below)
-
-
-def _listed(values: Sequence[object]) -> str:
-    return ", ".join(repr(value) for value in values)
+    return all(keeps(value, node[bound]) for bound, keeps in _BOUNDS.items() if bound in node)
 
 
 # ---------------------------------------------------------------- walking a JSON schema
