@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Mapping
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 import oilfilm
 from oilfilm import tables
@@ -12,41 +11,38 @@ from oilfilm.cli.arguments import campaign_folder, quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
+from oilfilm.settings.base import Group, Result, key
 from oilfilm.traction.law import QUANTITIES
 
 
-class OutsideBox(BaseModel):
+class OutsideBox(Group):
     """A condition outside its tested range."""
 
-    model_config = ConfigDict(extra="forbid")
-
-    quantity: str = Field(description="name with unit")
-    value: float = Field(description="value that was asked for")
-    minimum: float = Field(description="smallest tested value")
-    maximum: float = Field(description="largest tested value")
+    quantity: str = key("Name with unit.")
+    value: float = key("Value that was asked for.")
+    minimum: float = key("Smallest tested value.")
+    maximum: float = key("Largest tested value.")
 
 
-class PredictedTraction(BaseModel):
+class PredictedTraction(Group):
     """The traction coefficient of one oil at one operating point."""
 
-    model_config = ConfigDict(extra="forbid")
-
-    oil: str = Field(description="name of the oil")
-    law: str = Field(description="name of the law")
-    source: str = Field(description="campaign and kind of its data, or the paper")
-    at: dict[str, float | None] = Field(
-        description="conditions and slide-roll ratio by name with unit; null for a condition whose "
-        "tested level is unknown"
+    oil: str = key("Name of the oil.")
+    law: str = key("Name of the law.")
+    source: str = key("Campaign and kind of its data, or the paper.")
+    at: dict[str, Result] = key(
+        "Conditions and slide-roll ratio by name with unit; null where the tested level of a "
+        "condition is unknown."
     )
-    traction_coefficient: float = Field(description="mu")
-    lower: float | None = Field(description="lower end of the 95 % interval; null without interval")
-    upper: float | None = Field(description="upper end of the 95 % interval; null without interval")
-    fixed: list[str] = Field(description="conditions that the fit does not follow, in sentences")
-    outside: list[OutsideBox] = Field(description="conditions outside the tested box")
-    tested_ranges_outside: float | None = Field(
-        description="how far outside the tested box, in tested ranges; null where it is unknown"
+    traction_coefficient: float = key("mu.")
+    lower: Result = key("Lower end of the 95 % interval; null without interval.")
+    upper: Result = key("Upper end of the 95 % interval; null without interval.")
+    fixed: list[str] = key("Conditions that the fit does not follow, in sentences.")
+    outside: list[OutsideBox] = key("Conditions outside the tested box.")
+    tested_ranges_outside: Result = key(
+        "How far outside the tested box, in tested ranges; null where it is unknown."
     )
-    no_interval: str = Field(description="why there is no interval; empty where there is one")
+    no_interval: str = key("Why there is no interval; empty where there is one.")
 
     def text(self) -> str:
         """The prediction in sentences."""
@@ -124,29 +120,22 @@ def prediction(
             + ("" if unknown else f" {advice}")
         )
     at = {**line, "slide_roll_ratio": at["slide_roll_ratio"]}
-    mu, lower, upper = (
-        _known(values[0])
-        for values in (predicted.traction_coefficient, predicted.lower, predicted.upper)
-    )
-    if mu is None:
+    mu, lower = float(predicted.traction_coefficient[0]), float(predicted.lower[0])
+    if not np.isfinite(mu):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
     return PredictedTraction(
         oil=oil,
         law=fit.law.name,
         source=source,
-        at={name: _known(value) for name, value in at.items()},
+        at=dict(at),
         traction_coefficient=mu,
         lower=lower,
-        upper=upper,
+        upper=float(predicted.upper[0]),
         fixed=[*where.values()],
         outside=list(_outside(fit, at)),
-        tested_ranges_outside=_known(predicted.distance[0]),
-        no_interval=_no_interval(fit) if lower is None else "",
+        tested_ranges_outside=float(predicted.distance[0]),
+        no_interval=_no_interval(fit) if np.isnan(lower) else "",
     )
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _no_interval(fit: FittedLaw) -> str:
