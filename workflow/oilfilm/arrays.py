@@ -1,4 +1,7 @@
-"""Fits on arrays, for a notebook or another program: no workflow, no files."""
+"""Fits on arrays, for a notebook or another program: no workflow, no files.
+
+Decides: fits on arrays, without files.
+"""
 
 from dataclasses import dataclass
 from html import escape

@@ -3,6 +3,8 @@
 A killed run leaves a path that begins with a dot. The next run overwrites it. After a power failure
 a path has its old content or the whole new one: content is flushed to disk before the rename, the
 name after it.
+
+Decides: how a file is written completely or not at all.
 """
 
 import os

@@ -1,4 +1,8 @@
-"""Digests of the code, settings and inputs behind a table."""
+"""Digests of the code, settings and inputs behind a table.
+
+Decides: what reruns a rule when code changes: which modules count for it, and what of their text
+does not.
+"""
 
 import ast
 import gc

@@ -1,6 +1,8 @@
 """Where the files beside the library are: rules, scripts, reference data and default settings.
 
 In a clone this is its top folder. The wheel carries the same files in `oilfilm/shipped`.
+
+Decides: where rules, reference data and default settings of an installed oilfilm are.
 """
 
 import os

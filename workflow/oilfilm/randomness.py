@@ -1,4 +1,7 @@
-"""Every random number comes from the seed of the configuration, one stream for each purpose."""
+"""Every random number comes from the seed of the configuration, one stream for each purpose.
+
+Decides: where every random number comes from.
+"""
 
 import zlib
 

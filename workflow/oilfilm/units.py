@@ -1,4 +1,7 @@
-"""The edges of the library: SI inside, GPa, um, degC and rpm outside; converted only here."""
+"""The edges of the library: SI inside, GPa, um, degC and rpm outside; converted only here.
+
+Decides: which units are converted, and into which.
+"""
 
 import re
 from collections.abc import Sequence

@@ -1,3 +1,6 @@
+# Decides: which settings, files and code rerun a rule (`part`, `finished`, `code`); paths of
+# results.
+
 import atexit
 import json
 import mimetypes

@@ -1,5 +1,7 @@
 # What each figure needs is declared above its function (oilfilm/report/figures). One job draws a
 # family of figures, because imports take longer than drawing.
+#
+# Decides: which figures one job draws.
 for family, of_family in families(CAMPAIGN.figures).items():
 
     rule:

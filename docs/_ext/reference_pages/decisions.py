@@ -20,7 +20,6 @@ The rooms are in the order of imports: a room imports only rooms above it.
 # Beside the library, in the order of the page: what is in the files, and their pattern.
 _OTHERS = {
     "Configuration": "config/config.yaml",
-    "Reference data": "data/reference/*.yaml",
     "Workflow": "workflow/**/*.smk",
 }
 

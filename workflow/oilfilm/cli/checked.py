@@ -1,4 +1,7 @@
-"""What `oilfilm check` found in a log: one object per log, for people and for machines."""
+"""What `oilfilm check` found in a log: one object per log, for people and for machines.
+
+Decides: what `oilfilm check` finds in a log, as text and JSON.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict

@@ -2,6 +2,8 @@
 
 A command is one function of `COMMANDS`, whose docstring is its help, and the module of its name,
 whose `run` takes the parsed arguments and gives the exit code.
+
+Decides: commands, options and their help.
 """
 
 import argparse

@@ -1,4 +1,7 @@
-"""The files of a new project: settings with what was found, run sheet, Snakefile, first steps."""
+"""The files of a new project: settings with what was found, run sheet, Snakefile, first steps.
+
+Decides: the files that `oilfilm init` writes.
+"""
 
 import csv
 import io

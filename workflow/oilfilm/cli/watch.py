@@ -1,6 +1,8 @@
 """The command `oilfilm watch`: the verdict on every log as soon as it is finished.
 
 Nothing is stored: a new watch finds everything again from the files.
+
+Decides: when a log that is being written is finished.
 """
 
 import argparse

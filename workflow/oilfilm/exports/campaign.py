@@ -1,4 +1,7 @@
-"""All exports of a campaign, as the contents of files."""
+"""All exports of a campaign, as the contents of files.
+
+Decides: which forms of exports there are.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

@@ -2,6 +2,8 @@
 
 A format finds names, units, header keys and numbers; everything that follows from them is here and
 in the kind of log.
+
+Decides: what the columns of a log mean, and their units.
 """
 
 import unicodedata

@@ -1,4 +1,7 @@
-"""The encoding of a text log, and its text as UTF-8 with LF line ends."""
+"""The encoding of a text log, and its text as UTF-8 with LF line ends.
+
+Decides: in which encoding a text log is read.
+"""
 
 import re
 from collections.abc import Callable

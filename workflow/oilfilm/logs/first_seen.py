@@ -1,4 +1,7 @@
-"""Raw logs as they were when a run first read them: one that has changed since is refused."""
+"""Raw logs as they were when a run first read them: one that has changed since is refused.
+
+Decides: when a raw log is refused because it changed.
+"""
 
 import json
 import re

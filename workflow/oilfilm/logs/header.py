@@ -1,4 +1,7 @@
-"""What the header lines of a log mean, in whatever language their keys are."""
+"""What the header lines of a log mean, in whatever language their keys are.
+
+Decides: units and languages of header keys.
+"""
 
 import itertools
 import re

@@ -1,4 +1,7 @@
-"""Raw logs to samples: every row of every file ends in samples or in quarantine."""
+"""Raw logs to samples: every row of every file ends in samples or in quarantine.
+
+Decides: where each row of a raw log ends: in samples or in quarantine.
+"""
 
 import errno
 import hashlib

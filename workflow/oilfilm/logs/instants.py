@@ -1,4 +1,7 @@
-"""Time stamps of text logs: date and time of day as seconds since the first row."""
+"""Time stamps of text logs: date and time of day as seconds since the first row.
+
+Decides: how time stamps are read.
+"""
 
 import re
 from collections.abc import Callable

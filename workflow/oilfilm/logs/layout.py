@@ -1,6 +1,8 @@
 """How a text log is written: header, delimiter, decimal mark, columns, units, time stamps.
 
 Nothing is assumed of a log but that one line names its columns and the rows follow it.
+
+Decides: how the layout of a text log is found.
 """
 
 import csv

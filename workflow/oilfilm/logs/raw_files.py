@@ -1,4 +1,7 @@
-"""Which raw logs a campaign has. Standard library only: the Snakefile imports it."""
+"""Which raw logs a campaign has. Standard library only: the Snakefile imports it.
+
+Decides: which files of a folder are logs.
+"""
 
 import hashlib
 import json

@@ -1,6 +1,8 @@
 """The formats of raw logs, each read by the module of its name.
 
 A file's format is recognised by its content, never by its name.
+
+Decides: which formats of logs are read.
 """
 
 from collections.abc import Iterable

@@ -1,6 +1,8 @@
 """What the run sheet of a campaign says of the runs of its logs: it beats their headers.
 
 `sheet_file` reads the sheet and finds the logs that each row is about.
+
+Decides: what the run sheet says of a log, and what wins over its header.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

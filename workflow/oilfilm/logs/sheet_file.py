@@ -2,6 +2,8 @@
 
 It is read as text logs are: in any usual encoding, with any delimiter, units in the names or in a
 row below them. A mistake in it stops the run: nobody knows what it should have said.
+
+Decides: columns, units and mistakes of the run sheet.
 """
 
 import difflib

@@ -1,4 +1,8 @@
-"""Logs of a torque rig: what they hold, and the run that their columns make."""
+"""Logs of a torque rig: what they hold, and the run that their columns make.
+
+Decides: how a torque log is known (every log in `data/raw/<campaign>-torque` is one), and its
+signals.
+"""
 
 from collections.abc import Mapping, Sequence
 

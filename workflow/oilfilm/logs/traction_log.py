@@ -1,4 +1,7 @@
-"""Logs of a traction rig: what they hold, and the run that their columns make."""
+"""Logs of a traction rig: what they hold, and the run that their columns make.
+
+Decides: the signals of a traction log.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -2,6 +2,8 @@
 
 Each scenario has one oil volume fraction (`bearing.oil_volume_fraction_range`) and one refit of the
 law of each oil. The advice is worked out again in every scenario.
+
+Decides: how firm the advice on oils is.
 """
 
 from collections.abc import Iterator, Sequence

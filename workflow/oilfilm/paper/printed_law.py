@@ -1,4 +1,7 @@
-"""The law with the constants that the paper prints."""
+"""The law with the constants that the paper prints.
+
+Decides: the law that the paper prints.
+"""
 
 import numpy as np
 import pandas as pd

@@ -2,6 +2,8 @@
 
 The oil's share of the volume between the rings, to which the drag is proportional, is the one
 constant of a bearing that no drawing gives. It is fitted to published power losses.
+
+Decides: where the drag in a bearing comes from.
 """
 
 from collections.abc import Sequence

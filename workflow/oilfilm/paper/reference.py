@@ -1,4 +1,7 @@
-"""The files of data/reference: what the paper printed and claimed."""
+"""The files of data/reference: what the paper printed and claimed.
+
+Decides: which constants the paper prints, its claims and published tests (in `data/reference`).
+"""
 
 from pathlib import Path
 from typing import Annotated, Self

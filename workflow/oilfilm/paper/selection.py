@@ -7,6 +7,8 @@ at the same load, speed and slip), among the oils with enough film.
 
 The rules name cage slip and bearing speed: `selection.reading` says which slide-roll ratio
 and which entrainment speed these are.
+
+Decides: which oil the paper advises at an operating point.
 """
 
 from collections.abc import Mapping, Sequence

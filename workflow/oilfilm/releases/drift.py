@@ -1,4 +1,7 @@
-"""The drift gate: which constants and traction changed by more than the configured limits."""
+"""The drift gate: which constants and traction changed by more than the configured limits.
+
+Decides: the drift gate: when a refit has moved too far.
+"""
 
 from oilfilm import tables
 from oilfilm.releases.compare import Comparison, Section

@@ -1,4 +1,7 @@
-"""The page that lists the releases of a campaign, with what changed from each to the next."""
+"""The page that lists the releases of a campaign, with what changed from each to the next.
+
+Decides: the page that lists releases.
+"""
 
 from pathlib import Path
 

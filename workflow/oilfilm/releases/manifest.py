@@ -2,6 +2,8 @@
 
 A manifest may come from an unknown author: its size is limited, it is checked against its schema,
 and no path in it leads out of its folder.
+
+Decides: what makes the version of a release.
 """
 
 import hashlib

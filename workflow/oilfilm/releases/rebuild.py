@@ -1,4 +1,7 @@
-"""Rebuild a release from the raw logs in a temporary folder and compare it byte by byte."""
+"""Rebuild a release from the raw logs in a temporary folder and compare it byte by byte.
+
+Decides: how a release is rebuilt.
+"""
 
 import os
 import subprocess

@@ -1,4 +1,7 @@
-"""Make a release: collect every file in a temporary folder, then rename the folder."""
+"""Make a release: collect every file in a temporary folder, then rename the folder.
+
+Decides: which files are part of a release.
+"""
 
 import shutil
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,7 @@
-"""Captions of figures, with where their data are from."""
+"""Captions of figures, with where their data are from.
+
+Decides: what a caption says of the origin of the data.
+"""
 
 from collections.abc import Collection
 

@@ -1,4 +1,7 @@
-"""The constants of a fit in the order of how well the data determine them, each in words."""
+"""The constants of a fit in the order of how well the data determine them, each in words.
+
+Decides: which constants are listed first.
+"""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,7 @@
-"""Whether a campaign has enough accepted runs."""
+"""Whether a campaign has enough accepted runs.
+
+Decides: when a run fails because too few runs were accepted.
+"""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,7 @@
-"""Names of laws, of load variables and of quantities as a reader of the report knows them."""
+"""Names of laws, of load variables and of quantities as a reader of the report knows them.
+
+Decides: how laws and quantities are called in the report.
+"""
 
 import re
 

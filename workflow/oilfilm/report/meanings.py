@@ -1,4 +1,7 @@
-"""What the words of a verdict mean: the one home of these sentences, for summary and report."""
+"""What the words of a verdict mean: the one home of these sentences, for summary and report.
+
+Decides: what a word of a verdict means.
+"""
 
 import re
 

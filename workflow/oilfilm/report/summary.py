@@ -1,4 +1,7 @@
-"""The short summary that a run ends with, as plain text in headed sections."""
+"""The short summary that a run ends with, as plain text in headed sections.
+
+Decides: the sections of the summary on the terminal.
+"""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,7 @@
-"""The campaign in a few lines: data, fit, best law, noise, certainty, trouble, paper."""
+"""The campaign in a few lines: data, fit, best law, noise, certainty, trouble, paper.
+
+Decides: the verdict of a campaign at the top of the report.
+"""
 
 import pandas as pd
 

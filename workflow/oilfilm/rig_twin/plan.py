@@ -1,4 +1,7 @@
-"""Which runs a simulated campaign has. The Snakefile reads their names."""
+"""Which runs a simulated campaign has. The Snakefile reads their names.
+
+Decides: which runs a simulated campaign has.
+"""
 
 import itertools
 from dataclasses import dataclass

@@ -2,6 +2,8 @@
 
 One truth stands behind both rigs. On the traction rig it gives mu of the whole contact, in a
 bearing mu at every point of its contacts.
+
+Decides: the truth behind simulated logs of both rigs.
 """
 
 import itertools

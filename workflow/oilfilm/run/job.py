@@ -1,4 +1,7 @@
-"""What every script of the workflow does around its one call of the library."""
+"""What every script of the workflow does around its one call of the library.
+
+Decides: the provenance in the footer of every table.
+"""
 
 import sys
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,7 @@
-"""What a run needs of the machine, asked once before its first step."""
+"""What a run needs of the machine, asked once before its first step.
+
+Decides: what a run needs of the machine.
+"""
 
 import errno
 import os

@@ -1,4 +1,7 @@
-"""The keys of config/bearings/<name>.yaml: a ball bearing as its drawing has it."""
+"""The keys of config/bearings/<name>.yaml: a ball bearing as its drawing has it.
+
+Decides: the keys of a bearing file; which bearings cannot be built.
+"""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,7 @@
-"""The keys of config/campaigns/<name>.yaml: what was measured, and how its logs are meant."""
+"""The keys of config/campaigns/<name>.yaml: what was measured, and how its logs are meant.
+
+Decides: the keys of a campaign file; how the signals of a rig are meant (sign, slip, zero).
+"""
 
 import re
 from datetime import date

@@ -1,4 +1,7 @@
-"""The keys of config/config.yaml: what to run, and every threshold."""
+"""The keys of config/config.yaml: what to run, and every threshold.
+
+Decides: name, unit, range and meaning of the keys of `config/config.yaml`.
+"""
 
 from collections.abc import Collection
 from datetime import date

@@ -1,4 +1,7 @@
-"""Mistakes in settings as sentences: file, line, key, what was found, what was expected."""
+"""Mistakes in settings as sentences: file, line, key, what was found, what was expected.
+
+Decides: what the message for a wrong setting says.
+"""
 
 import difflib
 import operator

@@ -1,4 +1,7 @@
-"""The keys of config/oils/<id>.yaml: an oil and the coefficients of its property formulas."""
+"""The keys of config/oils/<id>.yaml: an oil and the coefficients of its property formulas.
+
+Decides: the keys of an oil file; when its coefficients contradict its grade.
+"""
 
 from typing import Annotated, Any, Literal, Self, TypeVar
 

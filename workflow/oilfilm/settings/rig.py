@@ -1,4 +1,7 @@
-"""The keys of config/rigs/<name>.yaml: a traction rig, as far as it is known."""
+"""The keys of config/rigs/<name>.yaml: a traction rig, as far as it is known.
+
+Decides: the keys of a rig file.
+"""
 
 from typing import Self
 

@@ -1,4 +1,7 @@
-"""Safe YAML with line numbers: plain values, and where in the file each of them is."""
+"""Safe YAML with line numbers: plain values, and where in the file each of them is.
+
+Decides: which YAML is read.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""The finished tables of one campaign, read when they are first used."""
+"""The finished tables of one campaign, read when they are first used.
+
+Decides: which tables a campaign may lack.
+"""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -2,6 +2,8 @@
 
 The names are one text, so that any program can read the column. Only this module joins and splits
 them.
+
+Decides: how the failed gates of a plateau are stored.
 """
 
 from collections.abc import Iterable

@@ -2,6 +2,8 @@
 
 It is in the footer of every table and in the digest of every rule's code: with another version all
 tables are made again. Meanings and caveats of columns change no table.
+
+Decides: when all tables are made again.
 """
 
 SCHEMA_VERSION = 10

@@ -1,4 +1,7 @@
-"""Tables: checked, written completely or not at all, and read."""
+"""Tables: checked, written completely or not at all, and read.
+
+Decides: how a table is checked, written and read; how many rows are in memory at once.
+"""
 
 import json
 from base64 import b64encode

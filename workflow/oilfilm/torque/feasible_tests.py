@@ -1,4 +1,7 @@
-"""The tests that a traction rig can run: within its limits and sensors, with a full film."""
+"""The tests that a traction rig can run: within its limits and sensors, with a full film.
+
+Decides: which tests the rig can run.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

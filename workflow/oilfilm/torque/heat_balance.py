@@ -2,6 +2,8 @@
 
 Every other table has the oil of the contacts at its inlet temperature. Here it is as warm as the
 balance of heat makes it, where the bearing's file has the flow of its oil.
+
+Decides: what heating of the oil changes.
 """
 
 from collections.abc import Sequence

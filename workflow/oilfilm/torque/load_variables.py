@@ -1,4 +1,7 @@
-"""Traction laws in a bearing: evaluated with contact pressure, load or dimensionless load."""
+"""Traction laws in a bearing: evaluated with contact pressure, load or dimensionless load.
+
+Decides: how a law is evaluated in a bearing, with pressure or with load.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -2,6 +2,8 @@
 
 Everything rests on the law's form: the fitted law is taken as true at every condition. What the law
 misses beyond the tested box is no part of these uncertainties.
+
+Decides: which tests are chosen next.
 """
 
 from dataclasses import dataclass

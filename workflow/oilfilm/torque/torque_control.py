@@ -1,4 +1,7 @@
-"""What a comparison with SIMULATED torque can show: table `torque_control`."""
+"""What a comparison with SIMULATED torque can show: table `torque_control`.
+
+Decides: what a comparison with simulated torque shows.
+"""
 
 import numpy as np
 import pandas as pd

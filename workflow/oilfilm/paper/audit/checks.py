@@ -3,6 +3,8 @@
 A check takes the evidence, a box of operating conditions as a grid, and all settings, and returns
 what it found in every case. Arrays have the axes oil, P, U, T, S, of length 1 where a case spans
 an axis.
+
+Decides: when a claim of the paper holds.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,7 @@
-"""The printed constants beside a campaign's own fit: errors, distances, differences in mu."""
+"""The printed constants beside a campaign's own fit: errors, distances, differences in mu.
+
+Decides: how printed and fitted constants are compared.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 

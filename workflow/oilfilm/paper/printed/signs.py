@@ -3,6 +3,8 @@
 A set's total is the number of statements that hold, each counted by the share of its box where it
 does. A sign is judged by its margin: the best total among the sets that have it, less the best
 among those that have the other one, whatever the other eight signs are.
+
+Decides: which signs the printed exponents may have.
 """
 
 import itertools
