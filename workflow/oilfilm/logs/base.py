@@ -189,13 +189,18 @@ def number(text: str) -> float:
     return float(text)
 
 
+def decimal_number(text: str) -> float:
+    """The same, with a decimal point or comma."""
+    return number(text if "." in text else text.replace(",", ".", 1))
+
+
 def set_point(name: str, text: str) -> float | None:
     """The set point that a text gives, with a decimal point or comma; None where it gives none."""
+    least, most = set_point_range(name)
     try:
-        value = number(text if "." in text else text.replace(",", ".", 1))
+        value = decimal_number(text)
     except ValueError:
         return None
-    least, most = set_point_range(name)
     return value if least < value < most else None
 
 

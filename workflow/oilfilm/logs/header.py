@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
-from oilfilm.logs.base import LOADS, Refusal, number
+from oilfilm.logs.base import LOADS, Refusal, decimal_number
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import conversion
@@ -122,7 +122,7 @@ def _in_unit_of(name: str, text: str, unit: str) -> str:
         return text
     try:
         to = conversion(units[plain_key(given)], (target,))
-        value = number(digits if "." in digits else digits.replace(",", ".", 1))
+        value = decimal_number(digits)
     except (KeyError, ValueError):
         return text if own_unit else f"{text} {unit}"
     # with the rounding of a conversion, 80 N and 0.08 kN would be two values

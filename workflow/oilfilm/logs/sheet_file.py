@@ -6,16 +6,21 @@ row below them. A mistake in it stops the run: nobody knows what it should have 
 Decides: columns, units and mistakes of the run sheet.
 """
 
+import csv
 import difflib
+import io
 import os
+import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import Refusal, number, set_point, set_point_range
+from oilfilm.logs.base import Refusal, decimal_number, set_point, set_point_range
+from oilfilm.logs.encoding import encodings_of
 from oilfilm.logs.header import FULL_WIDTH, SET_POINT_UNITS, apart
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.log_names import LogNames
@@ -28,7 +33,6 @@ from oilfilm.logs.run_sheet import (
     RunSheet,
     SheetRow,
 )
-from oilfilm.logs.sheet_cells import LINES_SEARCHED, cells_of
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion, conversion
@@ -40,16 +44,18 @@ _KEPT = frozenset("0 - n no false nein falsch non faux nej nei 否".split())
 _UNREASONED = frozenset("1 x y yes true j ja wahr oui vrai si sí 是".split())
 # So many mistakes, rows and names of logs are listed; the others are counted.
 _LISTED = 20
-
-
+# The line of names is near the top, below comments and the line `sep=;` of Excel.
+_LINES_SEARCHED = 20
+_LARGEST = 1 << 24
 _AS_TEXT = Conversion("")
+
+Cells = list[list[str]]
 
 
 @dataclass(frozen=True)
 class _Column:
     """A column of the sheet, the header key that it gives, and how its numbers become the key's."""
 
-    index: int
     name: str
     key: str
     to: Conversion = _AS_TEXT
@@ -69,25 +75,33 @@ class _Sheet:
         """The header keys and columns that it may have."""
         return (*_COLUMNS, *self.kind.sheet_keys)
 
-    def names(self) -> dict[str, str]:
-        """Key by each name that its column may have."""
-        own = {key: key for key in self.keys}
+    @cached_property
+    def names(self) -> dict[str, tuple[str, str]]:
+        """Key and unit, empty where only the log can say it, by each name of a column."""
+        own = {key: SET_POINT_UNITS[key][1] if key in SET_POINT_UNITS else "" for key in self.keys}
         set_points = {
-            name: key
+            name: (key, unit)
             for key in self.keys
             if key in SET_POINT_UNITS
             for quantity, _, units in [SET_POINT_UNITS[key]]
-            for name in (quantity, *(f"{quantity}_{unit}" for unit in units))
+            for name, unit in [(quantity, ""), *((f"{quantity}_{u}", units[u]) for u in units)]
         }
-        named = {
-            plain_key(name): key
-            for key, listed in self.settings.campaign.header
-            for name in listed or ()
+        listed = {
+            plain_key(name): (key, own[key])
+            for key, names in self.settings.campaign.header
+            for name in names or ()
             if key in own
         }
-        return {**set_points, **own, **named}
+        return {**set_points, **{key: (key, own[key]) for key in own}, **listed}
+
+    def key(self, cell: str) -> str | None:
+        """The key that a cell names."""
+        bare = apart(cell.translate(FULL_WIDTH))[0]
+        found = self.names.get(plain_key(cell)) or self.names.get(plain_key(bare))
+        return found[0] if found else None
 
     def refuse(self, where: str, sentence: str) -> None:
+        """Add a mistake."""
         self.mistakes.append(printable(f"{self.path}, {where}: {sentence}"))
 
     def stop(self) -> None:
@@ -197,68 +211,100 @@ def _sheet_of(folder: Path, settings: Settings, kind: LogKind) -> RunSheet:
 
 def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """The rows with their numbers, as a spreadsheet counts them."""
-    known = sheet.names()
-    records = cells_of(content, sheet.path, lambda cell: _key(cell, known) is not None)
-    start = _line_of_names(records, known)
-    if start is None:
-        seen = next((record for record in records if any(record)), [""])
-        sheet.refuse("its first rows", f"found {', '.join(seen)[:120]!r}, {_expected(sheet)}")
+    records = _workbook(content, sheet) if content.startswith(b"PK") else _text(content, sheet)
+    lines = records[:_LINES_SEARCHED]
+    known = {n: [sheet.key(cell) for cell in record] for n, record in enumerate(lines)}
+    named = [n for n, keys in known.items() if "file" in keys]
+    if not named:
+        seen = ", ".join(next(filter(any, records), [""]))[:120]
+        others = ", ".join(key for key in sheet.keys if key != "file")
+        sheet.refuse(
+            "its first rows",
+            f"found {seen!r}, expected a row of column names, one of them `file` (others: "
+            f"{others}). Names of your own: see `header` of the campaign file.",
+        )
         return []
-    numbered = list(enumerate(records, start=1))[start:]
-    names, below = numbered[0][1], numbered[1:]
-    has_units = bool(below) and _is_unit_row(below[0][1], names, known)
-    units = below.pop(0)[1] if has_units else []
-    columns = _columns(numbered[0][0], names, units, sheet)
+    # of the first lines that have `file`, the one most is known of
+    start = max(named, key=lambda n: len(known[n]) - known[n].count(None))
+    below = start + 1
+    units: list[str] = []
+    if below < len(records) and _is_unit_row(known[start], records[below]):
+        units, below = records[below], below + 1
+    columns = _columns(start + 1, records[start], units, sheet)
     if sheet.mistakes:
         return []
-    rows = [(n, _row(n, cells, columns, sheet)) for n, cells in below if any(cells)]
+    numbered = enumerate(records[below:], start=below + 1)
+    rows = [(n, _row(n, cells, columns, sheet)) for n, cells in numbered if any(cells)]
     return [(n, row) for n, row in rows if row is not None]
 
 
-def _expected(sheet: _Sheet) -> str:
-    return (
-        "expected a row of column names, one of them `file` (others: "
-        f"{', '.join(key for key in sheet.keys if key != 'file')}). Names of your own: see "
-        "`header` of the campaign file."
-    )
+def _text(content: bytes, sheet: _Sheet) -> Cells:
+    """The cells of a text: in the encoding and with the delimiter that give most known names."""
+    if len(content) > _LARGEST:
+        raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST >> 20} MiB.")
+    readings: list[Cells] = []
+    for encoding in encodings_of(content):
+        text = content.decode(encoding, "replace").removeprefix("\ufeff")
+        for delimiter in (",", ";", "\t", "|"):
+            try:
+                cells = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
+            except csv.Error:
+                continue
+            readings.append([[cell.strip() for cell in row] for row in cells])
+    if not readings:
+        raise OilfilmError(f"{sheet.path}: cannot be read as text with delimiters. Save it as CSV.")
+
+    def names(cells: Cells) -> int:
+        lines = cells[:_LINES_SEARCHED]
+        return max((sum(sheet.key(cell) is not None for cell in row) for row in lines), default=0)
+
+    # the first of equals is the most likely one
+    return max(readings, key=names)
 
 
-def _key(cell: str, names: Mapping[str, str]) -> str | None:
-    return names.get(plain_key(cell)) or names.get(plain_key(apart(cell.translate(FULL_WIDTH))[0]))
+def _workbook(content: bytes, sheet: _Sheet) -> Cells:
+    """The cells of the first sheet of an Excel workbook."""
+    # imported where needed: few run sheets are workbooks
+    import openpyxl  # noqa: PLC0415
+
+    try:
+        unfolded = sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(content)).infolist())
+        if unfolded > _LARGEST:
+            raise ValueError(f"unpacked it has {unfolded >> 20} MiB")
+        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+        rows = book.worksheets[0].iter_rows(values_only=True)
+        return [[_cell(value) for value in row] for row in rows]
+    except Exception as error:  # whatever a damaged workbook makes the library stumble over
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise OilfilmError(
+            f"{sheet.path}: cannot be read as a workbook ({reason}). Save it as runs.csv."
+        ) from None
 
 
-def _line_of_names(records: Sequence[Sequence[str]], names: Mapping[str, str]) -> int | None:
-    """Index of the line of names: of the first ones that have `file`, the one most is known of."""
-    lines = [
-        index
-        for index, record in enumerate(records[:LINES_SEARCHED])
-        if any(_key(cell, names) == "file" for cell in record)
-    ]
-    known = [sum(_key(cell, names) is not None for cell in records[index]) for index in lines]
-    return lines[known.index(max(known))] if lines else None
+def _cell(value: object) -> str:
+    """A cell of a workbook as a text sheet would hold it."""
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return "" if value is None else str(value).strip()
 
 
-def _is_unit_row(cells: Sequence[str], names: Sequence[str], known: Mapping[str, str]) -> bool:
+def _is_unit_row(keys: Sequence[str | None], cells: Sequence[str]) -> bool:
     """A row below the names that names no log and has a unit for some set point."""
-    by_key = {_key(name, known): cell for name, cell in zip(names, cells, strict=False)}
-    if by_key.get("file") not in ("", "-", None):
-        return False
-    return any(
-        _conversion(cell, _targets(key)) is not None
-        for key, cell in by_key.items()
-        if key in SET_POINT_UNITS
+    by_key = dict(zip(keys, cells, strict=False))
+    return by_key.get("file", "") in ("", "-") and any(
+        _conversion(cell, key) for key, cell in by_key.items() if key in SET_POINT_UNITS
     )
 
 
 def _targets(key: str) -> tuple[str, ...]:
     """Units that a set point may be given in; a load as the pressure that it makes, too."""
-    _, unit, _ = SET_POINT_UNITS[key]
+    unit = SET_POINT_UNITS[key][1]
     return (unit, "GPa") if key == "load_n" else (unit,)
 
 
-def _conversion(unit: str, targets: tuple[str, ...]) -> Conversion | None:
+def _conversion(unit: str, key: str) -> Conversion | None:
     try:
-        return conversion(unit.strip("[]()"), targets)
+        return conversion(unit.strip("[]()"), _targets(key))
     except ValueError:
         return None
 
@@ -267,24 +313,10 @@ def _columns(
     row: int, names: Sequence[str], units: Sequence[str], sheet: _Sheet
 ) -> dict[int, _Column]:
     """The columns by their place; what is wrong with them goes to the mistakes of the sheet."""
-    known = sheet.names()
     columns: dict[int, _Column] = {}
     for index, name in enumerate(names):
-        key = _key(name, known)
-        if not name:
-            continue
-        if key is None:
-            near = difflib.get_close_matches(plain_key(apart(name)[0]), known, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else "."
-            sheet.refuse(
-                f"row {row}",
-                f"found the unknown column {name!r}{hint} Known: {', '.join(sheet.keys)}. A column "
-                "that is not to be read: list its name under `header: remarks` of the campaign "
-                "file.",
-            )
-            continue
         unit = units[index] if index < len(units) else ""
-        column = _column(row, index, name, unit, key, sheet)
+        column = _column(row, name, unit, sheet) if name else None
         if column is None:
             continue
         if column.key != "remarks" and column.key in {each.key for each in columns.values()}:
@@ -293,92 +325,92 @@ def _columns(
     return columns
 
 
-def _column(row: int, index: int, name: str, unit: str, key: str, sheet: _Sheet) -> _Column | None:
-    if key not in SET_POINT_UNITS:
-        return _Column(index, name, key)
-    quantity, own_unit, units = SET_POINT_UNITS[key]
-    targets = _targets(key)
-    bare, in_brackets = apart(name.translate(FULL_WIDTH))
-    plain = plain_key(bare)
-    # names that campaign files list are those of the key, in its unit
-    implied = "" if plain == quantity else units.get(plain.removeprefix(f"{quantity}_"), own_unit)
-    if in_brackets and implied and _conversion(in_brackets, targets) is None:
-        in_brackets = None if plain_key(name) in sheet.names() else in_brackets
-    given = unit or in_brackets or implied
-    if not given:
+def _column(row: int, name: str, below: str, sheet: _Sheet) -> _Column | None:
+    bare, beside = apart(name.translate(FULL_WIDTH))
+    whole = sheet.names.get(plain_key(name))
+    known = whole or sheet.names.get(plain_key(bare))
+    if known is None:
+        near = difflib.get_close_matches(plain_key(bare), sheet.names, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else "."
         sheet.refuse(
             f"row {row}",
-            f"the column {name!r} has no unit. Write `{name} [{own_unit}]`, or the unit in a row "
-            "below the names.",
+            f"found the unknown column {name!r}{hint} Known: {', '.join(sheet.keys)}. A column "
+            "that is not to be read: list its name under `header: remarks` of the campaign file.",
         )
         return None
-    to = _conversion(given, targets)
-    if to is None:
-        expected = " or ".join(targets)
+    key, implied = known
+    if key not in SET_POINT_UNITS:
+        return _Column(name, key)
+    # brackets may be a part of a name that the campaign file lists
+    is_unit = beside and (whole is None or _conversion(beside, key))
+    unit = below or (beside if is_unit else "") or implied
+    if not unit:
         sheet.refuse(
-            f"row {row}, column {name!r}", f"found the unit {given!r}, expected one of {expected}."
+            f"row {row}",
+            f"the column {name!r} has no unit. Write `{name} [{_targets(key)[0]}]`, or the unit in "
+            "a row below the names.",
         )
         return None
-    pressure = to.unit == "GPa"
-    return _Column(index, name, "max_hertz_pressure_gpa" if pressure else key, to)
+    to = _conversion(unit, key)
+    if to is None:
+        expected = " or ".join(_targets(key))
+        sheet.refuse(
+            f"row {row}, column {name!r}", f"found the unit {unit!r}, expected one of {expected}."
+        )
+        return None
+    return _Column(name, "max_hertz_pressure_gpa" if to.unit == "GPa" else key, to)
 
 
 def _row(
     row: int, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet
 ) -> SheetRow | None:
     """What a row says; its mistakes go to those of the sheet."""
-    for index, cell in enumerate(cells):
-        if cell and index not in columns:
-            sheet.refuse(
-                f"row {row}",
-                f"the cell {cell[:60]!r} is in no column: expected {len(columns)} cells. A text "
-                "with the delimiter in it needs quotes.",
-            )
-            return None
-    by_key = {
-        column.key: (column, cells[index])
-        for index, column in columns.items()
-        if index < len(cells) and cells[index]
-    }
-    texts = {key: text for key, (_, text) in by_key.items()}
+    filled = {index: cell for index, cell in enumerate(cells) if cell}
+    if stray := [cell for index, cell in filled.items() if index not in columns]:
+        sheet.refuse(
+            f"row {row}",
+            f"the cell {stray[0][:60]!r} is in no column: expected {len(columns)} cells. A text "
+            "with the delimiter in it needs quotes.",
+        )
+        return None
+    names = {column.key: column.name for column in columns.values()}
+    texts = {columns[index].key: cell for index, cell in filled.items()}
     if "file" not in texts:
         sheet.refuse(
-            f"row {row}, column {_name_of('file', columns)!r}",
+            f"row {row}, column {names['file']!r}",
             "is empty, expected the name of a log or a pattern such as '*.csv'.",
         )
         return None
     exclude = texts.get("exclude", "")
     if exclude.lower() in _UNREASONED:
         sheet.refuse(
-            f"row {row}, column {_name_of('exclude', columns)!r}",
+            f"row {row}, column {names['exclude']!r}",
             f"found {exclude!r}, expected the reason for leaving the run out, or nothing.",
         )
     excluded = exclude.lower() not in _KEPT | {""}
     keys: dict[str, str] = {}
-    for key, (column, text) in by_key.items():
-        if key in ("oil", *sheet.kind.sheet_keys):
-            value, expected = _value(column, text, sheet)
-            if value is not None:
-                keys[key] = value
-            elif not excluded:  # of a run that is left out nothing need be known
-                where = f"row {row}, column {column.name!r}"
-                sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
-    return SheetRow(
-        texts["file"], texts.get("run", ""), printable(exclude) if excluded else "", keys
-    )
-
-
-def _name_of(key: str, columns: Mapping[int, _Column]) -> str:
-    return next(column.name for column in columns.values() if column.key == key)
+    for index, text in filled.items():
+        column = columns[index]
+        if column.key in _COLUMNS and column.key != "oil":
+            continue
+        value, expected = _value(column, text, sheet)
+        if value is not None:
+            keys[column.key] = value
+        elif not excluded:  # of a run that is left out nothing need be known
+            where = f"row {row}, column {column.name!r}"
+            sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
+    reason = printable(exclude) if excluded else ""
+    return SheetRow(texts["file"], texts.get("run", ""), reason, keys)
 
 
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
     settings = sheet.settings
+    torque = settings.campaign.torque
     names = {
-        "oil": list(settings.oils),
-        "rig": list(settings.rigs),
-        "bearing": [settings.campaign.torque.bearing] if settings.campaign.torque else [],
+        "oil": [*settings.oils],
+        "rig": [*settings.rigs],
+        "bearing": [torque.bearing] if torque else [],
     }
     if column.key in names:
         name = settings.oil_ids.get(plain_key(text), text) if column.key == "oil" else text
@@ -390,7 +422,7 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     least, most = set_point_range(column.key)
     expected = f"a number above {least:g}, below {most:g} {column.to.unit}"
     try:
-        logged = number(text if "." in text else text.replace(",", ".", 1))
+        logged = decimal_number(text)
     except ValueError:
         return None, f"a number; its column says the unit ({expected})"
     value = f"{float(column.to.of(np.array(logged))):.12g}"
