@@ -36,18 +36,3 @@ def test_several_damages_end_in_a_verdict(name: str) -> None:
     content, donor = log.written(name), log.text()
     verdicts = {carry(attack(content, donor, random), log.config) for _ in range(5)}
     assert len(verdicts) >= 2
-
-
-@pytest.mark.parametrize(
-    ("content", "rows"),
-    [
-        (b"# oil: 4102\ntime [s],b\n1,2\n3,4\n", 2),
-        (b"time [s],b\r\n1,2\r\n\r\n , \r\n3,4", 2),
-        (b"1,2\ntime [s],b\n3,4\n", 2),
-        (b"# 1\n", None),
-        (b'time [s],b\n"1",2\n', None),
-        (b"\xff\xfea\0", None),
-    ],
-)
-def test_rows_are_counted_as_by_hand(content: bytes, rows: int | None) -> None:
-    assert rows_written(content) == rows

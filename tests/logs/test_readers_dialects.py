@@ -153,13 +153,6 @@ def test_renamed_columns_are_found_by_the_campaign_file() -> None:
     assert run.samples["traction_force_n"].tolist() == [-0.5]
 
 
-def test_unit_of_the_campaign_file_helps_where_that_of_the_log_is_unknown() -> None:
-    names = "time_s,load,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
-    config = with_campaign(columns={"load": {"name": "load", "unit": "kgf"}})
-    (run,) = read(names, "s,kilopond,N,rpm,rpm,degC", "0,10,1,2,3,70", config=config).runs
-    assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
-
-
 SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment speed [mm/s],"
 
 
@@ -298,16 +291,6 @@ def test_misspelt_key_of_a_set_point_is_named(key: str, near: str) -> None:
     assert (refusal is not None) == bool(near)
     if refusal is not None:
         assert repr(key) in refusal.reason and repr(near) in refusal.reason
-
-
-@pytest.mark.parametrize(
-    "key", ["geschwindigkit", "geschwindigkei_[m/s]", "schmierstof", "entrainement_speed_[mm/s]"]
-)
-def test_misspelt_word_of_the_laboratory_is_named(key: str) -> None:
-    names = {"oil": ["Schmierstoff"], "entrainment_speed_m_s": ["Geschwindigkeit"]}
-    refusal = misspelt_key({key: "30"}, with_campaign(header=names))
-    assert refusal is not None
-    assert repr(key) in refusal.reason
 
 
 @pytest.mark.parametrize("key", ["load", "max_herz_pressure_gpa"])

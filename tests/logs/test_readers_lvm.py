@@ -1,15 +1,10 @@
 """LVM: segments, clocks, decimal marks, and files that were cut or edited."""
 
-import pickle
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import formats
 from oilfilm.logs.base import Flaw
-from oilfilm.logs.ingest import read_log
-from oilfilm.settings.resolved import Settings
 
 VALUES = formats.columns(40)
 
@@ -114,32 +109,3 @@ def test_comments_beside_rows_are_no_numbers_and_do_no_harm(read) -> None:
     lines = formats.lvm(VALUES).decode().split("\r\n")
     lines[-3] += "\ta note"
     assert len(read("\n".join(lines)).runs[0]) == 40
-
-
-@pytest.mark.parametrize("mark", [".", ","])
-def test_rows_of_numbers_alone_are_read_as_lvm_read_reads_them(read, mark: str) -> None:
-    text = formats.lvm(VALUES, mark=mark).decode()
-    (alone,) = read(text).runs
-    # a comment gives the rows to lvm-read
-    (beside,) = read(text.removesuffix("\r\n") + "\tswitched off\r\n").runs
-    for name, column in alone.samples.items():
-        np.testing.assert_array_equal(column, beside.samples[name])
-
-
-def test_header_cells_are_never_evaluated(read) -> None:
-    content = formats.lvm(VALUES).replace(b"Channels\t5", b"Channels\t" + 9000 * b"(")
-    assert len(read(content).runs[0]) == 40
-
-
-def test_pickle_beside_a_log_is_neither_read_nor_written(
-    config: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_: object, **__: object) -> None:
-        raise AssertionError("a pickle was touched")
-
-    (tmp_path / "log.pkl").write_bytes(pickle.dumps({}))
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("pickle.load", refuse)
-    monkeypatch.setattr("pickle.dump", refuse)
-    assert read_log(formats.lvm(VALUES), "log", config)[1].rows == 40
-    assert [path.name for path in tmp_path.iterdir()] == ["log.pkl"]

@@ -164,12 +164,6 @@ def test_cut_row_is_counted_and_refused(log: bytes, rows: int) -> None:
     assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
 
 
-def test_degree_sign_of_western_windows_is_understood() -> None:
-    content = pcs(PCS_ROW).decode().replace("Lube RTD Temp (degC)", "Lube Temp (°C)")
-    (run,) = read(content.encode("cp1252")).runs
-    assert np.isfinite(run.samples["inlet_temperature_c"]).all()
-
-
 def test_table_without_its_line_of_names_is_refused_row_by_row() -> None:
     lines = traction_export(range(2, 13)).split(b"\n")
     names = [number for number, line in enumerate(lines) if b"Step Time (s)" in line]

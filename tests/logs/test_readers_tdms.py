@@ -1,14 +1,12 @@
 """TDMS: groups, properties, clocks, and files that were not written to their end."""
 
 import struct
-from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from nptdms import ChannelObject, GroupObject, RootObject
 
 import formats
-from oilfilm.logs.tdms import _check_claims
 
 
 def without_time(rows: int, properties: list[dict[str, float]]) -> bytes:
@@ -90,12 +88,6 @@ def test_channels_that_mean_nothing_may_be_of_any_length_and_type(read) -> None:
     assert (reading.rows, reading.refusals, len(reading.runs[0])) == (50, [], 50)
 
 
-def test_log_written_in_many_segments_is_one_run(read) -> None:
-    values = formats.columns(60)
-    (run,) = read(formats.tdms(values, segments=6)).runs
-    assert run.samples["time_s"].tolist() == values["time"].tolist()
-
-
 @pytest.mark.parametrize("share", [0.35, 0.5, 0.65, 0.8, 0.95, 0.999])
 def test_incomplete_final_segment_is_reported_and_the_rows_before_it_are_kept(
     read, share: float
@@ -142,17 +134,6 @@ def test_absurd_count_of_values_neither_fills_the_memory_nor_invents_rows(read) 
     content = formats.tdms(formats.columns(60))
     reading = read(content.replace(struct.pack("<Q", 60), struct.pack("<Q", 1 << 40)))
     assert reading.rows <= 60
-
-
-def test_more_values_than_bytes_are_refused_before_they_are_made() -> None:
-    class Claim:
-        properties: ClassVar[dict[str, Any]] = {}
-
-        def __len__(self) -> int:
-            return 1 << 40
-
-    with pytest.raises(ValueError, match="claims 1099511627776 values in 9 bytes"):
-        _check_claims([Claim()], [], b"123456789")
 
 
 @pytest.mark.parametrize("name", ["NI_Number_Of_Scales", "NI_Scale[0]_Table_Scaled_Values_Size"])

@@ -465,7 +465,7 @@ def test_check_uses_the_sheet_beside_the_logs(
     (raw / "june/b.csv").write_bytes(BARE)
     main(["check", str(raw / "june/b.csv"), *where])
     said = capsys.readouterr().out
-    assert "b.csv: the run sheet has no row for this log" in said
+    assert "the run sheet has no row for this log" in said
     assert "did you mean" not in said
     # a slip of the pen, other capitals, another folder's stroke
     for cell in ("bb.csv", "B.CVS", "june\\B.csv.txt"):

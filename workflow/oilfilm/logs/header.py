@@ -6,6 +6,7 @@ Decides: units and languages of header keys.
 import itertools
 import re
 from collections.abc import Iterable, Mapping
+from difflib import SequenceMatcher
 from functools import lru_cache
 
 from oilfilm.logs.base import LOADS, Refusal, decimal_number
@@ -41,8 +42,8 @@ SET_POINT_UNITS = {
     ),
 }
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
-# Letters that a slip of the pen changes in a key, at most.
-_MOST_CHANGED = 2
+# Letters that a word shares with the one that is meant: more than if one of four were changed.
+_ALIKE = 0.75
 # Shorter names are near to too many words.
 _SHORTEST_NAME = 6
 # Keys under which logs name their oil, beside words such as `name` and `type`.
@@ -175,8 +176,9 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     return None
 
 
+@lru_cache(maxsize=4096)
 def _is_slip_of_the_pen(written: str, meant: str) -> bool:
-    """As many words, two letters changed at most, and one of four in no word; no short name.
+    """As many words, each with most letters of the one that is meant; no short name.
 
     Examples:
         >>> _is_slip_of_the_pen("entrainement_speed_m_s", "entrainment_speed_m_s")
@@ -187,22 +189,8 @@ def _is_slip_of_the_pen(written: str, meant: str) -> bool:
     words = written.split("_"), meant.split("_")
     if written == meant or len(meant) < _SHORTEST_NAME or len(words[0]) != len(words[1]):
         return False
-    if abs(len(written) - len(meant)) > _MOST_CHANGED:
-        return False
-    changed = [(_changes(*pair), len(pair[1])) for pair in zip(*words, strict=True)]
-    few = all(letters <= length // 4 for letters, length in changed)
-    return few and sum(letters for letters, _ in changed) <= _MOST_CHANGED
-
-
-@lru_cache(maxsize=4096)
-def _changes(one: str, other: str) -> int:
-    """How many letters must be changed, added or left out (Levenshtein distance)."""
-    row = list(range(len(other) + 1))
-    for count, letter in enumerate(one, start=1):
-        above, row = row, [count]
-        for place, wanted in enumerate(other):
-            row.append(min(row[-1] + 1, above[place + 1] + 1, above[place] + (letter != wanted)))
-    return row[-1]
+    pairs = zip(*words, strict=True)
+    return all(SequenceMatcher(None, *pair).ratio() > _ALIKE for pair in pairs)
 
 
 def _unknown_key(key: str, question: str) -> Refusal:

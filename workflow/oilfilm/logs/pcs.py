@@ -44,41 +44,27 @@ _ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
 _TABS_OF_A_ROW = 6
 # Step types whose rows are settled readings; the others (warm-up, mapping) are no sweep.
 _SWEEPS = {"traction", "film"}
-# Our name -> the names that the programs of the different rigs give the column.
+# Our name -> quantity, unit, and the names that the programs of the different rigs give the column.
 _COLUMNS = {
-    "time_s": ("Step Time (s)",),
-    "load_n": ("Ball Load (N)",),
-    "ball_1": ("Ball Speed 1",),
-    "ball_2": ("Ball Speed 2",),
-    "disc_1": ("Disc Speed 1",),
-    "disc_2": ("Disc Speed 2",),
-    "rolling": ("Rolling Speed (mm/s)",),
-    "sliding": ("Sliding Speed (mm/s)",),
-    "srr": ("SRR (%)",),
-    "force_1": ("TF1 (N)", "Traction Force 1 (N)"),
-    "force_2": ("TF2 (N)", "Traction Force 2 (N)"),
-    "force": ("Traction Force (N)",),
-    "coefficient": ("Traction Coeff (-)",),
-    "inlet_temperature_c": ("Lube RTD Temp (degC)", "Lube Temp (°C)", "Lube Temp (degC)"),
-    "film_nm": ("Average Film (nm)",),
-}
-# Our name -> quantity and the unit in which these programs write it.
-_MEANINGS = {
-    "time_s": ("time", "s"),
-    "load_n": ("load", "N"),
-    "ball_1": ("ball_speed_1", "mm/s"),
-    "ball_2": ("ball_speed_2", "mm/s"),
-    "disc_1": ("disc_speed_1", "mm/s"),
-    "disc_2": ("disc_speed_2", "mm/s"),
-    "rolling": ("entrainment_speed", "mm/s"),
-    "sliding": ("sliding_speed", "mm/s"),
-    "srr": ("slide_roll_ratio", "%"),
-    "force_1": ("traction_force_1", "N"),
-    "force_2": ("traction_force_2", "N"),
-    "force": ("traction_force", "N"),
-    "coefficient": ("traction_coefficient", "1"),
-    "inlet_temperature_c": ("inlet_temperature", "degC"),
-    "film_nm": ("film_thickness", "nm"),
+    "time_s": ("time", "s", "Step Time (s)"),
+    "load_n": ("load", "N", "Ball Load (N)"),
+    "ball_1": ("ball_speed_1", "mm/s", "Ball Speed 1"),
+    "ball_2": ("ball_speed_2", "mm/s", "Ball Speed 2"),
+    "disc_1": ("disc_speed_1", "mm/s", "Disc Speed 1"),
+    "disc_2": ("disc_speed_2", "mm/s", "Disc Speed 2"),
+    "rolling": ("entrainment_speed", "mm/s", "Rolling Speed (mm/s)"),
+    "sliding": ("sliding_speed", "mm/s", "Sliding Speed (mm/s)"),
+    "srr": ("slide_roll_ratio", "%", "SRR (%)"),
+    "force_1": ("traction_force_1", "N", "TF1 (N)", "Traction Force 1 (N)"),
+    "force_2": ("traction_force_2", "N", "TF2 (N)", "Traction Force 2 (N)"),
+    "force": ("traction_force", "N", "Traction Force (N)"),
+    "coefficient": ("traction_coefficient", "1", "Traction Coeff (-)"),
+    "inlet_temperature_c": (
+        "inlet_temperature",
+        "degC",
+        *("Lube RTD Temp (degC)", "Lube Temp (°C)", "Lube Temp (degC)"),
+    ),
+    "film_nm": ("film_thickness", "nm", "Average Film (nm)"),
 }
 # Room for floating point where an identity holds to exactly half a printed digit.
 _FLOATING = 1e-9
@@ -201,7 +187,7 @@ def _read_step(
     step: _Step, run_id: str, labels: Labels, settings: Settings, cut: bool
 ) -> tuple[LoggedRun | None, list[Refusal]]:
     columns = _column_indices(step.names)
-    missing = [_COLUMNS[name][0] for name in _REQUIRED if name not in columns]
+    missing = [_COLUMNS[name][2] for name in _REQUIRED if name not in columns]
     problem = labels.problem or _unlabelled(labels.keys, settings)
     if step.type.lower() not in _SWEEPS:
         problem = Refusal(
@@ -250,7 +236,7 @@ def _understood(
     read = [
         LogColumn.of(names[index], unit, quantity, Conversion(unit), values[ours])
         for ours, index in columns.items()
-        for quantity, unit in (_MEANINGS[ours],)
+        for quantity, unit, *_ in (_COLUMNS[ours],)
     ]
     used = {column.name for column in read}
     return Understood(read, [name for name in names if name not in used], sources)
@@ -274,7 +260,7 @@ def _column_indices(names: list[str]) -> dict[str, int]:
     """Position of each known column; the first columns of a table repeat later ones."""
     return {
         ours: len(names) - 1 - names[::-1].index(theirs)
-        for ours, known in _COLUMNS.items()
+        for ours, (_, _, *known) in _COLUMNS.items()
         for theirs in known
         if theirs in names
     }
