@@ -1,5 +1,6 @@
 # Decides: what reruns when one log or its row of the run sheet changes.
 
+
 rule curate:
     "Steady plateaus of one share of the runs, with every gate's verdict."
     input:
