@@ -82,7 +82,6 @@ def made(
             f"data/raw/{name}/{file}": sha256(content).hexdigest()
             for file, content in sorted(raw.items())
         },
-        logs=[results / "logs/fit-4102.log"],
     )
 
 

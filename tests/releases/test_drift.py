@@ -1,8 +1,6 @@
 """Two releases compared: a sensor that is off is named and stopped, equal ones pass silently."""
 
-import os
 import re
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +15,8 @@ from campaigns import ROOT, Campaign, carry_through
 from command_line import printed_objects
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.compare import Comparison, _levels, compare
-from oilfilm.releases.drift import drift_table
-from oilfilm.releases.listing import list_releases
+from oilfilm.releases.compare import Comparison, compare, drift_table
 from oilfilm.releases.manifest import Manifest, canonical, read_manifest
-from oilfilm.releases.messages import comparison_text
 from oilfilm.releases.page import page
 from oilfilm.releases.pin import pin
 from oilfilm.releases.stored_release import StoredRelease
@@ -95,20 +90,6 @@ def test_load_cell_one_percent_off_is_stopped_by_the_gate(
     assert "mu" in {line[1] for line in moved}
 
 
-def test_list_of_releases_shows_which_one_moved(
-    before: Path, miscalibrated: Path, tmp_path: Path
-) -> None:
-    for order, release in enumerate((before, miscalibrated)):
-        shutil.copytree(release, tmp_path / release.name)
-        os.utime(tmp_path / release.name, (order, order))
-    text = list_releases(tmp_path, DRIFT).read_text(encoding="utf-8")
-    changes = f"changes/{miscalibrated.name}.html"
-    moved = len(drift_table(comparison_of(before, miscalibrated), DRIFT).rows)
-    assert f'<a href="{changes}" class="moved">{moved} beyond the limits' in text
-    assert text.index(miscalibrated.name) < text.index("first release")
-    assert "4102" in (tmp_path / changes).read_text(encoding="utf-8")
-
-
 def test_load_cell_one_percent_off_is_named(
     before: Path, miscalibrated: Path, demo: Campaign, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -124,10 +105,8 @@ def test_load_cell_one_percent_off_is_named(
     assert "data/raw/demo/4102_P1.00_U25_T025.csv  changed" in text
     assert "4050" not in text
     comparison = comparison_of(before, miscalibrated)
-    assert {row[0] for row in comparison.inputs.rows} == {"4102"}
-    assert not comparison.config.rows
-    assert not comparison.code.rows
-    assert not comparison.environment.rows
+    assert {row[0] for row in comparison.of_inputs[0].rows} == {"4102"}
+    assert not any(section.rows for section in comparison.of_inputs[1:4])
     constants = comparison.constants
     largest = constants.loc[constants["change"].idxmax()]
     assert (largest["oil"], largest["constant"]) == ("4102", "A0")
@@ -210,7 +189,7 @@ def test_point_and_constant_that_change_their_verdict_are_named(
     coefficients.loc[3, "verdict"] = "sign unknown"
     after = make(points=points, coefficients=coefficients)
     row = points.loc[first]
-    assert comparison_of(plain, after).verdicts.rows == [
+    assert comparison_of(plain, after).of_inputs[4].rows == [
         ("points", f"{row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
         ("coefficients", "4102, deng2026, A3", "known", "sign unknown"),
     ]
@@ -219,7 +198,7 @@ def test_point_and_constant_that_change_their_verdict_are_named(
 def test_changed_setting_is_named_with_its_key(make: Make, plain: Path, demo: Campaign) -> None:
     config = demo.config.with_changes({"gates": {"lambda_limit": 2.5}})
     comparison = comparison_of(plain, make(config))
-    assert comparison.config.rows == [("gates.lambda_limit", "3.0", "2.5")]
+    assert comparison.of_inputs[1].rows == [("gates.lambda_limit", "3.0", "2.5")]
 
 
 def test_changed_package_is_named(make: Make, plain: Path) -> None:
@@ -227,14 +206,8 @@ def test_changed_package_is_named(make: Make, plain: Path) -> None:
     environment = read_manifest(after)[0].made_from["environment"]
     packages = {**environment["packages"], "numpy": "99.0"}
     alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
-    ((what, _, new),) = comparison_of(plain, after).environment.rows
-    assert (what, new) == ("numpy", "99.0")
-
-
-def test_condition_tested_at_one_level_is_compared_there() -> None:
-    assert _levels(70.0, 70.0, 9).tolist() == [70.0]
-    assert _levels(1.0, 1.5, 3).tolist() == [1.0, 1.25, 1.5]
-    assert len(_levels(np.nan, np.nan, 9)) == 1
+    ((what, _, new),) = comparison_of(plain, after).of_inputs[3].rows
+    assert (what, new) == ("environment.packages.numpy", "99.0")
 
 
 def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not_gated(
@@ -401,7 +374,7 @@ def test_hostile_names_are_text(before: Path) -> None:
     text = page(comparison, drift_table(comparison, DRIFT))
     assert "<script" not in text
     assert "&lt;script&gt;" in text
-    assert "\x1b" not in comparison_text(comparison)
+    assert "\x1b" not in comparison.text()
 
 
 @pytest.mark.parametrize("law", ["no-such-law", "tanh"])

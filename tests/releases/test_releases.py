@@ -25,8 +25,8 @@ from oilfilm.cli import main
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
+from oilfilm.releases.compare import logs_read
 from oilfilm.releases.crate import CRATE
-from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     MANIFEST,
@@ -83,7 +83,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
     paths = {record.path for record in manifest.files}
     assert not pinned
     assert {
-        *("config.yaml", "requirements.lock", "environment.json", "log.txt", "summary.txt", CRATE),
+        *("config.yaml", "requirements.lock", "environment.json", "summary.txt", CRATE),
         *("tables/runs.parquet", "tables/datapackage.json", "figures/fig02.png"),
         *("exports/4102/law.h", "code/Snakefile", "code/workflow/oilfilm/fit.py"),
     } <= paths
@@ -220,7 +220,7 @@ def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.Finish
         released(run)
 
 
-@pytest.mark.parametrize("step", ["copy_file", "_describe", "_close", "_log_summary"])
+@pytest.mark.parametrize("step", ["copy_file", "data_package", "flush"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), OSError(28, "No space left on device")])
 def test_interrupted_release_gives_its_room_back_and_the_next_run_makes_it(
     run: making.FinishedRun, monkeypatch: pytest.MonkeyPatch, step: str, error: BaseException
@@ -257,16 +257,10 @@ def test_logs_are_known_by_their_runs_in_files_of_one_run_and_of_several(tmp_pat
     frames = {"runs": runs_of(RAW, tmp_path), "torque_runs": torque}
     raw = [f"data/raw/demo-torque/{name}" for name in ("x.csv", "y.tdms", "a:b.csv")]
     logs = logs_read("demo", frames.get, raw)
-    assert {path: log.oil for path, log in logs.items()} == {
+    assert {path: oil for path, (oil, _) in logs.items()} == {
         **{f"data/raw/demo/{name}": "4102" for name in RAW},
         **dict.fromkeys(raw, "4050"),
     }
-
-
-def test_missing_log_of_a_job_is_told(run: making.FinishedRun) -> None:
-    (run.root / run.logs[0]).unlink()
-    with pytest.raises(OilfilmError, match=r"fit-4102\.log: the log of a job is missing"):
-        released(run)
 
 
 # ---------------------------------------------------------------- integrity
@@ -310,7 +304,7 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
     folder = tmp_path / "release"
     shutil.copytree(loose, folder)
     (folder / "summary.txt").unlink()
-    (folder / "log.txt").write_bytes(b"much longer than before, all of it\n" * 3)
+    (folder / "exports/4102/law.h").write_bytes(b"much longer than before, all of it\n" * 3)
     (folder / "figures/fig99.png").write_bytes(b"")
     (folder / "config.yaml").unlink()
     (folder / "config.yaml").symlink_to(ROOT / "config/config.yaml")
@@ -318,7 +312,7 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
     printed = capsys.readouterr().out.splitlines()
     assert printed[0].endswith(": 4 files are not as released:")
     assert [line.split(":")[0] for line in printed[1:]] == [
-        *("config.yaml", "figures/fig99.png", "log.txt", "summary.txt")
+        *("config.yaml", "exports/4102/law.h", "figures/fig99.png", "summary.txt")
     ]
     assert printed[1].endswith("is not a plain file.")
 

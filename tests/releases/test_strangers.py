@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import struct
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -16,11 +15,9 @@ from campaigns import ROOT
 from oilfilm import read_fit
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
-from oilfilm.releases.compare import compare
-from oilfilm.releases.drift import drift_table
-from oilfilm.releases.listing import list_releases
+from oilfilm.releases.compare import compare, drift_table
 from oilfilm.releases.manifest import MANIFEST, Manifest, read_manifest
-from oilfilm.releases.page import page
+from oilfilm.releases.page import list_releases, page
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -175,13 +172,6 @@ def with_figure(stranger: Path, content: bytes) -> Path:
     return stranger
 
 
-def test_picture_that_unfolds_in_the_browser_is_left_out(before: Path, stranger: Path) -> None:
-    head = struct.pack(">I4s2I", 13, b"IHDR", 100_000, 100_000)
-    text = page_of(before, with_figure(stranger, PNG[:8] + head + bytes(64)))
-    assert "100000 x 100000 pixels, more than" in text
-    assert text.count("data:image/png;base64,") == 1
-
-
 @pytest.mark.parametrize(
     "content",
     [
@@ -197,15 +187,6 @@ def test_what_only_has_the_name_of_a_picture_is_no_part_of_the_page(
     text = page_of(before, with_figure(stranger, content))
     assert "<p>no PNG</p>" in text
     assert "alert" not in text
-
-
-def test_page_has_a_largest_size(
-    before: Path, stranger: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("oilfilm.releases.page._LARGEST_PAGE", 100)
-    text = page_of(before, with_figure(stranger, PNG + b"x"))
-    assert "data:image/png;base64," not in text
-    assert text.count("left out: the page would be too large") == 2
 
 
 def test_names_of_logs_files_and_settings_are_text(before: Path, stranger: Path) -> None:

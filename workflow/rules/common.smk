@@ -438,12 +438,6 @@ def folder_of_results(wildcards):
     return (COPIES / "results" / CAMPAIGN.name).as_posix()
 
 
-def logs_of_jobs(wildcards):
-    """Logs of all jobs behind the release, whether they ran this time or before."""
-    jobs = [job for job in workflow.dag.jobs if job.rule.name != "release"]
-    return sorted(str(log) for job in jobs for log in job.log)
-
-
 def keep_log(logs):
     """Keep Snakemake's own log, which has every detail, beside those of the jobs; its path."""
     kept = Path("results", CAMPAIGN.name, "logs/snakemake.log")

@@ -16,7 +16,6 @@ rule release:
         releases=f"results/releases/{CAMPAIGN.name}",
         copies=str(COPIES),
         raw=raw_with_digests,
-        logs=logs_of_jobs,
         config=SETTINGS.plain(),
     script:
         "../scripts/release.py"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
-from oilfilm.releases.listing import list_releases
+from oilfilm.releases.page import list_releases
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job, say
@@ -20,7 +20,6 @@ with job(snakemake) as (settings, _):
         results=Path(params.results),
         files=[Path(path) for path in snakemake.input if path not in snakemake.input.simulated],
         raw=params.raw,
-        logs=[Path(path) for path in params.logs],
         copies=Path(params.copies),
     )
     folder, new = make_release(finished, releases)

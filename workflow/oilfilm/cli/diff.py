@@ -8,9 +8,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.cli.arguments import config_folder
-from oilfilm.releases.compare import Comparison, Section, compare
-from oilfilm.releases.drift import drift_table
-from oilfilm.releases.messages import comparison_text, section_text
+from oilfilm.releases.compare import Comparison, Section, compare, drift_table
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.config import DriftSettings
@@ -58,11 +56,10 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(as_json(comparison, too_far).model_dump_json())
     elif not options.gate:
-        print(comparison_text(comparison))
+        print(comparison.text())
     elif too_far.rows:
         # this table is never cut
-        table = section_text(too_far, len(too_far.rows))
-        print(f"A {before.name}\nB {after.name}\n{table}")
+        print(f"A {before.name}\nB {after.name}\n{too_far.text()}")
     return int(options.gate and bool(too_far.rows))
 
 

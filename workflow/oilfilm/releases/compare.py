@@ -1,7 +1,11 @@
-"""Compare two releases: inputs, configuration, code, verdicts, constants and traction."""
+"""Compare two releases: inputs, configuration, code, verdicts, constants and traction.
 
+Decides: the drift gate: when a refit has moved too far.
+"""
+
+import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +15,16 @@ import pandas as pd
 from oilfilm import studies, tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
+from oilfilm.text_table import text_table
 from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
 
 Row = tuple[str, ...]
+# Rows of a section that are printed.
+_PRINTED_ROWS = 12
 
 
 @dataclass(frozen=True)
@@ -29,6 +35,13 @@ class Section:
     columns: Row
     rows: Sequence[Row]
 
+    def text(self, most: int = sys.maxsize) -> str:
+        """An aligned table of so many rows; control characters are escaped."""
+        lines = text_table([self.columns, *self.rows[:most]], indent="  ")
+        if len(self.rows) > most:
+            lines.append(f"  ... and {len(self.rows) - most} more; --html shows all")
+        return "\n".join([f"{self.title}: {len(self.rows)}", *lines])
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -37,11 +50,7 @@ class Comparison:
     Attributes:
         before: Release A.
         after: Release B.
-        inputs: Raw logs.
-        config: Keys of the configuration.
-        code: Files of the code.
-        environment: Packages, and what else a release was made with.
-        verdicts: Verdicts on runs, points, constants, fits and claims.
+        of_inputs: Raw logs, configuration, code, packages, verdicts: what comes before numbers.
         constants: oil, constant, before, after and change of each constant; NaN where there is
             none. The change is in standard errors of the first release, infinite where one has no
             value, and NaN where there is no standard error (few curves): mu tells then.
@@ -53,11 +62,7 @@ class Comparison:
 
     before: StoredRelease
     after: StoredRelease
-    inputs: Section
-    config: Section
-    code: Section
-    environment: Section
-    verdicts: Section
+    of_inputs: Sequence[Section]
     constants: pd.DataFrame
     traction: pd.DataFrame
     files: Section
@@ -65,16 +70,22 @@ class Comparison:
     @property
     def sections(self) -> list[Section]:
         """All of it as tables of text."""
+        constants = self.constants[self.constants["change"] != 0]
+        traction = self.traction[self.traction["change"] != 0]
+        columns = ("oil", "constant", "A", "B", "change")
+        at = ("oil", "", "A", "B", "largest change")
         return [
-            self.inputs,
-            self.config,
-            self.code,
-            self.environment,
-            self.verdicts,
-            _constants_section(self.constants),
-            _traction_section(self.traction),
+            *self.of_inputs,
+            Section("Constants", columns, _constant_rows(constants)),
+            Section("Traction coefficient over the tested box", at, _traction_rows(traction)),
             self.files,
         ]
+
+    def text(self) -> str:
+        """All differences for a terminal; long tables are cut, with a note."""
+        texts = [section.text(_PRINTED_ROWS) for section in self.sections if section.rows]
+        head = f"A {self.before.name}\nB {self.after.name}"
+        return "\n\n".join([head, *(texts or ["no difference"])])
 
 
 def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> Comparison:
@@ -90,18 +101,33 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     Raises:
         OilfilmError: A file of one of them is missing or damaged.
     """
+    both = before, after
+    code, files = (_files(*both, of_code=of_code) for of_code in (True, False))
     return Comparison(
         before,
         after,
-        inputs=_inputs(before, after),
-        config=_config(before, after),
-        code=_files(before, after, of_code=True),
-        environment=_environment(before, after),
-        verdicts=_verdicts(before, after),
-        constants=_constants(before, after),
-        traction=_traction(before, after, drift),
-        files=_files(before, after, of_code=False),
+        of_inputs=[_inputs(*both), _config(*both), code, _environment(*both), _verdicts(*both)],
+        constants=_constants(*both),
+        traction=_traction(*both, drift),
+        files=files,
     )
+
+
+def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
+    """The drift gate: every change of a constant or of mu beyond its limit; no rows if none.
+
+    Args:
+        comparison: The reference release compared with a newer one.
+        drift: `drift` of the configuration.
+    """
+    constants, traction = comparison.constants, comparison.traction
+    relative = traction["measure"] == "relative"
+    constants = constants[constants["change"] > drift.standard_errors]
+    traction = traction[relative & (traction["change"] > drift.traction)]
+    rows = [(*row, f"{drift.standard_errors:g}") for row in _constant_rows(constants)]
+    rows += [(*row, f"{100 * drift.traction:g} %") for row in _traction_rows(traction)]
+    columns = ("oil", "what", "A", "B", "change", "limit")
+    return Section("Moved by more than the drift gate lets pass", columns, rows)
 
 
 def _changed(
@@ -118,7 +144,15 @@ def _state(old: object, new: object) -> str:
 
 
 def _inputs(before: StoredRelease, after: StoredRelease) -> Section:
-    oils = _oils(after) | _oils(before)
+    oils = {
+        path: oil
+        for stored in (after, before)
+        for path, (oil, _) in logs_read(
+            stored.manifest.made_from["campaign"],
+            stored.table,
+            {record.path for record in stored.manifest.raw},
+        ).items()
+    }
     old, new = (
         {record.path: record for record in stored.manifest.raw} for stored in (before, after)
     )
@@ -136,23 +170,50 @@ def _hash(record: FileRecord | None) -> str:
     return record.sha256[:12] if record else ""
 
 
-def _oils(stored: StoredRelease) -> dict[str, str]:
-    """The oil of each raw log that has a run in the release."""
-    raw = {record.path for record in stored.manifest.raw}
-    logs = logs_read(stored.manifest.made_from["campaign"], stored.table, raw)
-    return {path: log.oil for path, log in logs.items()}
+def logs_read(
+    campaign: str, table: Callable[[str], pd.DataFrame | None], raw: Collection[str]
+) -> dict[str, tuple[str, str]]:
+    """Oil and sha256 of each log behind the runs of a campaign, by its path from the top folder.
+
+    Args:
+        campaign: Name of the campaign.
+        table: Gives the table of a name, None where there is none.
+        raw: Paths of all raw logs.
+    """
+    logs = {}
+    for name, folder, column in (("runs", "", "file"), ("torque_runs", "-torque", "run_id")):
+        if (frame := table(name)) is None:
+            continue
+        for log, oil, digest in frame[[column, "oil", "sha256"]].drop_duplicates().to_numpy():
+            path = f"data/raw/{campaign}{folder}/{log}"
+            # the name of a torque run is that of its log, or file:group
+            path = path if path in raw or name == "runs" else path.rpartition(":")[0]
+            logs[path] = oil, digest
+    return logs
 
 
 def _config(before: StoredRelease, after: StoredRelease) -> Section:
     old, new = before.config(), after.config()
     if old is not None and new is not None:
-        leaves = _changed(dict(_leaves(old)), dict(_leaves(new)))
-        rows = [(key, _leaf_text(was), _leaf_text(now)) for key, was, now in leaves]
-    elif before.manifest.made_from["config"] != after.manifest.made_from["config"]:
-        rows = [("(not kept in the pin)", "", "")]
+        rows = _changed_leaves(old, new)
     else:
-        rows = []
+        same = before.manifest.made_from["config"] == after.manifest.made_from["config"]
+        rows = [] if same else [("(not kept in the pin)", "", "")]
     return Section("Configuration", ("key", "A", "B"), rows)
+
+
+def _environment(before: StoredRelease, after: StoredRelease) -> Section:
+    """Packages and what else a release was made with; the rest has sections of its own."""
+    old, new = (
+        {k: v for k, v in stored.manifest.made_from.items() if k not in {"config", "code", "raw"}}
+        for stored in (before, after)
+    )
+    return Section("Packages", ("what", "A", "B"), _changed_leaves(old, new))
+
+
+def _changed_leaves(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[Row]:
+    changed = _changed(dict(_leaves(old)), dict(_leaves(new)))
+    return [(key, *("" if x is None else str(x[0]) for x in leaves)) for key, *leaves in changed]
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -162,10 +223,6 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
             yield from _leaves(below, f"{path}.{key}" if path else str(key))
     else:
         yield path, [value]
-
-
-def _leaf_text(leaf: list[Any] | None) -> str:
-    return "" if leaf is None else str(leaf[0])
 
 
 def _files(before: StoredRelease, after: StoredRelease, *, of_code: bool) -> Section:
@@ -179,26 +236,6 @@ def _files(before: StoredRelease, after: StoredRelease, *, of_code: bool) -> Sec
     )
     rows = [(path, _state(was, now)) for path, was, now in _changed(old, new)]
     return Section("Code" if of_code else "Other files", ("file", ""), rows)
-
-
-def _environment(before: StoredRelease, after: StoredRelease) -> Section:
-    old, new = (_made_with(stored.manifest.made_from) for stored in (before, after))
-    rows = [(key, was or "", now or "") for key, was, now in _changed(old, new)]
-    return Section("Packages", ("what", "A", "B"), rows)
-
-
-def _made_with(made_from: Mapping[str, Any]) -> dict[str, str]:
-    environment = made_from["environment"]
-    return {
-        **{key: made_from[key] for key in ("tag", "campaign", "data")},
-        "schema version of the tables": str(made_from["schema_version"]),
-        "Python": environment["python"],
-        "platform": environment["platform"],
-        "C library": environment["c_library"],
-        "CPU": environment["cpu"],
-        "requirements.lock": made_from["lock"][:12],
-        **environment["packages"],
-    }
 
 
 # Tables with verdicts: the column of the verdict, then those that explain it.
@@ -336,26 +373,24 @@ def _levels(low: float, high: float, count: int) -> FloatArray:
     return np.unique(np.linspace(low, high, count)) if known else np.array([1.0])
 
 
-def _constants_section(constants: pd.DataFrame) -> Section:
-    rows = [
+def _constant_rows(constants: pd.DataFrame) -> list[Row]:
+    return [
         (
             row["oil"],
             row["constant"],
             f"{row['before']:.6g}",
             f"{row['after']:.6g}",
-            f"{row['change']:.2f}",
+            f"{row['change']:.2f} standard errors",
         )
-        for row in tables.rows(constants[constants["change"] != 0])
+        for row in tables.rows(constants)
     ]
-    return Section("Constants", ("oil", "constant", "A", "B", "standard errors"), rows)
 
 
-def _traction_section(traction: pd.DataFrame) -> Section:
-    rows = []
-    for row in tables.rows(traction[traction["change"] != 0]):
+def _traction_rows(traction: pd.DataFrame) -> list[Row]:
+    rows: list[Row] = []
+    for row in tables.rows(traction):
         relative = row["measure"] == "relative"
         change = f"{100 * row['change']:.3g} %" if relative else f"{row['change']:.2g}"
         mu = f"{row['before']:.5f}", f"{row['after']:.5f}"
-        rows.append((row["oil"], change, *mu, row["where"]))
-    columns = ("oil", "largest change of mu", "A", "B", "at")
-    return Section("Traction coefficient over the tested box", columns, rows)
+        rows.append((row["oil"], "mu", *mu, f"{change} at {row['where']}"))
+    return rows

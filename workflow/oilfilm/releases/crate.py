@@ -5,7 +5,7 @@ workflow under `code`. Who ran it and when is not said: a release must not depen
 """
 
 from collections.abc import Mapping, Sequence
-from pathlib import PurePosixPath
+from mimetypes import MimeTypes
 from typing import Any
 
 from rocrate.model import ComputationalWorkflow, ContextEntity, File
@@ -35,17 +35,10 @@ _PROFILES = {
 # Where `sha256` of a file is defined.
 _CONTEXT = "https://w3id.org/ro/terms/workflow-run/context"
 _BIOSCHEMAS = "https://bioschemas.org/profiles/ComputationalWorkflow/1.0-RELEASE"
-# Every other file is text.
-_MEDIA_TYPES = {
-    ".csv": "text/csv",
-    ".html": "text/html",
-    ".json": "application/json",
-    ".md": "text/markdown",
-    ".parquet": "application/vnd.apache.parquet",
-    ".png": "image/png",
-    ".svg": "image/svg+xml",
-    ".yaml": "application/yaml",
-}
+# The types that Python knows itself, whatever the system adds; other files are text.
+_MEDIA_TYPES = MimeTypes()
+_MEDIA_TYPES.add_type("application/vnd.apache.parquet", ".parquet")
+_MEDIA_TYPES.add_type("application/yaml", ".yaml")
 
 
 def run_crate(settings: Settings, made_from: Mapping[str, Any], files: Sequence[FileRecord]) -> str:
@@ -87,7 +80,6 @@ def run_crate(settings: Settings, made_from: Mapping[str, Any], files: Sequence[
         result=results,
         actionStatus="http://schema.org/CompletedActionStatus",
     )
-    made["log.txt"]["about"] = action
     crate.root_dataset["mentions"] = action
     content = crate.metadata.generate()
     content["@graph"].sort(key=lambda entity: entity["@id"])
@@ -116,7 +108,7 @@ def _described(record: FileRecord) -> dict[str, Any]:
         "name": record.path,
         "contentSize": str(record.size),
         "sha256": record.sha256,
-        "encodingFormat": _MEDIA_TYPES.get(PurePosixPath(record.path).suffix, "text/plain"),
+        "encodingFormat": _MEDIA_TYPES.guess_type(record.path)[0] or "text/plain",
     }
 
 
@@ -152,5 +144,5 @@ def _describe_workflow(crate: ROCrate, workflow: Entity, made_from: Mapping[str,
         name="Snakemake",
         identifier={"@id": "https://doi.org/10.1093/bioinformatics/bts480"},
         url={"@id": "https://snakemake.readthedocs.io"},
-        version=packages["snakemake"],
+        version=packages.get("snakemake", ""),
     )

@@ -14,8 +14,8 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.errors import OilfilmError
+from oilfilm.releases.compare import logs_read
 from oilfilm.releases.crate import CRATE, run_crate
-from oilfilm.releases.logs import logs_read
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     CODE,
@@ -42,7 +42,6 @@ from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.table_file import content_digest, table_file
 
 REPORT = "report.html"
-LOG = "log.txt"
 _SAMPLES = "tables/samples/"
 
 
@@ -58,7 +57,6 @@ class FinishedRun:
         files: Output files and folders below it, all up to date.
         raw: Paths of the raw logs with the sha256 that each had when the run read it; empty for
             simulated logs, which the run wrote itself.
-        logs: Logs of the jobs.
         copies: Folder with the local copies of what is kept in object storage.
     """
 
@@ -68,7 +66,6 @@ class FinishedRun:
     results: Path
     files: Sequence[Path]
     raw: Mapping[str, str]
-    logs: Sequence[Path]
     copies: Path = Path()
 
 
@@ -101,7 +98,9 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     try:
         manifest = _gather(run, made_from, config, temporary)
         if new:
-            _close(temporary)
+            flush(temporary)
+            for name in files_below(temporary):
+                (temporary / name).chmod(0o444)
             rename_flushed(temporary, folder)
         else:
             _refuse_other(folder, manifest)
@@ -113,8 +112,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
 
 def _made_from(run: FinishedRun, config: str) -> dict[str, Any]:
     """The stable part of the manifest: what the version depends on."""
-    raw = tuple(_raw_record(run, path) for path in sorted(run.raw))
-    _refuse_changed(raw, run)
+    raw = _raw_records(run)
     return {
         "campaign": run.settings.campaign.name,
         "data": run.settings.campaign.data,
@@ -128,9 +126,27 @@ def _made_from(run: FinishedRun, config: str) -> dict[str, Any]:
     }
 
 
-def _raw_record(run: FinishedRun, path: str) -> FileRecord:
-    copied = (run.root / run.copies / path).is_file()
-    return FileRecord.of(run.root / run.copies if copied else run.root, path)
+def _raw_records(run: FinishedRun) -> list[FileRecord]:
+    """The raw logs; refused where one has changed since the run read it."""
+
+    def table(name: str) -> pd.DataFrame | None:
+        path = run.results / "tables" / f"{name}.parquet"
+        return tables.read(name, run.root / path) if path in run.files else None
+
+    read = logs_read(run.settings.campaign.name, table, run.raw)
+    records = []
+    for path, digest in sorted(run.raw.items()):
+        copied = (run.root / run.copies / path).is_file()
+        record = FileRecord.of(run.root / run.copies if copied else run.root, path)
+        # a log that could not be read at all has no row in any table
+        _, in_table = read.get(path, ("", ""))
+        for other in {digest, in_table} - {"", record.sha256}:
+            raise OilfilmError(
+                f"{path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
+                f"then {other[:12]}). Put it back, or run `snakemake release` again to read it."
+            )
+        records.append(record)
+    return records
 
 
 def _gather(
@@ -150,31 +166,29 @@ def _gather(
     copy_file(run.home / LOCK, temporary / LOCK)
     _write(temporary / CONFIG, config)
     _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
-    _write(temporary / LOG, _log_summary(run))
     if REPORT in paths:
         page = (temporary / REPORT).read_bytes().decode("utf-8")
         _write(temporary / REPORT, with_release(page, version_of(made_from)))
-    _describe(temporary / "tables", run.settings)
+    described = [
+        table_file(path, path.parent) for path in sorted(temporary.glob("tables/*.parquet"))
+    ]
+    _write(temporary / "tables/datapackage.json", data_package(run.settings, described))
     inside = records_of(temporary, files_below(temporary))
     _write(temporary / CRATE, run_crate(run.settings, made_from, inside))
     files = records_of(temporary, files_below(temporary))
-    manifest = Manifest(made_from, files, _sample_records(results, samples))
+    # the content of each oil's samples: one hash over all runs, and bytes of all columns
+    of_oil: dict[str, list[Path]] = {}
+    for path in samples:
+        of_oil.setdefault(path.rpartition("/")[0], []).append(results / path)
+    width = 8 * (len(tables.columns("samples")) - 1)
+    contents = {folder: content_digest(paths) for folder, paths in sorted(of_oil.items())}
+    left_out = tuple(
+        FileRecord(folder, digest, rows * width) for folder, (digest, rows) in contents.items()
+    )
+    manifest = Manifest(made_from, files, left_out)
     _write(temporary / MANIFEST, manifest.text())
     _write(temporary / CHECKSUMS, checksums(manifest))
     return manifest
-
-
-def _sample_records(results: Path, paths: Sequence[str]) -> tuple[FileRecord, ...]:
-    """The content of each oil's samples: hash over all runs, and bytes of all columns."""
-    of_oil: dict[str, list[Path]] = {}
-    for path in paths:
-        of_oil.setdefault(path.rpartition("/")[0], []).append(results / path)
-    width = 8 * (len(tables.columns("samples")) - 1)
-    records = []
-    for folder, files in sorted(of_oil.items()):
-        digest, rows = content_digest(files)
-        records.append(FileRecord(folder, digest, rows * width))
-    return tuple(records)
 
 
 def _below(run: FinishedRun) -> list[str]:
@@ -190,66 +204,8 @@ def _below(run: FinishedRun) -> list[str]:
     return sorted(names)
 
 
-def _refuse_changed(raw: Sequence[FileRecord], run: FinishedRun) -> None:
-    """Refuse raw logs that have changed since the run read them."""
-
-    def table(name: str) -> pd.DataFrame | None:
-        path = run.results / "tables" / f"{name}.parquet"
-        return tables.read(name, run.root / path) if path in run.files else None
-
-    read = logs_read(run.settings.campaign.name, table, {record.path for record in raw})
-    for record in raw:
-        # a log that could not be read at all has no row in any table
-        before = {run.raw[record.path]}
-        if record.path in read:
-            before.add(read[record.path].sha256)
-        for other in sorted(before - {"", record.sha256}):
-            raise OilfilmError(
-                f"{record.path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
-                f"then {other[:12]}). Put it back, or run `snakemake release` again to read it."
-            )
-
-
-def _log_summary(run: FinishedRun) -> str:
-    """Messages of all steps; at least one line per step.
-
-    Logs in one folder are those of the jobs that share a step: how many there are must not show.
-    """
-    messages: dict[str, list[str]] = {}
-    top = min((log.parent for log in run.logs), key=lambda folder: len(folder.parts), default=None)
-    for log in sorted(run.logs):
-        step = messages.setdefault(log.stem if log.parent == top else log.parent.name, [])
-        try:
-            step += (run.root / log).read_text(encoding="utf-8").rstrip("\n").split("\n")
-        except FileNotFoundError:
-            raise OilfilmError(
-                f"{log}: the log of a job is missing. Run `snakemake release --forcerun RULE` "
-                "with the rule that writes it."
-            ) from None
-    lines = [
-        f"{step}: {line}"
-        for step, texts in sorted(messages.items())
-        # of equal lines the last one counts: all jobs end with the same
-        for line in reversed(dict.fromkeys(reversed(texts)))
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _describe(folder: Path, settings: Settings) -> None:
-    """Describe the tables that the release contains."""
-    files = [table_file(path, folder) for path in sorted(folder.glob("*.parquet"))]
-    _write(folder / "datapackage.json", data_package(settings, files))
-
-
 def _write(path: Path, text: str) -> None:
     path.write_bytes(text.encode("utf-8"))
-
-
-def _close(folder: Path) -> None:
-    """Flush every file to disk and make it read-only before the folder gets its name."""
-    flush(folder)
-    for name in files_below(folder):
-        (folder / name).chmod(0o444)
 
 
 def _refuse_other(folder: Path, manifest: Manifest) -> None:

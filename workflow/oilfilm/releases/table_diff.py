@@ -1,6 +1,5 @@
 """The first difference between two files: row, pixel, line or byte."""
 
-import struct
 from pathlib import Path
 from typing import Any
 
@@ -26,16 +25,13 @@ def file_difference(before: Path, after: Path) -> str:
     if old.startswith(b"PAR1") and new.startswith(b"PAR1"):
         return _table_difference(before, after)
     if old.startswith(_PNG) and new.startswith(_PNG):
-        return _picture_difference(old, new, before, after)
+        return _picture_difference(before, after)
     try:
         return _text_difference(old.decode(), new.decode())
     except UnicodeDecodeError:
-        return f"byte {_first_byte(old, new)}"
-
-
-def _first_byte(old: bytes, new: bytes) -> int:
-    pairs = enumerate(zip(old, new, strict=False))
-    return next((index for index, (a, b) in pairs if a != b), min(len(old), len(new)))
+        pairs = enumerate(zip(old, new, strict=False))
+        first = next((index for index, (a, b) in pairs if a != b), min(len(old), len(new)))
+        return f"byte {first}"
 
 
 def _text_difference(old: str, new: str) -> str:
@@ -48,29 +44,24 @@ def _text_difference(old: str, new: str) -> str:
 
 def _table_difference(before: Path, after: Path) -> str:
     try:
-        return _read_tables_difference(
-            *(parquet.read_table(x, partitioning=None) for x in (before, after))
-        )
+        old, new = (parquet.read_table(path, partitioning=None) for path in (before, after))
     except (OSError, ValueError, arrow.ArrowException) as error:
         return f"cannot be read as Parquet ({error})"
-
-
-def _read_tables_difference(old: arrow.Table, new: arrow.Table) -> str:
     if old.column_names != new.column_names:
         return f"columns {old.column_names}, then {new.column_names}"
     if len(old) != len(new):
         return f"{len(old)} rows, then {len(new)}"
     for name in old.column_names:
-        before, after = (_column(table, name) for table in (old, new))
-        same = ((before == after) | (before.isna() & after.isna())).to_numpy(bool)
+        first, then = (_column(table, name) for table in (old, new))
+        same = ((first == then) | (first.isna() & then.isna())).to_numpy(bool)
         if not same.all():
             row = int(np.argmin(same))
-            return f"column {name}, row {row}: {before.iloc[row]!r}, then {after.iloc[row]!r}"
-    first, then = (table.schema.metadata or {} for table in (old, new))
-    for key in sorted(first.keys() | then.keys()):
-        if first.get(key) != then.get(key):
-            line = _text_difference(*(_text(of.get(key) or b"") for of in (first, then)))
-            return f"the same rows; {_text(key)} in the footer, {line}"
+            return f"column {name}, row {row}: {first.iloc[row]!r}, then {then.iloc[row]!r}"
+    footers = [table.schema.metadata or {} for table in (old, new)]
+    for key in sorted(footers[0].keys() | footers[1].keys()):
+        texts = [_text(footer.get(key) or b"") for footer in footers]
+        if texts[0] != texts[1]:
+            return f"the same rows; {_text(key)} in the footer, {_text_difference(*texts)}"
     return "the same rows and footer, laid out differently"
 
 
@@ -84,20 +75,14 @@ def _text(content: bytes) -> str:
     return content.decode(errors="backslashreplace")
 
 
-def _picture_difference(old: bytes, new: bytes, before: Path, after: Path) -> str:
-    old_chunks, new_chunks = _metadata_chunks(old), _metadata_chunks(new)
-    for first, then in zip(old_chunks, new_chunks, strict=False):
-        if first != then:
-            return f"metadata {first[:80]!r}, then {then[:80]!r}"
-    if len(old_chunks) != len(new_chunks):
-        return f"{len(old_chunks)} chunks of metadata, then {len(new_chunks)}"
-    # imported here, because it takes a second
-    from matplotlib.image import imread  # noqa: PLC0415
-
+def _picture_difference(before: Path, after: Path) -> str:
     try:
-        pixels, new_pixels = imread(before), imread(after)
+        with Image.open(before) as old, Image.open(after) as new:
+            if old.info != new.info:
+                return f"metadata {old.info!r:.80}, then {new.info!r:.80}"
+            pixels, new_pixels = np.asarray(old), np.asarray(new)
     except _DAMAGED as error:
-        return f"byte {_first_byte(old, new)}; cannot be read as PNG ({error})"
+        return f"cannot be read as PNG ({error})"
     if pixels.shape != new_pixels.shape:
         return f"{pixels.shape} pixels, then {new_pixels.shape}"
     unlike = (pixels != new_pixels).any(axis=-1)
@@ -105,15 +90,3 @@ def _picture_difference(old: bytes, new: bytes, before: Path, after: Path) -> st
         return "the same pixels, compressed differently"
     line, column = np.unravel_index(int(np.argmax(unlike)), unlike.shape)
     return f"{int(unlike.sum())} pixels, the first at line {line}, column {column}"
-
-
-def _metadata_chunks(content: bytes) -> list[bytes]:
-    """Metadata of a PNG: kind and data of each chunk except the pixels."""
-    chunks = []
-    start = len(_PNG)
-    while start + 8 <= len(content):
-        size, kind = struct.unpack(">I4s", content[start : start + 8])
-        if kind != b"IDAT":
-            chunks.append(kind + b" " + content[start + 8 : start + 8 + size])
-        start += size + 12
-    return chunks

@@ -1,27 +1,23 @@
 """The code that a release is made by, as files and without version control."""
 
 import platform
+import re
 import shutil
 import sys
-import tomllib
 from collections.abc import Iterator
-from functools import cache
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from packaging.requirements import Requirement
-from packaging.utils import canonicalize_name
 
-from oilfilm.errors import OilfilmError
 from oilfilm.home import PACKAGE
-from oilfilm.releases.manifest import FileRecord, records_digest
+from oilfilm.releases.manifest import LOCK, FileRecord, records_digest
 
 # Configuration is not code: a release holds what it resolves to.
 _CODE = ("Snakefile", "workflow", "data/reference")
 _LIBRARY = "workflow/oilfilm"
-_PROJECT = "oilfilm"
 # A pin is a part of a release; if it counted, no release could be pinned.
 PINS = "data/reference/pins"
 _PINS = tuple(PINS.split("/"))
@@ -68,58 +64,17 @@ def code_tree_digest(home: Path) -> str:
 
 
 def environment(home: Path) -> dict[str, Any]:
-    """Python, kind of machine and every package that a run may import, with versions; no host.
-
-    Raises:
-        OilfilmError: pyproject.toml cannot be read, or a package that it asks for is not installed.
-    """
-    try:
-        project = tomllib.loads((home / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-        extras = project["optional-dependencies"]
-        needed = (*project["dependencies"], *extras["report"], *extras["workflow"])
-    except (KeyError, ValueError) as error:
-        raise OilfilmError(f"pyproject.toml: cannot be read ({error}).") from error
+    """Python, kind of machine and installed versions of the locked packages; no host."""
+    names = re.findall(r"^([\w.-]+)==", (home / LOCK).read_text(encoding="utf-8"), re.MULTILINE)
+    versions = {}
+    for name in names:
+        with suppress(metadata.PackageNotFoundError):  # of another system
+            versions[name] = metadata.version(name)
     return {
         "python": platform.python_version(),
         # bytes are promised on one kind of machine: mathematical libraries choose by it
         "platform": f"{sys.platform} {platform.machine()}",
         "c_library": " ".join(platform.libc_ver()).strip(),
         "cpu": " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
-        "packages": _versions(needed),
+        "packages": versions,
     }
-
-
-@cache
-def _versions(dependencies: tuple[str, ...]) -> dict[str, str]:
-    """Installed versions of these packages and of all that they need in turn."""
-    requirements = [Requirement(text) for text in dependencies]
-    versions: dict[str, str] = {}
-    seen: set[tuple[str, frozenset[str]]] = set()
-    while requirements:
-        requirement = requirements.pop()
-        name, extras = canonicalize_name(requirement.name), frozenset(requirement.extras)
-        # one extra of the project may name another; the code itself has a digest of its own
-        own = name == _PROJECT
-        if own or (name, extras) in seen or not _applies(requirement, frozenset()):
-            continue
-        seen.add((name, extras))
-        try:
-            distribution = metadata.distribution(name)
-        except metadata.PackageNotFoundError:
-            raise OilfilmError(
-                f"the package {name!r} is not installed. Run `make setup` in a clone, elsewhere "
-                "`pip install 'oilfilm[workflow]'`; then again."
-            ) from None
-        versions[name] = distribution.version
-        for text in distribution.requires or []:
-            inner = Requirement(text)
-            if _applies(inner, extras):
-                inner.marker = None
-                requirements.append(inner)
-    return dict(sorted(versions.items()))
-
-
-def _applies(requirement: Requirement, extras: frozenset[str]) -> bool:
-    return requirement.marker is None or any(
-        requirement.marker.evaluate({"extra": extra}) for extra in extras | {""}
-    )

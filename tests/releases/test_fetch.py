@@ -1,0 +1,85 @@
+"""A release copied from object storage: whole and as released, or not at all."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from oilfilm.cli import main
+from oilfilm.settings.resolved import Settings
+from releases import made, project, released, runs_of
+from storage_servers import SECRET, Storage, in_environment, moto_storage
+
+RAW = {"a.csv": b"load_n\n1\n"}
+PLACE = "s3://lab/releases/demo"
+
+
+@pytest.fixture(scope="module")
+def storage() -> Iterator[Storage]:
+    with moto_storage() as server, in_environment(server):
+        server.client().create_bucket(Bucket="lab")
+        yield server
+
+
+@pytest.fixture(scope="module")
+def release(config: Settings, storage: Storage, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A release, which is in the bucket as well."""
+    folder = tmp_path_factory.mktemp("fetch")
+    made_here = released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
+    files = (path for path in made_here.rglob("*") if path.is_file())
+    keys = {f"releases/demo/{path.relative_to(made_here).as_posix()}": path for path in files}
+    storage.put("lab", {key: path.read_bytes() for key, path in keys.items()})
+    return made_here
+
+
+def test_fetched_release_has_every_byte(
+    release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fetched = tmp_path / "fetched"
+    assert main(["fetch", f"{PLACE}/", str(fetched)]) == 0
+    assert "all files are as released" in capsys.readouterr().out
+    for path in release.rglob("*"):
+        if path.is_file():
+            assert path.read_bytes() == (fetched / path.relative_to(release)).read_bytes()
+    assert main(["fetch", PLACE, str(fetched)]) == 2
+    assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"summary.txt": b"fake\n"}, "summary.txt: differs"),
+        ({"extra.txt": b"x"}, "extra.txt: is extra"),
+        ({"manifest.json": b"{}"}, "manifest.json"),
+    ],
+    ids=["altered", "extra", "manifest"],
+)
+def test_release_that_is_not_as_released_makes_no_folder(
+    release: Path,
+    storage: Storage,
+    tmp_path: Path,
+    change: dict[str, bytes],
+    sentence: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    whole = storage.files("lab", "releases/demo/")
+    files = {f"altered/{name}": content for name, content in (whole | change).items()}
+    storage.put("lab", files)
+    assert main(["fetch", "s3://lab/altered", str(tmp_path / "fetched")]) == 2
+    assert sentence in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+    for name in change.keys() - whole.keys():
+        storage.client().delete_object(Bucket="lab", Key=f"altered/{name}")
+
+
+@pytest.mark.parametrize(
+    "address", ["s3://lab/nothing", "s3://nobody/x", f"s3://key:{SECRET}@lab/x", "june"]
+)
+def test_address_that_leads_nowhere_ends_in_a_sentence_without_a_key(
+    storage: Storage, tmp_path: Path, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["fetch", address, str(tmp_path / "fetched")]) == 2
+    printed = capsys.readouterr().err
+    assert "AWS_ACCESS_KEY_ID" in printed
+    assert SECRET not in printed
+    assert list(tmp_path.iterdir()) == []
