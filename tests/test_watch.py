@@ -207,7 +207,7 @@ def test_defect_in_one_log_does_not_end_the_watch(
         raise ZeroDivisionError("planted")
 
     put(project, "a.csv", GOOD)
-    monkeypatch.setattr(watch, "check_logs", fail)
+    monkeypatch.setattr(watch, "judged_logs", fail)
     (line,) = looked(watcher_of(project))
     assert "a defect of oilfilm: ZeroDivisionError: planted" in line
 

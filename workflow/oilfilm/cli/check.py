@@ -3,7 +3,6 @@
 import argparse
 import json
 import os
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -100,13 +99,8 @@ def _refuse_logs_of_other_projects(paths: Iterable[Path], own: Path) -> None:
 
 
 def _name(path: Path) -> str:
-    named = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
-    if named != str(path):
-        raise OilfilmError(
-            f"{named}: the name cannot be written in the encoding of this system, "
-            f"{sys.getfilesystemencoding()}. Rename the file or set another locale."
-        )
-    return named
+    """A path as text, with escapes for bytes that are no text in the encoding of this system."""
+    return str(path).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def check_files(
@@ -132,11 +126,11 @@ def check_files(
         of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
         if of_kind:
             sheet = sheet_of_paths([Path(file) for file, _ in of_kind], raw, settings, each.logs)
-            found |= {log.file: log for log in check_logs(of_kind, settings, each, sheet)}
+            found |= {log.file: log for log in judged_logs(of_kind, settings, each, sheet)}
     return [found[file] for file, _ in logs]
 
 
-def check_logs(
+def judged_logs(
     logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
 ) -> list[CheckedLog]:
     """What was found in logs of one kind, in their order.
@@ -163,16 +157,17 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
     for folder in Path(file).resolve().parents:
         if folder.name in of_folder:
             return of_folder[folder.name]
-    readings = [read_log(content, file, settings, kind.logs)[1] for kind in _KINDS]
-    fitting = [
-        kind
-        for kind, reading in zip(_KINDS, readings, strict=True)
-        if reading.runs or any(refusal.rule != "columns" for refusal in reading.refusals)
-    ]
-    runs = [kind for kind, reading in zip(_KINDS, readings, strict=True) if reading.runs]
+    readings = {kind: read_log(content, file, settings, kind.logs)[1] for kind in _KINDS}
+    runs = [kind for kind, reading in readings.items() if reading.runs]
     if len(runs) > 1:
         raise OilfilmError(
             f"{file}: has the columns of a traction log and those of a torque log. Say which it "
             "is: --traction or --torque."
         )
-    return runs[0] if runs else fitting[0] if len(fitting) == 1 else TRACTION_RIG
+    # a log that lacks no column of one kind only, but has other faults, is of that kind
+    faulty = [
+        kind
+        for kind, reading in readings.items()
+        if any(refusal.rule != "columns" for refusal in reading.refusals)
+    ]
+    return runs[0] if runs else faulty[0] if len(faulty) == 1 else TRACTION_RIG

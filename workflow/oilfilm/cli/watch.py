@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from oilfilm.cli.arguments import config_folder, project_folder
-from oilfilm.cli.check import check_logs
+from oilfilm.cli.check import judged_logs
 from oilfilm.cli.checked import CheckedLog, Problem
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
@@ -172,7 +172,7 @@ class Watcher:
             return f"REFUSED; {log.fault}"
         try:
             content = read_bytes(log.path)
-            (checked,) = check_logs([(str(log.path), content)], self.settings, log.kind, log.sheet)
+            (checked,) = judged_logs([(str(log.path), content)], self.settings, log.kind, log.sheet)
         except (OilfilmError, OSError):
             raise
         except Exception as error:  # one log must not end the watch
