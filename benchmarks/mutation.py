@@ -81,7 +81,7 @@ IMPORTED = (
         "pandera",
         "pyarrow.csv",
     ),
-    *("pint", "pydantic", "yaml", "nptdms", "lvm_read", "openpyxl", "matplotlib.pyplot"),
+    *("pint", "pydantic", "yaml", "nptdms", "openpyxl", "matplotlib.pyplot"),
 )
 
 

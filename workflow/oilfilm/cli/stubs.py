@@ -215,27 +215,18 @@ def rig_yaml(name: str, found: Findings) -> str:
         _line("name", f"ball-on-disc rig {name}", "what it is"),
         _line("source", "not documented yet", "where the values below come from"),
     ]
-    if found.needs_radii:
-        why = f"{FILL_IN}: m, from the spindle's axis to the contact on the"
-        lines += [
-            _line(f"{body}_track_radius_m", None, f"{why} {body}") for body in ("ball", "disc")
-        ]
-    if not found.needs_contact:
-        lines += ["# For pressure and film thickness all of these; remove the '# ' before them."]
-    lines += [
-        _line(f"{off}ball_radius_m", None, f"{marks}: m"),
-        *(
-            line
-            for body in ("ball", "disc")
-            for line in (
-                f"{off}{body}: {{youngs_modulus_pa: , poisson_ratio: }}".ljust(_WIDTH)
-                + f"  {marks}: steel has about 206.0e+9 and 0.3",
-                _line(f"{off}{body}_roughness_ra_um", None, f"{marks}: Ra in um"),
-            )
-        ),
-        "# limits: {max_hertz_pressure_gpa: , entrainment_speed_m_s: , inlet_temperature_c: , "
-        "slide_roll_ratio: }  # for `oilfilm plan`",
-    ]
+    for body in ("ball", "disc") if found.needs_radii else ():
+        why = f"{FILL_IN}: m, from the spindle's axis to the contact on the {body}"
+        lines.append(_line(f"{body}_track_radius_m", None, why))
+    if off:
+        lines.append("# For pressure and film thickness all of these; remove the '# ' before them.")
+    lines.append(_line(f"{off}ball_radius_m", None, f"{marks}: m"))
+    for body in ("ball", "disc"):
+        elastic = _Blank({"youngs_modulus_pa": None, "poisson_ratio": None})
+        lines.append(_line(off + body, elastic, f"{marks}: steel has about 206.0e+9 and 0.3"))
+        lines.append(_line(f"{off}{body}_roughness_ra_um", None, f"{marks}: Ra in um"))
+    limits = "max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c slide_roll_ratio"
+    lines.append(_line("# limits", _Blank(dict.fromkeys(limits.split())), "for `oilfilm plan`"))
     return "\n".join([*lines, ""])
 
 

@@ -6,7 +6,6 @@ Decides: when a raw log is refused because it changed.
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from oilfilm.atomic_write import write_text
@@ -17,18 +16,6 @@ FOLDER = Path("data/first_seen")
 # The listings are for people and version control; so many digits tell any two logs apart.
 _DIGITS = 16
 _LINE = re.compile(r"([0-9a-f]{64})  (data/raw/.+)")
-
-
-@dataclass(frozen=True)
-class _Change:
-    log: str
-    was: str
-    now: str
-
-    def lines(self) -> str:
-        """The entry of the campaign file, without its reason."""
-        log, was, now = map(json.dumps, (self.log, self.was[:_DIGITS], self.now[:_DIGITS]))
-        return f"  - log: {log}\n    was: {was}\n    now: {now}\n    reason: "
 
 
 class FirstSeen:
@@ -74,32 +61,31 @@ class FirstSeen:
             OilfilmError: Which logs, and the lines that acknowledge their changes.
         """
         entries = list(acknowledged)
-        changes = []
-        for path in logs:
-            log = path.as_posix()
-            if log not in self._states:
-                continue
-            was, now = self._states[log], state_of(path)
-            known = any(
+        changes = {
+            log: (was, now)
+            for log in (path.as_posix() for path in logs)
+            if log in self._states
+            for was, now in [(self._states[log], state_of(Path(log)))]
+            if now not in (was, "")
+            and not any(
                 each.log == log and was.startswith(each.was) and now.startswith(each.now)
                 for each in entries
             )
-            if now not in (was, "") and not known:
-                changes.append(_Change(log, was, now))
-        if changes:
-            raise OilfilmError(self._refusal(changes, bool(entries)))
-
-    def _refusal(self, changes: list[_Change], others: bool) -> str:
-        first = changes[0]
-        more = f", and {len(changes) - 1} more" if len(changes) > 1 else ""
-        place = "at the end of `acknowledged_changes` in" if others else "to"
-        key = "" if others else "acknowledged_changes:\n"
-        return (
-            f"{first.log}: has changed since a run first read it (it was {first.was[:_DIGITS]} "
-            f"then, {self._path} says){more}. Put it back. If the change is meant, add these lines "
+        }
+        if not changes:
+            return
+        (log, (was, _)), *others = changes.items()
+        more = f", and {len(others)} more" if others else ""
+        place = "at the end of `acknowledged_changes` in" if entries else "to"
+        lines = "" if entries else "acknowledged_changes:\n"
+        for changed, states in changes.items():
+            quoted = [json.dumps(text) for text in (changed, *(s[:_DIGITS] for s in states))]
+            lines += "  - log: {}\n    was: {}\n    now: {}\n    reason: \n".format(*quoted)
+        raise OilfilmError(
+            f"{log}: has changed since a run first read it (it was {was[:_DIGITS]} then, "
+            f"{self._path} says){more}. Put it back. If the change is meant, add these lines "
             f"{place} config/campaigns/{self._campaign}.yaml, with the reason:\n"
-            + key
-            + "\n".join(change.lines() for change in changes)
+            + lines.removesuffix("\n")
         )
 
     def add(self, states: Mapping[str, str]) -> None:

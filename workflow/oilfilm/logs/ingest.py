@@ -3,7 +3,6 @@
 Decides: where each row of a raw log ends: in samples or in quarantine.
 """
 
-import errno
 import hashlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -195,15 +194,15 @@ def read_bytes(path: Path) -> bytes:
             size = min(path.stat().st_size, LARGEST_LOG)
             content = file.read(size + 1)
             return content + file.read(LARGEST_LOG - size) if len(content) > size else content
+    except IsADirectoryError as error:
+        raise OilfilmError(
+            f"{path}: cannot be read ({error.strerror}). Name the logs in it, one by one or by a "
+            "pattern such as *.csv."
+        ) from error
     except OSError as error:
-        advice = {
-            errno.ENOENT: "Check the path.",
-            errno.ENOTDIR: "Check the path.",
-            errno.ELOOP: "Check the links.",
-            errno.ENAMETOOLONG: "Check the path.",
-            errno.EISDIR: "Name the logs in it, one by one or by a pattern such as *.csv.",
-        }.get(error.errno or 0, "Check its rights.")
-        raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}") from error
+        raise OilfilmError(
+            f"{path}: cannot be read ({error.strerror}). Check the path and its rights."
+        ) from error
 
 
 def read_log(
