@@ -17,13 +17,13 @@ AT = "--oil 4102 --stress 1.2GPa --speed 30m/s --temperature 70degC --slip 0.05"
 # The command, in a folder with the files that `mistakes` makes, and a part of what it says.
 COMMANDS = {
     "check": "required: FILE",
-    "check missing.csv": "missing.csv: cannot be read (No such file or directory). Check the path and its rights.",
+    "check missing.csv": "missing.csv: cannot be read (No such file or directory).",
     "check folder": "folder: holds no logs",
-    "check loop": "loop: cannot be read (Too many levels of symbolic links). Check the path and its rights.",
-    "check good.csv/x": "cannot be read (Not a directory). Check the path and its rights.",
+    "check loop": "loop: cannot be read (Too many levels of symbolic links). Check the path",
+    "check good.csv/x": "cannot be read (Not a directory). Check the path",
     r"check C:\logs\a.csv": r"C:\logs\a.csv: cannot be read (No such file",
-    "check x" + 300 * "x": "cannot be read (File name too long). Check the path and its rights.",
-    "check secret.csv": "secret.csv: cannot be read (Permission denied). Check the path and its rights.",
+    "check x" + 300 * "x": "cannot be read (File name too long). Check the path",
+    "check secret.csv": "secret.csv: cannot be read (Permission denied). Check the path",
     "check empty.csv": "REFUSED\n  unknown_format: the file is empty",
     "check binary.csv": "unknown_format: the format is not known",
     "check text.txt": "no line names columns of a traction log",
