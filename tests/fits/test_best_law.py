@@ -10,7 +10,8 @@ from law_points import points_of
 from oilfilm import tables
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.law_comparison import compare_laws, information_criteria
+from oilfilm.fits.fit_tables import information_criteria
+from oilfilm.fits.law_comparison import compare_laws
 from oilfilm.fits.noise import noise_and_misfit
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
@@ -26,15 +27,14 @@ def quick(config: Settings) -> Settings:
     return config.with_changes(
         {
             "fit": {"searches": 2, "bootstrap": 20},
-            "compare": {"laws": ["deng2026", "tanh", "carreau"], "bootstrap": 4},
         }
     )
 
 
 def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, Any]:
-    fit = fit_oil(points, "4050", config.fit, config.seed, law=LAWS[law])
-    compared = compare_laws(points, "4050", config)
-    judged = best_laws(fit.fit_quality, compared["comparison"], compared["law_points"], points)
+    configured = config.with_changes({"fit": {"law": law}})
+    compared = compare_laws(points, "4050", ["deng2026", "tanh", "carreau"], configured)
+    judged = best_laws(compared["fit_quality"], compared["law_points"], points)
     (row,) = tables.rows(judged)
     return row
 
@@ -62,14 +62,14 @@ def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> tuple
         bic = information_criteria(sse, len(names), constants[law])[1]
         quality = {"oil": "own", "law": law, "n_points": len(names), "bic": bic}
         quality |= {"n_constants": constants[law], "left_out_rmse": np.sqrt(sse / len(names))}
-        about.append(quality | {"relative_rms": np.sqrt(sse / len(names)), "certified": True})
+        quality |= {"configured": law == next(iter(squares)), "certified": True}
+        about.append(quality | {"relative_rms": np.sqrt(sse / len(names))})
         mu = 1 + np.sqrt(errors)
         both = dict.fromkeys(("traction_coefficient", "left_out_traction_coefficient"), mu)
         beside.append(
             pd.DataFrame({"oil": "own", "law": law, "run_id": names, "first_row": 0} | both)
         )
-    fit = rows("fit_quality", {"oil": "own", "law": next(iter(squares)), "rmse": 1.0})
-    return fit, rows("comparison", *about), pd.concat(beside), points
+    return rows("fit_quality", *about), pd.concat(beside), points
 
 
 def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_not() -> None:
@@ -112,21 +112,10 @@ def test_criteria_that_name_different_laws_agree_against_the_configured_one() ->
     assert (row["verdict"], row["better_law"]) == ("another law is better", "tanh")
 
 
-@pytest.mark.parametrize(
-    ("laws", "words"),
-    [
-        ([], "names no other law"),
-        (["deng2026"], "names no other law"),
-        (["tanh", "carreau"], "lacks the configured law deng2026"),
-    ],
-)
-def test_comparison_that_was_not_made_is_named(laws: list[str], words: str) -> None:
-    squares = {law: np.ones(9) for law in ("deng2026", "tanh", "carreau")}
-    fit, comparison, beside, points = compared(squares, dict.fromkeys(squares, 3))
-    chosen = comparison[comparison["law"].isin(laws)], beside[beside["law"].isin(laws)]
-    (row,) = tables.rows(best_laws(fit, *chosen, points))
+def test_comparison_that_was_not_made_is_named() -> None:
+    (row,) = tables.rows(best_laws(*compared({"deng2026": np.ones(9)}, {"deng2026": 3})))
     assert row["verdict"] == "not compared"
-    assert words in row["finding"]
+    assert "names no other law" in row["finding"]
 
 
 def test_two_curves_are_too_few_to_compare_laws() -> None:

@@ -12,14 +12,13 @@ from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from nights import quick_ones
 from oilfilm.errors import OilfilmError
 from oilfilm.fits import engine
-from oilfilm.fits.certificate import certify, gradient_cosine, spectrum
+from oilfilm.fits.certificate import certificates, certify, gradient_cosine, spectrum
 from oilfilm.fits.conditions import sentences
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fit_tables import sign_reach
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import Problem, curve_data
-from oilfilm.fits.remarks import certificates
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
@@ -190,7 +189,6 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
     assert reason in fit.fit_quality["certificate"].iloc[0]
     assert fit.coefficients["value"].isna().all()
     assert len(fit.coefficients) == 12
-    assert reason in fit.remarks()[0]
     # no number that could be mistaken for a proven one: such data do not end the run
     assert reason in certificates(fit.fit_quality, allow_uncertified=False)
 

@@ -13,14 +13,15 @@ from oilfilm import tables
 from oilfilm.fits import cross_validation, engine
 from oilfilm.fits.cross_validation import leave_curves_out, leave_ends_out, level_of
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.law_comparison import compare_laws, curve_shapes, information_criteria, laws_of
+from oilfilm.fits.fit_tables import curve_shapes, information_criteria
+from oilfilm.fits.law_comparison import compare_laws, laws_of
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.report.captions import caption
 from oilfilm.report.figures import style
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS
+from oilfilm.traction import LAW_NAMES, LAWS
 from oilfilm.traction.law import FloatArray, Law, Observations
 from pictures import draw
 
@@ -29,7 +30,7 @@ NOISE = 2e-4
 
 @pytest.fixture(scope="module")
 def quick(config: Settings) -> Settings:
-    return config.with_changes({"fit": {"searches": 2}, "compare": {"bootstrap": 5}})
+    return config.with_changes({"fit": {"searches": 2, "bootstrap": 20}})
 
 
 def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
@@ -43,10 +44,9 @@ def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
     "name", ["deng2026", nightly("eyring"), nightly("wang-deng-groups"), "tanh"]
 )
 def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
-    only = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
-    config = quick.with_changes({"compare": {"laws": only}})
-    frames = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", config)
-    table = frames["comparison"].set_index("law")
+    laws = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
+    frames = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", laws, quick)
+    table = frames["fit_quality"].set_index("law")
     assert table["left_out_rmse"].idxmin() == name
     assert table["bic"].idxmin() == name
     assert table["temperature_end_out_relative_rms"].idxmin() == name
@@ -63,8 +63,8 @@ def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, 
     """Neighbouring and distant conditions: some laws then have constants without any effect."""
     runs = [f"run{step * number:03d}" for number in range(count)]
     points = points_of(EVERY_LAW["deng2026"], NOISE)
-    frames = compare_laws(points[points["run_id"].isin(runs)], "4050", quick)
-    assert frames["comparison"]["n_points"].eq(len(points) * count // 48).all()
+    frames = compare_laws(points[points["run_id"].isin(runs)], "4050", LAW_NAMES, quick)
+    assert frames["fit_quality"]["n_points"].eq(len(points) * count // 48).all()
 
 
 @pytest.mark.parametrize("groups", [100, 5])
@@ -151,13 +151,13 @@ def test_curves_that_dip_or_rise_again_are_counted() -> None:
 
 
 def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:
-    laws = {"compare": {"laws": ["tanh", "wang-deng-groups"]}}
-    config = Settings.of({**quick.with_changes(laws).plain(), "oils": {"4050": None}})
-    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
-    row = frames["comparison"].set_index("law").loc["wang-deng-groups"]
+    config = Settings.of({**quick.plain(), "oils": {"4050": None}})
+    laws = ["tanh", "wang-deng-groups"]
+    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, config)
+    row = frames["fit_quality"].set_index("law").loc["wang-deng-groups"]
     assert "needs the oil's properties" in row["certificate"]
     assert np.isnan(row["rmse"])
-    assert set(frames["law_coefficients"]["law"]) == {"tanh"}
+    assert set(frames["coefficients"]["law"]) == {"tanh"}
     assert "wang-deng-groups" not in laws_of("4050", config)
 
 
@@ -165,8 +165,8 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
     quick: Settings,
 ) -> None:
     refused = points_of(LAWS["tanh"]).assign(accepted=False)
-    frames = compare_laws(refused, "4050", quick)
-    verdicts = frames["comparison"].set_index("law")["certificate"]
+    frames = compare_laws(refused, "4050", LAW_NAMES, quick)
+    verdicts = frames["fit_quality"].set_index("law")["certificate"]
     assert verdicts.str.startswith("not fitted").all()
     assert "0 accepted points" in verdicts["deng2026"]
     for name, table in frames.items():
@@ -181,13 +181,13 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
 @pytest.fixture(scope="module")
 def starting(quick: Settings) -> tuple[Settings, CampaignTables]:
     """Points of a Wang-Deng law with traction at no slip; every other curve slips backwards."""
-    config = quick.with_changes({"compare": {"laws": ["deng2026", STARTS.name]}})
     points = points_of(STARTS, NOISE)
     back = points["run_id"].isin(sorted(points["run_id"].unique())[::2])
     both = ["slide_roll_ratio", "traction_coefficient"]
     # at no slip there is no direction
     points.loc[back & (points["slide_roll_ratio"] > 0), both] *= -1
-    return config, CampaignTables.in_memory(points=points, **compare_laws(points, "4050", config))
+    made = compare_laws(points, "4050", ["deng2026", STARTS.name], quick)
+    return quick, CampaignTables.in_memory(points=points, **made)
 
 
 STARTS = LAWS["wang-deng-load"]
@@ -210,7 +210,7 @@ def test_figure_of_errors_draws_what_the_table_says(
     assert set(starts["law"]) == {STARTS.name}
     np.testing.assert_allclose(np.sort(starts["y"]), np.sort(planted_starts()), atol=3 * NOISE)
     errors = drawn[(drawn["law"] == "deng2026") & (drawn["kind"] == "fitted curves")]
-    row = results.comparison.set_index("law").loc["deng2026"]
+    row = results.fit_quality.set_index("law").loc["deng2026"]
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
 
@@ -271,14 +271,14 @@ def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
     config, results = starting
     for certified, face in ((False, "white"), (True, style.oil_colour("4050", ["4050"]))):
         bounds = "" if certified else "C3"
-        table = results.comparison.assign(certified=certified, active_bounds=bounds)
+        table = results.fit_quality.assign(certified=certified, active_bounds=bounds)
         one_oil = Settings.of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
-        figure, drawn = draw("fig04", results.replace(comparison=table), one_oil)
+        figure, drawn = draw("fig04", results.replace(fit_quality=table), one_oil)
         handles, labels = figure.axes[2].get_legend_handles_labels()
         assert handles[0].get_markerfacecolor() == face
         assert ("(not certified, at bounds: C3)" in labels[0]) != certified
         assert set(drawn["certified"]) == {certified}
-        figure, _ = draw("law-errors", results.replace(comparison=table), one_oil)
+        figure, _ = draw("law-errors", results.replace(fit_quality=table), one_oil)
         symbols = [line for line in figure.axes[1].get_lines() if line.get_linestyle() == "None"]
         assert {symbol.get_markerfacecolor() for symbol in symbols} == {face}
         ticks = [label.get_text() for label in figure.axes[1].get_yticklabels()]
@@ -286,11 +286,11 @@ def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
 
 
 def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:
-    config = quick.with_changes({"compare": {"laws": ["tanh", "eyring", "carreau"]}})
-    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", config)
-    constants = frames["law_coefficients"]
+    laws = ["tanh", "eyring", "carreau"]
+    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, quick)
+    constants = frames["coefficients"]
     held = constants[constants["verdict"] == "at a bound"].groupby("law")["constant"].apply(set)
-    for row in tables.rows(frames["comparison"]):
+    for row in tables.rows(frames["fit_quality"]):
         names = set(filter(None, row["active_bounds"].split(", ")))
         assert names == held.get(row["law"], set())
         assert not (names and row["certified"])

@@ -13,6 +13,7 @@ from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.doubts import DOUBTS
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.report.fit_remarks import pulling_curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -107,7 +108,7 @@ def with_fits(
     sound = {log.file for log in laboratory.sound}
     for oil in laboratory.oils:
         fit = fit_oil(verdicts.points, oil, settings.fit, settings.seed)
-        odd = fit.fit_quality["pulling_curves"].iloc[0]
+        odd = pulling_curves(fit.tables["curve_residuals"])
         for log in laboratory.logs:
             if log.file in odd and log.fault in outcome.silent and "curve_off" in log.rules:
                 outcome.silent.remove(log.fault)

@@ -42,6 +42,13 @@ def rows(table: str, *given: dict[str, Any]) -> pd.DataFrame:
     return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
 
 
+def fits_of(coefficients: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """A table of coefficients with the fit quality that says which law is configured."""
+    laws = coefficients[["oil", "law"]].drop_duplicates().to_dict("records")
+    quality = rows("fit_quality", *({"configured": True, **law} for law in laws))
+    return {"coefficients": coefficients, "fit_quality": quality}
+
+
 def measured(oil: str) -> pd.DataFrame:
     """Points with errors of whole curves and a calibration, so that intervals have both parts."""
     points = make_points(oil, CONDITIONS, noise=1e-4)
@@ -91,7 +98,6 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         gate_counts=rows("gate_counts", {"gate": "stuck_sensor", "what": "run", "points": 31}),
         refused_pages=rows("refused_pages", {"run_id": "stuck.csv", "page": "stuck.png", **about}),
         **together,
-        comparison=rows("comparison", {"oil": "4102", "law": "eyring", "n_constants": 13}),
         claims=rows(
             "claims",
             {**claim, "basis": "refit", "verdict": "holds", "finding": "Holds in 100%."},

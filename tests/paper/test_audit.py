@@ -31,6 +31,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import Grid, traction
 from oilfilm.traction import LAWS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
+from reports import fits_of
 from reports import rows as rows_of
 
 Judge = Callable[..., Outcome]
@@ -351,7 +352,7 @@ def test_torque_claims_follow_the_torque_tests(
 def results_of(campaign: Campaign, coefficients: pd.DataFrame) -> CampaignTables:
     curated = campaign.curated
     return CampaignTables.in_memory(
-        points=curated.points, runs=curated.runs, coefficients=coefficients
+        points=curated.points, runs=curated.runs, **fits_of(coefficients)
     )
 
 
@@ -480,10 +481,9 @@ def test_points_and_torque_of_own_oils_are_no_evidence_for_the_paper(demo: Campa
     own = results_of(demo, fits).replace(
         points=points.assign(oil=points["oil"].replace("4050", "house oil")),
         torque=rows_of("torque", {"oil": "house oil", "relative_error": 9.9}),
-        comparison=rows_of("comparison", {"oil": "house oil"}),
     )
     kept = refit_evidence(own, OILS, demo.config).of_paper()
     assert kept.points is not None
     assert set(kept.points["oil"]) == {"4102", "4010"}
     assert kept.torque.empty
-    assert kept.comparison.empty
+    assert set(kept.comparison["oil"]) == {"4102"}

@@ -26,6 +26,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from pictures import Draw, draw, drawing_of, nothing_is_cut_off
+from reports import fits_of
 
 
 def tables_of(campaign: Campaign, oils: Iterable[str]) -> CampaignTables:
@@ -33,7 +34,7 @@ def tables_of(campaign: Campaign, oils: Iterable[str]) -> CampaignTables:
     return CampaignTables.in_memory(
         points=campaign.curated.points,
         runs=campaign.curated.runs,
-        coefficients=pd.concat(fits),
+        **fits_of(pd.concat(fits)),
         coverage=coverage(campaign.curated.runs, campaign.config),
     )
 
@@ -128,7 +129,7 @@ def test_figure_without_any_accepted_point_says_so(
 ) -> None:
     refused = results.points.assign(accepted=False, reasons="thin_film")
     fits = [fit_oil(refused, oil, config.fit, config.seed).coefficients for oil in config.oils]
-    figure, drawn = drawing(name, points=refused, coefficients=pd.concat(fits))
+    figure, drawn = drawing(name, points=refused, **fits_of(pd.concat(fits)))
     if name != "eqs11-13":
         assert len(drawn) == 0
         assert "no accepted point" in figure.axes[0].texts[0].get_text()

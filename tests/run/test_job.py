@@ -100,7 +100,6 @@ def test_disk_that_takes_no_file_ends_a_job_in_a_sentence(
     ("rule", "advice"),
     [
         ("curate", "To make its jobs smaller, set `split.runs` in config.yaml, or lower it."),
-        ("fit", "To make its jobs smaller, set `split.refits` in config.yaml, or lower it."),
         ("report", "Free some or raise the limit of the job, then run snakemake again."),
     ],
 )

@@ -330,20 +330,18 @@ def test_figures_of_nothing_say_so(config, name):
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
 
-def load_law_fits() -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Constants of the law on load for 4050, as a comparison of laws would give them."""
+def with_load_law() -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The printed fits, and one of the law on load to 4050."""
     law = LAWS["wang-deng-load"]
-    coefficients, quality = (table[table["oil"] == "4050"] for table in printed_fits())
-    rows = pd.concat([coefficients.iloc[:1]] * len(law.constants), ignore_index=True)
+    coefficients, quality = printed_fits()
+    own = quality[quality["oil"] == "4050"].assign(law=law.name, configured=False)
+    rows = pd.concat([coefficients.iloc[:1]] * len(law.constants)).assign(oil="4050")
     names, values = (
         [constant.name for constant in law.constants],
         np.where(WANG_DENG == 0, 1e-9, WANG_DENG),
     )
-    return (
-        rows.assign(law=law.name, constant=names, value=values),
-        quality.assign(law=law.name),
-        tables.empty("refits"),
-    )
+    rows = rows.assign(law=law.name, constant=names, value=values)
+    return pd.concat([coefficients, rows]), pd.concat([quality, own])
 
 
 # A, B, C, D of the law, each by load, speed and temperature
@@ -354,7 +352,7 @@ WANG_DENG = np.array(
 
 def test_a_law_on_load_is_compared_as_well(config):
     law, runs = LAWS["wang-deng-load"], plateaus([5.0], [9000.0])
-    oils = oils_in_bearings(*printed_fits(), config, load_law_fits())
+    oils = oils_in_bearings(*with_load_law(), config)
     torque, _ = torque_table(runs, oils, config)
     row = torque.set_index("load_variable").loc["wang-deng-load"]
     assert row["converged"]

@@ -40,7 +40,7 @@ def results(misfit: float = 0.0, law: str = "deng2026", **changed: Any) -> Campa
             ),
         ),
         "torque_truth": rows("torque_truth", {"oil": "4102", "law_misfit": misfit}),
-        "coefficients": rows("coefficients", {"oil": "4102", "law": law}),
+        "fit_quality": rows("fit_quality", {"oil": "4102", "law": law, "configured": True}),
     }
     return CampaignTables.in_memory(**frames | changed)
 

@@ -44,7 +44,7 @@ def campaign_with(law: str) -> dict[str, Any]:
     }
     campaign["settings"] = {
         "fit": {**QUICK["fit"], "law": law, "allow_uncertified": True},
-        "compare": {"laws": ["deng2026", "wang-deng-load"], "bootstrap": 5},
+        "compare": {"laws": ["deng2026", "wang-deng-load"]},
         "figures": {"extrapolation": {"oil": "own"}},
         "bearing": {
             "uncertainty": {"draws": 40},

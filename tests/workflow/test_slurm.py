@@ -79,7 +79,7 @@ def test_campaign_on_a_cluster_has_the_bytes_of_a_local_run_whatever_fails(
         wait(process, (results / "logs/compare-4102/0.log").exists)
         cluster.stop_node()
         # this job ends while nobody watches it
-        wait(process, (results / "parts/compare/4102/0/law_refits.parquet").exists)
+        wait(process, (results / "parts/fit/4102/tanh/refits.parquet").exists)
         time.sleep(10)
         cluster.start_node()
     text = output.read_text(encoding="utf-8")

@@ -360,7 +360,7 @@ def lay_out_two(project: Path) -> Path:
     lay_out(project)
     campaign = read_campaign(project, "demo")
     campaign |= {"oils": ["4102", "4050"], "matrix": SMALL_MATRIX, "figures": ["curves"]}
-    one_law = {"laws": ["tanh"], "bootstrap": 5}
+    one_law = {"laws": ["tanh"]}
     campaign["settings"] = {**QUICK, "compare": one_law, "split": {"runs": 6}}
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
     del campaign["torque"]
@@ -385,7 +385,7 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     """One log of the first oil is removed, then one of the second in a run that is killed."""
     project, fresh = tmp_path / "project", tmp_path / "fresh"
     raw = lay_out_two(project)
-    fitted = [f"results/two/tables/{name}.parquet" for name in ("coefficients", "comparison")]
+    fitted = [f"results/two/tables/{name}.parquet" for name in ("coefficients", "fit_quality")]
     target = (*fitted, "--config", "campaign=two")
     succeed(project, *target)
     listing = project / "data/first_seen/two.sha256"
@@ -426,7 +426,7 @@ def test_snakemake_looks_up_its_limit_on_job_starts_where_a_local_run_removes_it
 
 
 def test_split_decides_which_jobs_share_the_work(project: Path) -> None:
-    names = ("points", "runs", "quarantine", "coefficients", "refits", "comparison", "law_points")
+    names = ("points", "runs", "quarantine", "coefficients", "refits", "fit_quality", "law_points")
     tables_of_run = [f"results/small/tables/{name}.parquet" for name in names]
     before = (project / "config/campaigns/small.yaml").read_text(encoding="utf-8")
     try:
@@ -520,7 +520,7 @@ def test_measured_curves_that_ship_go_through(project: Path) -> None:
     shutil.copytree(ETM, project / "data/raw/etm-slim")
     campaign = read_campaign(project, "etm-slim")
     # 20 000 points: the comparison would take longer than all the rest
-    campaign["settings"] |= QUICK | {"compare": {"laws": ["tanh"], "bootstrap": 5}}
+    campaign["settings"] |= QUICK | {"compare": {"laws": ["tanh"]}}
     write_campaign(project, "etm-slim", campaign)
     output = succeed(project, "--config", "campaign=etm-slim")
     assert "FILM NOT JUDGED" in output

@@ -18,6 +18,7 @@ from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import SLIP, FittedLaw, Prediction, in_unit
 from oilfilm.fits.law_comparison import compare_laws
 from oilfilm.home import CONFIG
+from oilfilm.report.fit_remarks import fit_remarks
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -76,7 +77,9 @@ class ArrayFit:
     @property
     def verdict(self) -> str:
         """Whether the fit is certified, and what its user must know."""
-        return "\n".join(text.removeprefix(f"{_OIL}, ") for text in self.tables.remarks())
+        fit = self.tables
+        remarks = fit_remarks(fit.fit_quality, fit.tables["curve_residuals"])
+        return "\n".join(text.removeprefix(f"{_OIL}, ") for text in remarks)
 
     def predict(
         self,
@@ -100,21 +103,19 @@ class ArrayFit:
         It takes a few times as long as the fit.
         """
         config = read_config(CONFIG)
-        names = [name for name, law in LAWS.items() if law.conditions == CONDITIONS]
         settings = Settings.of(
             {
-                "compare": config.compare.model_dump() | {"laws": names},
+                "compare": config.compare.model_dump(),
                 "fit": self.settings.model_dump(),
                 "seed": config.seed,
-                "oils": {_OIL: None},
-                "rigs": {},
             }
         )
         points = _as_table(self.points)
-        made = compare_laws(points, _OIL, settings)
-        judged = best_laws(self.tables.fit_quality, made["comparison"], made["law_points"], points)
+        names = [name for name, law in LAWS.items() if law.conditions == CONDITIONS]
+        made = compare_laws(points, _OIL, names, settings)
+        judged = best_laws(made["fit_quality"], made["law_points"], points)
         columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
-        laws = made["comparison"].set_index("law")[columns]
+        laws = made["fit_quality"].set_index("law")[columns]
         return LawComparison(str(judged["finding"].item()), laws)
 
     def plot(self, axes: Any = None) -> Any:

@@ -48,11 +48,8 @@ rule torque_runs:
         "../scripts/torque_runs.py"
 
 
-# What the bearing's tables are computed from: the fitted law, and the other laws of the comparison.
-FITTED = (
-    *("coefficients", "fit_quality", "refits"),
-    *("law_coefficients", "law_fit_quality", "law_refits"),
-)
+# What the bearing's tables are computed from: the fits of every law.
+FITTED = ("coefficients", "fit_quality", "refits")
 
 
 rule torque:
@@ -74,7 +71,7 @@ rule torque:
 rule torque_control:
     "What the comparison with simulated torque can show; no row where the torque was measured."
     input:
-        **finished("torque", "coefficients"),
+        **finished("torque", "fit_quality"),
         torque_truth=rules.torque_twin.output.truth if TORQUE_SIMULATED else [],
     output:
         torque_control="<tables>/torque_control.parquet",

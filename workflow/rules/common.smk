@@ -36,7 +36,7 @@ from oilfilm.logs.raw_files import (
 )
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
-from oilfilm.traction import LAW_FILES, LAW_NAMES, PAPER_LAW
+from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")
 # Digests of raw logs from earlier runs: a dry run does not read the logs again.
@@ -172,34 +172,14 @@ pathvars:
 
 wildcard_constraints:
     shard=r"\d+",
-    part=r"\d+",
-    block=r"\d+",
     oil="|".join(OILS),
 
 
-# Refits or groups of curves in one job; the searches of a fit are one job, whatever `split` sets.
-SIZES = {"ends": 0, "refits": SETTINGS.split.refits or 0, "left-out": SETTINGS.split.folds or 0}
-
-
-def blocks(total, size):
-    """Number of jobs for so many refits or groups of curves: 1 without a `size`."""
-    return -(-total // size) if size else 1
-
-
-def part_file(of, oil, law, what, block):
-    """File of a part of one law's fit to one oil."""
-    return f"{PARTS}/drawn/{of}/{oil}/{law}/{what}-{block}.npz"
-
-
-def parts_of_fit(of, oil, law, refits, folds=0):
-    """Files of the parts of a fit that are jobs of their own; none unless `split` sets them."""
-    totals = {"refits": refits, "left-out": folds}
-    counts = {what: blocks(total, SIZES[what]) for what, total in totals.items()}
-    parts = [(what, n) for what, count in counts.items() if count > 1 for n in range(count)]
-    searches = [("ends", 0)] if parts else []
-    return [part_file(of, oil, law, what, n) for what, n in searches + parts]
-
-
+# What one fit writes (oilfilm.tables.fits.OF_FIT, whose import takes half a second).
+FIT_TABLES = (
+    *("coefficients", "fit_quality", "refits", "correlations", "profiles", "curve_residuals"),
+    "law_points",
+)
 # Tables that a campaign without torque logs lacks, and those that one without a twin lacks.
 TORQUE_TABLES = (
     *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
@@ -259,6 +239,8 @@ def inputs_of_figures(figures):
     names = {name for figure in figures for name in figure.tables}
     if any(figure.shows_data for figure in figures):
         names.add("points")  # which say whose film thickness was not judged
+    if names & set(FIT_TABLES):
+        names.add("fit_quality")  # which says what law is configured
     return {
         **finished(*sorted(names)),
         **{name: reference_file(name) for name in references},

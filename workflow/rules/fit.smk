@@ -1,82 +1,55 @@
-FIT_TABLES = (
-    "coefficients",
-    "fit_quality",
-    "refits",
-    "correlations",
-    "profiles",
-    "curve_residuals",
+from oilfilm.traction import LAWS
+
+FITTED_LAWS = list(dict.fromkeys((*SETTINGS.compare.laws, SETTINGS.fit.law)))
+# Which law is configured and which are compared changes no fit.
+OF_ONE_FIT = SETTINGS.with_changes(
+    {"fit": {"law": next(iter(LAWS))}, "compare": {"laws": list(LAW_FILES)}}
 )
 
 
-# A fit of many curves in jobs of their own, if `split` sets them: first the ends of its searches,
-# then blocks of its refits and of the curves that are left out.
-rule drawn:
-    "A part of one law's fit to one oil."
-    input:
-        points="<parts>/collect/{oil}/points.parquet",
-        ends=lambda wildcards: (
-            []
-            if wildcards.what == "ends"
-            else part_file(wildcards.of, wildcards.oil, wildcards.law, "ends", 0)
-        ),
-    output:
-        part=part_file("{of}", "{oil}", "{law}", "{what}", "{block}"),
-    log:
-        "<logs>/{of}-{oil}/{law}-{what}-{block}.log",
-    wildcard_constraints:
-        of="fit|compare",
-        law="|".join(LAW_NAMES),
-        what="ends|refits|left-out",
-    params:
-        code=lambda wildcards: code("drawn.py", LAW_FILES[wildcards.law]),
-        size=lambda wildcards: SIZES[wildcards.what],
-        config=lambda wildcards: (
-            part("fit", "seed")
-            if wildcards.of == "fit"
-            else COMPARED.part("compare", "fit", "oils", "rigs", "seed")
-        ),
-    script:
-        "../scripts/drawn.py"
-
-
 rule fit:
-    "One oil's constants, with their errors and the certificate."
+    "One law's constants for one oil, with their errors, the certificate and errors left out."
     input:
-        drawn=lambda wildcards: parts_of_fit(
-            "fit", wildcards.oil, SETTINGS.fit.law, SETTINGS.fit.bootstrap
-        ),
         points="<parts>/collect/{oil}/points.parquet",
         printed=reference_file("printed_coefficients"),
     output:
-        **{table: f"<parts>/fit/{{oil}}/{table}.parquet" for table in FIT_TABLES},
+        **{table: f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet" for table in FIT_TABLES},
     log:
-        "<logs>/fit-{oil}.log",
+        "<logs>/fit-{oil}/{law}.log",
+    wildcard_constraints:
+        law="|".join(LAW_FILES),
     params:
-        code=code("fit.py", LAW_FILES[SETTINGS.fit.law]),
-        config=part("fit", "seed"),
+        code=lambda wildcards: code("fit.py", LAW_FILES[wildcards.law]),
+        # a law of the conditions alone needs no properties of oil and rig
+        config=lambda wildcards: OF_ONE_FIT.part(
+            *("compare", "fit", "seed"), *(() if wildcards.law in LAWS else ("oils", "rigs"))
+        ),
     script:
         "../scripts/fit.py"
 
 
 rule fits:
-    "The fits of all oils, a table each."
+    "The fits of all oils and laws, the configured law beside the others, misfit beside noise."
     input:
-        **{table: expand(f"<parts>/fit/{{oil}}/{table}.parquet", oil=OILS) for table in FIT_TABLES},
-        points="<tables>/points.parquet",
+        **{
+            table: expand(f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet", oil=OILS, law=FITTED_LAWS)
+            for table in FIT_TABLES
+        },
+        **finished("points", "runs"),
     output:
-        **finished(*FIT_TABLES),
+        **finished(*FIT_TABLES, "law_verdicts", "lack_of_fit"),
     log:
         "<logs>/fits.log",
     localrule: True
     params:
         code=code("fits.py"),
-        config=part(),
+        config=part("fit", "gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")),
     script:
         "../scripts/fits.py"
 
 
 rule certified:
-    "The certificates of all fits; a fit without one ends the run, unless config allows it."
+    "The certificates of the configured law's fits; without one the run ends, unless allowed."
     input:
         **finished("fit_quality"),
     output:

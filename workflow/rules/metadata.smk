@@ -2,7 +2,6 @@
 TABLE_NAMES = (
     *("runs", "points", "quarantine", "coverage", "gate_counts"),
     *FIT_TABLES,
-    *COMPARE_TABLES,
     *("law_verdicts", "lack_of_fit"),
     *TORQUE_TABLES,
     *(*PAPER_TABLES, *ADVICE_TABLES, *EXTRAPOLATION_TABLES),

@@ -25,7 +25,7 @@ if SIMULATED:
     rule extrapolation:
         "Fitted laws beside the simulated truth at the conditions of Figs 7-10."
         input:
-            **finished("law_coefficients", "law_refits", "law_fit_quality"),
+            **finished(*FITTED),
             printed=reference_file("printed_coefficients"),
         output:
             **finished("extrapolation", "extrapolation_errors"),
@@ -66,7 +66,7 @@ if CAMPAIGN.torque is not None:
 rule audit:
     "The paper's claims and its advice on oils, checked with the campaign and the printed constants."
     input:
-        **finished("points", "runs", "coefficients", "comparison", "torque", "torque_control"),
+        **finished("points", "runs", "coefficients", "fit_quality", "torque", "torque_control"),
         printed=reference_file("printed_coefficients"),
         claims=reference_file("claims"),
     output:

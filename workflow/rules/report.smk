@@ -17,7 +17,7 @@ rule report:
             "law_verdicts",
             "lack_of_fit",
             "refits",
-            "comparison",
+            "curve_residuals",
             "claims",
             "torque_runs",
             "torque_quarantine",

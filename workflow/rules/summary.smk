@@ -10,6 +10,7 @@ rule summary:
             "coefficients",
             "correlations",
             "fit_quality",
+            "curve_residuals",
             "law_verdicts",
             "lack_of_fit",
             "printed_judged",

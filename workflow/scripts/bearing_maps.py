@@ -6,10 +6,7 @@ from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings, siz
 
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
-    other_fits = results.law_coefficients, results.law_fit_quality, results.law_refits
-    oils = oils_in_bearings(
-        results.coefficients, results.fit_quality, settings, other_fits, results.refits
-    )
+    oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, results.refits)
     frames = {
         "cage_slip": cage_slip_table(oils, settings),
         "size_effect": size_effect_table(oils, settings),

@@ -14,9 +14,9 @@ with job(snakemake) as (settings, provenance):
     truth = truth_grid(settings, printed_constants(Path(snakemake.input.printed)))
     compared = extrapolate(
         truth,
-        results.law_coefficients,
-        results.law_refits,
-        results.law_fit_quality,
+        results.coefficients,
+        results.refits,
+        results.fit_quality,
         settings.same_set_point.relative,
         {oil: laws_of(oil, settings) for oil in settings.oils},
     )

@@ -1,13 +1,9 @@
-"""Join the tables of all oils, and name the oil that an odd curve belongs to."""
+"""Join the fits of all oils and laws, and judge the configured law beside the others."""
 
-from oilfilm.fits.odd_curves import with_likely_oils
+from oilfilm.fits.finished import finished_fits
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as (_, provenance):
+with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
-    frames = {name: results.table(name) for name, _ in snakemake.output.items()}
-    # the comparison of laws has no curves of its own
-    if "curve_residuals" in frames:
-        frames["curve_residuals"], frames["fit_quality"] = with_likely_oils(results, results.points)
-    write_tables(frames, snakemake.output, provenance)
+    write_tables(finished_fits(results, settings), snakemake.output, provenance)

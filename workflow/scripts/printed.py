@@ -13,12 +13,12 @@ with job(snakemake) as (settings, provenance):
     oils, constants = snakemake.params.oils, printed_constants(path)
     judged = judge_printed(
         results.points,
-        results.coefficients,
-        results.fit_quality,
+        results.configured.coefficients,
+        results.configured.fit_quality,
         constants,
         oils,
         settings.printed,
-        results.refits,
+        results.configured.refits,
     )
     signs, verdicts = study_signs(
         constants,

@@ -14,8 +14,7 @@ with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
     published = load(Path(snakemake.input.published), PublishedBearingTests)
     coefficients, refits = results.coefficients, results.refits
-    other_fits = results.law_coefficients, results.law_fit_quality, results.law_refits
-    oils = oils_in_bearings(coefficients, results.fit_quality, settings, other_fits, refits)
+    oils = oils_in_bearings(coefficients, results.fit_quality, settings, refits)
     advice, band = advice_in_band(oils, coefficients, refits, results.cage_slip, settings)
     frames = {
         "slip_advice": advice,

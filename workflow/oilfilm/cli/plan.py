@@ -127,7 +127,7 @@ def run(options: argparse.Namespace) -> int:
     config = config_folder(options.config)
     settings = resolve(config, {"campaign": about["campaign"]})
     results = CampaignTables.in_folder(folder)
-    fitted = [oil for oil in settings.oils if oil in set(results.coefficients["oil"])]
+    fitted = [oil for oil in settings.oils if oil in set(results.configured.coefficients["oil"])]
     oils = fitted if options.oil is None else [options.oil]
     if not set(oils) <= set(fitted):
         raise OilfilmError(

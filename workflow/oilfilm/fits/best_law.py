@@ -50,21 +50,20 @@ class Judged:
 
 
 def best_laws(
-    quality: pd.DataFrame, comparison: pd.DataFrame, law_points: pd.DataFrame, points: pd.DataFrame
+    quality: pd.DataFrame, law_points: pd.DataFrame, points: pd.DataFrame
 ) -> pd.DataFrame:
     """Table `law_verdicts`: one row per oil, the configured law beside the best ones.
 
     Args:
-        quality: Table `fit_quality`, of the configured law.
-        comparison: Table of the laws compared.
+        quality: Table `fit_quality`, of every law.
         law_points: mu of every law at every accepted point.
         points: Table of points.
     """
     measured = points[["run_id", "first_row", "traction_coefficient"]]
     beside = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
-    for fit in tables.rows(quality):
-        of_oil = [frame[frame["oil"] == fit["oil"]] for frame in (comparison, beside)]
+    for fit in tables.rows(quality[quality["configured"]]):
+        of_oil = [frame[frame["oil"] == fit["oil"]] for frame in (quality, beside)]
         rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, *of_oil)})
     return tables.from_rows(rows, "law_verdicts")
 
@@ -124,13 +123,11 @@ _NOTHING: dict[str, Any] = {**dict.fromkeys(_NUMBERS, np.nan), **dict.fromkeys(_
 
 def _obstacle(law: str, laws: pd.DataFrame) -> str:
     """Why nothing can be said; empty where the configured law can be set beside others."""
-    if laws.empty or set(laws.index) == {law}:
+    if set(laws.index) == {law}:
         return (
             "not compared: compare.laws of the settings names no other law; name some, or leave it "
             "out for all"
         )
-    if law not in laws.index:
-        return f"not compared: compare.laws of the settings lacks the configured law {law}; add it"
     if law not in laws.index[laws["bic"].notna()]:
         (why,) = laws.loc[[law], "certificate"]
         return f"not compared: the configured law {law} has no fit ({why})"

@@ -12,11 +12,7 @@ _TOLERANCE = 1e-12
 
 
 def leave_curves_out(
-    problem: Problem,
-    optimum: Optimum,
-    groups: int,
-    random: np.random.Generator,
-    block: slice = slice(None),
+    problem: Problem, optimum: Optimum, groups: int, random: np.random.Generator
 ) -> FloatArray:
     """Error of each point's mu in a fit that has not seen its curve.
 
@@ -30,11 +26,9 @@ def leave_curves_out(
         optimum: Where it ended.
         groups: The largest number of fits.
         random: Draws the groups.
-        block: Which of the groups are left out here.
 
     Returns:
-        Fitted minus measured mu, shape (points,); NaN where the other curves leave a constant open,
-        and at the curves of other blocks.
+        Fitted minus measured mu, shape (points,); NaN where the other curves leave a constant open.
 
     Reference: T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2nd ed.
         (2009), section 7.10.1.
@@ -42,7 +36,7 @@ def leave_curves_out(
     group = np.arange(problem.curves)
     if problem.curves > groups:
         group = random.permutation(group) % groups
-    return _errors_left_out(problem, optimum, np.unique(group)[block, np.newaxis] == group)
+    return _errors_left_out(problem, optimum, np.unique(group)[:, np.newaxis] == group)
 
 
 def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> FloatArray:

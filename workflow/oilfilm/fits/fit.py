@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm import tables
 from oilfilm.fits.certificate import certify
 from oilfilm.fits.conditions import (
     fixed_conditions,
@@ -16,9 +15,8 @@ from oilfilm.fits.conditions import (
     incomplete_curves,
     to_text,
 )
-from oilfilm.fits.drawn import NOTHING, Drawn
 from oilfilm.fits.engine import Optimum, at_bounds, search
-from oilfilm.fits.fit_tables import tables_of_fit, tables_without_fit
+from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
 from oilfilm.fits.objectives import robust_fit, weighted_fit
 from oilfilm.fits.problem import (
     CurveData,
@@ -27,14 +25,13 @@ from oilfilm.fits.problem import (
     curve_data,
 )
 from oilfilm.fits.profile import profiles
-from oilfilm.fits.remarks import fit_remarks
 from oilfilm.fits.solution import Solution
 from oilfilm.fits.systematic import calibration_refits
 from oilfilm.fits.uncertainty import Estimates, curve_bootstrap, naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import BoolArray, FloatArray, Law
+from oilfilm.traction.law import BoolArray, Law
 
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
 BOX = (
@@ -71,9 +68,10 @@ class OilFit:
         """Table of refits."""
         return self.tables["refits"]
 
-    def remarks(self) -> list[str]:
-        """What whoever uses the constants must know, one sentence each."""
-        return [remark for row in tables.rows(self.fit_quality) for remark in fit_remarks(row)]
+    @property
+    def certificate(self) -> str:
+        """The certificate of the fit in a sentence."""
+        return str(self.fit_quality["certificate"].item())
 
 
 def fit_oil(
@@ -83,7 +81,6 @@ def fit_oil(
     seed: int,
     printed: Mapping[str, float] | None = None,
     law: Law | None = None,
-    drawn: Drawn = NOTHING,
 ) -> OilFit:
     """Fit a law to one oil's accepted points.
 
@@ -94,7 +91,6 @@ def fit_oil(
         seed: Of all random numbers.
         printed: Printed value of each constant that has one.
         law: The configured law if not given.
-        drawn: What other jobs have computed of the fit; it changes no byte.
 
     Returns:
         The oil's rows of the tables of a fit. Data that cannot be fitted give rows without values
@@ -104,51 +100,10 @@ def fit_oil(
     try:
         prepared = _prepare(points, oil, settings, law)
     except _NotFittableError as error:
-        return OilFit(tables_without_fit(law, error.quality, printed or {}, str(error)), None)
-    solution = _solve(prepared, oil, settings, seed, drawn)
+        names = fitted_names(law)
+        return OilFit(tables_without_fit(names, error.quality, printed or {}, str(error)), None)
+    solution = _solve(prepared, oil, settings, seed)
     return OilFit(tables_of_fit(solution, prepared.quality, printed or {}, settings), solution)
-
-
-def search_ends(
-    points: pd.DataFrame, oil: str, settings: FitSettings, seed: int, law: Law
-) -> FloatArray:
-    """The searches of a fit alone, as `Drawn.ends`; no rows where the data cannot be fitted."""
-    try:
-        problem = _prepare(points, oil, settings, law).problem
-    except _NotFittableError:
-        return np.empty((0, 1))
-    optima = _search(problem, oil, settings, seed)
-    return np.stack([np.append(optimum.values, optimum.sse) for optimum in optima])
-
-
-def block_of_refits(
-    points: pd.DataFrame,
-    oil: str,
-    settings: FitSettings,
-    seed: int,
-    law: Law,
-    ends: FloatArray,
-    block: slice,
-) -> FloatArray:
-    """Some refits of a fit alone, of which the searches are known.
-
-    Returns:
-        Shape (refits, free); no rows where there are none.
-    """
-    located = located_at(points, oil, settings, law, ends)
-    if located is None:
-        return np.empty((0, 1))
-    return _refits(*located, oil, settings, seed, block)
-
-
-def located_at(
-    points: pd.DataFrame, oil: str, settings: FitSettings, law: Law, ends: FloatArray
-) -> tuple[Problem, Optimum] | None:
-    """The problem of a fit and the best end of its searches; None where it cannot be fitted."""
-    if not len(ends):
-        return None
-    problem, optima = _with_bounds_held(_prepare(points, oil, settings, law).problem, _optima(ends))
-    return problem, _lowest(optima)
 
 
 @dataclass(frozen=True)
@@ -183,6 +138,7 @@ def _prepare(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) ->
     quality = {
         "oil": oil,
         "law": law.name,
+        "configured": True,
         "n_points": len(data.mu),
         "n_curves": len(data.runs),
         "incomplete_curves": "; ".join(left_out),
@@ -223,66 +179,39 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
         raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
 
 
-def _solve(
-    prepared: _Prepared, oil: str, settings: FitSettings, seed: int, drawn: Drawn
-) -> Solution:
-    problem, data = prepared.problem, prepared.data
-    optima = _search(problem, oil, settings, seed) if drawn.ends is None else _optima(drawn.ends)
-    problem, optima = _with_bounds_held(problem, optima)
-    best = _lowest(optima)
+def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> Solution:
+    data = prepared.data
+    ends = [
+        search(prepared.problem, settings, generator(seed, "search", oil, number))
+        for number in range(settings.searches)
+    ]
+    problem, optima = _with_bounds_held(prepared.problem, ends)
+    best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
-    refits = drawn.refits
-    if refits is None:
-        refits = _refits(problem, best, oil, settings, seed)
+    errors = np.sqrt(np.diag(naive))
+    refits = np.empty((0, len(best.values)))
+    if problem.curves >= settings.min_curves_to_resample:
+        random = generator(seed, "bootstrap", oil)
+        refits = curve_bootstrap(problem, best, settings.bootstrap, random)
     shifted = calibration_refits(problem, best, prepared.points, prepared.followed)
     return Solution(
         problem,
         data,
         best,
-        certify(problem, data, optima, np.sqrt(np.diag(naive)), settings),
+        certify(problem, data, optima, errors, settings),
         Estimates(best.values, naive, refits, shifted),
-        profiles(problem, best, np.sqrt(np.diag(naive))),
+        profiles(problem, best, errors),
         weighted_fit(problem, data, best),
         robust_fit(problem, best),
     )
 
 
-def _search(problem: Problem, oil: str, settings: FitSettings, seed: int) -> list[Optimum]:
-    return [
-        search(problem, settings, generator(seed, "search", oil, number))
-        for number in range(settings.searches)
-    ]
-
-
-def _optima(ends: FloatArray) -> list[Optimum]:
-    return [Optimum(end[:-1], float(end[-1])) for end in ends]
-
-
-def _lowest(optima: list[Optimum]) -> Optimum:
-    return min(optima, key=lambda optimum: optimum.sse)
-
-
-def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:
+def _with_bounds_held(problem: Problem, ends: list[Optimum]) -> tuple[Problem, list[Optimum]]:
     """The problem with constants held that ran into a bound at its lowest end, and all ends."""
-    values = _lowest(optima).values
+    values = min(ends, key=lambda optimum: optimum.sse).values
     stuck = at_bounds(problem, values)
-    free = [Optimum(optimum.values[~stuck], optimum.sse) for optimum in optima]
+    free = [Optimum(end.values[~stuck], end.sse) for end in ends]
     return problem.holding(values, stuck), free
-
-
-def _refits(
-    problem: Problem,
-    best: Optimum,
-    oil: str,
-    settings: FitSettings,
-    seed: int,
-    block: slice = slice(None),
-) -> FloatArray:
-    """The bootstrap over curves, or a block of it; no rows with too few curves."""
-    if problem.curves < settings.min_curves_to_resample:
-        return np.empty((0, len(best.values)))
-    random = generator(seed, "bootstrap", oil)
-    return curve_bootstrap(problem, best, settings.bootstrap, random, block)
 
 
 def _tested_box(points: pd.DataFrame) -> dict[str, float]:

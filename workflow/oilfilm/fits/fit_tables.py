@@ -1,6 +1,6 @@
 """The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -9,14 +9,26 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.fits.certificate import tested_grid, traction_on
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.objectives import curve_agreement, difference, odd_curves
-from oilfilm.fits.odd_curves import pulling_curves
 from oilfilm.fits.profile import profile_interval
 from oilfilm.fits.solution import Solution
 from oilfilm.fits.systematic import SENSORS
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import Law
+from oilfilm.tables.fits import OF_FIT
+from oilfilm.traction.law import FloatArray, Law
+
+# Traction this small beside the largest is rounding: no dip below zero, no second rise.
+_ROUNDING = 1e-9
+# Known once curves are left out of the fit.
+_UNSEEN = dict.fromkeys(
+    (
+        *("left_out_rmse", "pressure_end_out_relative_rms", "speed_end_out_relative_rms"),
+        "temperature_end_out_relative_rms",
+    ),
+    np.nan,
+)
 
 
 def tables_of_fit(
@@ -37,34 +49,45 @@ def tables_of_fit(
         quality,
         {
             "coefficients": _judged(_coefficients(solution, settings), solution, quality, printed),
-            "fit_quality": pd.DataFrame([{**quality, **_quality(solution, settings)}]),
+            "fit_quality": pd.DataFrame([{**_UNSEEN, **quality, **_quality(solution)}]),
             "refits": _refits(solution),
             "correlations": _correlations(solution),
             "profiles": _profiles(solution),
             "curve_residuals": _curve_residuals(solution, settings),
+            "law_points": pd.DataFrame(),
         },
     )
 
 
 def tables_without_fit(
-    law: Law, quality: Mapping[str, Any], printed: Mapping[str, float], reason: str
+    constants: Sequence[str],
+    quality: Mapping[str, Any],
+    printed: Mapping[str, float],
+    reason: str,
 ) -> dict[str, pd.DataFrame]:
-    """The same of data that could not be fitted: no values, and the reason as the verdict."""
-    columns = tables.empty("coefficients").columns
-    rows = pd.DataFrame({"constant": _fitted_names(law)}).reindex(columns=columns)
+    """The same of data that could not be fitted: no values, and the reason as the certificate.
+
+    Args:
+        constants: Names of the constants that were to be fitted.
+        quality: As of `tables_of_fit`.
+        printed: As there.
+        reason: Why there is no fit.
+    """
+    columns = tables.columns("coefficients")
+    rows = pd.DataFrame({"constant": constants}).reindex(columns=columns)
     rows = rows.assign(identifiable=False, verdict="not identifiable")
     row = {
         **dict.fromkeys(tables.columns("fit_quality"), np.nan),
         **quality,
+        "n_constants": 0,
         "searches": 0,
         "searches_agreeing": 0,
         "active_bounds": "",
-        "pulling_curves": "",
         "certified": False,
         "certificate": f"not fitted: {reason}",
     }
     filled = {"coefficients": _with_printed(rows, printed), "fit_quality": pd.DataFrame([row])}
-    return _checked(quality, {**filled, **dict.fromkeys(_WITH_VALUES, pd.DataFrame())})
+    return _checked(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **filled})
 
 
 def _checked(
@@ -80,17 +103,13 @@ def _checked(
     }
 
 
-# Tables that have no rows where nothing could be fitted.
-_WITH_VALUES = ("refits", "correlations", "profiles", "curve_residuals")
-
-
 def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     """One row per constant, in the order of the law."""
     law, at_bounds = solution.problem.law, solution.problem.at_bounds
     estimated = _estimated(solution, settings.sign_confidence)
     # the level of a condition that did not vary is inside X0: neither can be told apart
     local = [name for name in law.local_constants if name in {*estimated.index, *at_bounds}]
-    rows = estimated.reindex([*_fitted_names(law), *local])
+    rows = estimated.reindex([*fitted_names(law), *local])
     rows["identifiable"] = rows.index.isin(estimated.index)
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
     for name, value in at_bounds.items():
@@ -99,7 +118,8 @@ def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     return rows.rename_axis("constant").reset_index()
 
 
-def _fitted_names(law: Law) -> list[str]:
+def fitted_names(law: Law) -> list[str]:
+    """Names of the constants of a law that are fitted."""
     return [constant.name for constant in law.constants if constant.known is None]
 
 
@@ -188,20 +208,80 @@ def _with_printed(rows: pd.DataFrame, printed: Mapping[str, float]) -> pd.DataFr
     return rows.assign(printed_value=rows["constant"].map(dict(printed)).astype(float))
 
 
-def _quality(solution: Solution, settings: FitSettings) -> dict[str, Any]:
-    problem, data = solution.problem, solution.data
-    residual = problem.residual(solution.best.values)
+def _quality(solution: Solution) -> dict[str, Any]:
+    problem, data, best = solution.problem, solution.data, solution.best
+    residual = problem.residual(best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
+    constants = len(best.values) + len(problem.at_bounds)
+    aic, bic = information_criteria(best.sse, len(residual), constants)
+    on_grid = traction_on(problem, best, *tested_grid(problem, data))
+    starts = on_grid[:, 0]
+    negative, second_rise = curve_shapes(on_grid)
     return {
-        "sse": solution.best.sse,
+        "n_constants": constants,
+        "sse": best.sse,
         "rmse": rmse,
         "relative_rms": rmse / float(np.sqrt(np.mean(data.mu**2))),
         "max_error": float(np.abs(residual).max()),
-        "weighted_difference": difference(problem, solution.best, solution.weighted),
-        "robust_difference": difference(problem, solution.best, solution.robust),
-        "pulling_curves": pulling_curves(_curve_residuals(solution, settings)),
+        "aic": aic,
+        "bic": bic,
+        "zero_slip_traction": float(starts[np.argmax(np.abs(starts))]),
+        "negative_share": negative,
+        "second_rise_share": second_rise,
+        "weighted_difference": difference(problem, best, solution.weighted),
+        "robust_difference": difference(problem, best, solution.robust),
         **asdict(solution.certificate),
     }
+
+
+def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[float, float]:
+    """Akaike's and the Bayesian information criterion of a least-squares fit.
+
+        AIC = n ln(SSE/n) + 2 k,   BIC = n ln(SSE/n) + k ln n
+
+    k counts the constants and the variance of the errors; terms that all laws share are left out.
+    Both take every point for independent, which points of a run are not: differences between laws
+    look surer than they are.
+
+    Args:
+        sse: Sum of squared errors.
+        n_points: n.
+        n_constants: Constants fitted.
+
+    Returns:
+        AIC and BIC; NaN for an exact fit.
+
+    Reference: K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed.
+        (2002), sections 2.2 and 6.4.
+
+    Examples:
+        By hand, 100 ln(1e-4/100) = -1381.55, k = 3:
+
+        >>> aic, bic = information_criteria(1e-4, 100, 2)
+        >>> print(f"{aic:.2f} {bic:.2f}")
+        -1375.55 -1367.74
+    """
+    if sse <= 0:
+        return float("nan"), float("nan")
+    fit, k = n_points * np.log(sse / n_points), n_constants + 1
+    return float(fit + 2 * k), float(fit + k * np.log(n_points))
+
+
+def curve_shapes(mu: FloatArray) -> tuple[float, float]:
+    """Where curves of mu against slip are not as the paper says: shares of the given grid.
+
+    Args:
+        mu: Shape (conditions, slips), slips rising.
+
+    Returns:
+        Share of all points where mu is below zero, and share of conditions at which mu rises again
+        after a fall: more than the paper's one peak.
+    """
+    rounding = _ROUNDING * float(np.abs(mu).max(initial=0.0))
+    steps = np.diff(mu, axis=1)
+    fallen = np.logical_or.accumulate(steps < -rounding, axis=1)
+    again = np.any(fallen & (steps > rounding), axis=1)
+    return float(np.mean(mu < -rounding)), float(np.mean(again))
 
 
 def _refits(solution: Solution) -> pd.DataFrame:

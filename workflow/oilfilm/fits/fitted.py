@@ -136,11 +136,13 @@ class FittedLaw:
             oil: Oil in it.
             refits: Table of refits; without it there are no intervals.
             quality: Table of fit quality; without it no tested box is known.
-            law: Of which the coefficients are wanted. Without it the table must hold one law for
-                the oil, and one that needs no properties of it.
+            law: Of which the coefficients are wanted. Without it the table holds one law for the
+                oil, and one that needs no properties of it.
         """
         rows = coefficients[coefficients["oil"] == oil]
-        law = law or LAWS[rows["law"].iloc[0]]
+        if law is None:
+            (name,) = rows["law"].unique()
+            law = LAWS[name]
         rows = rows[rows["law"] == law.name].set_index("constant")
         values = _in_order(law, rows["value"].to_frame().T)[0]
         given = set(rows.index[rows["value"].notna()])
@@ -169,6 +171,17 @@ class FittedLaw:
             box[-1, 0] = 0.0
             fixed = from_text(row["fixed_conditions"])
         return cls(law, Coefficients(values, known, spread, shifted, box, fixed))
+
+    @classmethod
+    def of_configured(cls, results: CampaignTables, oil: str) -> "FittedLaw":
+        """The fit of the configured law to an oil, with its intervals and tested box.
+
+        Args:
+            results: Tables `coefficients`, `refits` and `fit_quality`.
+            oil: The oil.
+        """
+        fits = results.configured
+        return cls.of(fits.coefficients, oil, fits.refits, fits.fit_quality)
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """mu against slip at one row of the law's conditions, shape of `slip`."""
@@ -317,13 +330,12 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     for name in ("coefficients", "refits", "fit_quality"):
         refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
-    coefficients = results.coefficients
-    oils = sorted(coefficients["oil"].unique())
+    oils = sorted(results.configured.fit_quality["oil"])
     if oil not in oils:
         raise OilfilmError(
             f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
         )
-    return FittedLaw.of(coefficients, oil, results.refits, results.fit_quality)
+    return FittedLaw.of_configured(results, oil)
 
 
 def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:

@@ -38,6 +38,7 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
     """
     conditions = _conditions(results, settings)
     rows = []
+    results = results.configured
     for quality in tables.rows(results.fit_quality):
         row = {"oil": quality["oil"], "law": quality["law"], **_NOTHING}
         if np.isnan(quality["rmse"]):

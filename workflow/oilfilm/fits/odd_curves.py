@@ -1,7 +1,6 @@
 """Curves that do not belong to the others of their oil, and the oils that they may belong to."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,60 +11,31 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 # A curve agrees much better with another oil's fit where its error is smaller by this factor.
 _MUCH_BETTER = 0.5
-# A curve of which mu differs less than this as a whole is odd by its shape.
-_SAME_GAIN = 0.03
 
 
-def pulling_curves(residuals: pd.DataFrame) -> str:
-    """The odd curves of one oil in words, worst first.
-
-    Args:
-        residuals: The oil's rows of the table of curve residuals.
-    """
-    odd = residuals[residuals["odd"]].sort_values("robust_weight", kind="stable")
-    return "; ".join(
-        f"{row['run_id']} ({_difference(row)}{_likely(row['likely_oil'])})"
-        for row in tables.rows(odd)
-    )
-
-
-def _difference(row: Mapping[str, Any]) -> str:
-    if abs(row["gain"] - 1) < _SAME_GAIN:
-        return f"of another shape: rms error of mu {row['rmse']:.1e}"
-    return f"mu {row['gain']:.2f} times the fit's"
-
-
-def _likely(oil: str) -> str:
-    return f"; the fit of {oil} is much nearer: is the label of the run right?" if oil else ""
-
-
-def with_likely_oils(
-    fits: CampaignTables, points: pd.DataFrame
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+def with_likely_oils(results: CampaignTables) -> pd.DataFrame:
     """Name the oil that an odd curve belongs to, where the fit of another one agrees much better.
 
     Args:
-        fits: Finished fits of all oils.
-        points: Table of points of the campaign.
+        results: The tables of every fit, and the points.
 
     Returns:
-        Tables of curve residuals and of fit quality.
+        Table of curve residuals; oils are named in the rows of the configured law.
     """
-    residuals, quality = fits.curve_residuals.copy(), fits.fit_quality.copy()
-    odd = residuals.loc[residuals["odd"], "run_id"]
-    curves = points[points["accepted"] & points["run_id"].isin(odd)].groupby("run_id")
+    fits, points = results.configured, results.points
     laws = {
-        str(oil): FittedLaw.of(fits.coefficients, str(oil), quality=quality)
-        for oil in quality["oil"]
+        str(oil): FittedLaw.of(fits.coefficients, str(oil), quality=fits.fit_quality)
+        for oil in fits.fit_quality["oil"]
     }
-    for index, row in zip(residuals.index, tables.rows(residuals), strict=True):
-        if row["odd"]:
-            curve = curves.get_group(row["run_id"])
-            residuals.loc[index, "likely_oil"] = _much_nearer(laws, row["oil"], curve)
-    quality["pulling_curves"] = [
-        pulling_curves(residuals[residuals["oil"] == oil]) for oil in quality["oil"]
-    ]
-    return residuals, quality
+    odd = fits.curve_residuals[fits.curve_residuals["odd"]]
+    curves = points[points["accepted"] & points["run_id"].isin(odd["run_id"])].groupby("run_id")
+    nearer = {
+        (row["law"], row["run_id"]): _much_nearer(laws, row["oil"], curves.get_group(row["run_id"]))
+        for row in tables.rows(odd)
+    }
+    residuals = results.curve_residuals
+    keys = zip(residuals["law"], residuals["run_id"], strict=True)
+    return residuals.assign(likely_oil=[nearer.get(key, "") for key in keys])
 
 
 def _much_nearer(laws: Mapping[str, FittedLaw], own: str, curve: pd.DataFrame) -> str:

@@ -82,22 +82,16 @@ def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
 
 
 def curve_bootstrap(
-    problem: Problem,
-    optimum: Optimum,
-    refits: int,
-    random: np.random.Generator,
-    block: slice = slice(None),
+    problem: Problem, optimum: Optimum, refits: int, random: np.random.Generator
 ) -> FloatArray:
     """Refits to as many whole curves drawn with replacement: shape (refits, free constants).
-
-    `block` selects some of them. The bytes of a refit do not depend on the block.
 
     Points of a run share its calibration and control errors; drawing runs, not points, keeps
     those errors together. A sample whose curves cannot tell the exponents apart is replaced.
 
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
-    draws = draw_curves(problem.at.design, refits, random)[block]
+    draws = draw_curves(problem.at.design, refits, random)
     return refit(problem, optimum.values, draws.astype(float), _REFIT_TOLERANCE)[0]
 
 

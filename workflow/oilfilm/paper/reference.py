@@ -20,7 +20,7 @@ from oilfilm.settings.quantities import (
     TemperatureC,
     Text,
 )
-from oilfilm.traction.law import Law
+from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
 
 PowerW = Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]
@@ -152,16 +152,16 @@ def printed_constants(path: Path) -> dict[str, FloatArray]:
     return load(path, PrintedCoefficients).constants()
 
 
-def printed_values(path: Path, law: Law, oil: str) -> dict[str, float]:
+def printed_values(path: Path, law: str, oil: str) -> dict[str, float]:
     """The printed constants of an oil by name; none where others than this law's are printed.
 
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
     printed = load(path, PrintedCoefficients)
-    if printed.law != law.name or oil not in printed.oils:
+    if printed.law != law or oil not in printed.oils:
         return {}
-    names = [constant.name for constant in law.constants]
+    names = [constant.name for constant in LAWS[law].constants]
     return dict(zip(names, printed.constants()[oil].tolist(), strict=True))
 
 

@@ -61,7 +61,8 @@ def _signs(results: CampaignTables) -> list[str]:
 
 def _signs_by_fit(results: CampaignTables, campaign: Campaign) -> list[str]:
     """What the fits of the campaign's own points say of the signs in use."""
-    fits = results.coefficients[results.coefficients["law"] == PAPER_LAW.name]
+    fits = results.configured.coefficients
+    fits = fits[fits["law"] == PAPER_LAW.name]
     fitted = fits[["oil", "constant", "value", "verdict"]].dropna(subset="value")
     judged = fitted.merge(results.sign_verdicts[["oil", "constant", "sign"]])
     if judged.empty:

@@ -244,7 +244,6 @@ _JUDGED = {
     "points": ["accepted", "failed_gates"],
     "coefficients": ["verdict"],
     "fit_quality": ["certified"],
-    "law_fit_quality": ["certified"],
     "sign_verdicts": ["verdict"],
     "claims": ["verdict"],
 }

@@ -92,8 +92,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """
     points = results.points
     fits = {
-        oil: FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
-        for oil in dict.fromkeys(results.coefficients["oil"])
+        oil: FittedLaw.of_configured(results, oil) for oil in results.configured.fit_quality["oil"]
     }
     contact = settings.common_contact()
     load_n = None if contact is None else float(contact.load_n(1.0))  # at 1 GPa

@@ -9,10 +9,10 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.conditions import sentences
-from oilfilm.fits.remarks import fit_remarks
 from oilfilm.paper.extrapolation import errors_by_law
 from oilfilm.report.constants import DETERMINED, by_certainty
 from oilfilm.report.facts import noise_sentences
+from oilfilm.report.fit_remarks import warnings_of_fit
 from oilfilm.report.labels import in_words, law_name, law_names
 from oilfilm.report.plain_text import bullet, percent, section, sentence, text_table
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -24,26 +24,26 @@ _OILS_ABREAST = 3
 
 def fit_lines(results: CampaignTables) -> list[str]:
     """Each fit: misfit, noise, and what its user must know; empty without a fit."""
-    quality = results.fit_quality
+    quality = results.configured.fit_quality
     if quality.empty:
         return []
-    ranked = by_certainty(results.coefficients, results.correlations)
+    ranked = by_certainty(results.configured.coefficients, results.configured.correlations)
     fitted = quality[quality["rmse"].notna()]
     laws = law_names(", ".join(quality["law"].unique()))
     return section(
         "Fits",
         [f"Fitted law: {laws}. Errors and scatter are root mean squares (rms)."],
         _quality(fitted, ranked, results.lack_of_fit),
-        [*_remarks(quality, ranked), *_noise(results.lack_of_fit)],
+        [*_remarks(results.configured, ranked), *_noise(results.lack_of_fit)],
     )
 
 
 def constant_lines(results: CampaignTables) -> list[str]:
     """The fitted constants, and the checks that certify them; empty without a fit."""
-    fitted = results.fit_quality[results.fit_quality["rmse"].notna()]
+    fitted = results.configured.fit_quality[results.configured.fit_quality["rmse"].notna()]
     if fitted.empty:
         return []
-    ranked = by_certainty(results.coefficients, results.correlations)
+    ranked = by_certainty(results.configured.coefficients, results.configured.correlations)
     return [*_constants(fitted, ranked), *_certificates(fitted)]
 
 
@@ -92,17 +92,17 @@ def _quality(fitted: pd.DataFrame, ranked: pd.DataFrame, misfits: pd.DataFrame) 
     return text_table([*header, "certified", "not determined"], rows)
 
 
-def _remarks(quality: pd.DataFrame, ranked: pd.DataFrame) -> list[str]:
+def _remarks(fits: CampaignTables, ranked: pd.DataFrame) -> list[str]:
     """What whoever uses a fit must know: no fit, no certificate, curves that pull, no errors."""
     lines = []
-    for fit in tables.rows(quality):
+    for fit in tables.rows(fits.fit_quality):
         oil = fit["oil"]
         if np.isnan(fit["rmse"]):
             lines += bullet(f"{oil}: {sentence(fit['certificate'])}")
             continue
         if not fit["certified"]:
             lines += bullet(f"{oil}: {sentence(fit['certificate'])}")
-        lines += [f"- {remark}." for remark in fit_remarks(fit)[1:]]
+        lines += [f"- {text}." for text in warnings_of_fit(fit, fits.curve_residuals)]
         rows = ranked[ranked["oil"] == oil]
         if rows.loc[rows["identifiable"], "standard_error"].isna().all():
             lines += bullet(

@@ -162,7 +162,7 @@ def _tables(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     said, fits = verdict(results, sure, settings), sections.fit_table(results, sure)
     certificates = sections.certificates(results)
     laws, noise = sections.laws(results), sections.noise(results)
-    ranked = by_certainty(results.coefficients, results.correlations)
+    ranked = by_certainty(results.configured.coefficients, results.configured.correlations)
     constants = [
         sections.constants(ranked, oil, number)
         for number, oil in enumerate(dict.fromkeys(ranked["oil"]))
@@ -250,15 +250,15 @@ def _with_pictures(
 def _downloads(results: CampaignTables) -> dict[str, str]:
     """Files that the page can save or copy, by name."""
     named = {
-        "coefficients": results.coefficients,
-        "fit_quality": results.fit_quality,
+        "coefficients": results.configured.coefficients,
+        "fit_quality": results.configured.fit_quality,
         "quarantine": results.quarantine,
         "claims": results.claims,
     }
     if results.claims.empty:  # of oils that the paper did not test
         named.pop("claims")
     texts = {f"{name}.csv": csv_text(frame) for name, frame in named.items()}
-    return texts | {"coefficients.json": _json(results.coefficients)}
+    return texts | {"coefficients.json": _json(results.configured.coefficients)}
 
 
 def _json(frame: pd.DataFrame) -> str:

@@ -50,8 +50,8 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
     """
     certainties = {}
     accepted = results.points[results.points["accepted"]]
-    for oil in results.fit_quality["oil"]:
-        fit = FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
+    for oil in results.configured.fit_quality["oil"]:
+        fit = FittedLaw.of_configured(results, oil)
         points = accepted[accepted["oil"] == oil]
         conditions, slip = points[list(fit.law.conditions)], points["slide_roll_ratio"]
         prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
@@ -69,7 +69,7 @@ def fit_table(results: CampaignTables, sure: pd.DataFrame) -> ShownTable:
         "errors of whole curves and calibration, true as far as the law is"
     )
     return show(
-        results.fit_quality.join(sure, on="oil"),
+        results.configured.fit_quality.join(sure, on="oil"),
         "fit_quality",
         "How near the law comes to the points, and how sure the fitted curves are",
         [
@@ -88,7 +88,7 @@ def fit_table(results: CampaignTables, sure: pd.DataFrame) -> ShownTable:
 
 def certificates(results: CampaignTables) -> list[tuple[str, str]]:
     """Oil, and why its fit is certified or not."""
-    return [(row["oil"], row["certificate"]) for row in tables.rows(results.fit_quality)]
+    return [(row["oil"], row["certificate"]) for row in tables.rows(results.configured.fit_quality)]
 
 
 def laws(results: CampaignTables) -> ShownTable:
@@ -172,7 +172,7 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
 
 def equations(results: CampaignTables) -> list[tuple[Markup, str]]:
     """Equation, as MathML, and source of each fitted law."""
-    laws = (LAWS[name] for name in dict.fromkeys(results.coefficients["law"]))
+    laws = (LAWS[name] for name in dict.fromkeys(results.configured.coefficients["law"]))
     return [(Markup(mathml(law)), law.source) for law in laws]  # noqa: S704  (our own text)
 
 
@@ -225,8 +225,8 @@ def comparison(results: CampaignTables) -> ShownTable:
     """The laws side by side."""
     two = percent(2)
     return show(
-        results.comparison,
-        "comparison",
+        results.fit_quality,
+        "fit_quality",
         "Laws fitted to the same points by the same fit: errors relative to mu "
         "where they were fitted, and at ends of the matrix that were left out",
         [

@@ -39,10 +39,10 @@ def verdict(
     """
     lines = [
         ("Data", _data(results, settings)),
-        ("Fit", _fit(results.fit_quality)),
+        ("Fit", _fit(results.configured.fit_quality)),
         ("Law", _law(results.law_verdicts)),
         ("Noise", _noise(results.lack_of_fit)),
-        ("Error", _error(results.coefficients, sure)),
+        ("Error", _error(results.configured.coefficients, sure)),
         ("Trouble", _trouble(results, settings)),
     ]
     if len(results.claims):
@@ -147,7 +147,8 @@ def _counts(rules: "pd.Series[str]") -> str:
 
 def _trouble(results: CampaignTables, settings: Settings) -> str:
     rules = results.runs.loc[results.runs["verdict"] == "refused", "rule"]
-    pulling = results.fit_quality.loc[results.fit_quality["pulling_curves"] != "", "oil"]
+    residuals = results.configured.curve_residuals
+    pulling = residuals.loc[residuals["odd"], "oil"].unique()
     stand_ins = stand_in_oils(settings.oils)
     without_run = results.quarantine[results.quarantine["file"].isin(unread_logs(results))]
     reasons = without_run.drop_duplicates("file")["rule"]

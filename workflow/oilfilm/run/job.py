@@ -18,12 +18,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import read_footer
 
 # Keys of `split` that give each job of a rule less to do.
-_SPLIT = {
-    **dict.fromkeys(("ingest", "curate"), ("runs",)),
-    "fit": ("refits",),
-    "drawn": ("refits", "folds"),
-    "compare": ("laws", "refits", "folds"),
-}
+_SPLIT = dict.fromkeys(("ingest", "curate"), ("runs",))
 
 
 @contextmanager

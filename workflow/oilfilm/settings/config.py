@@ -263,7 +263,6 @@ class CompareSettings(Group):
     """Laws compared on the same points by the same fit."""
 
     laws: q.Levels[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
-    bootstrap: int = key("Bootstrap refits of each law (whole curves are resampled).", ge=2)
     left_out_groups: int = key("Most groups of curves that are left out one at a time.", ge=2)
     level_gap: q.PositiveShare = key("Levels differ by more than this share of the range.")
 
@@ -672,19 +671,6 @@ class SplitSettings(Group):
         "a power of two: it doubles as the campaign grows.",
         ge=1,
         default=250,
-    )
-    refits: int | None = key(
-        "Refits of the bootstrap in one job; without it the job of the fit or of the comparison "
-        "makes all of them.",
-        ge=1,
-        default=None,
-    )
-    laws: int | None = key("Laws that one job compares, else all of an oil.", ge=1, default=None)
-    folds: int | None = key(
-        "Groups of curves that one job leaves out of the fit of a law; without it the job of the "
-        "comparison leaves out all of them.",
-        ge=1,
-        default=None,
     )
 
 

@@ -4,6 +4,7 @@ Decides: which tables a campaign may lack.
 """
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pandas as pd
 
 from oilfilm.errors import OilfilmError
 from oilfilm.tables import bearing
+from oilfilm.tables.fits import OF_FIT
 from oilfilm.tables.store import TABLES, read, write
 
 # Tables whose rows are those of another table.
@@ -92,10 +94,31 @@ class CampaignTables:
             self._frames[name] = read(model_of(name), *self._files[name])
         return self._frames[name]
 
+    @cached_property
+    def configured(self) -> "CampaignTables":
+        """The same with the fits of the configured law alone (`fit.law`), read when used."""
+        return _OfConfiguredLaw(self)
+
     def __getattr__(self, name: str) -> pd.DataFrame:
         if name.startswith("_"):
             raise AttributeError(name)
         return self.table(name)
+
+
+class _OfConfiguredLaw(CampaignTables):
+    def __init__(self, every_law: CampaignTables) -> None:
+        super().__init__({})
+        self._every_law = every_law
+
+    def table(self, name: str) -> pd.DataFrame:
+        if name not in self._frames:
+            frame = self._every_law.table(name)
+            if name in OF_FIT:
+                quality = self._every_law.fit_quality
+                laws = quality.loc[quality["configured"], ["oil", "law"]]
+                frame = frame.merge(laws, on=["oil", "law"])
+            self._frames[name] = frame
+        return self._frames[name]
 
 
 def _file(path: Path) -> Path:

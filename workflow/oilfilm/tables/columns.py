@@ -217,6 +217,8 @@ _FITS = (
         f'signs restored; {_CONSTANT_UNIT}'),
     flag("identifiable", "false where the tested conditions cannot give the constant"),
     text("verdict", "verdict on what the row names"),
+    flag("configured", "true for the law that the campaign uses (fit.law); the others are fitted "
+        "to be compared with it (compare.laws)"),
     text("certificate", "the certificate of the fit in a sentence"),
     flag("certified", "true where every part of the certificate holds"),
     count("n_points", "accepted points used"),
@@ -234,8 +236,6 @@ _FITS = (
         "and this one, relative to mu; null where no point has a standard error", at_least=0),
     number("robust_difference", "1", "root-mean-square difference of mu between the robust fit and "
         "this one, relative to mu", at_least=0),
-    text("pulling_curves", "runs that do not belong to the others, worst first, joined by "
-        "'; ': the robust fit nearly ignores them, or their gain or scatter is far from others"),
     count("searches", "independent global searches, each with its own seed"),
     count("searches_agreeing", "searches that ended at the best optimum"),
     # of exact points only rounding is left: a search that ended elsewhere is 1e24 times worse

@@ -1,16 +1,16 @@
 """Tables of the fits: constants, their proof and uncertainty, the laws compared."""
 
-from dataclasses import replace
-
 from oilfilm.tables.columns import table, use
-from oilfilm.tables.declaration import Table
 from oilfilm.units import ABSOLUTE_ZERO_C
 
-# Tables that the laws compared have as well.
-_COMPARED = ("coefficients", "fit_quality", "refits")
+# One fit per oil and law: the tables that a fit writes.
+OF_FIT = (
+    *("coefficients", "fit_quality", "refits", "correlations", "profiles", "curve_residuals"),
+    "law_points",
+)
 
 # fmt: off
-_FITS = (
+TABLES = (
     table("coefficients", "One constant of one traction law for one oil.",
         columns="""
             oil law constant value standard_error lower upper joint_lower joint_upper
@@ -28,12 +28,15 @@ _FITS = (
         key=("oil", "law", "constant"),
         references={"fit_quality": ("oil", "law")},
     ),
-    table("fit_quality", "Quality of one law's fit to one oil, with the certificate of its "
-        "optimum.",
+    table("fit_quality", "Quality of one law's fit to one oil, on its own data and on data left "
+        "out, with the certificate of its optimum.",
         columns="""
-            oil law n_points n_curves sse rmse relative_rms max_error weighted_difference
-            robust_difference pulling_curves searches searches_agreeing sse_spread constant_spread
-            gradient_cosine min_traction condition_number hessian_smallest hessian_largest
+            oil law configured n_points n_curves n_constants sse rmse relative_rms max_error aic bic
+            left_out_rmse pressure_end_out_relative_rms speed_end_out_relative_rms
+            temperature_end_out_relative_rms zero_slip_traction negative_share second_rise_share
+            weighted_difference robust_difference searches searches_agreeing sse_spread
+            constant_spread gradient_cosine min_traction condition_number hessian_smallest
+            hessian_largest
             active_bounds certified certificate incomplete_curves fixed_conditions
             tested_min_max_hertz_pressure_gpa
             tested_max_max_hertz_pressure_gpa tested_min_entrainment_speed_m_s
@@ -77,15 +80,6 @@ _FITS = (
         key=("oil", "law", "run_id"),
         references={"runs": ("run_id",), "fit_quality": ("oil", "law")},
     ),
-    table("comparison", "Quality of one law's fit to one oil, on its own data and on data left "
-        "out.",
-        columns="""
-            oil law n_points n_curves n_constants sse rmse relative_rms max_error aic bic
-            left_out_rmse pressure_end_out_relative_rms speed_end_out_relative_rms
-            temperature_end_out_relative_rms zero_slip_traction negative_share second_rise_share
-            condition_number active_bounds certified certificate""",
-        key=("oil", "law"),
-    ),
     table("law_points", "One accepted point beside mu of one law, by the fit to all curves and by "
         "the fit that has not seen the point's own curve.",
         columns="""
@@ -97,7 +91,7 @@ _FITS = (
             use("traction_coefficient", "of the fit to all curves", required=True),
         ),
         key=("oil", "law", "run_id", "first_row"),
-        references={"comparison": ("oil", "law"), "runs": ("run_id",)},
+        references={"fit_quality": ("oil", "law"), "runs": ("run_id",)},
     ),
     table("law_verdicts", "The configured law of one oil beside the best of the laws compared.",
         columns="""
@@ -164,12 +158,3 @@ _FITS = (
     ),
 )
 # fmt: on
-
-
-def _of_laws(table: Table) -> Table:
-    """The same table for the laws that are compared."""
-    references = {f"law_{name}": columns for name, columns in table.references.items()}
-    return replace(table, name=f"law_{table.name}", references=references)
-
-
-TABLES = (*_FITS, *(_of_laws(each) for each in _FITS if each.name in _COMPARED))

@@ -24,7 +24,7 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.torque.torque_uncertainty import with_uncertainty
-from oilfilm.traction import BEARING_LAW_NAMES
+from oilfilm.traction import BEARING_LAW_NAMES, LAWS
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
@@ -176,38 +176,31 @@ def oils_in_bearings(
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
     settings: Settings,
-    other_fits: tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame] | None = None,
     refits: pd.DataFrame | None = None,
 ) -> list[OilInBearing]:
     """The campaign's oils whose law at any condition, properties and traction rig are known.
 
     Args:
-        coefficients: Table of coefficients.
+        coefficients: Table of coefficients; beside the configured law, laws on load are evaluated.
         quality: Table of fit quality.
         settings: The settings.
-        other_fits: Coefficients, fit quality and refits of further laws, as the comparison of laws
-            makes them; those on load are evaluated as well.
         refits: Table of refits; without it results have no uncertainty.
     """
     # a law on load refers to the ball of its rig: several rigs must have the same one
     rig = settings.common_contact()
     floor = settings.bearing.law_floor.model_dump()
     oils = []
-    fitted_oils = set(coefficients["oil"])
-    for name in [oil for oil in settings.oils if oil in fitted_oils]:
-        oil, fitted = (
-            settings.properties_of(name),
-            FittedLaw.of(coefficients, name, refits, quality),
-        )
+    configured = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
+    for name in [oil for oil in settings.oils if oil in configured]:
+        row, oil = configured[name], settings.properties_of(name)
+        fitted = FittedLaw.of(coefficients, name, refits, quality, LAWS[row["law"]])
         if rig is None or oil is None or not _holds_anywhere(fitted):
             continue
         laws = {
             variable: LawInBearing.of(fitted, variable, rig, floor) for variable in LOAD_VARIABLES
         }
-        if other_fits is not None:
-            for law, other in _load_laws(name, *other_fits, settings).items():
-                laws[law] = LawInBearing.of(other, law, rig, floor)
-        row = quality[(quality["oil"] == name) & (quality["law"] == fitted.law.name)].iloc[0]
+        for law, other in _load_laws(name, coefficients, quality, refits, settings).items():
+            laws[law] = LawInBearing.of(other, law, rig, floor)
         tested = {
             level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))
             for level in _TESTED
@@ -220,7 +213,7 @@ def _load_laws(
     oil: str,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
-    refits: pd.DataFrame,
+    refits: pd.DataFrame | None,
     settings: Settings,
 ) -> dict[str, FittedLaw]:
     """The laws on load that were fitted to an oil's points as well, by name."""

@@ -251,7 +251,7 @@ def plan_oil(
             f"{oil}: its properties are not known, so that no film can be calculated. Write "
             f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
         )
-    fitted = FittedLaw.of(results.coefficients, oil, results.refits, results.fit_quality)
+    fitted = FittedLaw.of_configured(results, oil)
     known = known_of(fitted, results.points, oil, rig.calibration)
     film = Film(contact, properties, settings.film)
     plan = settings.plan

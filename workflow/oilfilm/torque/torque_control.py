@@ -16,10 +16,10 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     """One row per oil with simulated torque logs; none where the torque was measured.
 
     Args:
-        results: Tables `torque`, `torque_truth` and `coefficients`.
+        results: Tables `torque`, `torque_truth` and `fit_quality`.
         settings: `audit` and the campaign's `oils` and `twin`.
     """
-    fitted = results.coefficients.drop_duplicates("oil").set_index("oil")["law"]
+    fitted = results.configured.fit_quality.set_index("oil")["law"]
     sure = without_bistable(results.torque)
     torque = sure[sure["load_variable"] == "stress"]
     rows = []

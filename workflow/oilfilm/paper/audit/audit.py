@@ -85,7 +85,7 @@ def refit_evidence(
     results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
 ) -> Evidence:
     """The campaign's own fits, points and whatever was made of them."""
-    coefficients = results.coefficients
+    coefficients = results.configured.coefficients
     laws = {str(oil): FittedLaw.of(coefficients, oil) for oil in coefficients["oil"].unique()}
     unknown = {oil: why for oil, law in laws.items() if (why := obstacle(law))}
     return Evidence(
@@ -96,7 +96,7 @@ def refit_evidence(
         films(settings),
         settings.gates.lambda_limit,
         _of_matrix(results.points, of_matrix(results.runs, settings)),
-        results.comparison,
+        results.fit_quality,
         results.torque,
         results.torque_control,
         settings.campaign.truth_is_law,

@@ -45,7 +45,7 @@ class Evidence:
     films: Mapping[str, Film]
     lambda_limit: float
     points: pd.DataFrame | None = None
-    comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "comparison"))
+    comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "fit_quality"))
     torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
     torque_control: pd.DataFrame = field(default_factory=partial(tables.empty, "torque_control"))
     truth_is_law: bool = False

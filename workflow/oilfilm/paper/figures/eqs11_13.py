@@ -22,6 +22,6 @@ def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
 ) -> Drawing:
     """Each oil's constants: fitted with standard error, and printed."""
-    table = with_printed(results.coefficients, printed_coefficients)
+    table = with_printed(results.configured.coefficients, printed_coefficients)
     note = "Printed: Deng et al. 2026, signs reconstructed"
     return draw_constants(table, list(settings.oils), note)

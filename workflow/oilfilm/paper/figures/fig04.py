@@ -38,13 +38,13 @@ _DASHES: dict[str, Any] = {"fit": "-", "left out": (0, (4, 2)), "Eq. 7": ":"}
     "curve. Dotted lines: law of the paper (Eq. 7), fitted without this curve. Symbols: plateau "
     "means with the 95 % interval of their random error.",
     family="law",
-    tables=("points", "comparison", "law_coefficients", "law_points"),
+    tables=("points", "fit_quality", "coefficients", "law_points"),
     settings=("oils", "rigs"),
     compares_laws=True,
 )
 def fig04(results: CampaignTables, settings: Settings) -> Drawing:
     """Left, the largest traction without slip; right, the largest growth of an error."""
-    fits = results.comparison.dropna(subset="rmse")
+    fits = results.fit_quality.dropna(subset="rmse")
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 5.2))
     ((whole, near), (unseen, errors)) = figure.subplots(2, 2, height_ratios=(1.15, 1)).T
     style.title_panel(whole, 0, f"Curve with the largest |{_MU}(0)|")
@@ -108,7 +108,7 @@ def _draw_zero_slip(
     curve = _curve(results, run)
     # close enough together for the zoom
     slip = np.linspace(0, 1, 301) ** 2 * float(curve["slide_roll_ratio"].max())
-    fitted = FittedLaw.of(results.law_coefficients, oil, law=law)
+    fitted = FittedLaw.of(results.coefficients, oil, law=law)
     mu = fitted.traction(curve[list(law.conditions)].mean().to_numpy(dtype=float), slip)
     look = symbol_of(oil, settings, fit)
     for axis, scale in ((whole, 1.0), (near, 1e3)):

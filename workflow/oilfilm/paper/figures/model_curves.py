@@ -139,7 +139,7 @@ def _draw_cuts(
     # each panel with its own scale, or the strong traction of one would press the others flat
     axes = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
     oils = list(settings.oils)
-    printed = with_printed(results.coefficients, printed_coefficients)
+    printed = with_printed(results.configured.coefficients, printed_coefficients)
     laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, printed, oil))}
     drawn: list[pd.DataFrame] = []
     shown: list[pd.DataFrame] = []
@@ -236,7 +236,7 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     of_oil = coefficients[coefficients["oil"] == oil]
     if of_oil.empty:
         return {}
-    refit = FittedLaw.of(of_oil, oil, results.refits, results.fit_quality)
+    refit = FittedLaw.of(of_oil, oil, results.configured.refits, results.configured.fit_quality)
     law, fitted = refit.law, refit.coefficients
     if law.conditions != CONDITIONS or not fitted.known.all() or np.isnan(fitted.constants).any():
         return {}

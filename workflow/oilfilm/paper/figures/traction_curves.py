@@ -38,7 +38,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Drawing:
     runs = with_levels(results.runs, settings)
     choice = settings.figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
-    law = FittedLaw.of(results.coefficients, oil)
+    law = FittedLaw.of(results.configured.coefficients, oil)
     base = style.oil_colour(oil, list(settings.oils))
     figure, axes = style.panels(
         len(temperatures), 2, style.DOUBLE_COLUMN_IN, 2.1 * len(temperatures)
@@ -96,7 +96,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Drawing:
                 oil,
                 oil,
                 _select(results.points, runs, oil, {_PRESSURE: pressure, **same}),
-                FittedLaw.of(results.coefficients, oil),
+                FittedLaw.of(results.configured.coefficients, oil),
                 style.oil_colour(oil, oils),
                 style.oil_marker(oil, oils),
             )

@@ -71,7 +71,7 @@ def curves(results: CampaignTables, settings: Settings) -> Drawing:
             )
             style.say_in_panel(axis, why)
             continue
-        law = FittedLaw.of(results.coefficients, oil)
+        law = FittedLaw.of(results.configured.coefficients, oil)
         # one table per condition: columns that nobody draws would take most of the memory
         drawable = of_oil[["run_id", *law.law.conditions, *_MEASURED]]
         conditions = list(_conditions(runs, drawable))

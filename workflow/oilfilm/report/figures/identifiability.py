@@ -34,6 +34,7 @@ _BENT = 0.05  # ... by this at least, in naive standard errors
 )
 def identifiability(results: CampaignTables, settings: Settings) -> Drawing:
     """One column per oil: correlation of each pair of constants, profile of each constant."""
+    results = results.configured
     fitted = set(results.profiles["oil"])
     oils = [oil for oil in settings.oils if oil in fitted]
     if not oils:

@@ -42,13 +42,13 @@ _KINDS: dict[str, dict[str, Any]] = {
     "highest levels left out. Open symbols: fit not certified; constants at a bound are named.",
     category="Fits",
     family="law",
-    tables=("points", "comparison", "law_coefficients"),
+    tables=("points", "fit_quality", "coefficients"),
     settings=("oils", "rigs"),
     compares_laws=True,
 )
 def law_errors(results: CampaignTables, settings: Settings) -> Drawing:
     """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
-    compared, oils = results.comparison.dropna(subset="rmse"), list(settings.oils)
+    compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
     starting = list(compared.loc[compared["zero_slip_traction"] != 0, "law"].unique())
     heights = (1.6, _ROW_IN * max(len(laws), 1) + 0.5)
@@ -110,7 +110,7 @@ def _drawstarts_of(
 
 def starts_of(results: CampaignTables, oil: str, law_name: str, settings: Settings) -> pd.DataFrame:
     """mu at no slip of each curve (`run_id`, `y`), in the order of rising temperature."""
-    fits = results.law_coefficients
+    fits = results.coefficients
     of_fit = (fits["oil"] == oil) & (fits["law"] == law_name)
     if fits.loc[of_fit, "value"].isna().all():
         return pd.DataFrame({"run_id": [], "y": []})

@@ -69,7 +69,7 @@ def residuals(results: CampaignTables, settings: Settings) -> Drawing:
 
 def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
     """Accepted points with their residual and the levels of their run; None without a fit."""
-    of_oil = results.coefficients[results.coefficients["oil"] == oil]
+    of_oil = results.configured.coefficients[results.configured.coefficients["oil"] == oil]
     points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
     if of_oil.empty or points.empty:
         return None

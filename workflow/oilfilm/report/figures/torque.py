@@ -41,7 +41,7 @@ _NOTHING = "No torque was measured, or no law could be evaluated."
     "standard uncertainty of the difference. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
-    tables=("torque", "torque_control", "law_fit_quality"),
+    tables=("torque", "torque_control", "fit_quality"),
     settings=("oils", "figures"),
     requires="torque",
 )
@@ -142,7 +142,7 @@ def _remarks(results: CampaignTables) -> Iterator[str]:
         "Bars and bands: 95 %. In the panels: median error, and points at which\ncalculated and "
         "measured torque agree within twice the standard uncertainty."
     )
-    control, quality = results.torque_control, results.law_fit_quality
+    control, quality = results.torque_control, results.fit_quality
     if len(control):
         yield misfit_sentence(control)
     unsure = quality[(quality["law"] == "wang-deng-load") & ~quality["certified"]]

@@ -1,0 +1,28 @@
+"""The fits of all oils and laws together, and what shows only when they are beside each other."""
+
+import pandas as pd
+
+from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.noise import noise_and_misfit
+from oilfilm.fits.odd_curves import with_likely_oils
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.fits import OF_FIT
+
+
+def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
+    """The tables of the fits, `law_verdicts` and `lack_of_fit`, by name.
+
+    Args:
+        results: The tables of every fit, `points` and `runs`.
+        settings: `fit`, and those of `noise_and_misfit`.
+    """
+    quality = results.fit_quality
+    quality = quality.assign(configured=quality["law"] == settings.fit.law)
+    results = results.replace(fit_quality=quality)
+    results = results.replace(curve_residuals=with_likely_oils(results))
+    return {
+        **{name: results.table(name) for name in OF_FIT},
+        "law_verdicts": best_laws(quality, results.law_points, results.points),
+        "lack_of_fit": noise_and_misfit(results, settings),
+    }
