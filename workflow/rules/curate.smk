@@ -48,6 +48,9 @@ checkpoint collect:
         shares=SHARDS,
         # here and not in `ingest`, where each share depends on its own rows alone
         run_sheet=run_sheet_of(RAW),
-        config=part("film", "gates", "rigs", "same_set_point", campaign=("repeated_conditions",)),
+        config=part(
+            *("film", "gates", "oils", "rigs", "same_set_point"),
+            campaign=("matrix", "repeated_conditions"),
+        ),
     script:
         "../scripts/collect.py"
