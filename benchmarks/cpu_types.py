@@ -46,7 +46,6 @@ def make(folder: Path) -> None:
     """The tables of one oil: logs simulated, read, curated and fitted in this very process."""
     # imported here: the parent compares, and has a CPU of its own
     from campaigns import carry_through, printed  # noqa: PLC0415
-    from oilfilm.fits.fit import fit_oil  # noqa: PLC0415
     from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
     from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: PLC0415
     from oilfilm.settings.resolve import resolve  # noqa: PLC0415
@@ -59,8 +58,7 @@ def make(folder: Path) -> None:
             (raw / run.name).write_bytes(content)
     campaign = carry_through(config, raw, sorted(path.name for path in raw.iterdir()))
     made = {"points": campaign.curated.points, "runs": campaign.curated.runs}
-    made |= fit_oil(campaign.curated.points, OIL, config.fit, config.seed).tables
-    made |= compare_laws(campaign.curated.points, OIL, config)
+    made |= compare_laws(campaign.curated.points, OIL, config.compare.laws, config)
     for name, frame in made.items():
         tables.write(
             frame, name, folder / f"{name}.parquet", {"campaign": "demo", "data": "simulated"}

@@ -32,6 +32,7 @@ from oilfilm.fits.engine import Optimum  # noqa: E402
 from oilfilm.fits.problem import Problem  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
+from oilfilm.traction import LAW_NAMES  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from oilfilm.traction.laws.deng2026 import traction_coefficient  # noqa: E402
 
@@ -88,7 +89,7 @@ def compared(of_oil: pd.DataFrame) -> Costs:
 
     law_comparison.leave_curves_out = timed
     start = time.process_time()
-    law_comparison.compare_laws(of_oil, OIL, CONFIG)
+    law_comparison.compare_laws(of_oil, OIL, LAW_NAMES, CONFIG)
     law_comparison.leave_curves_out = in_groups
     return Costs(time.process_time() - start - sum(alone), sum(groups), max(apart))
 

@@ -113,7 +113,7 @@ def test_law_refits_itself_and_is_shown_in_the_report(
     due: Callable[[Path, str, str], set[str]],
 ) -> None:
     assert due(LIBRARY / "traction/laws/tanh.py", "A*tanh(B*S/A)", "A*tanh(B*S)") == {
-        *("compare", "drawn tanh", "report"),
+        *("fit tanh", "report"),
     }
 
 
@@ -158,7 +158,7 @@ def test_version_of_the_tables_makes_everything_again(
             "return",
             "return 0 +",
             {"torque", "bearing_maps", "heat_balance"},
-            {"ingest", "curate", "fit", "compare", "certified", "metadata", "exports"},
+            {"ingest", "curate", "fit tanh", "fits", "certified", "metadata", "exports"},
             id="the solver of bearings",
         ),
         pytest.param(
@@ -166,7 +166,7 @@ def test_version_of_the_tables_makes_everything_again(
             "return",
             "return 0 +",
             {"twin", "printed", "audit", "exports"},
-            {"ingest", "curate", "law_verdicts"},
+            {"ingest", "curate", "fits", "fit tanh"},
             id="the paper's law",
         ),
     ],

@@ -165,10 +165,11 @@ def test_changed_gate_judges_again_but_reads_nothing_again(project: Path) -> Non
 
 
 @pytest.mark.nightly
-def test_another_law_leaves_the_comparison_of_laws_alone(project: Path) -> None:
+def test_another_configured_law_refits_nothing(project: Path) -> None:
+    """It is among those that are compared: one fit per oil and law serves both."""
     rules = set(planned(project, *SMALL, "fit={'law': 'tanh'}"))
-    assert "fit" in rules
-    assert not {"compare", "comparisons"} & rules
+    assert {"fits", "exports", "torque"} <= rules
+    assert "fit" not in rules
 
 
 @contextmanager
@@ -395,8 +396,8 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     }
 
     jobs = jobs_without(raw / "4102_P1.25_U40_T120.csv", project, *target)
-    assert {"fit-4102", "compare-4102/0", "fits", "comparisons"} <= jobs
-    assert not {"fit-4050", "compare-4050/0"} & jobs
+    assert {"fit-4102/deng2026", "fit-4102/tanh", "fits"} <= jobs
+    assert not any(job.startswith("fit-4050") for job in jobs)
 
     (raw / "4050_P1.25_U40_T120.csv").unlink()
     assert killed(project, 4, *target)
@@ -409,7 +410,7 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     assert compare(fresh, project) == ""
 
 
-SPLIT = {"runs": 3, "refits": 10, "laws": 1, "folds": 50}
+SPLIT = {"runs": 3}
 
 
 def with_split(project: Path, split: dict[str, int]) -> None:
@@ -435,28 +436,10 @@ def test_split_decides_which_jobs_share_the_work(project: Path) -> None:
     finally:
         (project / "config/campaigns/small.yaml").write_text(before, encoding="utf-8")
     assert jobs["curate"] == 2  # of three shares: one has the logs of one of the two before
-    assert jobs["drawn"] == 3 + 2 + 2 * 2  # searches, refits of the fit, curves left out
 
 
 @pytest.mark.nightly
-def test_another_size_of_blocks_does_not_repeat_the_searches(project: Path) -> None:
-    law = resolve(project / "config", {"campaign": "small"}).fit.law
-    ends = f"results/small/parts/drawn/fit/4102/{law}/ends-0.npz"
-    coefficients = "results/small/tables/coefficients.parquet"
-    campaign = project / "config/campaigns/small.yaml"
-    before = campaign.read_text(encoding="utf-8")
-    try:
-        with_split(project, {"runs": 6, "refits": 10})
-        succeed(project, ends, *SMALL)
-        with_split(project, {"runs": 6, "refits": 5})
-        jobs = planned(project, coefficients, *SMALL)
-    finally:
-        campaign.write_text(before, encoding="utf-8")
-    assert jobs["drawn"] == 4  # blocks of refits
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("split", [SPLIT, {"runs": 1}, {"runs": 1000, "refits": 3, "laws": 2}])
+@pytest.mark.parametrize("split", [SPLIT, {"runs": 1}, {"runs": 1000}])
 def test_release_has_the_same_bytes_however_the_work_is_split(
     released_project: Path, tmp_path: Path, split: dict[str, int]
 ) -> None:

@@ -31,7 +31,9 @@ _IN_STEP = "\N{DAGGER}"
 )
 def constants(results: CampaignTables, settings: Settings) -> Drawing:
     """Each oil's constants with their standard errors."""
-    return draw_constants(results.configured.coefficients.assign(printed_value=np.nan), list(settings.oils))
+    return draw_constants(
+        results.configured.coefficients.assign(printed_value=np.nan), list(settings.oils)
+    )
 
 
 def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> Drawing:
