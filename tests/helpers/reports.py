@@ -75,6 +75,8 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")
     }
+    beside = rows("fit_quality", {"oil": "4102", "law": "eyring", "n_constants": 13})
+    together["fit_quality"] = pd.concat([together["fit_quality"], beside], ignore_index=True)
     names = points["run_id"].unique()
     runs = [
         {"run_id": name, "file": name, "oil": name.partition("-")[0], "verdict": "accepted"}
