@@ -1,6 +1,8 @@
 """The command `oilfilm`: check logs, predict traction, plan tests, verify and compare releases.
 
 Everything else is a target of snakemake.
+
+Decides: exit codes, and what becomes of an error.
 """
 
 import io

@@ -1,4 +1,7 @@
-"""What several commands read from the command line: quantities and folders."""
+"""What several commands read from the command line: quantities and folders.
+
+Decides: which units a typed quantity may have; where a command looks for settings and results.
+"""
 
 import re
 from importlib.util import find_spec

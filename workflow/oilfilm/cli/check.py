@@ -1,4 +1,7 @@
-"""The command `oilfilm check`: read logs, apply every gate, say what was understood."""
+"""The command `oilfilm check`: read logs, apply every gate, say what was understood.
+
+Decides: by which campaign a log is checked; whether a log is of a traction or a torque rig.
+"""
 
 import argparse
 import json

@@ -1,4 +1,7 @@
-"""The command `oilfilm predict`: the traction coefficient of a fitted or printed oil."""
+"""The command `oilfilm predict`: the traction coefficient of a fitted or printed oil.
+
+Decides: when a prediction is refused; what is said of a prediction outside the tested box.
+"""
 
 import argparse
 from collections.abc import Mapping
