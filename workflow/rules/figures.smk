@@ -16,6 +16,14 @@ for family, of_family in families(CAMPAIGN.figures).items():
         localrule: True
         params:
             code=code("figures.py", *(figure.source for figure in of_family)),
+            # what schematics are drawn from, beside their module
+            marks=sorted(
+                {
+                    file_digest(csv)
+                    for each in of_family
+                    for csv in each.source.parent.glob("*.csv")
+                }
+            ),
             config=settings_of_figures(of_family),
         script:
             "../scripts/figures.py"
