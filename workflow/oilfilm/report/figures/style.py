@@ -9,6 +9,8 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
@@ -274,11 +276,14 @@ def plain(text: str) -> str:
 
 def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
-    metadata: dict[str, Any] = {".png": {"Software": None}, ".svg": {"Date": None}}
     _lay_out(figure)
     for path in paths:
         with atomic_file(path) as aside:
-            figure.savefig(aside, format=path.suffix[1:], metadata=metadata[path.suffix])
+            # `Figure.savefig` would draw the figure twice, to lay it out again
+            if path.suffix == ".png":
+                FigureCanvasAgg(figure).print_png(aside, metadata={"Software": None})
+            else:
+                FigureCanvasSVG(figure).print_svg(aside, metadata={"Date": None})
 
 
 def _lay_out(figure: Figure) -> None:
