@@ -142,15 +142,13 @@ def _draw_cuts(
     printed = with_printed(results.configured.coefficients, printed_coefficients)
     laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, printed, oil))}
     drawn: list[pd.DataFrame] = []
-    shown: list[pd.DataFrame] = []
     for number, cut in enumerate(cuts):
         fixed = dict(zip(apart, cut, strict=True))
         panel = style.title_panel(axes[number], number, panel_title(fixed))
         if laws:
-            curves = _curves(laws, levels, fixed, figure_name, settings.same_set_point.relative)
-            _draw(axes[number], curves, figure_name, oils)
-            drawn.append(_marks(panel, curves, figure_name))
-            shown.append(curves)
+            within = settings.same_set_point.relative
+            drawn.append(_curves(panel, laws, levels, fixed, figure_name, within))
+            _draw(axes[number], drawn[-1], oils)
     for axis in axes[len(cuts) :]:
         axis.set_visible(False)
     for axis in axes[max(len(cuts) - 2, 0) : len(cuts)]:
@@ -163,10 +161,10 @@ def _draw_cuts(
         fastest = style.bearing_speed_phrase(max(getattr(levels, _SPEED)))
         key.append(f"{fastest}: pitch diameter times speed, mm rpm")
     if drawn:
-        key += _scale(axes[: len(cuts)], shown)
+        key += _scale(axes[: len(cuts)], drawn)
         symbols = [style.LEVEL_PHRASES[by].format(level) for level in getattr(levels, by)]
-        lines = pd.concat(shown)
-        any_printed = bool((lines["drawn"] & (lines["series"] == "printed")).any())
+        lines = pd.concat(drawn)
+        any_printed = bool((lines["shown"] & (lines["series"] == "printed")).any())
         _draw_legend(figure, symbols, laws, oils, any_printed)
         if lost := [oil for oil in oils if oil not in laws]:
             key.append(f"no fit that follows P, U and T: {', '.join(lost)}")
@@ -175,25 +173,7 @@ def _draw_cuts(
     else:
         reason = "no oil has a fitted law\nof pressure, speed and temperature"
         style.say_in_panel(axes[0], reason)
-    return figure, drawn
-
-
-def _marks(panel: str, curves: pd.DataFrame, figure_name: str) -> pd.DataFrame:
-    """Every curve of a panel; printed ones that are too near to the refit to be drawn say so."""
-    abscissa, by = CUTS[figure_name]
-    level = curves[by].map(style.LEVEL_PHRASES[by].format)
-    near = (curves["series"] == "printed") & ~curves["drawn"]
-    return marks(
-        panel,
-        curves["series"],
-        curves[abscissa],
-        curves["traction_coefficient"],
-        oil=curves["oil"],
-        label=level + np.where(near, ", not drawn", ""),
-        value=curves["refit_difference"],
-        lower=curves["traction_coefficient_lower"],
-        upper=curves["traction_coefficient_upper"],
-    )
+    return figure, [curves.drop(columns=["beyond", "shown"]) for curves in drawn]
 
 
 def panel_title(fixed: Mapping[str, float]) -> str:
@@ -212,10 +192,10 @@ def _scale(axes: Sequence[Axes], drawn: Sequence[pd.DataFrame]) -> list[str]:
     """
     key = []
     for axis, curves in zip(axes, drawn, strict=True):
-        line = curves.loc[curves["drawn"], "traction_coefficient"].max()
+        line = curves.loc[curves["shown"], "y"].max()
         axis.set_ylim(0, min(axis.get_ylim()[1], _ROOM * line))
     tops = [axis.get_ylim()[1] for axis in axes]
-    if (upper := pd.concat(drawn)["traction_coefficient_upper"].max()) > max(tops):
+    if (upper := pd.concat(drawn)["y_upper"].max()) > max(tops):
         key.append(f"intervals that leave a panel reach up to {_MU} = {upper:.2g}")
     if max(tops) < _ONE_SCALE * min(tops):
         for axis in axes:
@@ -248,83 +228,75 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
 
 
 def _curves(
+    panel: str,
     laws: Mapping[str, Mapping[str, FittedLaw]],
     levels: Conditions,
     fixed: Mapping[str, float],
     figure_name: str,
     within: float,
 ) -> pd.DataFrame:
-    """Every curve of a panel, one row per vertex."""
+    """Every curve of a panel as its marks; `beyond` the tests, and whether it is `shown`.
+
+    Printed constants that are too near to the refit to be shown say so.
+    """
     abscissa, by = CUTS[figure_name]
-    tested, every = getattr(levels, abscissa), getattr(levels, by)
+    every = getattr(levels, by)
     # without slip there is nothing to measure, but a curve begins there
-    start = 0.0 if abscissa == _SLIP else min(tested)
-    along = np.linspace(start, max(tested), _STEPS)
+    tested = getattr(levels, abscissa)
+    along = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
     parts = []
-    for (oil, series_laws), level in itertools.product(laws.items(), every):
+    for (oil, of_oil), level in itertools.product(laws.items(), every):
         at = pd.DataFrame({**fixed, by: level, abscissa: along})[[*CONDITIONS, _SLIP]]
         conditions = np.ascontiguousarray(at[list(CONDITIONS)])
-        box = series_laws["refit"].coefficients.box
-        beyond = is_beyond(at.to_numpy(), box, within).any(axis=1)
-        refit = series_laws["refit"].predict(conditions, at[_SLIP].to_numpy())
-        for series, law in series_laws.items():
-            prediction = law.predict(conditions, at[_SLIP].to_numpy())
+        beyond = is_beyond(at.to_numpy(), of_oil["refit"].coefficients.box, within).any(axis=1)
+        predicted = {
+            series: law.predict(conditions, at[_SLIP].to_numpy()) for series, law in of_oil.items()
+        }
+        refit = predicted["refit"].traction_coefficient
+        for series, prediction in predicted.items():
             mu = prediction.traction_coefficient
-            off = np.abs(mu - refit.traction_coefficient).max() / refit.traction_coefficient.max()
-            parts.append(
-                at.assign(
-                    oil=oil,
-                    series=series,
-                    traction_coefficient=mu,
-                    traction_coefficient_lower=prediction.lower,
-                    traction_coefficient_upper=prediction.upper,
-                    extrapolated=np.asarray(beyond),
-                    refit_difference=off,
-                    drawn=series == "refit" or (level == every[len(every) // 2] and off > _NEAR),
-                )
-            )
+            off = np.abs(mu - refit).max() / refit.max()
+            shown = series == "refit" or (level == every[len(every) // 2] and off > _NEAR)
+            label = style.LEVEL_PHRASES[by].format(level) + ("" if shown else ", not drawn")
+            interval = {"lower": prediction.lower, "upper": prediction.upper}
+            curve = marks(panel, series, along, mu, oil=oil, label=label, value=off, **interval)
+            parts.append(curve.assign(beyond=np.asarray(beyond), shown=shown))
     return pd.concat(parts, ignore_index=True)
 
 
-def _draw(axis: Axes, curves: pd.DataFrame, figure_name: str, oils: Sequence[str]) -> None:
+def _draw(axis: Axes, curves: pd.DataFrame, oils: Sequence[str]) -> None:
     """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
-    abscissa, by = CUTS[figure_name]
-    levels = list(curves[by].unique())
-    for (oil, level), curve in curves.groupby(["oil", by], sort=False):
+    refits = curves[curves["series"] == "refit"]
+    symbols = dict(zip(refits["words"].unique(), itertools.cycle(style.MARKERS), strict=False))
+    for (oil, level), line in refits.groupby(["oil", "words"], sort=False):
         colour = style.oil_colour(str(oil), oils)
-        refit = curve[curve["series"] == "refit"]
-        x = refit[abscissa]
-        interval = refit["traction_coefficient_lower"], refit["traction_coefficient_upper"]
-        axis.fill_between(x, *interval, color=colour, alpha=0.25, linewidth=0)
+        axis.fill_between(
+            line["x"], line["y_lower"], line["y_upper"], color=colour, alpha=0.25, linewidth=0
+        )
         axis.plot(
-            x,
-            refit["traction_coefficient"],
+            line["x"],
+            line["y"],
             linestyle=style.LINES["fit"],
             color=colour,
-            marker=style.MARKERS[levels.index(level) % len(style.MARKERS)],
+            marker=symbols[str(level)],
             markevery=(_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS),
             markerfacecolor="white",
             markeredgewidth=0.7,
         )
-        printed = curve[(curve["series"] == "printed") & curve["drawn"]]
-        if len(printed):
-            axis.plot(
-                printed[abscissa],
-                printed["traction_coefficient"],
-                linestyle=style.LINES["printed"],
-                color=style.shades(colour, 2)[0],
-                linewidth=0.6,
-            )
-    if (curves["series"] == "printed").any():
-        off = curves["refit_difference"].max()
+    printed = curves[curves["series"] == "printed"]
+    for oil, line in printed[printed["shown"]].groupby("oil", sort=False):
+        colour = style.shades(style.oil_colour(str(oil), oils), 2)[0]
+        dashes = style.LINES["printed"]
+        axis.plot(line["x"], line["y"], linestyle=dashes, color=colour, linewidth=0.6)
+    if len(printed):
+        off = printed["value"].max()
         sentence = f"printed constants: off by up to {100 * off:.{1 if off < 0.1 else 0}f} %"
         # an empty legend finds room beside the lines
         axis.legend(handles=[], title=sentence, title_fontproperties={"size": 6}, loc="best")
     # a level counts as tested only where every curve is
-    beyond = curves.groupby(abscissa)["extrapolated"].any()
-    for start, end in _stretches(beyond):
+    for start, end in _stretches(curves.groupby("x")["beyond"].any()):
         axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
-    axis.set_xlim(curves[abscissa].min(), curves[abscissa].max())
+    axis.set_xlim(curves["x"].min(), curves["x"].max())
     axis.set_ylim(bottom=0)
 
 
