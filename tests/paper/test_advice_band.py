@@ -8,10 +8,8 @@ from bearings import printed_fits
 from campaigns import ROOT
 from oilfilm.paper.advice_band import advice_in_band
 from oilfilm.paper.slip_advice import advise
-from oilfilm.report.bearing_sentences import bearing_lines
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
 
 Frames = tuple[pd.DataFrame, pd.DataFrame]
@@ -102,20 +100,6 @@ def test_scenarios_that_are_alike_leave_every_choice_certain(config: Settings) -
     assert (advice["best_oil_share"] == 1).all()
     assert set(advice["agree_share"]) <= {0.0, 1.0}
     assert (band["agreeing_points"] == advice["agree_share"].sum()).all()
-
-
-def test_summary_tells_the_band_and_how_many_choices_are_certain(tables_in_band: Frames) -> None:
-    advice, band = tables_in_band
-    results = CampaignTables.in_memory(slip_advice=advice, advice_band=band)
-    text = "\n".join(bearing_lines(results))
-    low, high = band["agreeing_points"].min(), band["agreeing_points"].max()
-    agreeing = (advice["judgement"] == "agree").sum()
-    assert (
-        f"{agreeing} of 6 operating points. With other drag and other refits of the law it is "
-        f"{low} to {high} (oil volume fraction 0.004 to 0.03, 1 refits)." in text
-    )
-    certain = (advice["best_oil_share"] == 1).sum()
-    assert f"The best oil is certain at {certain} operating points" in text
 
 
 def test_without_an_oil_of_the_rules_there_is_no_band(config: Settings) -> None:

@@ -41,78 +41,70 @@ def operating_point(
     ]
 
 
-# slip of (4102, 4050, 4010); then rule, advised oil, best oil, judgement
-CASES: dict[str, tuple[list[dict[str, Any]], tuple[str, str, str, str]]] = {
-    "nothing slips": (
-        operating_point(1, (0.01, 0.01, 0.01)),
-        ("little slip", "4010", "4010", "agree"),
-    ),
-    "4010 slips, 4050 holds": (
-        operating_point(1, (0.02, 0.1, 0.3)),
-        ("slipping", "4050", "4050", "agree"),
-    ),
+# slip of (4102, 4050, 4010), other numbers; then rule, advised oil, best oil, judgement
+NAN = np.nan
+CASES: dict[str, tuple[tuple[float, ...], dict[str, Any], tuple[str, str, str, str]]] = {
+    "nothing slips": ((0.01, 0.01, 0.01), {}, ("little slip", "4010", "4010", "agree")),
+    "4010 slips, 4050 holds": ((0.02, 0.1, 0.3), {}, ("slipping", "4050", "4050", "agree")),
     "only 4102 holds: it is necessary": (
-        operating_point(1, (0.1, 0.2, 0.3)),
+        *((0.1, 0.2, 0.3), {}),
         ("slipping", "4102", "4102", "agree"),
     ),
     "nothing holds, and 4010 slips least": (
-        operating_point(1, (0.4, 0.3, 0.2)),
+        *((0.4, 0.3, 0.2), {}),
         ("slipping", "4102", "4010", "slips more"),
     ),
     "4102 has less torque than 4050, and both hold": (
-        operating_point(1, (0.02, 0.1, 0.3), torque=(1.5, 2.0, 1.0)),
+        *((0.02, 0.1, 0.3), {"torque": (1.5, 2.0, 1.0)}),
         ("slipping", "4050", "4102", "heats more"),
     ),
     "five percent of torque is no matter": (
-        operating_point(1, (0.02, 0.1, 0.3), torque=(1.95, 2.0, 1.0)),
+        *((0.02, 0.1, 0.3), {"torque": (1.95, 2.0, 1.0)}),
         ("slipping", "4050", "4102", "agree"),
     ),
     "under light load 4102 slips as 4050 does, 4010 does not": (
-        operating_point(1, (0.3, 0.3, 0.1), pressure_gpa=0.9),
+        *((0.3, 0.3, 0.1), {"pressure_gpa": 0.9}),
         ("slipping", "4102", "4010", "slips"),
     ),
     "under light load 4102 is advised though 4010 holds with less torque": (
-        operating_point(1, (0.01, 0.01, 0.01), pressure_gpa=0.9),
+        *((0.01, 0.01, 0.01), {"pressure_gpa": 0.9}),
         ("light load", "4102", "4010", "heats more"),
     ),
     "4010 has no film": (
-        operating_point(1, (0.01, 0.02, 0.0), film=(9.0, 8.0, 2.9)),
+        *((0.01, 0.02, 0.0), {"film": (9.0, 8.0, 2.9)}),
         ("little slip", "4050", "4050", "agree"),
     ),
     "of one oil the film is not known, and it would be chosen": (
-        operating_point(1, (0.01, 0.02, 0.01), film=(9.0, 8.0, np.nan)),
+        *((0.01, 0.02, 0.01), {"film": (9.0, 8.0, NAN)}),
         ("little slip", "4050", "4050", "outside the film formula"),
     ),
     "of one oil the film is not known, and it would not be chosen": (
-        operating_point(1, (0.01, 0.02, 0.01), film=(np.nan, 8.0, 7.0)),
+        *((0.01, 0.02, 0.01), {"film": (NAN, 8.0, 7.0)}),
         ("little slip", "4010", "4010", "agree"),
     ),
     "no film is known": (
-        operating_point(1, (0.01, 0.02, 0.01), film=(np.nan, np.nan, np.nan)),
+        *((0.01, 0.02, 0.01), {"film": (NAN, NAN, NAN)}),
         ("little slip", "", "", "outside the film formula"),
     ),
     "no oil has film": (
-        operating_point(1, (0.01, 0.02, 0.0), film=(2.0, 2.0, 2.0)),
+        *((0.01, 0.02, 0.0), {"film": (2.0, 2.0, 2.0)}),
         ("little slip", "", "", "no film"),
     ),
     "without equilibrium an oil is no choice": (
-        operating_point(1, (0.01, 0.02, np.nan), film=(9.0, 8.0, np.nan)),
+        *((0.01, 0.02, NAN), {"film": (9.0, 8.0, NAN)}),
         ("little slip", "4050", "4050", "agree"),
     ),
 }
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_slip_decides_as_an_engineer_would(config: Settings, name: str) -> None:
-    rows, expected = CASES[name]
-    advice = advise(pd.DataFrame(rows), config.selection, config.gates.lambda_limit)
-    (row,) = advice.to_dict("records")
-    assert (
-        row["selection_rule"],
-        row["advised_oil"],
-        row["best_oil"],
-        row["judgement"],
-    ) == expected
+@pytest.mark.parametrize(("slip", "others", "expected"), CASES.values(), ids=CASES)
+def test_slip_decides_as_an_engineer_would(
+    config: Settings, slip: tuple[float, ...], others: dict[str, Any], expected: tuple[str, ...]
+) -> None:
+    rows = pd.DataFrame(operating_point(1, slip, **others))
+    advice = advise(rows, config.selection, config.gates.lambda_limit)
+    columns = ["selection_rule", "advised_oil", "best_oil", "judgement"]
+    assert tuple(advice[columns].iloc[0]) == expected
 
 
 @pytest.mark.parametrize(
