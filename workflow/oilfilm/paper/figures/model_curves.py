@@ -285,9 +285,9 @@ def _draw(axis: Axes, curves: pd.DataFrame, oils: Sequence[str]) -> None:
         )
     printed = curves[curves["series"] == "printed"]
     for oil, line in printed[printed["shown"]].groupby("oil", sort=False):
-        colour = style.shades(style.oil_colour(str(oil), oils), 2)[0]
-        dashes = style.LINES["printed"]
-        axis.plot(line["x"], line["y"], linestyle=dashes, color=colour, linewidth=0.6)
+        look: dict[str, Any] = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
+        look["color"] = style.shades(style.oil_colour(str(oil), oils), 2)[0]
+        axis.plot(line["x"], line["y"], **look)
     if len(printed):
         off = printed["value"].max()
         sentence = f"printed constants: off by up to {100 * off:.{1 if off < 0.1 else 0}f} %"

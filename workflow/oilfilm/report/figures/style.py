@@ -280,10 +280,11 @@ def save(figure: Figure, *paths: Path) -> None:
     for path in paths:
         with atomic_file(path) as aside:
             # `Figure.savefig` would draw the figure twice, to lay it out again
+            canvas: Any = (FigureCanvasAgg if path.suffix == ".png" else FigureCanvasSVG)(figure)
             if path.suffix == ".png":
-                FigureCanvasAgg(figure).print_png(aside, metadata={"Software": None})
+                canvas.print_png(aside, metadata={"Software": None})
             else:
-                FigureCanvasSVG(figure).print_svg(aside, metadata={"Date": None})
+                canvas.print_svg(aside, metadata={"Date": None})
 
 
 def _lay_out(figure: Figure) -> None:
