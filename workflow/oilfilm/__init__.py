@@ -29,7 +29,7 @@ def __getattr__(name: str) -> Any:
 
         from oilfilm.home import HOME  # noqa: PLC0415
 
-        # not the installed package's: a restored archive runs without one
+        # not the installed package's: an unpacked archive of a release runs without one
         return tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]["version"]
     if name in _MODULES:
         return getattr(import_module(_MODULES[name]), name)

@@ -25,6 +25,7 @@ MANIFEST = "manifest.json"
 PINNED_MANIFEST = "pinned-manifest.json"
 # Beside a manifest: the same hashes for `sha256sum -c`, and their signature by `ssh-keygen`.
 CHECKSUMS, SIGNATURE = "SHA256SUMS", "SHA256SUMS.sig"
+_OWN = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
 # Files of every release, and the folder of its code.
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
 # Most bytes of a manifest: about those of one with a hundred thousand files.
@@ -160,46 +161,44 @@ def _parse(path: Path) -> Manifest:
         tuple(FileRecord(**each) for each in content[key]) for key in ("files", "samples")
     )
     manifest = Manifest(content["made_from"], files, samples)
-    for record in (*files, *samples, *manifest.raw):
-        if not is_inside(record.path):
-            raise OilfilmError(f"{path}: names {record.path!r}; expected a path below the folder.")
-    paths = [record.path for record in files]
-    own = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
-    if len(set(paths)) < len(paths) or own & set(paths):
-        raise OilfilmError(f"{path}: names a file twice, or itself.")
-    if lacking := {CONFIG, LOCK, ENVIRONMENT} - set(paths):
-        raise OilfilmError(f"{path}: does not name {min(lacking)}, which every release has.")
-    if mismatch := _mismatch(manifest):
-        raise OilfilmError(
-            f"{path}: its {mismatch} does not match the inputs that it states. It was altered."
-        )
+    if mistake := _mistake(manifest):
+        raise OilfilmError(f"{path}: {mistake}")
     if manifest.text() != text:
         raise OilfilmError(
-            f"{path}: is not as it was written: version {content['version']}, hash "
-            f"{content['sha256'][:12]}..., but "
-            f"its content gives {manifest.version}. It is damaged "
-            "or was altered."
+            f"{path}: is not as it was written: version {content['version']}, but its content "
+            f"gives {manifest.version}. It is damaged or was altered."
         )
     return manifest
 
 
-def _mismatch(manifest: Manifest) -> str:
-    """Name of the first file or folder that does not match `made_from`; empty if all match."""
+def _mistake(manifest: Manifest) -> str:
+    """What a manifest says that no release can hold, as a sentence; empty if nothing."""
     made_from = manifest.made_from
     files = {record.path: record for record in manifest.files}
+    for record in (*manifest.files, *manifest.samples, *manifest.raw):
+        if not is_inside(record.path):
+            return f"names {record.path!r}; expected a path below the folder."
+    if len(files) < len(manifest.files) or files.keys() & _OWN:
+        return "names a file twice, or itself."
     code = [
         replace(record, path=record.path.removeprefix(f"{CODE}/"))
         for record in manifest.files
         if record.path.startswith(f"{CODE}/")
     ]
-    expected = {
-        CONFIG: made_from["config"],
-        LOCK: made_from["lock"],
-        ENVIRONMENT: sha256_of(canonical(made_from["environment"])),
+    stated = {
+        CODE: (made_from["code"], records_digest(code)),
+        CONFIG: (made_from["config"], _digest_of(files, CONFIG)),
+        LOCK: (made_from["lock"], _digest_of(files, LOCK)),
+        ENVIRONMENT: (_digest(made_from["environment"]), _digest_of(files, ENVIRONMENT)),
     }
-    if records_digest(code) != made_from["code"]:
-        return CODE
-    return next((name for name, digest in expected.items() if files[name].sha256 != digest), "")
+    for name, (expected, found) in stated.items():
+        if found != expected:
+            return f"its {name} does not match the inputs that it states. It was altered."
+    return ""
+
+
+def _digest_of(files: Mapping[str, FileRecord], name: str) -> str:
+    return files[name].sha256 if name in files else ""
 
 
 def is_inside(path: str) -> bool:
