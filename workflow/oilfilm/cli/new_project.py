@@ -138,15 +138,17 @@ def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], Path | None]:
 def _files(name: str, found: Findings, *, written_sheet: bool) -> dict[str, str]:
     """Every file but the logs, by its path below the folder."""
     files = {
-        "README.txt": stubs.README.format(name=name),
-        "Snakefile": stubs.SNAKEFILE,
+        "README.txt": stubs.template("README.txt.jinja", name=name),
+        "Snakefile": stubs.template("Snakefile"),
         "profiles/default/config.yaml": (HOME / "profiles/default/config.yaml").read_text("utf-8"),
-        "config/config.yaml": stubs.config_yaml(name),
+        "config/config.yaml": stubs.template("config.yaml.jinja", name=name),
         f"config/campaigns/{name}.yaml": stubs.campaign_yaml(name, found),
     }
     for rig in found.rigs:
         if rig not in shipped("rigs").values():
-            files[f"config/rigs/{rig}.yaml"] = stubs.rig_yaml(rig, found)
+            files[f"config/rigs/{rig}.yaml"] = stubs.template(
+                "rig.yaml.jinja", name=rig, found=found
+            )
     for oil in found.oils:
         if oil not in shipped("oils").values():
             files[f"config/oils/{oil}.yaml"] = stubs.oil_yaml(oil, found)

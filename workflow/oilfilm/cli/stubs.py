@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import yaml
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oilfilm.errors import printable
 from oilfilm.home import CONFIG
@@ -34,77 +35,43 @@ _ZEROS = {
 # So many ways of writing logs are listed; the others are counted.
 _FORMS_LISTED = 8
 
-SNAKEFILE = """\
-from oilfilm.home import HOME
+Line = tuple[str, object, str]
 
 
-module oilfilm:
-    snakefile: str(HOME / "workflow/Snakefile")
-    config: config
-
-
-use rule * from oilfilm
-
-
-# Snakemake does not call the handlers of a module by itself.
-onstart:
-    oilfilm.onstart()
-
-
-onsuccess:
-    oilfilm.onsuccess()
-
-
-onerror:
-    oilfilm.onerror()
-"""
-
-README = """\
-{name}: traction logs, evaluated by oilfilm
-
-1. Fill in the lines marked FILL IN in config/ (grep -rn "FILL IN" config). Look at those marked
-   guess as well; lines marked "for the film" are needed for pressure and film thickness.
-   data/raw/{name}/runs.csv says what the headers of the logs do not.
-2. oilfilm check data/raw/{name}
-   gives a verdict on every log in seconds, says how it was understood, and what to do.
-3. oilfilm run
-   makes everything (so does snakemake). See results/{name}/summary.txt and report.html beside it.
-
-config/config.yaml: the campaign, and what differs from the defaults of oilfilm
-config/campaigns, rigs, oils: what was measured, on which rig, with which oils
-data/raw/{name}: your logs; never changed
-results/{name}: everything that is made; may be deleted
-"""
-
-
-def config_yaml(name: str) -> str:
-    """`config/config.yaml`."""
-    return (
-        "# What differs from the defaults; all keys: docs/reference/configuration.md of oilfilm.\n"
-        f"{_line('campaign', name)}\n"
+def template(file: str, /, **values: object) -> str:
+    """The text of a file from its template."""
+    environment = Environment(
+        loader=PackageLoader("oilfilm.cli"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # noqa: S701 - YAML, whose values and comments `_line` writes
     )
+    return environment.get_template(file).render(line=_line, **values)
 
 
 def campaign_yaml(name: str, found: Findings) -> str:
     """`config/campaigns/<name>.yaml`."""
-    return "\n".join([*_campaign(name, found), ""])
-
-
-def _campaign(name: str, found: Findings) -> Iterator[str]:
-    yield "# Written by `oilfilm init`. Fill in what is marked so; look at each guess."
-    # names come out of logs: a line end among them would end the comment
-    yield from (f"# {printable(line)}" for line in summary(found))
-    yield _line("description", f"logs of {name}", "one line: what was measured, where and when")
-    yield _line("data", "measured")
-    yield _line("rigs", found.rigs, "config/rigs")
-    yield from _oils(found)
-    yield _line("figures", ["curves", "constants", "coverage"])
-    if found.repeats:
-        why = "guess: several runs of an oil have the same set points"
-        yield _line("repeated_conditions", "accept", why)
-    yield from _columns(found)
-    yield from _header(found)
-    yield from _semantics(found)
+    known = shipped("oils").values()
+    own = [oil for oil in found.oils if oil not in known]
+    return template(
+        "campaign.yaml.jinja",
+        name=name,
+        found=found,
+        # names come out of logs: a line end among them would end the comment
+        summary=[*map(printable, summary(found))],
+        shipped=[oil for oil in found.oils if oil in known],
+        own=own,
+        unnamed="guess: no log names its oil; " if found.oils == {"my-oil": []} else "",
+        aliases={oil: labels for oil, labels in found.oils.items() if labels not in ([], [oil])},
+        no_film=bool(own) or any(rig_of(rig).contact() is None for rig in found.rigs),
+        groups={
+            "columns": [*_columns(found)],
+            "header": [(key, names, "guess") for key, names in found.header.items()],
+            "semantics": [*_semantics(found)],
+        },
+    )
 
 
 def summary(found: Findings) -> Iterator[str]:
@@ -121,34 +88,6 @@ def summary(found: Findings) -> Iterator[str]:
     yield from (f"{log.file} could not be read: {log.problem}" for log in found.logs if log.problem)
 
 
-def _oils(found: Findings) -> Iterator[str]:
-    known = shipped("oils").values()
-    yield _line(
-        "oils",
-        [oil for oil in found.oils if oil in known],
-        "config/oils; of shipped oils the properties are stand-ins"
-        if any(oil in known for oil in found.oils)
-        else "",
-    )
-    unknown = [oil for oil in found.oils if oil not in known]
-    if unknown:
-        moved = "move to `oils` when its file in config/oils is filled in"
-        unnamed = "guess: no log names its oil; " if found.oils == {"my-oil": []} else ""
-        yield _line("oils_without_properties", unknown, unnamed + moved)
-    aliases = {oil: labels for oil, labels in found.oils.items() if labels not in ([], [oil])}
-    if aliases:
-        yield _line("oil_aliases", aliases, "guess: different names are taken for different oils")
-    if unknown or any(rig_of(rig).contact() is None for rig in found.rigs):
-        yield "# Without the files of oil and rig no film thickness is known; points are refused."
-        yield "# Fill in those files, or say why the points may be used all the same:"
-        yield "#   film_unjudged: {accept: true, reason: the film was thick enough by experience}"
-        yield _line(
-            "film_unjudged",
-            None,
-            f"{FILL_IN}: as above, or fill in those files and remove this line",
-        )
-
-
 def rig_of(name: str) -> Rig:
     """A shipped rig, or one of which nothing is known."""
     if name in shipped("rigs").values():
@@ -157,77 +96,41 @@ def rig_of(name: str) -> Rig:
     return Rig(name=name, source="unknown")
 
 
-def _columns(found: Findings) -> Iterator[str]:
-    if not (found.columns or found.doubtful):
-        return
-    yield "columns:"
+def _columns(found: Findings) -> Iterator[Line]:
     for quantity in VOCABULARY.quantities:
         names = found.columns.get(quantity)
+        unit, unknown = found.unit(quantity)
         if quantity in found.doubtful:
             choice = ", ".join(found.doubtful[quantity]) or "no column is left"
             sentence = f"{FILL_IN}: the name of the column; perhaps {choice}"
-            yield _line(f"  {quantity}", _Blank({"name": names}), sentence)
+            yield quantity, _Blank({"name": names}), sentence
+        elif names and unknown:
+            units = " or ".join(VOCABULARY.quantities[quantity])
+            sentence = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
+            yield quantity, _Blank({"name": names, "unit": None}), sentence
         elif names:
-            unit, unknown = found.unit(quantity)
-            if unknown:
-                units = " or ".join(VOCABULARY.quantities[quantity])
-                sentence = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
-                yield _line(f"  {quantity}", _Blank({"name": names, "unit": None}), sentence)
-            else:
-                yield _line(
-                    f"  {quantity}", {"name": names, **({"unit": unit} if unit else {})}, "guess"
-                )
+            yield quantity, {"name": names, **({"unit": unit} if unit else {})}, "guess"
 
 
-def _header(found: Findings) -> Iterator[str]:
-    if found.header:
-        yield "header:"
-        yield from (_line(f"  {key}", names, "guess") for key, names in found.header.items())
-
-
-def _semantics(found: Findings) -> Iterator[str]:
-    meant = found.semantics
-    if meant or found.slip_is_logged:
-        yield "semantics:"
-    if "slower_body" in meant:
-        yield _line("  slower_body", meant["slower_body"], "guess: the slip of the logs shows it")
-    if "traction_sign" in meant:
-        why = "guess: the force falls where the slip rises"
-        yield _line("  traction_sign", meant["traction_sign"], why)
-    if "zero" in meant:
+def _semantics(found: Findings) -> Iterator[Line]:
+    whys = {
+        "slower_body": "guess: the slip of the logs shows it",
+        "traction_sign": "guess: the force falls where the slip rises",
+    }
+    yield from (
+        (key, found.semantics[key], why) for key, why in whys.items() if key in found.semantics
+    )
+    if found.zeros:
         ((source, count),) = found.zeros.most_common(1)
         total = found.zeros.total()
-        which = "the runs" if count == total else f"{count} of {total} runs"
-        why = _ZEROS[source].format(which=which)
+        why = _ZEROS[source].format(
+            which="the runs" if count == total else f"{count} of {total} runs"
+        )
         if found.needs_radii and source in ("rolling_phases", "opening_phase"):
             why += "; true where the radii of the tracks make the beginning pure rolling"
-        yield _line("  zero", source, why)
+        yield "zero", source, why
     if found.slip_is_logged:
-        why = "guess: over_mean, over_sum or over_faster speed"
-        yield _line("  slide_roll_ratio", "over_mean", why)
-
-
-def rig_yaml(name: str, found: Findings) -> str:
-    """`config/rigs/<name>.yaml`."""
-    marks = FILL_IN if found.needs_contact else FOR_FILM
-    off = "" if found.needs_contact else "# "
-    lines = [
-        _line("name", f"ball-on-disc rig {name}", "what it is"),
-        _line("source", "not documented yet", "where the values below come from"),
-    ]
-    for body in ("ball", "disc") if found.needs_radii else ():
-        why = f"{FILL_IN}: m, from the spindle's axis to the contact on the {body}"
-        lines.append(_line(f"{body}_track_radius_m", None, why))
-    if off:
-        lines.append("# For pressure and film thickness all of these; remove the '# ' before them.")
-    lines.append(_line(f"{off}ball_radius_m", None, f"{marks}: m"))
-    for body in ("ball", "disc"):
-        elastic = _Blank({"youngs_modulus_pa": None, "poisson_ratio": None})
-        lines.append(_line(off + body, elastic, f"{marks}: steel has about 206.0e+9 and 0.3"))
-        lines.append(_line(f"{off}{body}_roughness_ra_um", None, f"{marks}: Ra in um"))
-    limits = "max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c slide_roll_ratio"
-    lines.append(_line("# limits", _Blank(dict.fromkeys(limits.split())), "for `oilfilm plan`"))
-    return "\n".join([*lines, ""])
+        yield "slide_roll_ratio", "over_mean", "guess: over_mean, over_sum or over_faster speed"
 
 
 def oil_yaml(oil: str, found: Findings) -> str:

@@ -128,17 +128,15 @@ class Findings:
         return any(run.units.get("load") == "GPa" for run in self.runs)
 
     @property
-    def semantics(self) -> dict[str, str | int | None]:
-        """How the signals seem to be meant, where it differs from the defaults; None: unknown."""
+    def semantics(self) -> dict[str, str | int]:
+        """How the signals seem to be meant, where it differs from the defaults."""
         runs = [run for run in self.runs if not run.settled]
-        found: dict[str, str | int | None] = {}
+        found: dict[str, str | int] = {}
         for key in ("slower_body", "traction_sign"):
             most = Counter(value for run in runs if (value := getattr(run, key))).most_common(1)
             default = Semantics.model_fields[key].default
             if most and most[0][0] != default:
                 found[key] = most[0][0]
-        if self.zeros:
-            found["zero"] = self.zeros.most_common(1)[0][0]
         return found
 
     @cached_property
