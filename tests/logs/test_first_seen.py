@@ -20,15 +20,15 @@ BEFORE, AFTER, LATER = (sha256(text).hexdigest() for text in (b"1.25", b"1.35", 
 
 @pytest.fixture
 def seen(tmp_path: Path) -> FirstSeen:
-    listing = FirstSeen("june", tmp_path)
-    listing.add({LOG.as_posix(): BEFORE, OTHER.as_posix(): BEFORE})
-    return FirstSeen("june", tmp_path)
+    listing = FirstSeen("june", folder=tmp_path)
+    listing.check_and_add({LOG.as_posix(): BEFORE, OTHER.as_posix(): BEFORE}, [])
+    return FirstSeen("june", folder=tmp_path)
 
 
 def refusal(seen: FirstSeen, state: str, *acknowledged: AcknowledgedChange) -> str:
     """What is said of a log in this state; empty where it is accepted."""
     try:
-        seen.refuse_changed([LOG], lambda _: state, acknowledged)
+        seen.check_and_add({LOG.as_posix(): state}, [each.model_dump() for each in acknowledged])
     except OilfilmError as error:
         return str(error)
     return ""
@@ -72,7 +72,9 @@ def test_second_change_needs_a_reason_of_its_own(seen: FirstSeen) -> None:
 def test_listing_keeps_the_first_digest_and_the_lines_of_removed_logs(
     seen: FirstSeen, tmp_path: Path
 ) -> None:
-    seen.add({LOG.as_posix(): AFTER, "data/raw/june/new.csv": AFTER})
+    (change,) = pasted(refusal(seen, AFTER), "unit corrected")
+    digests = {LOG.as_posix(): AFTER, "data/raw/june/new.csv": AFTER}
+    seen.check_and_add(digests, [change.model_dump()])
     lines = (tmp_path / "june.sha256").read_text(encoding="utf-8").splitlines()
     # as `sha256sum -c` reads them
     assert lines == [
@@ -86,4 +88,4 @@ def test_damaged_listing_is_no_empty_one(seen: FirstSeen, tmp_path: Path) -> Non
     path = tmp_path / "june.sha256"
     path.write_text(path.read_text(encoding="utf-8").replace("  data", " data", 1))
     with pytest.raises(OilfilmError, match=re.escape(f"{path}, line 1: expected a sha256")):
-        FirstSeen("june", tmp_path)
+        FirstSeen("june", folder=tmp_path)

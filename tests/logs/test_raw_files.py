@@ -1,25 +1,21 @@
 """Which files count as logs, and that no path leads out of the raw folder."""
 
-import json
 import os
 import sys
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.raw_files import (
-    expected_states,
-    keep_found,
+    RawLogs,
     listing,
     raw_files,
-    read_listing,
-    refuse_altered,
-    refuse_strangers,
+    read_listings,
     remove_others,
     shares_of,
-    unchanged_logs,
 )
 
 
@@ -81,15 +77,6 @@ def test_shares_double_when_logs_are_more_than_a_share_takes() -> None:
     assert shares_of([], 250) == {}
 
 
-def test_twin_refuses_a_folder_with_logs_of_somebody_else(tmp_path: Path) -> None:
-    refuse_strangers(tmp_path / "nothing", ["a.csv"])
-    (tmp_path / "a.csv").write_text("x")
-    refuse_strangers(tmp_path, ["a.csv", "b.csv"])
-    (tmp_path / "mine.csv").write_text("x")
-    with pytest.raises(OilfilmError, match=r"mine\.csv"):
-        refuse_strangers(tmp_path, ["a.csv"])
-
-
 def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
     parts = [tmp_path / f"oil={oil}/part-{share}.parquet" for oil in "xy" for share in range(2)]
     for part in parts:
@@ -104,57 +91,39 @@ ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
 
 
 def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
-    (tmp_path / "two words.csv").write_text("abc")
-    assert listing(tmp_path) == f"{ABC}  two words.csv\n"
     written = tmp_path / "logs.sha256"
-    written.write_text(listing(tmp_path))
-    assert read_listing(written) == {"two words.csv": ABC}
+    written.write_text(listing({"two words.csv": ABC}))
+    assert written.read_text() == f"{ABC}  two words.csv\n"
+    assert read_listings(written) == {"two words.csv": ABC}
+
+
+def logs(folder: Path, **options: Any) -> RawLogs:
+    return RawLogs(Path("data/raw/june"), {"a.csv": folder / "a.csv"}, **options)
+
+
+def test_logs_are_read_with_their_digests(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("abc")
+    inputs: dict[str, str] = {}
+    read = logs(tmp_path, inputs=inputs)
+    assert list(read) == [("a.csv", b"abc")]
+    assert read.by_path() == {"data/raw/june/a.csv": ABC}
+    assert inputs == {"data/raw/june/a.csv": ABC[:16]}
+    (tmp_path / "a.csv").unlink()
+    with pytest.raises(OilfilmError, match=r"a\.csv: cannot be read .* put it back, or run"):
+        list(logs(tmp_path))
+
+
+def test_log_that_changes_while_it_is_read_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("abc")
+    read = logs(tmp_path)
+    list(read)
+    (tmp_path / "a.csv").write_text("abcd")
+    with pytest.raises(OilfilmError, match="has changed while it was read"):
+        read.by_path()
 
 
 def test_log_that_is_not_as_the_twin_wrote_it_is_refused(tmp_path: Path) -> None:
-    folder, written = tmp_path / "raw", tmp_path / "logs.sha256"
-    folder.mkdir()
-    (folder / "a.csv").write_text("abc")
-    refuse_altered(folder, written)  # nothing is known of it yet
-    written.write_text(listing(folder))
-    refuse_altered(folder, written)
-    (folder / "a.csv").write_text("abd")
-    with pytest.raises(OilfilmError, match=r"a\.csv: is not as the rig twin wrote it\. Delete"):
-        refuse_altered(folder, written)
-    (folder / "a.csv").unlink()
-    with pytest.raises(OilfilmError, match=r"a\.csv: is not as"):
-        refuse_altered(folder, written)
-
-
-def test_log_that_has_changed_since_its_digest_was_taken_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("abc")
-    inputs: dict[str, str] = {}
-    assert list(unchanged_logs(tmp_path, {"a.csv": ABC}, inputs=inputs)) == [("a.csv", b"abc")]
-    assert inputs == {f"{tmp_path}/a.csv": ABC[:16]}
-    (tmp_path / "a.csv").write_text("abcd")
-    with pytest.raises(OilfilmError, match="has changed since the run began"):
-        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
-    (tmp_path / "a.csv").unlink()
-    with pytest.raises(OilfilmError, match=r"a\.csv: cannot be read .* put it back, or run"):
-        list(unchanged_logs(tmp_path, {"a.csv": ABC}))
-
-
-def test_digests_come_from_the_run_or_from_the_twins_listing(tmp_path: Path) -> None:
-    written = tmp_path / "logs.sha256"
-    written.write_text(f"{ABC}  a.csv\n{'0' * 64}  b.csv\n")
-    assert expected_states({"a.csv": "1"}, None) == {"a.csv": "1"}
-    assert expected_states({"a.csv": ""}, str(written)) == {"a.csv": ABC}
-
-
-def test_what_a_run_finds_is_written_anew_only_where_it_changes(tmp_path: Path) -> None:
-    """Its time stamp decides whether a job runs again."""
-    kept = tmp_path / "parts/logs/0.json"
-    keep_found({"states": {"a.csv": "1", "Öl.csv": "2"}}, kept)
-    os.utime(kept, (0, 0))
-    keep_found({"states": {"a.csv": "1", "Öl.csv": "2"}}, kept)
-    assert kept.stat().st_mtime == 0
-    keep_found({"states": {"b/c.csv": "1", "b.csv": "3"}}, kept)
-    assert kept.stat().st_mtime > 0
-    # a job on a cluster reads the logs in the order of a local run
-    states = json.loads(kept.read_bytes())["states"]
-    assert list(states.items()) == [("b/c.csv", "1"), ("b.csv", "3")]
+    assert list(logs(tmp_path, written={"a.csv": ABC}))
+    with pytest.raises(OilfilmError, match=r"a\.csv: is not as the rig twin wrote it\. Delete"):
+        list(logs(tmp_path, written={"a.csv": "0" * 64}))

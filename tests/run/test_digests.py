@@ -16,7 +16,7 @@ def modules_behind(script: str) -> set[str]:
 
 
 def test_digest_follows_imports_to_the_formulas() -> None:
-    assert {"film", "contact", "run_gates", "failed_gates"} <= modules_behind("curate.py")
+    assert {"film", "contact", "run_gates", "failed_gates"} <= modules_behind("points.py")
 
 
 @pytest.mark.parametrize(

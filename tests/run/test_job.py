@@ -7,18 +7,23 @@ from types import SimpleNamespace
 
 import pytest
 
-from campaigns import ROOT
-from oilfilm import home, tables
+from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.run.job import _SPLIT, job
-from oilfilm.settings.config import SplitSettings
+from oilfilm.run.job import job
+
+
+class Inputs(list[str]):
+    """Inputs of a job without names."""
+
+    def get(self, name: str, default: object = None) -> object:
+        return default
 
 
 def a_job(tmp_path: Path) -> SimpleNamespace:
     return SimpleNamespace(
         log=[str(tmp_path / "job.log")],
         rule="fit",
-        input=[],
+        input=Inputs(),
         wildcards={"oil": "4102"},
         params=SimpleNamespace(
             config={"campaign": {"name": "june", "data": "measured"}}, code="0123"
@@ -47,8 +52,8 @@ def inputs_of(top: Path, shares: list[list[str]], wildcards: dict[str, str]) -> 
     collect = a_job(top)
     collect.wildcards = wildcards
     for number, logs in enumerate(shares):
-        path = top / f"results/june/parts/curate/{len(shares)}-{number}.parquet"
-        about = {"campaign": "june", "data": "measured", "rule": "curate", "code": "c"}
+        path = top / f"results/june/parts/points/{len(shares)}-{number}.parquet"
+        about = {"campaign": "june", "data": "measured", "rule": "points", "code": "c"}
         inputs = {f"data/raw/june/{log}": log * 4 for log in logs}
         part = {**about, "settings": "s", "part": True, "inputs": inputs}
         tables.write(tables.empty("points"), "points", path, part)
@@ -60,19 +65,19 @@ def inputs_of(top: Path, shares: list[list[str]], wildcards: dict[str, str]) -> 
 
 @pytest.fixture
 def copies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The top folder of results whose names do not depend on it, as of results in storage."""
-    monkeypatch.setenv(home.COPIES, str(tmp_path))
-    return tmp_path
+    """Where Snakemake puts local copies of results that are in object storage."""
+    monkeypatch.chdir(tmp_path)
+    return Path(".snakemake/storage/s3/lab/all")
 
 
 def test_provenance_names_the_logs_whatever_shares_they_were_read_in(copies: Path) -> None:
     together = inputs_of(copies, [["a", "b", "c"]], {})
-    assert together.keys() == {"rule curate", "data/raw/june"}
+    assert together.keys() == {"rule points", "data/raw/june"}
     assert inputs_of(copies, [["c"], ["a", "b"]], {}) == together
     assert inputs_of(copies, [["c"], ["a"]], {}) != together
     # a part names each, so that what joins the parts can
     assert inputs_of(copies, [["a"]], {"shard": "3"}).keys() == {
-        "rule curate",
+        "rule points",
         "data/raw/june/a",
     }
 
@@ -96,28 +101,12 @@ def test_disk_that_takes_no_file_ends_a_job_in_a_sentence(
     assert "points.parquet" in message
 
 
-@pytest.mark.parametrize(
-    ("rule", "advice"),
-    [
-        ("curate", "To make its jobs smaller, set `split.runs` in config.yaml, or lower it."),
-        ("report", "Free some or raise the limit of the job, then run snakemake again."),
-    ],
-)
-def test_lack_of_memory_names_the_key_that_makes_jobs_of_the_rule_smaller(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], rule: str, advice: str
+def test_lack_of_memory_ends_a_job_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    of_rule = a_job(tmp_path)
-    of_rule.rule = rule
-    with pytest.raises(SystemExit), job(of_rule):
+    with pytest.raises(SystemExit), job(a_job(tmp_path)):
         raise MemoryError
-    assert capsys.readouterr().err.rstrip("\n").endswith(advice)
-
-
-@pytest.mark.parametrize("rule", sorted(_SPLIT))
-def test_rule_whose_jobs_can_be_made_smaller_exists(rule: str) -> None:
-    rules = "".join(path.read_text("utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))
-    assert f"\nrule {rule}:\n" in rules
-    assert set(_SPLIT[rule]) <= SplitSettings.model_fields.keys()
+    assert "There is not enough memory for this step" in capsys.readouterr().err
 
 
 def test_other_trouble_with_files_is_a_fault_of_the_program(tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from snakemake.scheduling.job_scheduler import JobScheduler
 
 from campaigns import (
     ETM,
@@ -25,9 +24,8 @@ from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.releases.verify import verify
 from oilfilm.rig_twin.simulate import simulate_campaign
-from oilfilm.run.lock import job_lock
 from oilfilm.settings.resolve import resolve
-from reproduce import IN_ONE_SHARE, compare, fail, killed, succeed
+from reproduce import compare, fail, killed, succeed
 
 pytestmark = pytest.mark.workflow
 
@@ -58,18 +56,11 @@ def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_projec
 
 
 def test_only_the_summary_is_long(released_project: Path) -> None:
-    """A whole run: progress first; summary, release and log at the end."""
-    output = released_project.with_suffix(".txt").read_text()
-    progress, found, summary = output.partition("Campaign small")
+    progress, found, _ = (
+        released_project.with_suffix(".txt").read_text().partition("Campaign small")
+    )
     assert found
-    assert len(progress.splitlines()) <= 12
-    assert max(map(len, progress.splitlines())) < 100
-    assert re.search(r"Release: results/releases/small/v1-[0-9a-f]{12}\n", summary)
-    log = released_project / "results/small/logs/snakemake.log"
-    assert summary.rstrip().endswith("results/small/logs/snakemake.log")
-    details = log.read_text()
-    assert "rule ingest:" in details
-    assert "reason: " in details
+    assert len(progress.splitlines()) <= 50  # most of them are the number of jobs of each rule
 
 
 @pytest.mark.nightly
@@ -158,17 +149,26 @@ def test_second_run_has_nothing_to_do(project: Path) -> None:
     assert "Nothing to be done" in succeed(project, "all", "figures", *SMALL)
 
 
-def test_changed_gate_judges_again_but_reads_nothing_again(project: Path) -> None:
-    rules = set(planned(project, *SMALL, "gates={'load_tolerance': 0.05}"))
-    assert {"curate", "collect"} <= rules
-    assert not {"twin", "ingest"} & rules
+def everything(project: Path) -> dict[str, tuple[int, int]]:
+    """Size and time stamp of every file and folder of a project."""
+    stamps = {path.as_posix(): path.lstat() for path in [project, *project.rglob("*")]}
+    return {path: (stamp.st_size, stamp.st_mtime_ns) for path, stamp in stamps.items()}
+
+
+def test_dry_run_changes_no_file(project: Path) -> None:
+    before = everything(project)
+    assert "twin" not in planned(project, *SMALL, "gates={'load_tolerance': 0.05}")
+    after = everything(project)
+    changed = {path for path in before.keys() | after if before.get(path) != after.get(path)}
+    # Snakemake's own journal and its note of what it found
+    assert [path for path in changed if not re.search(r"/\.snakemake/(log|iocache)", path)] == []
 
 
 @pytest.mark.nightly
 def test_another_configured_law_refits_nothing(project: Path) -> None:
     """It is among those that are compared: one fit per oil and law serves both."""
     rules = set(planned(project, *SMALL, "fit={'law': 'tanh'}"))
-    assert {"fits", "exports", "torque"} <= rules
+    assert {"fits", "exports"} <= rules
     assert "fit" not in rules
 
 
@@ -184,7 +184,10 @@ def changed(path: Path, old: str, new: str) -> Iterator[None]:
 
 
 def test_changed_code_runs_what_it_affects_and_nothing_else(project: Path) -> None:
-    with changed(project / "workflow/oilfilm/report/figures/style.py", "\n", "\n# touched\n"):
+    style = project / "workflow/oilfilm/report/figures/style.py"
+    with changed(style, "\n", "\n# a remark\n"):
+        assert planned(project, *SMALL) == {}
+    with changed(style, "\nimport ", "\nimport json\nimport "):
         rules = set(planned(project, *SMALL))
     assert rules == {"data_figures", "law_figures", "refused", "report", "enough", "all"}
 
@@ -242,24 +245,14 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
     assert "row 4: 'later.csv' matches no log" in listed
 
 
-def test_measured_logs_are_in_the_provenance_and_no_inputs_of_snakemake(
+def test_measured_logs_are_in_the_provenance_and_listed_as_first_seen(
     project: Path, own: Path
 ) -> None:
-    """Snakemake would look at each of its inputs at every step: the square of their number."""
     samples = tables.read_footer(project / "results/own/tables/samples/oil=4102/part-0.parquet")
     logs = {name for name in samples["inputs"] if name.startswith("data/raw/own/")}
     assert len(logs) == 6
     for log in logs:
         assert samples["inputs"][log] == file_digest(project / log)[:16]
-    rows = succeed(project, *OWN, "--detailed-summary").splitlines()
-    ingest = [row for row in rows if "\tingest\t" in row]
-    assert len(ingest) >= 2
-    assert "data/raw" not in "".join(ingest)
-
-
-def test_measured_logs_are_listed_as_first_seen_and_simulated_ones_are_not(
-    project: Path, own: Path
-) -> None:
     listed = [path.name for path in (project / "data/first_seen").glob("*.sha256")]
     assert listed == [f"{own.name}.sha256"]
 
@@ -274,21 +267,10 @@ def test_tables_of_runs_and_points_name_their_run_sheet(project: Path, own: Path
     assert of_oil["inputs"].keys() == {"logs of 4102"}
 
 
-@contextmanager
-def without_records(project: Path) -> Iterator[None]:
-    """Snakemake's records of what made each file away, as after `.snakemake` was deleted."""
-    records = project / ".snakemake/metadata"
-    away = records.rename(project / "records")
-    try:
-        yield
-    finally:
-        shutil.rmtree(records, ignore_errors=True)
-        away.rename(records)
-
-
-def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None:
+def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own: Path) -> None:
     name = "4102_P1.50_U40_T120.csv"
     with changed(own / name, "\n", "\n\n"):
+        assert planned(project, *OWN)["points"] == 1
         # other bytes than those that a run has read need a reason in the campaign file
         message = fail(project, *OWN)
         assert f"data/raw/own/{name}: has changed since a run first read it" in message
@@ -297,21 +279,8 @@ def test_changed_log_redoes_only_its_own_share(project: Path, own: Path) -> None
         campaign = project / "config/campaigns/own.yaml"
         text = campaign.read_text(encoding="utf-8")
         with changed(campaign, text, f"{text}{lines[0]} the rig wrote an empty line\n"):
-            jobs = planned(project, *OWN)
-            assert (jobs["ingest"], jobs["curate"]) == (1, 1)
-            with without_records(project):
-                jobs = planned(project, *OWN)
-    assert (jobs["ingest"], jobs["curate"]) == (1, 1)
-
-
-def test_start_beside_an_active_run_leaves_what_its_jobs_have_as_input(
-    project: Path, own: Path
-) -> None:
-    folder = project / "results/own/parts/logs"
-    states = {path: path.read_bytes() for path in folder.iterdir()}
-    with job_lock(project / ".snakemake"):
-        planned(project, *OWN, IN_ONE_SHARE)
-    assert {path: path.read_bytes() for path in states} == states
+            assert planned(project, *OWN) == {"collect": 1}
+    succeed(project, *OWN)
 
 
 @pytest.mark.nightly
@@ -319,16 +288,16 @@ def test_job_of_a_cluster_reads_the_logs_that_were_there_when_the_run_began(
     project: Path, own: Path, tmp_path: Path
 ) -> None:
     """Slurm starts a Snakemake for each job, which lists the logs anew."""
-    planned(project, *OWN)
+    succeed(project, "--forcerun", "collect", *OWN)
     cluster = tmp_path / "cluster"
     shutil.copytree(project, cluster, symlinks=True)
     results, raw = cluster / "results/own", cluster / own.relative_to(project)
-    tables_made = [results / "parts/ingest/0/runs.parquet", results / "tables/points.parquet"]
+    tables_made = [results / "parts/points/0/runs.parquet", results / "tables/points.parquet"]
     before = [table.read_bytes() for table in tables_made]
     shutil.copy(raw / "4102_P1.50_U40_T120.csv", raw / "0_late.csv")
     process = ("--mode", "remote", "--no-hooks", "--force")
     with changed(raw / "runs.csv", "later.csv", "latest.csv"):
-        for table, job in zip(tables_made, ("ingest:shard=0", "collect:"), strict=True):
+        for table, job in zip(tables_made, ("points:shard=0", "collect:"), strict=True):
             table.unlink()
             only = ("--target-jobs", job, "--allowed-rules", job.partition(":")[0])
             succeed(cluster, *process, *only, "--config", "campaign=own", "split={'runs': 1}")
@@ -336,17 +305,9 @@ def test_job_of_a_cluster_reads_the_logs_that_were_there_when_the_run_began(
 
 
 @pytest.mark.nightly
-def test_changed_row_of_the_run_sheet_redoes_only_its_own_share(project: Path, own: Path) -> None:
-    with changed(own / "runs.csv", "25,50,", "25,50,oil spilt"):
-        jobs = planned(project, *OWN)
-        with without_records(project):
-            again = planned(project, *OWN)
-    assert [(of["ingest"], of["curate"]) for of in (jobs, again)] == [(1, 1)] * 2
-
-
-@pytest.mark.nightly
 def test_excluded_log_is_refused_with_the_reason_of_the_run_sheet(project: Path, own: Path) -> None:
     with changed(own / "runs.csv", "25,50,", "25,50,oil spilt"):
+        assert planned(project, *OWN)["points"] == 1  # its share alone
         succeed(project, *OWN)
     runs = tables.read("runs", project / TABLES_OF_OWN[1]).set_index("run_id")
     log = "4102_P1.25_U25_T050.csv"
@@ -410,53 +371,22 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     assert compare(fresh, project) == ""
 
 
-SPLIT = {"runs": 3}
-
-
-def with_split(project: Path, split: dict[str, int]) -> None:
-    """Spread the work of the campaign `small` otherwise."""
-    campaign = read_campaign(project, "small")
-    campaign["settings"] |= {"split": split}
-    write_campaign(project, "small", campaign)
-
-
-def test_snakemake_looks_up_its_limit_on_job_starts_where_a_local_run_removes_it() -> None:
-    """An attribute with a wrong name would be set without an error, and without effect."""
-    assert "job_rate_limiter" in JobScheduler.job_selector.__code__.co_names
-    assert "job_rate_limiter" in JobScheduler.schedule.__code__.co_names
-
-
-def test_split_decides_which_jobs_share_the_work(project: Path) -> None:
-    names = ("points", "runs", "quarantine", "coefficients", "refits", "fit_quality", "law_points")
-    tables_of_run = [f"results/small/tables/{name}.parquet" for name in names]
-    before = (project / "config/campaigns/small.yaml").read_text(encoding="utf-8")
-    try:
-        with_split(project, SPLIT)
-        jobs = planned(project, *tables_of_run, *SMALL)
-    finally:
-        (project / "config/campaigns/small.yaml").write_text(before, encoding="utf-8")
-    assert jobs["curate"] == 2  # of three shares: one has the logs of one of the two before
-
-
 @pytest.mark.nightly
-@pytest.mark.parametrize("split", [SPLIT, {"runs": 1}, {"runs": 1000}])
+@pytest.mark.parametrize("runs", [1, 1000])
 def test_release_has_the_same_bytes_however_the_work_is_split(
-    released_project: Path, tmp_path: Path, split: dict[str, int]
+    released_project: Path, tmp_path: Path, runs: int
 ) -> None:
     project = tmp_path / "project"
     lay_out_small(project)
-    with_split(project, split)
+    campaign = read_campaign(project, "small")
+    campaign["settings"] |= {"split": {"runs": runs}}
+    write_campaign(project, "small", campaign)
     succeed(project, "release", *SMALL)
-    before, after = (
-        {
-            path.relative_to(root).as_posix(): path.read_bytes()
-            for path in (root / "results/releases/small").rglob("*")
-            if path.is_file()
-        }
-        for root in (released_project, project)
-    )
-    assert before.keys() == after.keys()
-    assert [name for name in before if before[name] != after[name]] == []
+    manifests = [
+        folder / "results/releases/small/latest/manifest.json"
+        for folder in (released_project, project)
+    ]
+    assert manifests[0].read_bytes() == manifests[1].read_bytes()
 
 
 def lay_out_spoiled(project: Path) -> None:

@@ -5,11 +5,8 @@ In a clone this is its top folder. The wheel carries the same files in `oilfilm/
 Decides: where rules, reference data and default settings of an installed oilfilm are.
 """
 
-import os
 from pathlib import Path
 
-# Variable with the folder of Snakemake's local copies of results that are kept in object storage.
-COPIES = "OILFILM_COPIES"
 PACKAGE = Path(__file__).resolve().parent
 _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
@@ -28,7 +25,8 @@ def portable(path: Path) -> str:
 
     Nor on where Snakemake puts the local copies of results that are kept in object storage.
     """
-    tops = (HOME, Path(os.environ.get(COPIES, HOME)))
-    return next(
-        (path.relative_to(top) for top in tops if path.is_relative_to(top)), path
-    ).as_posix()
+    if path.is_relative_to(HOME):
+        return path.relative_to(HOME).as_posix()
+    parts = path.parts
+    copied = parts[:2] == (".snakemake", "storage") and "results" in parts
+    return Path(*parts[parts.index("results") :]).as_posix() if copied else path.as_posix()

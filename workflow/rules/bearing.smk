@@ -5,7 +5,7 @@ if TORQUE_SIMULATED:
         input:
             printed=reference_file("printed_coefficients"),
         output:
-            logs=directory("<torque_raw>"),
+            logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
             truth="<results>/twin/torque_truth.parquet",
             listing="<results>/twin/torque_logs.sha256",
         log:
@@ -28,21 +28,20 @@ if TORQUE_SIMULATED:
 rule torque_runs:
     "Steady plateaus of the torque logs, zero removed, with every gate's verdict."
     input:
-        **(
-            {"listing": rules.torque_twin.output.listing, "logs": "<torque_raw>"}
-            if TORQUE_SIMULATED
-            else {}
-        ),
-        measured=lambda wildcards: measured_logs_of("torque"),
+        listing=rules.torque_twin.output.listing if TORQUE_SIMULATED else [],
+        logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
     output:
         torque_runs="<tables>/torque_runs.parquet",
         torque_quarantine="<tables>/torque_quarantine.parquet",
+        logs="<parts>/torque_runs/logs.sha256",
     log:
         "<logs>/torque-runs.log",
+    localrule: True
     params:
         code=code("torque_runs.py"),
-        files=lambda wildcards: logs_as_found("torque")["states"],
-        sheet=lambda wildcards: logs_as_found("torque")["sheet"],
+        files=TORQUE_FILES,
+        acknowledged=ACKNOWLEDGED,
+        sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
         config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),
     script:
         "../scripts/torque_runs.py"

@@ -1,29 +1,27 @@
 rule enough:
-    "The last step: too few accepted runs end a run that is complete, so that it counts as failed."
+    "The last step: a fit without certificate or too few accepted runs end a run that is complete."
     input:
-        **finished("runs", "quarantine", "torque_runs", "torque_quarantine"),
-        # a person needs all of this to see why runs were refused
+        **finished("runs quarantine torque_runs torque_quarantine fit_quality"),
+        # a person needs all of this to see why
         everything=[
             rules.summary.output,
             rules.report.output,
-            rules.certified.output,
-            rules.coverage.output,
             rules.refused.output,
-            *finished("claims").values(),
+            *finished("claims coverage").values(),
             rules.figures.input,
             rules.metadata.output,
             rules.metadata.input.tables,  # a table that somebody deletes is made again
             rules.metadata.input.samples,
-            rules.captions.output,
             rules.exports.output,
         ],
     output:
-        "<tables>/accepted_runs.txt",
+        certificates="<tables>/certificates.txt",
+        accepted_runs="<tables>/accepted_runs.txt",
     log:
         "<logs>/enough.log",
     localrule: True
     params:
         code=code("enough.py"),
-        config=part(campaign=("min_accepted_runs", "min_accepted_share", "torque")),
+        config=part("fit", campaign=("min_accepted_runs", "min_accepted_share", "torque")),
     script:
         "../scripts/enough.py"

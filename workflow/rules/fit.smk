@@ -32,7 +32,9 @@ rule fits:
     "The fits of all oils and laws, the configured law beside the others, misfit beside noise."
     input:
         **{
-            table: expand(f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet", oil=OILS, law=FITTED_LAWS)
+            table: expand(
+                f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet", oil=OILS, law=FITTED_LAWS
+            )
             for table in FIT_TABLES
         },
         **finished("points", "runs"),
@@ -46,19 +48,3 @@ rule fits:
         config=part("fit", "gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")),
     script:
         "../scripts/fits.py"
-
-
-rule certified:
-    "The certificates of the configured law's fits; without one the run ends, unless allowed."
-    input:
-        **finished("fit_quality"),
-    output:
-        "<tables>/certificates.txt",
-    log:
-        "<logs>/certified.log",
-    localrule: True
-    params:
-        code=code("certified.py"),
-        config=part("fit"),
-    script:
-        "../scripts/certified.py"

@@ -6,47 +6,28 @@ TABLE_NAMES = (
     *TORQUE_TABLES,
     *(*PAPER_TABLES, *ADVICE_TABLES, *EXTRAPOLATION_TABLES),
 )
-TABLE_FILES = [path for path in finished(*TABLE_NAMES).values() if path]
+TABLE_FILES = {name: path for name, path in finished(*TABLE_NAMES).items() if path}
 
 
 rule metadata:
-    "What the tables are, for other programs: a data package."
+    "What tables and figures are: a data package, and captions for `snakemake --report`."
     input:
+        **finished("points"),
         tables=[
-            in_report(path, caption=caption_file("tables", Path(path).stem), category="Tables")
-            for path in TABLE_FILES
+            in_report(path, caption=caption_file("tables", name), category="Tables")
+            for name, path in TABLE_FILES.items()
         ],
-        # written by the jobs of the shares, so that samples pass through no other process
-        listings=expand("<parts>/ingest/{shard}/samples.json", shard=SHARDS),
         samples=expand(SAMPLES, shard=SHARDS),
     output:
         package="<tables>/datapackage.json",
+        campaign="<results>/captions/campaign.rst",
+        figures=expand("<results>/captions/figures/{figure}.rst", figure=CAMPAIGN.figures),
+        captions=expand("<results>/captions/tables/{table}.rst", table=TABLE_FILES),
     log:
         "<logs>/metadata.log",
     localrule: True
     params:
         code=code("metadata.py", *TABLE_WORDS),
-        config=part("dataset", campaign=("description", "studies")),
+        config=part("dataset", campaign=("description", "studies", *ORIGIN)),
     script:
         "../scripts/metadata.py"
-
-
-rule captions:
-    "What figures and tables show, for Snakemake's own report (`snakemake --report`)."
-    input:
-        **finished("points"),
-    output:
-        campaign="<results>/captions/campaign.rst",
-        figures=expand("<results>/captions/figures/{figure}.rst", figure=CAMPAIGN.figures),
-        tables=expand(
-            "<results>/captions/tables/{table}.rst",
-            table=[Path(path).stem for path in TABLE_FILES],
-        ),
-    log:
-        "<logs>/captions.log",
-    localrule: True
-    params:
-        code=code("captions.py", *TABLE_WORDS),
-        config=part(campaign=("description", "studies", *ORIGIN)),
-    script:
-        "../scripts/captions.py"

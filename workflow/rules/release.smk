@@ -5,17 +5,24 @@ rule release:
         rules.all.input,
         rules.metadata.input.tables,
         rules.metadata.input.samples,
-        simulated=["<raw>"] * SIMULATED + ["<torque_raw>"] * TORQUE_SIMULATED,
+        package=rules.metadata.output.package,
+        digests=[
+            *expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
+            *([rules.torque_runs.output.logs] if CAMPAIGN.torque is not None else []),
+        ],
+        simulated=[
+            *(raw_logs(RAW, FILES) if SIMULATED else []),
+            *(raw_logs(TORQUE_RAW, TORQUE_FILES) if TORQUE_SIMULATED else []),
+        ],
     log:
         "<logs>/release.log",
     localrule: True
     params:
         code=code("release.py"),
-        tree=TREE,
-        results=folder_of_results,
+        # what ran is what was here when the run began
+        tree=code_tree_digest(HOME),
         releases=f"results/releases/{CAMPAIGN.name}",
-        copies=str(COPIES),
-        raw=raw_with_digests,
+        sheets=digests_of_sheets(),
         config=SETTINGS.plain(),
     script:
         "../scripts/release.py"

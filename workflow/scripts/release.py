@@ -2,25 +2,28 @@
 
 from pathlib import Path
 
+from oilfilm.releases.listing import list_releases
+
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
-from oilfilm.releases.page import list_releases
+from oilfilm.logs.raw_files import read_listings
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job, say
 
 with job(snakemake) as (settings, _):
-    params, releases = snakemake.params, Path(snakemake.params.releases)
+    inputs, params = snakemake.input, snakemake.params
+    releases, package = Path(params.releases), Path(inputs.package)
     if code_tree_digest(HOME) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
     finished = FinishedRun(
         root=Path(),
         home=HOME,
         settings=settings,
-        results=Path(params.results),
-        files=[Path(path) for path in snakemake.input if path not in snakemake.input.simulated],
-        raw=params.raw,
-        copies=Path(params.copies),
+        results=package.parents[1],
+        files=[Path(path) for path in inputs if path not in {*inputs.digests, *inputs.simulated}],
+        raw=read_listings(*map(Path, inputs.digests)) | params.sheets,
+        copies=package.parents[3],  # of what is in object storage; else this folder
     )
     folder, new = make_release(finished, releases)
     list_releases(releases, settings.drift)

@@ -9,14 +9,11 @@ import sys
 import time
 from collections import Counter
 from logging import INFO, LogRecord
-from pathlib import Path
 from typing import Any, TextIO
 
 from snakemake.logging import ColorizingTextHandler, DefaultFormatter
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
-
-from oilfilm.run.start import keep_a_cache
 
 # Seconds that a step of the demonstration took on two cores; only their ratios count.
 _SECONDS = {
@@ -119,8 +116,6 @@ class LogHandler(LogHandlerBase):
         self.live = self.plain.can_color_tty()
         self.progress = Progress()
         self.lines_written = 0
-        # no other code of a workflow runs before Snakemake makes its cache
-        keep_a_cache(Path(".snakemake"))
 
     def emit(self, record: LogRecord) -> None:
         """Show a record; called in a thread of its own, one record at a time."""

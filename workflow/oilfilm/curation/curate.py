@@ -5,8 +5,10 @@ says what differs between the rigs.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +27,8 @@ from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import not_usable, why_not_used, with_gates
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.base import Refusal
-from oilfilm.logs.ingest import Ingested, ingest_logs
+from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
+from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -62,6 +65,33 @@ def curate_ingested(
         tables.conform(samples, "samples", "samples of these logs")
     tables.conform(curated.points, kind.table, "plateaus of these logs")
     return curated
+
+
+def curate_share(
+    logs: RawLogs,
+    settings: Settings,
+    sheet: RunSheet,
+    samples: Mapping[str, Path],
+    provenance: Mapping[str, Any],
+) -> Curated:
+    """Read a share of the logs, write its samples and curate them; memory does not grow with it.
+
+    Args:
+        logs: The logs.
+        settings: Settings of the run.
+        sheet: The run sheet.
+        samples: File of each oil's samples.
+        provenance: As `tables.writing`.
+
+    Returns:
+        Plateaus, runs, and what was refused at any stage.
+    """
+    with sample_files(samples, provenance) as keep:
+        ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=logs.digests)
+    parts = partial(tables.read_parts, "samples", *samples.values())
+    curated = curate_parts(parts, ingested.runs, settings)
+    refused = pd.concat([ingested.quarantine, curated.quarantine], ignore_index=True)
+    return replace(curated, quarantine=refused)
 
 
 def curate(

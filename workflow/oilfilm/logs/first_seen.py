@@ -5,12 +5,12 @@ Decides: when a raw log is refused because it changed.
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from oilfilm.atomic_write import write_text
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.campaign import AcknowledgedChange
 
 FOLDER = Path("data/first_seen")
 # The listings are for people and version control; so many digits tell any two logs apart.
@@ -18,22 +18,35 @@ _DIGITS = 16
 _LINE = re.compile(r"([0-9a-f]{64})  (data/raw/.+)")
 
 
+@dataclass(frozen=True)
+class _Change:
+    log: str
+    was: str
+    now: str
+
+    def lines(self) -> str:
+        """The entry of the campaign file, without its reason."""
+        log, was, now = map(json.dumps, (self.log, self.was[:_DIGITS], self.now[:_DIGITS]))
+        return f"  - log: {log}\n    was: {was}\n    now: {now}\n    reason: "
+
+
 class FirstSeen:
     """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed."""
 
-    def __init__(self, campaign: str, folder: Path = FOLDER) -> None:
+    def __init__(self, campaign: str, logs: str = "", folder: Path = FOLDER) -> None:
         """Read the listing; a campaign that has not run has none.
 
         Args:
             campaign: Its name.
+            logs: Name of the folder of its logs, if that is another one.
             folder: Where the listings are.
 
         Raises:
             OilfilmError: A line of it is damaged.
         """
         self._campaign = campaign
-        self._path = folder / f"{campaign}.sha256"
-        self._states: dict[str, str] = {}
+        self._path = folder / f"{logs or campaign}.sha256"
+        self._digests: dict[str, str] = {}
         text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
         for number, line in enumerate(text.split("\n")[:-1], start=1):
             parts = _LINE.fullmatch(line)
@@ -42,60 +55,48 @@ class FirstSeen:
                     f"{self._path}, line {number}: expected a sha256, two blanks and the path of a "
                     "log below data/raw. Put the file back from version control or a backup."
                 )
-            self._states[parts[2]] = parts[1]
+            self._digests[parts[2]] = parts[1]
 
-    def refuse_changed(
-        self,
-        logs: Iterable[Path],
-        state_of: Callable[[Path], str],
-        acknowledged: Iterable[AcknowledgedChange],
+    def check_and_add(
+        self, digests: Mapping[str, str], acknowledged: Iterable[Mapping[str, str]]
     ) -> None:
-        """Refuse logs that have other bytes than at first, unless the campaign file says why.
+        """Refuse logs that have other bytes than at first; list those that are new.
 
         Args:
-            logs: The logs, from the top folder.
-            state_of: Gives the sha256 of a log; empty if unknown.
-            acknowledged: Changes that are meant.
+            digests: sha256 of each log by its path from the top folder.
+            acknowledged: Changes that are meant, by the keys of the campaign file.
 
         Raises:
             OilfilmError: Which logs, and the lines that acknowledge their changes.
-        """
-        entries = list(acknowledged)
-        changes = {
-            log: (was, now)
-            for log in (path.as_posix() for path in logs)
-            if log in self._states
-            for was, now in [(self._states[log], state_of(Path(log)))]
-            if now not in (was, "")
-            and not any(
-                each.log == log and was.startswith(each.was) and now.startswith(each.now)
-                for each in entries
-            )
-        }
-        if not changes:
-            return
-        (log, (was, _)), *others = changes.items()
-        more = f", and {len(others)} more" if others else ""
-        place = "at the end of `acknowledged_changes` in" if entries else "to"
-        lines = "" if entries else "acknowledged_changes:\n"
-        for changed, states in changes.items():
-            quoted = [json.dumps(text) for text in (changed, *(s[:_DIGITS] for s in states))]
-            lines += "  - log: {}\n    was: {}\n    now: {}\n    reason: \n".format(*quoted)
-        raise OilfilmError(
-            f"{log}: has changed since a run first read it (it was {was[:_DIGITS]} then, "
-            f"{self._path} says){more}. Put it back. If the change is meant, add these lines "
-            f"{place} config/campaigns/{self._campaign}.yaml, with the reason:\n"
-            + lines.removesuffix("\n")
-        )
-
-    def add(self, states: Mapping[str, str]) -> None:
-        """Keep the state of logs that are new; the others keep theirs.
-
-        Raises:
             OSError: The listing cannot be written.
         """
-        together = {log: state for log, state in states.items() if state} | self._states
-        if together != self._states:
-            lines = [f"{state}  {log}\n" for log, state in sorted(together.items())]
+        entries = list(acknowledged)
+        changes = []
+        for log, now in digests.items():
+            was = self._digests.get(log, now)
+            known = any(
+                each["log"] == log and was.startswith(each["was"]) and now.startswith(each["now"])
+                for each in entries
+            )
+            if now != was and not known:
+                changes.append(_Change(log, was, now))
+        if changes:
+            raise OilfilmError(self._refusal(changes, bool(entries)))
+        together = {**digests, **self._digests}
+        if together != self._digests:
+            lines = [f"{digest}  {log}\n" for log, digest in sorted(together.items())]
             write_text("".join(lines), self._path)
-            self._states = together
+            self._digests = together
+
+    def _refusal(self, changes: list[_Change], others: bool) -> str:
+        first = changes[0]
+        more = f", and {len(changes) - 1} more" if len(changes) > 1 else ""
+        place = "at the end of `acknowledged_changes` in" if others else "to"
+        key = "" if others else "acknowledged_changes:\n"
+        return (
+            f"{first.log}: has changed since a run first read it (it was {first.was[:_DIGITS]} "
+            f"then, {self._path} says){more}. Put it back. If the change is meant, add these lines "
+            f"{place} config/campaigns/{self._campaign}.yaml, with the reason:\n"
+            + key
+            + "\n".join(change.lines() for change in changes)
+        )

@@ -95,7 +95,7 @@ def ingest_logs(
         kind: The kind of log.
         sheet: The run sheet; what it says of a log beats its header.
         keep: Gets one run after the other; the samples that are returned are empty then.
-        verified: sha256 by name of logs of which whoever gives their bytes has just compared it.
+        verified: sha256 of logs by name, where it is known when the log is read.
 
     Raises:
         OilfilmError: A log has the name of a run of another one.

@@ -4,22 +4,11 @@ Decides: which files of a folder are logs.
 """
 
 import hashlib
-import json
 import re
-from collections.abc import (
-    Callable,
-    Collection,
-    Iterable,
-    Iterator,
-    Mapping,
-    MutableMapping,
-    Sequence,
-)
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from oilfilm.atomic_write import write_bytes
-from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 
 # The run sheet lies in the campaign's folder, not below it; its name may be in capitals.
@@ -125,118 +114,86 @@ def find_sheet(folder: Path) -> Path | None:
     return sheets[0] if sheets else None
 
 
-def refuse_strangers(folder: Path, written: Iterable[str]) -> None:
-    """The folder that the rig twin writes again each time must hold only its logs.
+@dataclass(frozen=True)
+class RawLogs:
+    """The raw logs that a job reads, each once; iterating gives the name and content of each.
 
-    Raises:
-        OilfilmError: A file there is none of those `written`.
+    Attributes:
+        folder: Of the campaign's logs, from the top folder.
+        paths: File of each log, by its name below the folder.
+        written: sha256 of each log as the rig twin wrote it; empty for measured logs.
+        inputs: Gets the digest of each measured log, for the provenance of what is made of it.
+        digests: sha256 of each log that has been read.
     """
-    strangers = {path.name for path in folder.glob("*")} - set(written)
-    strangers = {name for name in strangers if not name.startswith(".")}
-    if strangers:
-        raise OilfilmError(
-            f"{folder}: holds {sorted(strangers)[0]!r}, which the rig twin did not write and would "
-            "delete. Put logs of your own into a campaign of their own."
-        )
+
+    folder: Path
+    paths: Mapping[str, Path]
+    written: Mapping[str, str] = field(default_factory=dict)
+    inputs: dict[str, str] = field(default_factory=dict)
+    digests: dict[str, str] = field(default_factory=dict)
+    _found: dict[str, tuple[int, int]] = field(default_factory=dict)
+
+    def __iter__(self) -> Iterator[tuple[str, bytes]]:
+        """Read one log after the other.
+
+        Raises:
+            OilfilmError: A log cannot be read, or is not as the rig twin wrote it.
+        """
+        for name, path in self.paths.items():
+            try:
+                self._found[name] = _state(path)
+                content = path.read_bytes()
+            except OSError as error:
+                raise OilfilmError(
+                    f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "
+                    "If it is missing, put it back, or run snakemake again without it."
+                ) from error
+            digest = self.digests[name] = hashlib.sha256(content).hexdigest()
+            if self.written.get(name, digest) != digest:
+                raise OilfilmError(
+                    f"{self.folder / name}: is not as the rig twin wrote it. Delete it: the next "
+                    "run simulates it again."
+                )
+            if not self.written:
+                self.inputs[f"{self.folder}/{name}"] = digest[:16]
+            yield name, content
+
+    def only(self, names: Collection[str]) -> "RawLogs":
+        """The logs with these names."""
+        wanted = set(names)
+        paths = {name: path for name, path in self.paths.items() if name in wanted}
+        return RawLogs(self.folder, paths, self.written)
+
+    def by_path(self) -> dict[str, str]:
+        """sha256 of each log by its path from the top folder.
+
+        Raises:
+            OilfilmError: A log has changed since it was read. Snakemake would not see that: what
+                was made of the log is newer.
+        """
+        for name, found in self._found.items():
+            if _state(self.paths[name]) != found:
+                raise OilfilmError(
+                    f"{self.folder / name}: has changed while it was read. When it is complete, "
+                    "run snakemake again."
+                )
+        return {(self.folder / name).as_posix(): each for name, each in self.digests.items()}
 
 
-def listing(folder: Path) -> str:
-    """The digests of a folder's logs, as `sha256sum` writes and checks them."""
-    return "".join(f"{file_digest(folder / name)}  {name}\n" for name in raw_files(folder))
+def _state(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_size, status.st_mtime_ns
 
 
-def read_listing(path: Path) -> dict[str, str]:
-    """Digest by name, from the text that `listing` has made."""
-    lines = path.read_text(encoding="utf-8").splitlines()
+def listing(digests: Mapping[str, str]) -> str:
+    """Digests of logs by name, as `sha256sum` writes and checks them."""
+    return "".join(f"{digest}  {name}\n" for name, digest in digests.items())
+
+
+def read_listings(*paths: Path) -> dict[str, str]:
+    """Digest by name, from texts that `listing` has made."""
+    lines = (line for path in paths for line in path.read_text(encoding="utf-8").splitlines())
     return {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
-
-
-def refuse_altered(
-    folder: Path, path: Path, digest_of: Callable[[Path], str] = file_digest
-) -> None:
-    """The simulated logs must not be edited; the listing has their digests.
-
-    Snakemake sees no change inside a folder that a job has made.
-
-    Args:
-        folder: The logs.
-        path: The listing.
-        digest_of: Gives the digest of a log.
-
-    Raises:
-        OilfilmError: A log has other bytes or is missing.
-    """
-    if not (folder.is_dir() and path.is_file()):
-        return
-    for name, digest in read_listing(path).items():
-        if not (folder / name).is_file() or digest_of(folder / name) != digest:
-            raise OilfilmError(
-                f"{folder / name}: is not as the rig twin wrote it. Delete {folder}: the next run "
-                "simulates it again."
-            )
-
-
-def keep_found(found: Mapping[str, Any], path: Path) -> None:
-    """Write what a run has found of its logs, unless the file has it already.
-
-    Args:
-        found: Plain data, as the state of each log in their order.
-        path: Where it is kept.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    content = (json.dumps(found, indent=1) + "\n").encode()
-    if not path.is_file() or path.read_bytes() != content:
-        write_bytes(content, path)
-
-
-def expected_states(states: Mapping[str, str], written: str | None) -> dict[str, str]:
-    """The state that each log had when the run began, or, from a listing, when it was written."""
-    if written is None:
-        return dict(states)
-    listed = read_listing(Path(written))
-    return {name: listed[name] for name in states}
-
-
-def unchanged_logs(
-    folder: Path,
-    states: Mapping[str, str],
-    inputs: MutableMapping[str, str] | None = None,
-) -> Iterator[tuple[str, bytes]]:
-    """Name and content of each log.
-
-    Args:
-        folder: Where the logs are.
-        states: sha256 of each log by its name.
-        inputs: Gets the digest of each log, for the provenance. Snakemake does not know the logs
-            as inputs.
-
-    Raises:
-        OilfilmError: A log cannot be read, or has changed since its state was taken.
-    """
-    for name, state in states.items():
-        path = folder / name
-        content = _content(path)
-        found = hashlib.sha256(content).hexdigest()
-        if found != state:
-            raise OilfilmError(
-                f"{path}: has changed since the run began. When it is complete, run snakemake "
-                "again."
-            )
-        if inputs is not None:
-            inputs[path.as_posix()] = found[:16]
-        yield name, content
-
-
-def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise OilfilmError(
-            f"{path}: cannot be read ({error.strerror}). Check its rights. If it is missing, put "
-            "it back, or run snakemake again without it."
-        ) from error
 
 
 def remove_others(folder: Path, oils: Collection[str], shares: Collection[int]) -> None:

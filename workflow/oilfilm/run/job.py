@@ -12,13 +12,11 @@ from typing import Any, NoReturn, TextIO
 from oilfilm.digests import input_digest, settings_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.home import portable
+from oilfilm.logs.raw_files import RawLogs, read_listings
 from oilfilm.run.lock import job_lock
 from oilfilm.run.start import machine_fault
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import read_footer
-
-# Keys of `split` that give each job of a rule less to do.
-_SPLIT = dict.fromkeys(("ingest", "curate"), ("runs",))
 
 
 @contextmanager
@@ -46,7 +44,8 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
     except MemoryError:
         _end(
             "There is not enough memory for this step. Free some or raise the limit of the job, "
-            f"then run snakemake again.{_advice_on_split(snakemake.rule)}",
+            "then run snakemake again. Shares of the logs are as large as `split.runs` of "
+            "config.yaml allows.",
             log,
         )
 
@@ -56,9 +55,18 @@ def say(text: str, stream: TextIO = sys.stdout) -> None:
     print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
 
 
-def _advice_on_split(rule: str) -> str:
-    keys = " or ".join(f"`split.{key}`" for key in _SPLIT.get(rule, ()))
-    return f" To make its jobs smaller, set {keys} in config.yaml, or lower it." if keys else ""
+def raw_logs(snakemake: Any, folder: str, provenance: Mapping[str, Any]) -> RawLogs:
+    """The raw logs of a job: its inputs `logs`, whose names are the params `files`.
+
+    Args:
+        snakemake: The object that Snakemake gives to a script.
+        folder: Name of their folder below data/raw.
+        provenance: That of the job; measured logs become inputs in it when they are read.
+    """
+    inputs, names = snakemake.input, snakemake.params.files
+    written = read_listings(Path(inputs.listing)) if inputs.get("listing") else {}
+    paths = dict(zip(names, map(Path, inputs.get("logs", [])), strict=True))
+    return RawLogs(Path("data/raw", folder), paths, written, provenance["inputs"])
 
 
 def _end(sentence: str, log: Path) -> NoReturn:
@@ -71,9 +79,10 @@ def _end(sentence: str, log: Path) -> NoReturn:
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
     plain = settings.plain()
     sheet = getattr(snakemake.params, "sheet", None)
-    # a share of the logs, a block of refits, some laws: another split makes other parts
-    part = bool(set(snakemake.wildcards.keys()) - {"oil"})
-    inputs = _input_digests([Path(path) for path in snakemake.input])
+    # a share of the logs: another split makes other parts
+    part = bool(set(snakemake.wildcards.keys()) - {"oil", "law"})
+    raw = set(snakemake.input.get("logs", []))  # they are added when they are read
+    inputs = _input_digests([Path(path) for path in snakemake.input if path not in raw])
     return {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,
@@ -90,12 +99,10 @@ def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
 def _input_digests(paths: list[Path]) -> dict[str, str]:
     """Digest of each input; of a part of a step, what it was made from: no split must show."""
     inputs: dict[str, str] = {}
-    listed = any(path.suffix == ".sha256" for path in paths)
     for path in paths:
         name = portable(path)
-        made = name.startswith("results/") and path.suffix in {".npz", ".json"}
-        if made or (listed and path.is_dir()):
-            continue  # made from the same inputs; a twin's listing has the digests of its logs
+        if path.suffix == ".sha256" and "/parts/" in name:
+            continue  # the digests of logs that the tables of the part name
         footer = read_footer(path) if _is_table_of_part(name) else {}
         if footer.get("part"):
             inputs |= footer["inputs"]

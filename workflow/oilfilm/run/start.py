@@ -1,4 +1,4 @@
-"""What a run needs of the machine, asked once before its first step.
+"""What a run needs of the machine, looked up before its first step; nothing is written.
 
 Decides: what a run needs of the machine.
 """
@@ -6,9 +6,11 @@ Decides: what a run needs of the machine.
 import errno
 import os
 import shlex
+import shutil
 import sys
-import tempfile
+import time
 from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
@@ -16,11 +18,6 @@ from oilfilm.errors import OilfilmError
 # Snakemake takes braces for wildcards; PATH is parted at colons; a shell runs what a dollar sign
 # or a backquote begins, even in double quotes, and the start scripts of packages have those.
 UNUSABLE = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
-# A job maps up to 1.7 GiB on two cores, and more on more cores. With less OpenBLAS may wait for
-# ever for memory that it does not get.
-LEAST_ADDRESS_SPACE = 4 << 30
-# A full disk still takes an empty file, but no block.
-_BLOCK = bytes(4096)
 # What the machine refuses is no fault of the program: in words, with what to do.
 _FAULTS = {
     errno.ENOSPC: "The disk is full. Make room on it",
@@ -33,77 +30,40 @@ _FAULTS = {
 }
 
 
-def ask_machine(written: Iterable[Path]) -> None:
+def machine_fault(error: OSError) -> str:
+    """What the machine refuses and what to do, in words; empty where the program is at fault."""
+    return _FAULTS.get(error.errno or 0, "")
+
+
+def check_machine(written: Iterable[Path]) -> None:
     """Refuse to run where jobs cannot start or write.
 
     Args:
         written: Folders that the run writes to, or will make.
 
     Raises:
-        OilfilmError: The path of the working folder cannot be used, a folder cannot be written, or
-            the address space is too small.
+        OilfilmError: The path of the working folder cannot be used, or a folder takes no file.
     """
-    refuse_unusable(Path.cwd())
-    refuse_little_memory()
-    for folder in written:
-        refuse_unwritable(folder)
-
-
-def machine_fault(error: OSError) -> str:
-    """What the machine refuses and what to do, in words; empty where the program is at fault."""
-    return _FAULTS.get(error.errno or 0, "")
-
-
-def refuse_unusable(folder: Path) -> None:
-    """Refuse a folder in which jobs cannot be started safely.
-
-    Raises:
-        OilfilmError: The whole path has a character of `UNUSABLE`.
-    """
-    bad = sorted(UNUSABLE & set(str(folder)))
-    if bad:
+    folder = Path.cwd()
+    if bad := sorted(UNUSABLE & set(str(folder))):
         names = ", ".join(map(repr, bad))
         raise OilfilmError(
             f"{str(folder)!r}: jobs cannot be started in a folder with {names} in its path. Rename "
             "the folder, or move what is in it; blanks and letters of any language do no harm."
         )
-
-
-def refuse_unwritable(folder: Path) -> None:
-    """Refuse a folder that takes no file, or whose disk is full.
-
-    Raises:
-        OilfilmError: Which folder, why, and what to do.
-    """
-    places = (folder, *folder.absolute().parents)
-    # unlike Path.exists, this does not raise where a folder above may not be entered
-    existing = next(each for each in places if os.path.exists(each))  # noqa: PTH110
-    try:
-        with tempfile.TemporaryFile(dir=existing) as file:
-            file.write(_BLOCK)
-            file.flush()
-    except OSError as error:
-        fault = machine_fault(error)
-        why = f"{fault} ({error.strerror})" if fault else f"cannot be written: {error.strerror}"
-        raise OilfilmError(f"{existing}: {why}.") from None
-
-
-def refuse_little_memory() -> None:
-    """Refuse an address space in which jobs would fail at any point, or never end.
-
-    Raises:
-        OilfilmError: The limit, and what to do.
-    """
-    try:
-        import resource  # noqa: PLC0415 - Windows has none, and no such limit
-    except ModuleNotFoundError:
-        return
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY and limit < LEAST_ADDRESS_SPACE:
-        raise OilfilmError(
-            f"The address space of a process is limited to {limit / 2**30:.1f} GiB here; expected "
-            f"at least {LEAST_ADDRESS_SPACE >> 30} GiB. Raise the limit (ulimit -v unlimited)."
+    for place in written:
+        existing = next(
+            each for each in (place, *place.absolute().parents) if os.path.lexists(each)
         )
+        if not existing.is_dir():
+            raise OilfilmError(f"{existing}: is a file, expected a folder. Move it.")
+        if not os.access(existing, os.W_OK):
+            read_only = os.statvfs(existing).f_flag & os.ST_RDONLY
+            raise OilfilmError(
+                f"{existing}: {_FAULTS[errno.EROFS if read_only else errno.EACCES]}."
+            )
+        if not shutil.disk_usage(existing).free:
+            raise OilfilmError(f"{existing}: {_FAULTS[errno.ENOSPC]}.")
 
 
 def start_python_by_name() -> None:
@@ -117,16 +77,12 @@ def start_python_by_name() -> None:
         sys.executable = python.name
 
 
-def keep_a_cache(other: Path) -> None:
-    """Give Snakemake another folder for its cache where it cannot make one in the user's.
+def bring_dates_back(folders: Iterable[Path]) -> None:
+    """Give files with a date in the future that of now, as after a clock was set back.
 
-    Args:
-        other: The folder to take instead.
+    Snakemake refuses an output that is older than its input.
     """
-    # as Snakemake finds it; Path.home raises where the user has no home at all
-    home_cache = os.path.expanduser("~/.cache")  # noqa: PTH111
-    usual = Path(os.environ.get("XDG_CACHE_HOME") or home_cache)
-    try:
-        refuse_unwritable(usual)
-    except OilfilmError:
-        os.environ["XDG_CACHE_HOME"] = str(other.absolute())
+    now = time.time_ns()
+    for path in chain.from_iterable((folder, *folder.rglob("*")) for folder in folders):
+        if path.exists() and path.lstat().st_mtime_ns > now:
+            os.utime(path, ns=(now, now), follow_symlinks=False)

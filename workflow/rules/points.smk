@@ -1,0 +1,95 @@
+# Decides: what reruns when one log or its row of the run sheet changes.
+
+if SIMULATED:
+
+    rule twin:
+        "SIMULATED logs of the whole campaign, and the truth behind them."
+        input:
+            printed=reference_file("printed_coefficients"),
+        output:
+            logs=raw_logs(RAW, FILES),
+            truth="<results>/twin/truth.parquet",
+            listing="<results>/twin/logs.sha256",
+        log:
+            "<logs>/twin.log",
+        localrule: True
+        params:
+            code=code("twin.py"),
+            config=part(
+                *("seed", "rigs"),
+                # what the truth is computed from, beside the campaign file
+                *["oils"] * bool(SIMULATED and CAMPAIGN.twin.thermal_ehl),
+                campaign=("oils", "matrix", "twin"),
+            ),
+        script:
+            "../scripts/twin.py"
+
+
+rule points:
+    "Samples of one share of the raw logs, and its steady plateaus with every gate's verdict."
+    input:
+        listing=rules.twin.output.listing if SIMULATED else [],
+        logs=lambda wildcards: raw_logs(RAW, FILES_OF_SHARE.get(int(wildcards.shard), [])),
+    output:
+        samples=SAMPLES,
+        points="<parts>/points/{shard}/points.parquet",
+        runs="<parts>/points/{shard}/runs.parquet",
+        quarantine="<parts>/points/{shard}/quarantine.parquet",
+        logs="<parts>/points/{shard}/logs.sha256",
+    log:
+        "<logs>/points/{shard}.log",
+    params:
+        code=code("points.py"),
+        files=lambda wildcards: FILES_OF_SHARE.get(int(wildcards.shard), []),
+        sheet=lambda wildcards: sheet_rows(
+            RAW,
+            FILES_OF_SHARE.get(int(wildcards.shard), []),
+            remarks=int(wildcards.shard) == SHARDS[0],
+        ),
+        config=part(
+            *("rigs", "oils", "logged_twice", "same_set_point", "film", "curation", "gates"),
+            campaign=(
+                *("columns", "header", "oil_aliases", "film_unjudged"),
+                *("semantics", "semantics_of_rig", "set_points"),
+            ),
+        ),
+    script:
+        "../scripts/points.py"
+
+
+# A checkpoint: which oils' points are other than before is known only when it is done. Snakemake then
+# compares `of_oil` with what each fit has read, and the fits of all other oils stay as they are.
+# It runs where the folder is: it compares the logs with data/first_seen, and adds those that are new.
+checkpoint collect:
+    "All runs and points of the campaign, judged by the gates that compare runs; what it covers."
+    input:
+        **{
+            table: expand(f"<parts>/points/{{shard}}/{table}.parquet", shard=SHARDS)
+            for table in ("points", "runs", "quarantine")
+        },
+        digests=expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
+    output:
+        **finished("points runs quarantine coverage gate_counts"),
+        spreadsheet="<tables>/quarantine.csv",
+        of_oil=expand("<parts>/collect/{oil}/points.parquet", oil=OILS),
+    log:
+        "<logs>/collect.log",
+    localrule: True
+    params:
+        code=code("collect.py"),
+        oils=OILS,
+        shares=SHARDS,
+        measured=not SIMULATED,
+        acknowledged=ACKNOWLEDGED,
+        # here and not in `points`, where each share depends on its own rows alone
+        run_sheet={
+            path: digest[:16]
+            for path, digest in digests_of_sheets().items()
+            if Path(path).parent == RAW
+        },
+        config=part(
+            *("film", "gates", "oils", "rigs", "same_set_point"),
+            campaign=("matrix", "repeated_conditions", "rigs"),
+        ),
+    script:
+        "../scripts/collect.py"
