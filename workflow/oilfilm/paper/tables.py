@@ -2,9 +2,189 @@
 
 from oilfilm.tables import declare
 from oilfilm.tables.bearing import FRICTION, FRICTION_USES
-from oilfilm.tables.columns import table, use
+from oilfilm.tables.columns import (
+    SLIP,
+    TEST_CONDITIONS,
+    count,
+    declare_columns,
+    flag,
+    number,
+    share,
+    table,
+    text,
+    use,
+)
+from oilfilm.tables.declaration import BY_ROW, LARGEST
 
 # fmt: off
+_CIRCULAR = (
+    "CIRCULAR where the points are simulated from the printed constants; simulated from anything "
+    "else it says nothing of the real oils"
+)
+_EXPONENTS = ("a0", "a1", "a2", "a3", "b0", "b1", "b2", "b3", "c0", "c1", "c2", "c3")
+declare_columns(
+    number("printed_sse", "1", "sum of squared errors of mu (Eq. 10) of the printed constants",
+        at_least=0),
+    number("fitted_sse", "1", "sum of squared errors of mu (Eq. 10) of the fit", at_least=0),
+    *(
+        number(
+            f"{name}_distance",
+            "1",
+            f"(fitted - printed) {name.upper()} over its standard error, systematic part included",
+        )
+        for name in _EXPONENTS
+    ),
+    number("joint_distance", "1", "Mahalanobis distance of all twelve constants by the covariance "
+        "of the refits, about 3.5 by chance alone; null without a covariance", at_least=0),
+    *(
+        column
+        for box in ("tested", "extrapolated")
+        for column in (
+            number(
+                f"{box}_difference",
+                "1",
+                f"printed - fitted mu where they differ most in the {box} box",
+            ),
+            *(
+                number(f"{box}_{name}", unit, f"{quantity} where they differ most in the {box} box")
+                for name, unit, quantity in (
+                    ("traction_coefficient", "1", "fitted mu"),
+                    *TEST_CONDITIONS,
+                    SLIP,
+                )
+            ),
+        )
+    ),
+    text("signs", "signs of A1 A2 A3 B1 B2 B3 C1 C2 C3: exponents of P, U, T"),
+    flag("in_use", "true for the signs in data/reference/printed_coefficients.yaml"),
+    count("rank", "rank by total, 1 the best; equal totals share a rank"),
+    count("rank_at_figures", "rank if only the slips of the paper's figs 8 and 9 are used"),
+    number("total", "1", "weighted sum of the statements' shares: how many hold", required=True),
+    flag("near_best", "true where the total is less than near_best below the best"),
+    share("physical", "share of the extrapolated box where mu >= 0 (by the signs of A0, B0, C0) "
+        "and no peak above gates.traction_max; section 3: 'remains non-negative under all "
+        "operating conditions'", required=True),
+    share("rises_with_stress", "share of the extrapolated box where mu rises from each level of P "
+        "to the next; section 4.3.3: 'increase with the maximum contact stress'", required=True),
+    share("linear_in_stress", "share of the extrapolated box where mu(P) rises along a straight "
+        "line (linear_r2_min); section 4.3.3: 'an approximately linear increase'", required=True),
+    share("falls_with_speed", "share of the extrapolated box where mu falls from each level of U "
+        "to the next; section 4.3.2: 'continues to decline as the entrainment speed increases from "
+        "20 m/s to 200 m/s'", required=True),
+    share("levels_off_with_speed", "share of the extrapolated box where mu falls by more over the "
+        "first third of the speeds than it changes over the last; section 4.3.2: 'a clear plateau "
+        "at high entrainment speeds'", required=True),
+    share("falls_with_temperature", "share of the extrapolated box where mu falls from each level "
+        "of T to the next; section 4.3.4: 'decrease markedly in a nonlinear manner with increasing "
+        "temperature'", required=True),
+    share("levels_off_with_temperature", "share of the extrapolated box where mu falls by more "
+        "over 20-60 degC than it changes over 100-140; section 4.3.4: 'approximately 20-60 degC, "
+        "the decrease is more pronounced, whereas in the high-temperature range (>100 degC), the "
+        "curves flatten'", required=True),
+    share("start_falls_with_temperature", "share of the tested box where the slope at zero slip "
+        "falls from each level of T to the next; half weight, it follows by the physics named; "
+        "section 2.4: 'typical Newtonian behavior', 'temperature-induced reduction in the "
+        "lubricant's base viscosity'", required=True),
+    share("rises_with_slip", "share of the extrapolated box where mu at the highest of "
+        "slide_roll_ratio.figures is above that at the lowest; section 4.3.2: 'gradually increases "
+        "as the SRR rises from 0.05 to 0.20'", required=True),
+    share("declines_slightly", "share of the tested box where mu peaks within the slips and loses "
+        "decline_max of the peak at most; section 2.4: 'reaches a maximum value ... a slight "
+        "decline'", required=True),
+    share("earlier_plateau_with_stress", "share of the extrapolated box where the linear range "
+        "ends at smaller slip from each level of P to the next; section 4.3.1: 'the onset of "
+        "nonlinearity occurs at a smaller SRR', 'reach the plateau region at relatively low SRR'",
+        required=True),
+    share("earlier_plateau_with_speed", "share of the tested box where the linear range ends at "
+        "smaller slip from each level of U to the next; half weight, one reading; section 2.4: 'At "
+        "high entrainment speeds ... enters the saturation regime at lower SRR values'",
+        required=True),
+    share("earlier_plateau_with_temperature", "share of the tested box where the linear range ends "
+        "at smaller slip from each level of T to the next; half weight, the other reading; section "
+        "2.4: 'decreasing trend with increasing oil supply temperature ... enters the saturation "
+        "regime at lower SRR values'", required=True),
+    share("slip_raises_stress_effect", "share of the extrapolated box where over the range of P mu "
+        "gains more at the highest of slide_roll_ratio.figures than it changes at the lowest; "
+        "section 4.3.3: 'the increase is more pronounced at a high SRR of 0.20'", required=True),
+    share("speed_mutes_stress_effect", "share of the extrapolated box where over the range of P mu "
+        "gains more at the lowest speed than it changes at the highest; section 4.3.3: 'at low "
+        "speeds ... greater load sensitivity'", required=True),
+    share("speed_mutes_temperature_effect", "share of the extrapolated box where over the range of "
+        "T mu loses more at the lowest speed than it changes at the highest; section 4.3.4: "
+        "'high-speed cases ... reduced sensitivity to temperature'", required=True),
+    share("viscosity_order", "share of the extrapolated box where mu is below that of the next "
+        "more viscous oil and above that of the next less viscous one, the mean of both, these "
+        "with the set that their own statements like best; section 4.3.1: 'the traction level of "
+        "lubricant 4102 is the highest, followed by 4050, while 4010 exhibits the lowest'"),
+    share("hot_convergence", "share of the extrapolated box where mu is nearer to that of each "
+        "other oil at the highest temperature than at the lowest; section 4.3.4: 'in the "
+        "high-temperature region, the three curves gradually converge'"),
+    text("sign", "sign in use", allowed=("+", "-")),
+    number("margin", "1", "best total of the sets with this sign minus that of the sets with the "
+        "other sign", required=True),
+    number("weakest_margin", "1", "smallest margin with any one statement left out, at the slips "
+        "of the whole curve or of the paper's figures alone"),
+    text("weakest_without", "statement left out where the margin is smallest"),
+    text("weakest_slips", "slips where the margin is smallest (printed.signs.slide_roll_ratio)",
+        allowed=("curve", "figures")),
+    share("near_best_share", "share of the near-best sets that have this sign", required=True),
+    number("effect", "1", "largest change of mu over the tested box if this sign alone is turned, "
+        "over the largest mu there", required=True, at_least=0),
+    number("least_sse", "1", "least SSE of the sets with this sign", _CIRCULAR, at_least=0),
+    number("least_sse_turned", "1", "least SSE of the sets with the other sign", _CIRCULAR,
+        at_least=0),
+    text("claim", "id of the claim in data/reference/claims.yaml"),
+    text("section", "section of the paper that makes the claim"),
+    text("statement", "the claim in short"),
+    text("wording", "the paper's own words"),
+    text("basis", "refit: the campaign's own fits and points; printed: the paper's constants, "
+        "signs restored, and its Eq. 1", allowed=("refit", "printed")),
+    text("definition", "what would make the claim hold"),
+    text("judged_on", "conditions at which the claim was judged"),
+    count("cases", "conditions or rows at which the claim was judged"),
+    share("share", "share of the cases in which the claim holds"),
+    share("share_tested_box", "share of the cases in the tested box; null where there is none"),
+    share("share_extrapolated_box", "share of the cases in the box of the paper's figs 7 to 10"),
+    text("worst_quantity", "what worst_value is; empty where the claim was not checked"),
+    number("worst_value", BY_ROW, "value in the case that is farthest from holding",
+        "unit: that of worst_quantity"),
+    text("worst_detail", "what worst_value is made of; empty where it needs no explanation"),
+    text("worst_oil", "oil in the worst case; empty where oils are compared"),
+)
+declare_columns(
+    text("selection_rule", "first rule of selection.rules that applies"),
+    text("aim", "what the rule maximises or minimises", allowed=("most traction", "least heat")),
+    text("advised_oil", "oil that the rule advises; empty where none that it prefers has enough "
+        "film"),
+    text("contradicting_rules", "later rules that advise another oil, joined by '; '"),
+    text("judgement", "the advised oil compared with the best one"),
+    number("loss_ratio", "1", "by how much mu of the advised oil misses the aim, relative to the "
+        "best oil"),
+    *(
+        number(f"{which}_{name}", unit, f"{quantity} with the {which} oil", at_least=at_least)
+        for which in ("advised", "best")
+        for name, unit, quantity, at_least in (
+            ("lambda_ratio", "1", "lambda", 0),
+            ("traction_coefficient", "1", "mu", -LARGEST),
+            ("cage_slip", "1", "cage slip", -LARGEST),
+            ("torque_n_m", "N m", "friction torque", -LARGEST),
+        )
+    ),
+    text("oils_within_limit", "oils with enough film whose cage slip stays within "
+        "selection.limits.slip_limit, joined by '; '; empty where none does"),
+    text("good_oils", "oils that are the best one or within selection.indifference of it, joined "
+        "by '; '; empty where there is none"),
+    share("agree_share", "share of the scenarios in which the advised oil is one of the good oils"),
+    share("best_oil_share", "share of the scenarios in which this best oil is one of the good oils",
+        "1: drag and law within their uncertainty do not change the choice"),
+    text("best_oils", "oils that are best in a scenario, joined by '; '"),
+    share("oil_volume_fraction", "oil's share of the space that the balls travel through",
+        required=True),
+    count("operating_points", "operating points with a choice of oils"),
+    count("agreeing_points", "operating points at which advice and best oil agree"),
+    number("slip_that_decides", "1", "cage slip with the oil that the rules advise where nothing "
+        "slips; null without film"),
+)
 TABLES = (
     table("printed_judged", "The printed constants of one oil compared with the campaign's own "
         "fit.",

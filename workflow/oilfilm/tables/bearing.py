@@ -1,9 +1,174 @@
 """Tables of the bearing: measured torque, torque by model, cage slip, size effect."""
 
-from oilfilm.tables.columns import table, use
+from oilfilm.tables.columns import count, declare_columns, flag, number, share, table, text, use
+from oilfilm.tables.declaration import LARGEST
 from oilfilm.units import ABSOLUTE_ZERO_C
 
 # fmt: off
+_CONDITIONAL = ("law's refits, calibration of the traction rig and the other terms' assumed "
+    "uncertainty; true as far as the law's form is, which beyond the tested box nobody has tested; "
+    "null without refits (fewer than 10 runs) or where over 5 % of the draws have no equilibrium")
+declare_columns(
+    number("inner_speed_rpm", "rpm", "speed of the inner ring; the outer ring rests",
+        required=True),
+    number("axial_load_n", "N", "axial load of the bearing", required=True),
+    number("pitch_speed_mm_rpm", "mm rpm", "pitch diameter times speed, d_m n", required=True),
+    number("oil_temperature_c", "degC", "oil temperature at the bearing's inlet", required=True),
+    number("outer_ring_temperature_c", "degC", "temperature of the outer ring", required=True),
+    number("torque_n_m", "N m", "friction torque: moment that turns the inner ring"),
+    number("torque_n_m_se", "N m", "standard error of the friction torque, the tare's included",
+        "random part only: calibration is not included", at_least=0),
+    number("tare_n_m", "N m", "output at rest at that time, subtracted from the torque",
+        required=True),
+    number("torque_change_n_m", "N m", "torque: second half of the plateau minus first half",
+        required=True),
+    number("oil_temperature_change_c", "K", "oil temperature: second half of the plateau minus "
+        "first half", required=True),
+    flag("converged", "false: no equilibrium was found, and all results are null"),
+    text("why", "why no equilibrium was found; empty where one was"),
+    number("residual", "1", "largest force or moment out of balance, over the load of a ball"),
+    number("energy_error", "1", "power put in at the rings minus all heat, over that power"),
+    number("quadrature_error", "1", "relative change of the traction heat with twice as many "
+        "integration points per direction"),
+    number("outer_ring_torque_n_m", "N m", "moment of balls and cage on the outer ring: less by "
+        "the drag, which the oil takes"),
+    *(
+        number(f"{name}_torque_n_m", "N m", meaning)
+        for name, meaning in (
+            ("traction", "term of the torque: sliding in the contacts"),
+            ("rolling", "term of the torque: oil drawn into the contacts"),
+            ("hysteresis", "term of the torque: hysteresis of the steel"),
+            ("drag", "term of the torque: balls through oil and air"),
+            ("pocket", "term of the torque: balls in the pockets of the cage"),
+            ("land", "term of the torque: cage on its guiding land"),
+            ("gross", "part of the traction term: slip of the whole contact"),
+            ("spin", "part of the traction term: spin about the normal"),
+            ("differential", "part of the traction term: slip across a curved contact"),
+            ("gyroscopic", "part of the traction term: slip across the rolling direction"),
+            ("palmgren", "friction torque by Palmgren's formula, as usually quoted"),
+            ("skf", "friction torque by the SKF formula, as usually quoted"),
+            ("measured", "measured friction torque"),
+        )
+    ),
+    flag("skf_valid", "false where pitch diameter times speed is above "
+        "bearing.skf_pitch_speed_max: the SKF formula says nothing there, because its sliding term "
+        "grows with n^(8/3)"),
+    number("measured_torque_n_m_se", "N m", "standard error of the measured friction torque",
+        "random part only: calibration is not included", at_least=0),
+    number("relative_error", "1", "calculated over measured torque, minus 1"),
+    flag("film_in_range", "false where the formula of the film has no value: its thermal reduction "
+        "is near or below zero in one of the contacts, or there is no equilibrium"),
+    count("n_plateaus", "plateaus compared, without those that are bistable"),
+    number("median_torque_error", "1", "median of the errors' sizes by the law on pressure, over "
+        "these plateaus"),
+    number("largest_torque_error", "1", "largest of them"),
+    number("cage_slip", "1", "relative lag of the cage behind balls that roll on both races"),
+    flag("bistable", "true where the cage may roll or skid: another equilibrium was found, or the "
+        "draws of the uncertainty are in two groups (draws_split); numbers of the row are those of "
+        "the equilibrium that a rolling start leads to"),
+    number("other_cage_slip", "1", "cage slip in the other equilibrium; null where none was found"),
+    number("other_torque_n_m", "N m", "friction torque in the other equilibrium; null where none "
+        "was found"),
+    *(
+        number(f"{name}_{which}", unit, f"{meaning} of the calculated {quantity}", _CONDITIONAL,
+            at_least=at_least)
+        for name, unit, quantity in (
+            ("torque_n_m", "N m", "friction torque"),
+            ("cage_slip", "1", "cage slip"),
+            ("power_w", "W", "power loss"),
+        )
+        for which, meaning, at_least in (
+            ("uncertainty", "standard uncertainty", 0),
+            ("lower", "2.5 % quantile", -LARGEST),
+            ("upper", "97.5 % quantile", -LARGEST),
+        )
+    ),
+    flag("draws_split", "true where the random draws of the uncertainty are in two groups, rolling "
+        "and skidding cages"),
+    number("measured_torque_n_m_uncertainty", "N m", "standard uncertainty of the measured "
+        "friction torque: random error and calibration", at_least=0),
+    number("compatibility", "1", "calculated minus measured torque over the standard uncertainty "
+        "of this difference; null without refits",
+        "the law's part is that of its constants: it is as true as the law's form is"),
+    number("inner_slide_roll_ratio", "1", "slide-roll ratio in the middle of the contact with the "
+        "inner race, mean over the balls; positive where the race is the faster one. About twice "
+        "the cage slip where that is 15 to 80 %; below 5 % spin and creep decide"),
+    *(
+        number(f"{race}_{name}", unit, f"{quantity} at the {race} race")
+        for name, unit, quantity in (
+            ("contact_angle_deg", "deg", "contact angle"),
+            ("max_hertz_pressure_gpa", "GPa", "maximum Hertz pressure"),
+        )
+        for race in ("inner", "outer")
+    ),
+    number("largest_slide_roll_ratio", "1", "largest slide-roll ratio anywhere in the contacts"),
+    number("mean_traction_coefficient", "1", "mean mu over the contacts, weighted by load"),
+    *(
+        share(f"share_beyond_{name}", f"share of the traction heat {where}")
+        for name, where in (
+            ("slip", "at slide-roll ratios above any tested"),
+            ("pressure", "in contacts of untested pressure"),
+            ("speed", "in contacts of untested entrainment speed"),
+        )
+    ),
+    text("load_variable", "load variable of the law. stress: maximum Hertz pressure; load: load in "
+        "N; dimensionless_load: W/(E' Rx^2); otherwise the name of a law on load, fitted to the "
+        "same points"),
+    number("traction_share", "1", "share of the calculated torque that the traction law decides"),
+    number("law_traction_coefficient", "1", "mean mu over the contacts by the law"),
+    number("traction_coefficient_systematic", "1", "standard uncertainty of mu from calibration "
+        "and from the other terms' assumed uncertainty", at_least=0),
+    text("varied", "ball size: all lengths in proportion, same pressure and surface speed; "
+        "conformity: both grooves, same load and speed", allowed=("ball size", "conformity")),
+    number("ball_diameter_mm", "mm", "diameter of the balls", required=True),
+    number("groove_curvature", "1", "groove radius over ball diameter", required=True),
+    number("relative_to_stress", "1", "traction torque over that of the load variable stress, "
+        "minus 1"),
+    number("power_w", "W", "calculated friction torque times speed"),
+    flag("balanced", "false where no steady temperature was found: the heat jumps where the motion "
+        "changes, or the oil would leave at more than 400 degC"),
+    number("heat_w", "W", "friction heat of the bearing with heated oil"),
+    number("outlet_temperature_c", "degC", "temperature of the oil that leaves the bearing"),
+    number("contact_temperature_c", "degC", "temperature of the oil in the contacts, between inlet "
+        "and outlet temperature"),
+    number("heated_torque_n_m", "N m", "calculated friction torque with heated oil"),
+    number("heated_cage_slip", "1", "cage slip with heated oil"),
+    number("heated_lambda_ratio", "1", "film thickness over combined roughness with heated oil; as "
+        "lambda_ratio", at_least=0),
+    text("heated_best_oil", "best oil with heated oils; empty where no oil has enough film"),
+    *(
+        number(f"{name}_{end}{unit}", unit.removeprefix("_").upper() or "1", f"{quantity} with the "
+            f"{end}est share of oil in bearing.oil_volume_fraction_range")
+        for name, unit, quantity in (("power", "_w", "calculated power loss"),
+            ("cage_slip", "", "calculated cage slip"))
+        for end in ("low", "high")
+    ),
+    number("published_power_w", "W", "published power loss; null where none was",
+        "second-hand figure"),
+    number("published_cage_slip", "1", "largest published cage slip of the test, whatever the "
+        "load; null where none was", "from an abstract"),
+    share("fitted_oil_volume_fraction", "share of oil that gives the test's published power losses "
+        "best: least squares of the relative errors, with the campaign's law"),
+    share("oil_volume_fraction_alone", "share of oil that gives this published value exactly; null "
+        "where none from 0 to 0.1 does"),
+    text("source", "source of the value"),
+    text("assumed", "inputs that the source does not give"),
+    text("target", "quantity whose uncertainty the tests shall reduce. torque: relative; "
+        "cage_slip: absolute; traction: mu, relative", allowed=("torque", "cage_slip", "traction")),
+    count("test_order", "position of the test in the plan, from 1; 0 where it was not chosen"),
+    *(
+        number(f"uncertainty_{when}", "1", "root mean square over the wanted operating points of "
+            f"the target's standard uncertainty from the law's constants, {meaning}",
+            "as far as the law's form is right; other terms of the torque are not included",
+            at_least=0)
+        for when, meaning in (
+            ("now", "with the curves measured so far"),
+            ("with_test", "with this one test added"),
+            ("with_plan", "with all tests of the plan up to this one; null where it was not "
+                "chosen"),
+        )
+    ),
+)
 FRICTION = """
     converged why residual energy_error quadrature_error torque_n_m outer_ring_torque_n_m
     traction_torque_n_m rolling_torque_n_m hysteresis_torque_n_m drag_torque_n_m pocket_torque_n_m

@@ -1,7 +1,19 @@
 """The table of what a figure draws, the same for every figure."""
 
-from oilfilm.tables.columns import table, use
+from oilfilm.tables.columns import declare_columns, number, table, text, use
+from oilfilm.tables.declaration import BY_ROW
 
+# fmt: off
+_PANEL_UNIT = "unit and meaning: title and axis of the panel, which are in the file's footer"
+declare_columns(
+    text("panel", "letter of the panel, or column of a table that is drawn"),
+    text("series", "line, symbol or row of the panel"),
+    text("words", "text that is drawn, or what tells a mark apart"),
+    number("x", BY_ROW, "abscissa", _PANEL_UNIT),
+    number("y", BY_ROW, "ordinate", _PANEL_UNIT),
+    number("y_lower", BY_ROW, "lower end of a bar or band", _PANEL_UNIT),
+    number("y_upper", BY_ROW, "upper end of a bar or band", _PANEL_UNIT),
+)
 TABLES = (
     table(
         "drawn",
@@ -14,3 +26,4 @@ TABLES = (
         no_key="Rows are in the order of drawing; two marks may be the same.",
     ),
 )
+# fmt: on

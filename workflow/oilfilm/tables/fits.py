@@ -1,6 +1,17 @@
 """Tables of the fits: constants, their proof and uncertainty, the laws compared."""
 
-from oilfilm.tables.columns import table, use
+from oilfilm.tables.columns import (
+    TEST_CONDITIONS,
+    count,
+    declare_columns,
+    flag,
+    number,
+    share,
+    table,
+    text,
+    use,
+)
+from oilfilm.tables.declaration import BY_ROW
 from oilfilm.units import ABSOLUTE_ZERO_C
 
 # One fit per oil and law: the tables that a fit writes.
@@ -10,6 +21,178 @@ OF_FIT = (
 )
 
 # fmt: off
+_INDEPENDENT = "takes every point as independent"
+_CONSTANT_UNIT = "unit of the constant in its law's equation, with P in GPa, U in m/s, T in degC"
+declare_columns(
+    text("law", "traction law"),
+    text("constant", "constant, as named in the law's equation"),
+    text("other", "the other constant of a pair; empty where there is none"),
+    number("standard_error", BY_ROW, "standard error of the constant, by bootstrap over curves, so "
+        "that errors shared by a run are included",
+        f'systematic part not included; {_CONSTANT_UNIT}', at_least=0),
+    number("lower", BY_ROW, "2.5 % quantile of the constant's refits", _CONSTANT_UNIT),
+    number("upper", BY_ROW, "97.5 % quantile of the constant's refits", _CONSTANT_UNIT),
+    *(
+        number(f"joint_{end}", BY_ROW, f"{end} end of the interval that decides on the constant's "
+            "sign: for all constants of the fit together (fit.sign_confidence of config.yaml), "
+            "calibration included", _CONSTANT_UNIT)
+        for end in ("lower", "upper")
+    ),
+    number("naive_standard_error", BY_ROW, "standard error of the constant from the Jacobian",
+        f'{_INDEPENDENT}: too small where a run has errors of its own; {_CONSTANT_UNIT}',
+        at_least=0),
+    number("systematic_standard_error", BY_ROW, "part of the constant's error from the calibration "
+        "of the rig's sensors; null where the rig file has none",
+        f'repeated tests do not reduce it; {_CONSTANT_UNIT}', at_least=0),
+    number("profile_lower", BY_ROW, "lower end of the 95 % interval by profile likelihood; null "
+        "where the profile does not reach it", f'{_INDEPENDENT}; {_CONSTANT_UNIT}'),
+    number("profile_upper", BY_ROW, "upper end of the 95 % interval by profile likelihood; null "
+        "where the profile does not reach it", f'{_INDEPENDENT}; {_CONSTANT_UNIT}'),
+    number("weighted_value", BY_ROW, "constant fitted with points weighted by their standard "
+        "errors and the excess scatter", _CONSTANT_UNIT),
+    number("robust_value", BY_ROW, "constant fitted with a Cauchy loss", _CONSTANT_UNIT),
+    number("printed_value", BY_ROW, "constant printed in the paper",
+        f'signs restored; {_CONSTANT_UNIT}'),
+    flag("identifiable", "false where the tested conditions cannot give the constant"),
+    flag("configured", "true for the law that the campaign uses (fit.law); the others are fitted "
+        "to be compared with it (compare.laws)"),
+    text("certificate", "the certificate of the fit in a sentence"),
+    flag("certified", "true where every part of the certificate holds"),
+    count("n_points", "accepted points used"),
+    count("n_curves", "runs that the points come from"),
+    count("n_constants", "constants fitted, those that ended at a bound included"),
+    count("n_conditions", "conditions compared"),
+    number("sse", "1", "sum of squared errors of mu (Eq. 10)", at_least=0),
+    number("rmse", "1", "root-mean-square error of mu", at_least=0),
+    number("relative_rms", "1", "rmse over the root-mean-square of mu compared with", at_least=0),
+    number("max_error", "1", "largest absolute error of mu", at_least=0),
+    number("mean_error", "1", "mean of fitted minus true mu"),
+    number("left_out_traction_coefficient", "1", "mu by a fit to all curves but the point's own; "
+        "null where the other curves leave a constant open"),
+    number("weighted_difference", "1", "root-mean-square difference of mu between the weighted fit "
+        "and this one, relative to mu; null where no point has a standard error", at_least=0),
+    number("robust_difference", "1", "root-mean-square difference of mu between the robust fit and "
+        "this one, relative to mu", at_least=0),
+    count("searches", "independent global searches, each with its own seed"),
+    count("searches_agreeing", "searches that ended at the best optimum"),
+    # of exact points only rounding is left: a search that ended elsewhere is 1e24 times worse
+    number("sse_spread", "1", "(largest - best) / best SSE over the searches", at_least=0,
+        at_most=1e25),
+    number("constant_spread", "1", "largest difference of a constant between searches, in naive "
+        "standard errors", at_least=0),
+    number("gradient_cosine", "1", "largest |cos| between the residual and a column of the "
+        "Jacobian: 0 at an optimum", at_least=0),
+    number("min_traction", "1", "smallest mu on a dense grid over the tested box"),
+    number("condition_number", "1", "condition number of the Jacobian with columns of length 1: "
+        "large where constants can replace each other, null where they do so to rounding",
+        at_least=1, at_most=1e16),
+    number("hessian_smallest", "1", "smallest eigenvalue of the Hessian of half the SSE, by the "
+        "scaled constants of the search", at_least=0),
+    number("hessian_largest", "1", "largest eigenvalue of the Hessian of half the SSE, by the "
+        "scaled constants of the search", at_least=0),
+    text("active_bounds", "constants that ended at a bound of the search; empty where none did"),
+    text("incomplete_curves", "runs left out of the fit, because a condition that varied in the "
+        "others is not known of them, joined by '; '"),
+    text("fixed_conditions", "conditions without exponents, with the level or line on which mu is "
+        "known: JSON list of condition, level, within (largest relative distance) and in_step "
+        "(followed conditions: centre, exponent); empty where there are none"),
+    *(
+        number(f"tested_{end}_{name}", unit, f"{size} {quantity} of the accepted points")
+        for name, unit, quantity in (
+            *TEST_CONDITIONS,
+            ("load_n", "N", "normal load"),
+            ("slide_roll_ratio", "1", "absolute slide-roll ratio"),
+        )
+        for end, size in (("min", "smallest"), ("max", "largest"))
+    ),
+    text("cause", "resampled curves: bootstrap over whole curves; calibration of a sensor: that "
+        "sensor is wrong by its standard uncertainty"),
+    count("refit", "number of the refit, within one cause"),
+    number("correlation", "1", "correlation of two constants over the bootstrap; by the Jacobian "
+        "where there is none", at_least=-1 - 1e-9, at_most=1 + 1e-9),
+    number("signed_root", "1", "signed root of the rise of the least SSE over the residual "
+        "variance: for a linear law the distance from the optimum in naive standard errors"),
+    number("gain", "1", "factor on the robust fit that comes nearest to the curve, points of "
+        "little traction left out", required=True),
+    share("robust_weight", "mean weight of the curve's points in the robust fit, 1 for points on "
+        "it; points of little traction are left out", required=True),
+    flag("odd", "whether the curve does not belong to the others of its oil: its gain or shape is "
+        "far from theirs, or the robust fit nearly ignores it"),
+    text("likely_oil", "oil with whose fit an odd curve agrees much better than with its own; "
+        "its label may be wrong; empty where there is none"),
+    number("aic", "1", "Akaike information criterion",
+        f'{_INDEPENDENT}: differences look too sure'),
+    number("bic", "1", "Bayesian information criterion",
+        f'{_INDEPENDENT}: differences look too sure'),
+    number("left_out_rmse", "1", "root-mean-square error of mu at curves left out of the fit, one "
+        "at a time or, of many, in groups (compare.left_out_groups); null where the others do not "
+        "give every constant", at_least=0),
+    *(
+        number(
+            f"{name}_end_out_relative_rms",
+            "1",
+            f"root-mean-square error at the lowest and at the highest level of {quantity}, each "
+            "left out of the fit, over the root-mean-square of mu there; null where the other "
+            "levels do not give every constant",
+            at_least=0,
+        )
+        for name, quantity in (
+            ("pressure", "pressure"),
+            ("speed", "entrainment speed"),
+            ("temperature", "inlet temperature"),
+        )
+    ),
+    text("better_law", "law that is better than the configured one by both criteria; empty where "
+        "none is"),
+    text("left_out_law", "law with the least error at curves left out"),
+    text("left_out_ties", "laws that this judge does not tell from its best one, which is first, "
+        "joined by ', '"),
+    number("left_out_relative_rms", "1", "left_out_rmse over the root-mean-square of mu",
+        at_least=0),
+    number("best_left_out_relative_rms", "1", "the same of left_out_law", at_least=0),
+    number("left_out_difference", "1", "difference of the two", at_least=0),
+    number("left_out_difference_error", "1", "half width of its 95 % interval, from whole curves "
+        "(jackknife)", at_least=0),
+    text("bic_law", "law with the lowest BIC"),
+    text("bic_ties", "laws that this judge does not tell from its best one, which is first, joined "
+        "by ', '"),
+    number("bic_difference", "1", "BIC of the configured law less the lowest one", at_least=0),
+    number("bic_difference_error", "1", "half width of its 95 % interval, from whole curves "
+        "(jackknife)", at_least=0),
+    text("ends_out_law", "law with the least error at the lowest and highest levels of conditions, "
+        "each left out of the fit; empty where no condition has enough levels"),
+    count("n_repeats", "runs that repeat the condition of an earlier run"),
+    count("n_repeated_conditions", "conditions that several runs have"),
+    number("repeat_relative_rms", "1", "scatter of repeated runs at the same slip, standard "
+        "deviation over the root-mean-square of mu: noise of whole runs and of points; null "
+        "without repeats", at_least=0),
+    number("lack_of_fit_relative_rms", "1", "what the law misses at any number of repeats, "
+        "over the root-mean-square of mu; null without repeats", at_least=0),
+    number("plateau_relative_rms", "1", "noise of the readings within plateaus alone, over the "
+        "root-mean-square of mu; null where readings have no scatter",
+        "a lower bound of the noise: errors that all readings of a run share are not in it",
+        at_least=0),
+    number("lack_of_fit_ratio", "1", "F: mean square of the lack of fit over that of repeats; null "
+        "without repeats", at_least=0),
+    number("lack_of_fit_limit", "1", "95 % limit of F, each run counted as one observation; null "
+        "without repeats", at_least=0),
+    number("zero_slip_traction", "1", "largest mu by size at zero slip over the tested conditions; "
+        "should be 0"),
+    share("negative_share", "share of the tested box where mu is below zero"),
+    share("second_rise_share", "share of the tested conditions at which mu rises again after its "
+        "peak"),
+    text("beyond", "conditions outside the levels at which the oil was tested, joined by ', '; "
+        "empty inside"),
+    number("true_traction_coefficient", "1", "true mu of the simulation"),
+    number("traction_coefficient_lower", "1", "lower end of the 95 % interval of mu; null where "
+        "the fit has none"),
+    number("traction_coefficient_upper", "1", "upper end of the 95 % interval of mu; null where "
+        "the fit has none"),
+    share("interval_ratio", "share of the conditions at which the fit's 95 % interval contains the "
+        "truth; null where the fit has none"),
+    number("worst_true_traction_coefficient", "1", "true mu in the worst case"),
+    number("worst_traction_coefficient", "1", "fitted mu in the worst case"),
+)
 TABLES = (
     table("coefficients", "One constant of one traction law for one oil.",
         columns="""

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from oilfilm.tables.columns import table, use
+from oilfilm.tables.columns import count, declare_columns, flag, number, table, text, use
 from oilfilm.tables.declaration import repeated
 from oilfilm.units import ABSOLUTE_ZERO_C
 
@@ -17,6 +17,72 @@ def _pages_are_unique(frame: pd.DataFrame) -> str:
 
 
 # fmt: off
+declare_columns(
+    count("samples", "rows of the log that are in the table samples"),
+    count("refused_rows", "rows that are not in the table samples"),
+    count("plateaus", "steady plateaus, each one row of points"),
+    count("accepted_points", "points that passed every gate"),
+    text("reason", "what was found and what was expected; empty where nothing was refused"),
+    text("warning", "what is doubtful about a run that is used, with the likely cause; empty where "
+        "nothing is"),
+    text("stage", "stage that refused", allowed=("ingest", "curate")),
+    text("rule", "name of the rule or gate that refused"),
+    text("gate", "name of the rule or gate that refuses"),
+    text("what", "what the gate judges", allowed=("file", "run", "point", "rows")),
+    count("files", "number of logs concerned"),
+    count("runs", "number of runs concerned, wholly or in part"),
+    count("points", "number of points concerned"),
+    count("rows", "number of rows kept out of the table samples"),
+    count("runs_accepted", "number of runs with at least one accepted point"),
+    count("runs_refused", "number of runs refused as a whole"),
+    count("points_accepted", "number of points that passed every gate"),
+    count("points_refused", "number of points that did not pass every gate"),
+    text("state", "accepted: at least one run is; refused: none of its runs is; missing: there is "
+        "no run", allowed=("accepted", "refused", "missing")),
+    flag("planned", "true where the campaign's matrix has the condition"),
+    text("page", "picture beside the table; empty where there is no signal to show, or where there "
+        "are more pages than refused_pages_max"),
+    text("place", "what is marked on the page: the rows that the rule names, else the plateaus "
+        "that fail gates of their own, else the whole run; empty where there is no page",
+        allowed=("rows", "plateaus", "whole run", "")),
+)
+declare_columns(
+    number("traction_force_n", "N", "traction force"),
+    number("traction_force_1_n", "N", "force with the disc faster, on rigs that reverse the slip"),
+    number("traction_force_2_n", "N", "force with the ball faster, on rigs that reverse the slip"),
+    number("slide_roll_ratio_se", "1", "standard error of the mean slide-roll ratio",
+        "random part only: calibration errors, which a whole run shares, are not included"),
+    number("slip_change", "1", "slide-roll ratio: second half of the plateau minus first half"),
+    number("traction_change", "1", "traction coefficient: second half of the plateau minus first "
+        "half"),
+    number("slip_transient", "1", "slide-roll ratio: beginning of the plateau (setting "
+        "transient_share) minus the rest"),
+    number("traction_transient", "1", "traction coefficient: beginning of the plateau (setting "
+        "transient_share) minus the rest"),
+    number("force_asymmetry", "1", "|TF1 + TF2| / (|TF1| + |TF2|): 0 where both slip directions "
+        "pull alike, 1 where one has not reversed", at_least=0, at_most=1 + 1e-9),
+    *(
+        number(
+            name,
+            unit,
+            f"standard uncertainty of the calibration of the {quantity}, shared by all points of "
+            "the rig; null where the rig file has none",
+            at_least=0,
+        )
+        for name, unit, quantity in (
+            ("load_systematic_n", "N", "load"),
+            ("traction_force_systematic_n", "N", "traction force"),
+            ("entrainment_speed_systematic_m_s", "m/s", "entrainment speed"),
+            ("inlet_temperature_systematic_c", "K", "inlet temperature"),
+        )
+    ),
+    number("film_thickness_um", "um", "calculated film thickness (Hamrock-Dowson, settings under "
+        "film); null where it cannot be calculated", at_least=0),
+    number("measured_film_thickness_um", "um", "film thickness measured by optical interferometry "
+        "(EHD rigs only)"),
+    text("film_judgement", "full film: lambda above its limit",
+        allowed=("full film", "below limit", "cannot be judged")),
+)
 TABLES = (
     table("samples", "One logged instant of one run, in SI units, before any correction.",
         columns="""
